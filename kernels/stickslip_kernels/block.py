@@ -1,0 +1,65 @@
+"""A block of cells: the unit of work. Arrays in, arrays out; serial, nogil, and it never raises."""
+
+import numpy as np
+
+from .jit import compiled
+from .lanes import step_lanes
+from .layout import (
+    BOOK_COLUMNS, CELL, FLAG, LANE_NUMBERS, MAX_STEPS, MODE, NOT_COMPUTED, NOT_RUN, REGIME, RESULT_ROWS, RTOL, SIGMA,
+    STATUS, TAU, TAU_NEXT, TRIED, WIDTH,
+)  # fmt: skip
+from .modes import DONE, attend, start_cell
+from .trace_log import log_slip
+
+NO_LOG = np.zeros((0, 0))
+
+
+def new_results(n):
+    """Results of n cells nobody has computed yet: NaN, and the codes for "not computed"."""
+    results = np.full((RESULT_ROWS, n), np.nan)
+    results[REGIME], results[STATUS] = NOT_COMPUTED, NOT_RUN
+    return results
+
+
+@compiled
+def next_cell(s, i, book, cells, first, results, control, log):
+    """Start the first cell from number `first` on that does not finish at once in lane i; returns the number after it."""
+    c = first
+    while c < cells.shape[1]:
+        c += 1
+        if start_cell(s, i, book, cells, c - 1, results, control, log) != DONE:
+            return c
+    book[i, CELL] = -1.0
+    return c
+
+
+@compiled
+def run_block(cells, results, control, log, stop):
+    """Integrate every cell of a block.
+
+    cells : float64 (CELL_ROWS, n), kernel units. results : float64 (RESULT_ROWS, n) from `new_results`, filled in place.
+    control : RTOL, MAX_STEPS, EARLY_STOP. log : see `layout.py`; a log with rows wants n = 1.
+    stop : int64 (1,); when another thread sets it, the block is left, unfinished cells staying "not computed".
+
+    WIDTH cells are under way at a time; a finished lane takes the next cell of the queue. A cell's numbers do not depend
+    on its lane or its neighbours.
+    """
+    lanes = np.zeros(LANE_NUMBERS)
+    book = np.zeros((WIDTH, BOOK_COLUMNS))
+    following = 0
+    for i in range(WIDTH):
+        following = next_cell(lanes, i, book, cells, following, results, control, log)
+    while stop[0] == 0:
+        step_lanes(lanes, control[RTOL], control[MAX_STEPS])
+        busy = False
+        for i in range(WIDTH):
+            if book[i, CELL] < 0.0:
+                continue
+            busy = True
+            if lanes[FLAG + i] != 0.0:
+                if attend(lanes, i, book, cells, results, control, log) == DONE:
+                    following = next_cell(lanes, i, book, cells, following, results, control, log)
+            elif log.shape[0] > 0:
+                log_slip(log, lanes, i, book[i, MODE], book[i, SIGMA])
+        if not busy:
+            break

@@ -1,0 +1,78 @@
+"""The one compile decorator of the kernels, and the cache it writes to.
+
+Numba's on-disk cache does not notice an edit in another file: an edited friction law would go on computing the old one.
+So the cache lives in a folder named by the digest of all kernel sources: any edit anywhere gives a fresh folder.
+The folder is set only while a kernel is being decorated; the process-wide Numba setting is left as it was.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+
+import numba
+
+_HERE = Path(__file__).parent
+
+
+def source_digest() -> str:
+    """Digest of the kernel sources (names and contents), 16 hexadecimal digits."""
+    digest = hashlib.sha256()
+    for path in sorted(_HERE.rglob("*.py")):
+        digest.update(path.relative_to(_HERE).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def _cache_root() -> Path:
+    """Folder for compiled code: NUMBA_CACHE_DIR, else XDG_CACHE_HOME, else the user's cache folder."""
+    if named := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(named)
+    if windows := os.environ.get("LOCALAPPDATA"):
+        return Path(windows) / "stickslip"
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    return Path(base) / "stickslip"
+
+
+def _usable_folder() -> Path | None:
+    """The cache folder of these sources, or None where none can be written (the kernels then compile each time)."""
+    folder = _cache_root() / f"kernels-{source_digest()}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError:
+        return None
+
+
+CACHE_FOLDER = _usable_folder()
+
+
+def compiled(function=None, *, inline=False):
+    """Compile a kernel: serial, nogil, cached, IEEE except for fused multiply-add.
+
+    inline : True for the small functions of the hot loop, which LLVM must merge before it can vectorise the loop.
+    Division by zero gives inf or NaN (`error_model="numpy"`): NaN is a signal here, and kernels never raise.
+    """
+    if function is None:
+        return lambda body: compiled(body, inline=inline)
+    options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}, "forceinline": inline, "no_cfunc_wrapper": True}
+    before = numba.config.CACHE_DIR
+    try:
+        numba.config.CACHE_DIR = "" if CACHE_FOLDER is None else str(CACHE_FOLDER)
+        return numba.njit(cache=CACHE_FOLDER is not None, **options)(function)
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def is_cached(dispatcher) -> bool:
+    """Whether compiled code of `dispatcher` is in memory or on disk, so that a first call will not compile.
+
+    An index written for another processor or Numba version counts as cached; Numba will then compile after all.
+    """
+    if dispatcher.signatures:
+        return True
+    if CACHE_FOLDER is None:
+        return False
+    return any(CACHE_FOLDER.rglob(f"*{dispatcher.py_func.__qualname__}-*.nbi"))

@@ -1,0 +1,162 @@
+"""Names for every row and column of the arrays the kernels share, and the codes they return.
+
+Kernel units: xi = k x / N (spring force over load), tau = t sqrt(k/m), speeds in N/sqrt(k m), gamma = c/sqrt(k m).
+The equation of motion is xi'' + gamma xi' + xi = sigma mu(w), w = |v_rel|.
+
+**Frame.** Slip is computed in the frame where the relative speed is positive: for sigma = -1 displacement and belt speed
+change sign. There, with u = sigma xi and b = sigma b_belt,
+
+    u' = b - w,      w' = (u + gamma u') - mu(w),      mu(w) = offset + slope w + drop e^(-rate w)
+
+and with y = u + gamma b - offset, which follows u exactly, all modes share one lean pair of equations:
+
+    y' = b - w,      w' = y - (gamma + slope) w - drop e^(-rate w)
+"""
+
+# --- inputs of a cell: rows of `cells` (CELL_ROWS, n) -------------------------------------------------------------------
+GAMMA, BELT, A1, A2, A3, A4, MU_STATIC, MU_STOP, XI_START, ETA_START, HORIZON = range(11)
+CELL_ROWS = 11  # MU_STOP is NaN for no hysteresis, ETA_START is NaN for "sticking", HORIZON may be inf
+
+# --- outputs of a cell: rows of `results` (RESULT_ROWS, n), NaN until known ---------------------------------------------
+(
+    REGIME,
+    STATUS,
+    BREAKAWAY_TIME,
+    RESTICK_TIME,
+    RESTICK_XI,
+    PERIOD,
+    CYCLE_STICK_TIME,
+    XI_MAX,
+    XI_MIN,
+    SPEED_MAX,
+    ACCELERATION_MAX,
+    MU_REVERSAL,
+    CYCLE_HEAT,
+    CROSSINGS,
+    SETTLING_TIME,
+    STEPS,
+    STICKS,
+    STICK_TIME,
+    XI_END,
+    ETA_END,
+) = range(20)
+RESULT_ROWS = 20
+
+# --- what a cell means (REGIME) and how its integration ended (STATUS) --------------------------------------------------
+NOT_COMPUTED, STICK_SLIP, DAMPED, CREEP, SUSTAINED, STUCK, UNRESOLVED, FAILED = range(8)
+(
+    NOT_RUN,
+    CYCLE_CLOSED,
+    SETTLED,
+    OSCILLATION_SUSTAINED,
+    NEVER_BREAKS_AWAY,
+    HORIZON_REACHED,
+    STEP_LIMIT,
+    STEP_UNDERFLOW,
+    NOT_FINITE,
+) = range(9)
+
+# --- contact modes ------------------------------------------------------------------------------------------------------
+STICK, RISE, FAST, FALL, HOLD = range(5)  # the plain curve knows STICK and RISE only
+
+# --- hot state: rows of `lanes`, one flat buffer; number r of lane i is lanes[r + i], r being a multiple of WIDTH --------
+WIDTH = 32
+(
+    Y,  # u + gamma b - offset
+    W,  # slip speed
+    DW,  # its derivative
+    JERK,  # its second derivative
+    TAU,
+    HEAT,  # friction work so far
+    ERROR_LOG,  # log2 of the squared error norm of the last accepted step (PI control)
+    # the same seven after the step, copied back when it is committed
+    Y_NEXT,
+    W_NEXT,
+    DW_NEXT,
+    JERK_NEXT,
+    TAU_NEXT,
+    HEAT_NEXT,
+    ERROR_LOG_NEXT,
+    STEP,  # size of the step to try next
+    TRIED,  # steps tried so far
+    # law and guards of the present mode
+    B,  # belt speed in the frame
+    G,  # gamma
+    OFFSET,
+    SLOPE,
+    DROP,
+    RATE,
+    Y_STAR,  # y of steady sliding
+    LEVEL,  # the mode ends where w crosses this level ...
+    SIDE,  # ... from below (+1) or from above (-1)
+    TURN,  # 1 where a zero of w' ends the mode as well
+    RADIUS2,  # squared radius of the disc about steady sliding in which settling is proven
+    FLOOR,  # slip speed below which errors are absolute
+    MARK,  # 1 while extrema are recorded
+    TAU_END,
+    # the step being tried: size, stages, end, errors
+    TAKEN,
+    W_2,
+    W_3,
+    W_4,
+    W_5,
+    W_6,
+    K_2,
+    K_3,
+    K_4,
+    K_5,
+    K_6,
+    Y_NEW,
+    W_NEW,
+    DW_NEW,
+    JERK_NEW,
+    WORK,
+    ERROR_Y,
+    ERROR_W,
+    GOOD,  # 1 where the error is within tolerance
+    FACTOR,  # next step over this step
+    FLAG,  # 0: committed or rejected; 1: good, but the scalar code must look first; 2: no step can be taken
+) = range(0, 51 * WIDTH, WIDTH)
+LANE_NUMBERS = 51 * WIDTH
+STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
+
+# --- slow state: columns of `book` (WIDTH, BOOK_COLUMNS), one row a lane ------------------------------------------------
+(
+    CELL,  # index of the cell in the block, -1: the lane is idle
+    MODE,
+    SIGMA,
+    W_MIN,  # minimum of the hysteretic curve; 0 where there is no hysteresis
+    W_STABLE,  # steady sliding faster than this is stable
+    W_REVERSAL,  # start of the present line
+    XI_STAR,  # steady sliding, true frame
+    BAND,  # settling band
+    SLIP_START,  # time of the first slip, NaN before
+    CYCLE_START,  # time of the first break-away, NaN before
+    STICK_COUNT,
+    STICK_SUM,
+    HEAT_START,  # friction work up to the start of the cycle
+    SIDE_LAST,  # side of the equilibrium of the last extremum outside the band: +1, -1, 0 none yet
+    CROSSED,  # crossings of the equilibrium so far
+    XI_HIGH,
+    XI_LOW,
+    W_HIGH,
+    DW_HIGH,  # largest |w'|
+    PEAK,  # height above b of the last peak of w
+    PEAK_BEFORE,
+    MU_TURN,  # friction coefficient at the first reversal
+    LOOP_COUNT,  # maxima of xi since the reference one; amplitude, time and work there:
+    LOOP_AMPLITUDE,
+    LOOP_TAU,
+    LOOP_HEAT,
+    DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
+) = range(27)
+BOOK_COLUMNS = 27
+
+# --- trace log: rows of `log` (capacity, LOG_COLUMNS); row 0 is a header whose first number counts the segments met, the
+# --- others one segment each, from LOG_TAU to the LOG_TAU of the next. A log without rows is switched off. --------------
+LOG_TAU, LOG_MODE, LOG_SIGMA, LOG_U, LOG_W, LOG_DW, LOG_OFFSET, LOG_SLOPE, LOG_DROP = range(9)
+LOG_COLUMNS = 9
+
+# --- how to integrate: numbers of `control` -----------------------------------------------------------------------------
+RTOL, MAX_STEPS, EARLY_STOP = range(3)
+CONTROL_NUMBERS = 3

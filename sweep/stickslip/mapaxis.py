@@ -1,0 +1,123 @@
+"""A dimension of a dataset as the axis of a picture: cell edges, scale, ticks, words."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+_MOST_TICKS = 12  # labels side by side
+_MOST_BESIDE = 3  # parameters that vary together and are still spelled out
+_CROWDED = 45  # characters of all tick labels of an x axis, from which on they are written at a slant
+
+
+class MapAxis:
+    """One dimension of a map, ready to be drawn.
+
+    Numeric if the dimension has a numeric index, laid out as its `axis_spacing` says. Otherwise (named points,
+    parameters that vary together) the points stand side by side under their labels.
+    """
+
+    def __init__(self, ds: xr.Dataset, dim: Hashable) -> None:
+        self.dim = dim
+        self._length = ds.sizes[dim]
+        self._index = ds[dim] if dim in ds.coords else None
+        self._beside = [ds[name] for name in ds.coords if name != dim and ds[name].dims == (dim,)]
+        self.is_numeric = self._index is not None and self._index.dtype.kind in "fiu"
+
+    @cached_property
+    def title(self) -> str:
+        """What the axis shows, with its unit."""
+        if self._index is not None:
+            return title(self._index)
+        return title(self._beside[0]) if len(self._beside) == 1 else str(self.dim).replace("_", " ")
+
+    @cached_property
+    def centres(self) -> NDArray[np.float64]:
+        """Where the points lie: at their values, or at 0, 1, 2 ... under labels."""
+        if self._index is not None and self.is_numeric:
+            return self._index.values.astype(np.float64)
+        return np.arange(self._length, dtype=np.float64)
+
+    @cached_property
+    def edges(self) -> NDArray[np.float64]:
+        """Borders of the cells: half way between neighbours, on the scale of the axis."""
+        return np.exp(_midpoints(np.log(self.centres))) if self.is_log else _midpoints(self.centres)
+
+    @cached_property
+    def is_log(self) -> bool:
+        """Whether the axis is logarithmic."""
+        spacing = None if self._index is None else self._index.attrs.get("axis_spacing")
+        return self.is_numeric and spacing == "log" and bool((self.centres > 0).all())
+
+    def text(self, i: int) -> str:
+        """Point `i` in words: its label, its value, or the values of the parameters that vary together."""
+        if self._index is not None:
+            value = self._index.values[i]
+            return _quantity(self._index, value) if self.is_numeric else str(value)
+        if len(self._beside) == 1:
+            return _quantity(self._beside[0], self._beside[0].values[i])
+        if 1 < len(self._beside) <= _MOST_BESIDE:
+            return ", ".join(f"{c.name} = {_quantity(c, c.values[i])}".replace("_", " ") for c in self._beside)
+        return str(i)
+
+    def heading(self, i: int) -> str:
+        """Point `i` with the name of what it is a point of, as the title of a panel."""
+        if self._index is None and 1 < len(self._beside) <= _MOST_BESIDE:
+            return self.text(i)
+        named = self._index if self._index is not None else self._beside[0] if len(self._beside) == 1 else None
+        name = self.dim if named is None else named.attrs.get("long_name", self.dim)
+        return f"{name}: {self.text(i)}".replace("_", " ")
+
+    def apply(self, ax: Axes, which: str) -> None:
+        """Give the axis `which` ("x" or "y") of `ax` this scale, these limits and ticks."""
+        if self.is_log:
+            ax.set(**{f"{which}scale": "log"})
+        ax.set(**{f"{which}lim": (self.edges[0], self.edges[-1])})
+        if self.is_numeric:
+            return
+        wanted = MaxNLocator(_MOST_TICKS, integer=True).tick_values(0, self._length - 1)
+        ticks = [int(tick) for tick in wanted if 0 <= tick < self._length]
+        words = [self.text(tick) for tick in ticks]
+        slanted = which == "x" and sum(map(len, words)) > _CROWDED
+        axis = ax.xaxis if which == "x" else ax.yaxis
+        axis.set_ticks(ticks, labels=words)
+        axis.set_tick_params(length=0)
+        if slanted:
+            for word in axis.get_ticklabels():
+                word.set(rotation=30, ha="right", rotation_mode="anchor")
+
+
+def title(array: xr.DataArray) -> str:
+    """Long name with the unit, if there is one."""
+    name = str(array.attrs.get("long_name", array.name)).replace("_", " ")
+    units = _units(array)
+    return f"{name} ({units})" if units else name
+
+
+def _quantity(array: xr.DataArray, value: float) -> str:
+    """A value with its unit."""
+    return f"{value:.4g} {_units(array)}".rstrip()
+
+
+def _units(array: xr.DataArray) -> str:
+    """Units for print, the powers raised; nothing for pure numbers."""
+    printed = []
+    for word in str(array.attrs.get("units", "1")).split():
+        base = word.rstrip("-0123456789")
+        printed.append(f"{base}$^{{{word[len(base) :]}}}$" if base != word else word)
+    return " ".join(printed) if array.attrs.get("units", "1") != "1" else ""
+
+
+def _midpoints(centres: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Edges between neighbouring centres, and as far outside the ends as inside; around a lone centre, a small cell."""
+    if len(centres) == 1:
+        half = 0.05 * abs(centres[0]) or 0.5
+        return np.array([centres[0] - half, centres[0] + half])
+    inner = (centres[1:] + centres[:-1]) / 2
+    return np.concatenate([[2 * centres[0] - inner[0]], inner, [2 * centres[-1] - inner[-1]]])

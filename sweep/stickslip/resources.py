@@ -1,0 +1,39 @@
+"""The ready-to-run configurations, wherever the package was found.
+
+A wheel carries them inside the package (``stickslip/configs``); in a checkout, and in an editable install of one, they
+are the folder ``configs`` at its root.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+_PACKAGE = Path(__file__).resolve().parent
+_FOLDERS = (_PACKAGE / "configs", _PACKAGE.parents[1] / "configs")
+
+
+def _folder() -> Path:
+    """The first of the two folders that exists."""
+    for folder in _FOLDERS:
+        if folder.is_dir():
+            return folder
+    raise FileNotFoundError(
+        f"the configurations that come with stickslip are missing: no {_FOLDERS[0]}, no {_FOLDERS[1]}"
+    )
+
+
+def config_names() -> list[str]:
+    """Names of the configurations that come with the package, sorted, without ``.yaml``."""
+    return sorted(path.stem for path in _folder().glob("*.yaml"))
+
+
+def config_path(name: str) -> Path:
+    """File of the configuration called `name` (with or without ``.yaml``).
+
+    Raises FileNotFoundError, naming those that exist.
+    """
+    names = config_names()
+    stem = name.removesuffix(".yaml")
+    if stem not in names:
+        raise FileNotFoundError(f"no configuration is called {name!r}; there are {', '.join(names)}")
+    return _folder() / f"{stem}.yaml"

@@ -1,0 +1,180 @@
+import subprocess
+from datetime import datetime
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stickslip import dataset
+from stickslip.dataset import cell_dataset, map_dataset, provenance, trace_dataset
+from stickslip.palette import FLAG_COLOURS
+from stickslip.variables import FLAGS, MODES, PARAMETERS, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES
+from support import FIXED, axis, make_grid, make_map, make_results, plane
+
+
+def test_last_dimension_of_the_grid_runs_fastest():
+    grid = make_grid(axis("stiffness", [1.0, 2.0]), axis("belt_speed", [0.1, 0.2, 0.3]))
+    ds = map_dataset(grid, {"period": np.arange(6.0)}, {})
+    assert ds["period"].dims == ("stiffness", "belt_speed")
+    assert ds["period"].sel(stiffness=2.0, belt_speed=0.1) == 3.0
+
+
+def test_every_variable_carries_units_and_long_name():
+    ds = plane()
+    for name, variable in ds.variables.items():
+        declared = PARAMETERS.get(name) or VARIABLES[name]
+        assert (variable.attrs["units"], variable.attrs["long_name"]) == (declared.units, declared.long_name)
+
+
+def test_parameters_equal_in_every_cell_are_scalar_coordinates():
+    ds = plane()
+    assert ds["a1"].dims == () and ds["a1"] == FIXED["a1"]
+    assert np.isnan(ds["mu_stop"]), "absent parameters stay visible as NaN"
+
+
+def test_axes_say_how_their_values_were_laid_out():
+    ds = plane()
+    assert [ds[name].attrs["axis_spacing"] for name in ("stiffness", "belt_speed")] == ["log", "linear"]
+
+
+def test_parameters_that_vary_together_share_a_dimension_indexed_by_its_labels():
+    lubricants = [
+        axis("a1", [1.0, 0.8], "values", "lubricant", ["dry", "grease"]),
+        axis("a3", [0.3, 0.1], "values", "lubricant"),
+    ]
+    ds = make_map(*lubricants, axis("belt_speed", [0.1, 0.2, 0.3]))
+    assert dict(ds.sizes) == {"lubricant": 2, "belt_speed": 3}
+    assert ds.sel(lubricant="grease")["a1"] == 0.8
+    assert ds.sel(lubricant="grease")["a3"] == 0.1
+
+
+def test_parameters_that_vary_together_need_no_labels():
+    ds = make_map(axis("a1", [1.0, 0.8], dim="lubricant"), axis("a3", [0.3, 0.1], dim="lubricant"))
+    assert "lubricant" not in ds.coords
+    assert ds["a3"].dims == ("lubricant",)
+
+
+def test_a_grid_of_one_cell_has_no_dimensions():
+    assert make_map().sizes == {}
+
+
+@pytest.mark.parametrize("flag", ["regime", "status"])
+def test_flags_are_int8_with_their_meanings_beside_them(flag):
+    variable = plane()[flag]
+    assert variable.dtype == np.int8
+    assert variable.attrs["flag_values"].dtype == np.int8
+    meanings = dict(zip(variable.attrs["flag_meanings"].split(), variable.attrs["flag_values"], strict=True))
+    assert tuple(meanings) == {"regime": REGIMES, "status": STATUSES}[flag]
+    assert list(meanings.values()) == list(range(len(meanings)))
+    for name, message in FLAGS[flag].items():
+        assert f"{name}: {message}" in variable.attrs["comment"]
+
+
+def test_cells_nobody_computed_are_flagged_zero_and_counted_zero():
+    grid = make_grid(axis("belt_speed", [0.1, 0.2]))
+    ds = map_dataset(grid, {name: np.full(2, np.nan) for name in make_results(grid)}, {})
+    assert (ds["regime"] == REGIMES.index("not_computed")).all()
+    assert (ds["status"] == STATUSES.index("not_run")).all()
+    assert (ds["steps"] == 0).all() and ds["steps"].dtype == np.int32
+    assert ds["equilibrium_crossings"].isnull().all(), "a count that was not made is undefined, not zero"
+
+
+def test_neither_flags_nor_counts_nor_coordinates_get_a_fill_value():
+    ds = plane()
+    for name in ["regime", "status", "steps", *ds.coords]:
+        assert ds[name].encoding["_FillValue"] is None
+
+
+def test_results_without_declaration_are_a_bug():
+    with pytest.raises(KeyError, match="wobble"):
+        map_dataset(make_grid(axis("belt_speed", [0.1])), {"wobble": [1.0]}, {})
+
+
+def test_cells_keep_their_inputs_along_the_cell_dimension():
+    ds = cell_dataset({"mass": [1.0, 2.0], "stiffness": 3.0}, {"regime": [1, 2], "period": [0.5, np.nan]}, {})
+    assert ds["stiffness"].dims == ("cell",) and ds["stiffness"].values.tolist() == [3.0, 3.0]
+    assert ds["regime"].dims == ("cell",)
+    assert "mass" in ds.coords
+
+
+def test_a_single_cell_may_be_given_as_plain_numbers():
+    ds = cell_dataset({"mass": 1.0}, {"regime": 1}, {})
+    assert ds.sizes == {"cell": 1}
+
+
+def test_a_trajectory_keeps_the_state_at_the_start_under_names_of_its_own():
+    samples = {name: np.zeros(3) for name in TRACE_VARIABLES}
+    ds = trace_dataset(
+        [0.0, 0.1, 0.2], samples, {"mass": 2.0, "displacement": 0.5}, {"Conventions": "CF-1.11", "title": "t"}
+    )
+    assert ds["displacement"].dims == ("time",) and ds["displacement_start"] == 0.5
+    assert ds["mode"].dtype == np.int8 and ds["mode"].attrs["flag_meanings"] == " ".join(MODES)
+    assert ds["time"].attrs["units"] == "s"
+    assert "Conventions" not in ds.attrs, "CF would want a date in a coordinate called time"
+
+
+def test_every_flag_has_a_colour():
+    for flag, colours in FLAG_COLOURS.items():
+        assert list(colours) == list(FLAGS[flag])
+        assert len(set(colours.values())) == len(colours)
+
+
+# --- provenance -------------------------------------------------------------------------------------------------------
+
+
+def test_provenance_names_source_configuration_and_time():
+    found = provenance("title: felt\n", title="Felt", action="run felt.yaml", more={"comment": "a try"})
+    assert found["title"] == "Felt" and found["configuration"] == "title: felt\n" and found["comment"] == "a try"
+    assert found["source"].startswith("stickslip ")
+    assert found["history"].endswith("run felt.yaml")
+    assert datetime.fromisoformat(found["history"].split()[0]) == datetime.fromisoformat(found["date_created"])
+    assert "numpy" in found["software"] and "numba" in found["software"]
+    assert "institution" not in found
+    assert all(isinstance(value, str) for value in found.values())
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """A git repository with one commit, in which dataset.py seems to lie."""
+
+    def git(*arguments):
+        command = ["git", "-c", "user.name=t", "-c", "user.email=t@example.org", *arguments]
+        return subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True).stdout.strip()
+
+    (tmp_path / "sweep/stickslip").mkdir(parents=True)
+    (tmp_path / "sweep/stickslip/dataset.py").write_text("")
+    try:
+        git("init", "-q")
+    except FileNotFoundError:
+        pytest.skip("git is not installed")
+    git("add", ".")
+    git("commit", "-q", "-m", "first")
+    monkeypatch.setattr(dataset, "__file__", str(tmp_path / "sweep/stickslip/dataset.py"))
+    return tmp_path, git("rev-parse", "HEAD")
+
+
+def test_source_names_the_commit_and_whether_files_differ_from_it(checkout):
+    root, commit = checkout
+    assert provenance("", title="")["source"].endswith(f"git {commit}")
+    (root / "sweep/stickslip/dataset.py").write_text("edited")
+    assert dataset.git_revision() == f"{commit}-dirty"
+
+
+def test_provenance_needs_no_git(checkout, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    assert dataset.git_revision() is None
+    assert "git" not in provenance("", title="")["source"]
+
+
+def test_an_installed_package_does_not_report_the_repository_around_it(checkout, monkeypatch):
+    root, _ = checkout
+    inside = root / ".venv/lib/python3.11/site-packages/stickslip/dataset.py"
+    monkeypatch.setattr(dataset, "__file__", str(inside))
+    assert dataset.git_revision() is None
+
+
+def test_datasets_survive_pickling_between_processes():
+    import pickle
+
+    ds = plane()
+    xr.testing.assert_identical(pickle.loads(pickle.dumps(ds)), ds)

@@ -1,0 +1,309 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.colors import LogNorm, to_rgb
+
+from stickslip import plots
+from stickslip.dataset import cell_dataset, trace_dataset
+from stickslip.mapaxis import MapAxis, title
+from stickslip.palette import FLAG_COLOURS, UNDEFINED_COLOUR
+from stickslip.plots import PlotError, plot_map, plot_trace
+from stickslip.variables import REGIMES
+from support import axis, make_map, plane
+
+LUBRICANTS = ["dry", "grease", "bonded coating"]
+
+
+def lubricants(labels=None):
+    return (
+        axis("a3", [0.1, 0.3, 0.6], "values", "lubricant", labels),
+        axis("a4", [0.1, 0.05, 0.1], "values", "lubricant"),
+    )
+
+
+def speeds(n=6):
+    return axis("belt_speed", np.linspace(0.05, 0.6, n))
+
+
+def stiffnesses(n=5):
+    return axis("stiffness", np.geomspace(0.1, 1000.0, n), "log")
+
+
+def legend_of(figure) -> dict:
+    return {
+        text.get_text(): handle
+        for text, handle in zip(figure.legends[0].texts, figure.legends[0].legend_handles, strict=True)
+    }
+
+
+def panels_of(figure):
+    return [ax for ax in figure.axes if ax.axison and ax.get_label() != "<colorbar>"]
+
+
+# --- colours and legend -----------------------------------------------------------------------------------------------
+
+
+def test_a_regime_has_the_same_colour_whatever_else_is_in_the_map():
+    mixed, alone = plane(), plane()
+    alone["regime"][:] = REGIMES.index("damped")
+    for ds in (mixed, alone):
+        colour = legend_of(plot_map(ds))["damped"].get_facecolor()
+        assert colour[:3] == to_rgb(FLAG_COLOURS["regime"]["damped"])
+
+
+def test_cells_are_painted_in_the_colour_of_the_legend():
+    ds = plane()
+    figure = plot_map(ds)
+    mesh = figure.axes[0].collections[0]
+    painted = mesh.to_rgba(ds["regime"].values)
+    for code in np.unique(ds["regime"]):
+        expected = to_rgb(FLAG_COLOURS["regime"][REGIMES[code]])
+        assert (painted[ds["regime"].values == code][:, :3] == expected).all()
+
+
+def test_the_legend_holds_only_what_is_in_the_map():
+    ds = plane()
+    ds["regime"][:] = REGIMES.index("stick_slip")
+    ds["regime"][0, 0] = REGIMES.index("unresolved")
+    assert set(legend_of(plot_map(ds, borders=False))) == {"stick-slip", "unresolved"}
+
+
+def test_every_flag_can_be_mapped():
+    assert "cycle closed" in legend_of(plot_map(plane(), "status"))
+
+
+def test_a_number_gets_a_colour_bar_with_its_unit_and_undefined_cells_are_grey():
+    figure = plot_map(plane(), "period")
+    assert figure.axes[-1].get_ylabel() == "period of the limit cycle (s)"
+    assert legend_of(figure)["undefined"].get_facecolor()[:3] == to_rgb(UNDEFINED_COLOUR)
+    assert figure.axes[0].get_facecolor()[:3] == to_rgb(UNDEFINED_COLOUR)
+    assert np.ma.count_masked(figure.axes[0].collections[0].get_array()) == int(plane()["period"].isnull().sum())
+
+
+def test_colours_are_logarithmic_when_a_positive_number_spans_decades():
+    assert isinstance(plot_map(plane(), "breakaway_time").axes[0].collections[0].norm, LogNorm)
+    assert not isinstance(plot_map(plane(), "damping_ratio").axes[0].collections[0].norm, LogNorm)
+
+
+def test_a_variable_without_a_single_value_is_drawn_grey():
+    ds = plane()
+    ds["period"][:] = np.nan
+    assert "undefined" in legend_of(plot_map(ds, "period"))
+
+
+# --- axes -------------------------------------------------------------------------------------------------------------
+
+
+def test_axes_are_named_with_units_and_follow_their_spacing():
+    ax = plot_map(plane()).axes[0]
+    assert ax.get_xlabel() == "belt speed (m s$^{-1}$)" and ax.get_ylabel() == "spring stiffness (N m$^{-1}$)"
+    assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "log")
+
+
+def test_cells_end_half_way_to_their_neighbours_on_the_scale_of_the_axis():
+    ds = make_map(axis("stiffness", [1.0, 10.0, 100.0], "log"), axis("belt_speed", [0.1, 0.2, 0.4], "values"))
+    np.testing.assert_allclose(MapAxis(ds, "stiffness").edges, np.array([0.1, 1.0, 10.0, 100.0]) * np.sqrt(10))
+    np.testing.assert_allclose(MapAxis(ds, "belt_speed").edges, [0.05, 0.15, 0.3, 0.5])
+
+
+def test_a_falling_axis_is_drawn_rising():
+    ds = make_map(axis("stiffness", [3.0, 1.0, 2.0], "values"), speeds())
+    limits = plot_map(ds).axes[0].get_ylim()
+    assert limits == (0.5, 3.5)
+
+
+def test_units_without_powers_and_pure_numbers_read_plainly():
+    ds = plane()
+    assert title(ds["mass"]) == "mass (kg)"
+    assert title(ds["regime"]) == "regime of motion"
+
+
+def test_named_points_stand_side_by_side_under_their_labels():
+    ax = plot_map(make_map(speeds(), *lubricants(LUBRICANTS))).axes[0]
+    assert [text.get_text() for text in ax.get_xticklabels()] == LUBRICANTS
+    assert ax.get_xlabel() == "lubricant"
+
+
+def test_points_without_names_are_described_by_what_varies():
+    ax = plot_map(make_map(*lubricants(), speeds())).axes[0]
+    assert ax.get_yticklabels()[0].get_text() == "a3 = 0.1, a4 = 0.1 m s$^{-1}$"
+
+
+# --- borders ----------------------------------------------------------------------------------------------------------
+
+
+def test_linear_borders_lie_where_the_damping_ratio_is_zero_and_one():
+    ds = make_map(axis("stiffness", np.geomspace(0.01, 10, 60), "log"), speeds(80), damping=0.2)
+    figure = plot_map(ds)
+    assert {"damping ratio 0 (linear)", "damping ratio 1 (linear)"} <= set(legend_of(figure))
+    levels = {}
+    for contour in figure.axes[0].collections[1:]:
+        points = np.concatenate([path.vertices for path in contour.get_paths() if len(path.vertices)])
+        found = ds["damping_ratio"].interp(
+            belt_speed=("p", points[:, 0]), stiffness=("p", points[:, 1])
+        )  # linear, as the contour is
+        levels[contour.levels[0]] = np.abs(found - contour.levels[0]).max()
+    assert set(levels) == {0.0, 1.0}
+    assert max(levels.values()) < 0.05
+
+
+def test_borders_outside_the_map_are_neither_drawn_nor_promised():
+    ds = make_map(stiffnesses(), axis("belt_speed", np.linspace(0.02, 0.1, 5)))
+    figure = plot_map(ds)
+    assert set(legend_of(figure)) == {"stick-slip"}
+    assert len(figure.axes[0].collections) == 1
+
+
+def test_borders_can_be_left_out():
+    assert len(plot_map(plane(), borders=False).axes[0].collections) == 1
+
+
+# --- any number of dimensions -----------------------------------------------------------------------------------------
+
+
+def test_leading_dimensions_become_panels_with_headings():
+    ds = make_map(axis("normal_load", [1.0, 2.5], "values"), stiffnesses(), speeds())
+    panels = panels_of(plot_map(ds))
+    assert [ax.get_title() for ax in panels] == ["normal load: 1 N", "normal load: 2.5 N"]
+
+
+def test_panels_show_their_own_part_of_the_map():
+    ds = make_map(axis("normal_load", [1.0, 2.5, 9.0], "values"), stiffnesses(), speeds())
+    for i, ax in enumerate(panels_of(plot_map(ds, "spring_force_max"))):
+        np.testing.assert_array_equal(ax.collections[0].get_array().reshape(5, 6), ds["spring_force_max"][i])
+
+
+def test_zipped_dimensions_become_panels_under_their_labels():
+    panels = panels_of(plot_map(make_map(*lubricants(LUBRICANTS), stiffnesses(), speeds())))
+    assert [ax.get_title() for ax in panels] == [f"lubricant: {label}" for label in LUBRICANTS]
+
+
+def test_two_leading_dimensions_span_a_table():
+    ds = make_map(axis("mass", [1.0, 2.0]), axis("normal_load", [1.0, 2.0, 3.0]), stiffnesses(), speeds())
+    panels = panels_of(plot_map(ds))
+    assert panels[4].get_title() == "mass: 2 kg\nnormal load: 2 N"
+
+
+def test_too_many_panels_are_refused_with_the_remedy():
+    ds = make_map(
+        axis("mass", np.linspace(1, 2, 5)), axis("normal_load", [1.0, 2.0, 3.0, 4.0]), stiffnesses(), speeds()
+    )
+    with pytest.raises(PlotError, match=r"20 panels over mass \(5\), normal_load \(4\).*\n.*select"):
+        plot_map(ds)
+    assert len(panels_of(plot_map(ds, select={"mass": 1.3}))) == 4
+
+
+@pytest.mark.parametrize("place", [{"lubricant": "grease"}, {"belt_speed": 0.21}, {"belt_speed": "0.21"}])
+def test_a_dimension_can_be_fixed_by_label_or_by_the_nearest_value(place):
+    ds = make_map(*lubricants(LUBRICANTS), stiffnesses(), speeds())
+    assert len(panels_of(plot_map(ds, select=place))) == 1
+
+
+def test_a_dimension_without_index_is_fixed_by_position():
+    ds = make_map(*lubricants(), stiffnesses(), speeds())
+    assert len(panels_of(plot_map(ds, select={"lubricant": 2}))) == 1
+
+
+@pytest.mark.parametrize(
+    ("place", "message"),
+    [
+        ({"mass": 1}, "dimensions are lubricant, stiffness, belt_speed"),
+        ({"lubricant": "oil"}, "labels are dry, grease, bonded coating"),
+        ({"belt_speed": "fast"}, "expected a number"),
+    ],
+)
+def test_impossible_selections_say_what_is_possible(place, message):
+    with pytest.raises(PlotError, match=message):
+        plot_map(make_map(*lubricants(LUBRICANTS), stiffnesses(), speeds()), select=place)
+
+
+def test_a_map_of_one_dimension_is_a_strip_above_points():
+    ds = make_map(speeds(20))
+    strip, points = plot_map(ds, "period").axes
+    assert strip.get_ylabel() == "regime" and points.get_ylabel() == "period of the limit cycle (s)"
+    assert points.get_xlabel() == "belt speed (m s$^{-1}$)"
+    assert plot_map(ds).axes[1].get_ylabel() == "linear damping ratio of steady sliding"
+
+
+def test_cells_of_a_list_are_numbered():
+    ds = cell_dataset({name: 1.0 for name in ("mass", "a1", "a2", "a3", "a4")}, {"regime": [1, 2, 2]}, {})
+    (strip,) = plot_map(ds).axes
+    assert [text.get_text() for text in strip.get_xticklabels()] == ["0", "1", "2"]
+
+
+def test_a_single_cell_is_no_map():
+    with pytest.raises(PlotError, match="simulate"):
+        plot_map(make_map())
+
+
+def test_an_axis_of_one_point_is_drawn():
+    ds = make_map(axis("stiffness", [10.0], "log"), speeds())
+    assert plot_map(ds).axes[0].get_ylim()[0] < 10.0 < plot_map(ds).axes[0].get_ylim()[1]
+
+
+def test_unknown_variables_are_refused_with_those_that_exist():
+    with pytest.raises(PlotError, match="no variable 'colour'; there are regime"):
+        plot_map(plane(), "colour")
+
+
+def test_axes_longer_than_can_be_seen_are_thinned():
+    ds = make_map(axis("stiffness", [1.0, 2.0]), axis("belt_speed", np.linspace(0.1, 0.2, 4001)))
+    assert plot_map(ds).axes[0].collections[0].get_array().size <= 2 * 2000
+
+
+# --- trajectories -----------------------------------------------------------------------------------------------------
+
+
+def made_up_trace(belt=0.5):
+    time = np.linspace(0.0, 4.0, 9)
+    mode = np.array([0, 0, 0, 1, 1, 0, 0, 1, 1])
+    velocity = np.where(mode == 0, belt, -0.3)
+    samples = {
+        "displacement": np.cumsum(velocity),
+        "velocity": velocity,
+        "relative_speed": belt - velocity,
+        "mode": mode,
+    }
+    return trace_dataset(time, samples, {"mass": 1.0}, {"title": "made up"})
+
+
+def test_stick_phases_are_shaded_from_re_stick_to_break_away():
+    spans = [(p.get_x(), p.get_x() + p.get_width()) for p in plot_trace(made_up_trace()).axes[0].patches]
+    assert spans == [(0.0, 1.5), (2.5, 3.5)]
+
+
+def test_a_phase_that_lasts_to_the_end_is_shaded_to_the_end():
+    assert list(plots._spans(np.arange(3.0), np.array([False, True, True]))) == [(1.0, 2.0)]
+
+
+def test_the_phase_portrait_shows_the_belt_speed_if_it_is_constant():
+    assert len(plot_trace(made_up_trace()).axes[2].lines) == 3
+    assert len(plot_trace(made_up_trace(np.linspace(0.1, 0.5, 9))).axes[2].lines) == 2
+
+
+def test_a_map_is_no_trajectory():
+    with pytest.raises(PlotError, match="not a trajectory"):
+        plot_trace(plane())
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_pictures_are_written_in_the_format_of_their_name(suffix, tmp_path):
+    path = tmp_path / f"map{suffix}"
+    plots.save(plot_map(plane()), path, dpi=60)
+    assert path.read_bytes()[:4] in (b"\x89PNG", b"<?xm", b"%PDF")
+
+
+@pytest.mark.parametrize("name", ["map.sketch", "absent/map.png"])
+def test_pictures_that_cannot_be_written_are_named(name, tmp_path):
+    with pytest.raises(PlotError, match=name):
+        plots.save(plot_map(plane()), tmp_path / name)
+
+
+def test_drawing_needs_no_pyplot():
+    code = "import sys, stickslip.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": ":".join(sys.path)}).returncode == 0

@@ -1,0 +1,62 @@
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from stickslip import resources
+from stickslip.resources import config_names, config_path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_a_checkout_finds_the_configurations_at_its_root():
+    assert config_names() == sorted(path.stem for path in (ROOT / "configs").glob("*.yaml"))
+    assert "quickstart" in config_names()
+
+
+@pytest.mark.parametrize("name", ["quickstart", "quickstart.yaml"])
+def test_a_configuration_is_found_with_and_without_suffix(name):
+    assert config_path(name).samefile(ROOT / "configs" / "quickstart.yaml")
+
+
+@pytest.mark.parametrize("name", ["quickstrat", "../pyproject", ""])
+def test_an_unknown_name_is_refused_with_those_that_exist(name):
+    with pytest.raises(FileNotFoundError, match="quickstart"):
+        config_path(name)
+
+
+def test_a_package_without_configurations_says_where_it_looked(monkeypatch):
+    monkeypatch.setattr(resources, "_FOLDERS", (Path("nowhere"), Path("neither")))
+    with pytest.raises(FileNotFoundError, match="nowhere.*neither"):
+        config_names()
+
+
+@pytest.fixture(scope="module")
+def unpacked_wheel(tmp_path_factory):
+    """The contents of a wheel built from this checkout."""
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "--directory", str(folder)]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    (wheel,) = folder.glob("*.whl")
+    zipfile.ZipFile(wheel).extractall(folder / "unpacked")
+    return folder / "unpacked"
+
+
+def test_a_wheel_carries_both_packages_their_types_and_the_configurations(unpacked_wheel):
+    packed = {path.relative_to(unpacked_wheel).as_posix() for path in unpacked_wheel.rglob("*") if path.is_file()}
+    sources = {path for root in ("sweep", "kernels") for path in (ROOT / root).rglob("*.py")}
+    expected = {path.relative_to(ROOT).as_posix().split("/", 1)[1] for path in sources}
+    expected |= {f"stickslip/configs/{path.name}" for path in (ROOT / "configs").glob("*.yaml")}
+    expected |= {"stickslip/py.typed", "stickslip_kernels/py.typed"}
+    assert expected <= packed
+    assert {name.split("/")[0].split("-")[0] for name in packed} == {"stickslip", "stickslip_kernels"}
+
+
+def test_an_installed_package_finds_its_own_configurations(unpacked_wheel, tmp_path):
+    code = "from stickslip.resources import config_path; print(config_path('quickstart'))"
+    paths = ":".join([str(unpacked_wheel), *(path for path in sys.path if "site-packages" in path)])
+    command = [sys.executable, "-S", "-c", code]
+    done = subprocess.run(command, cwd=tmp_path, env={"PYTHONPATH": paths}, capture_output=True, text=True, check=True)
+    assert Path(done.stdout.strip()) == unpacked_wheel / "stickslip" / "configs" / "quickstart.yaml"

@@ -1,0 +1,262 @@
+import errno
+import os
+import socket
+import stat
+import warnings
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+from stickslip import store
+from stickslip.dataset import cell_dataset, provenance, trace_dataset
+from stickslip.store import StoreError
+from stickslip.variables import TRACE_VARIABLES
+from support import axis, make_map, plane
+
+
+def labelled() -> xr.Dataset:
+    pads = axis("normal_load", [1.0, 2.0, 3.0], "values", "pad", ["felt", "rubber", "µ-foam"])
+    return make_map(pads, axis("a1", [0.9, 1.0, 1.1], "values", "pad"), axis("belt_speed", [0.1, 0.2]))
+
+
+def cells() -> xr.Dataset:
+    results = {"regime": [1, 2], "steps": [10.0, np.nan], "period": [0.5, np.nan]}
+    return cell_dataset({"mass": [1.0, 2.0], "mu_stop": np.nan}, results, provenance("", title="cells"))
+
+
+def trace() -> xr.Dataset:
+    samples = {name: np.linspace(0, 1, 5) for name in TRACE_VARIABLES}
+    return trace_dataset(np.linspace(0, 1, 5), samples, {"mass": 1.0}, provenance("", title="trace"))
+
+
+DATASETS = {"plane": plane, "labelled": labelled, "cells": cells, "trace": trace, "one cell": make_map}
+
+
+def files_in(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+# --- round trips ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+@pytest.mark.parametrize("make", DATASETS.values(), ids=DATASETS)
+def test_reading_gives_what_was_written(make, suffix, tmp_path):
+    if suffix == ".zarr":
+        pytest.importorskip("zarr")
+    ds = make()
+    path = store.write(ds, tmp_path / f"map{suffix}")
+    with store.open(path) as back:
+        xr.testing.assert_identical(back, ds)
+        assert {name: v.dtype for name, v in back.variables.items()} == {
+            name: v.dtype for name, v in ds.variables.items()
+        }
+        for flag in {"regime", "status", "mode"} & set(ds.data_vars):
+            assert isinstance(back[flag].attrs["flag_values"], np.ndarray)
+            assert back[flag].attrs["flag_values"].dtype == np.int8
+    assert files_in(tmp_path) == [path.name], "no temporary file stays behind"
+
+
+def test_what_was_read_can_be_written_in_the_other_format(tmp_path):
+    pytest.importorskip("zarr")
+    ds = labelled()
+    with store.open(store.write(ds, tmp_path / "a.nc")) as a:
+        store.write(a, tmp_path / "b.zarr")
+    with store.open(tmp_path / "b.zarr") as b:
+        store.write(b, tmp_path / "c.nc")
+    with store.open(tmp_path / "c.nc") as c:
+        xr.testing.assert_identical(c, ds)
+
+
+def test_a_plain_netcdf_reader_sees_flags_as_int8_without_fill_value(tmp_path):
+    store.write(plane(), tmp_path / "map.nc")
+    with netCDF4.Dataset(tmp_path / "map.nc") as file:
+        for name in ("regime", "status", "steps", "stiffness", "belt_speed", "a1"):
+            assert "_FillValue" not in file[name].ncattrs()
+        assert file["regime"].dtype == np.int8
+        assert file["period"].filters()["zlib"] and file["period"].filters()["shuffle"]
+
+
+def test_chunks_hold_at_most_a_mebibyte_and_whole_last_dimensions():
+    assert store._chunks((100, 200)) == (100, 200)
+    assert store._chunks((50, 1000, 1000)) == (1, 131, 1000)
+    assert store._chunks((10**7,)) == (2**17,)
+
+
+# --- all or nothing ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "failure",
+    [OSError(errno.ENOSPC, "No space left on device"), RuntimeError("NetCDF: HDF error")],
+    ids=["os", "netcdf"],
+)
+def test_a_failing_write_leaves_the_good_file_as_it_was(failure, tmp_path, monkeypatch):
+    path = store.write(plane(), tmp_path / "map.nc")
+    before = path.read_bytes()
+
+    def half_written(self, target, **options):
+        target.write_bytes(b"half")
+        raise failure
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", half_written)
+    with pytest.raises(StoreError, match="map.nc: cannot be written .*(No space left|HDF error)"):
+        store.write(labelled(), path)
+    assert path.read_bytes() == before
+    assert files_in(tmp_path) == ["map.nc"]
+
+
+def test_a_new_result_replaces_the_old_one(tmp_path):
+    path = store.write(plane(), tmp_path / "map.nc")
+    store.write(labelled(), path)
+    with store.open(path) as back:
+        xr.testing.assert_identical(back, labelled().assign_attrs(back.attrs))
+
+
+def test_a_failing_zarr_write_leaves_the_good_store_as_it_was(tmp_path, monkeypatch):
+    pytest.importorskip("zarr")
+    path = store.write(plane(), tmp_path / "map.zarr")
+    replace = os.replace
+
+    def fail_the_second_rename(source, target):
+        if str(source).endswith(".part"):
+            raise OSError(errno.EIO, "Input/output error")
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", fail_the_second_rename)
+    with pytest.raises(StoreError, match="Input/output error"):
+        store.write(labelled(), path)
+    with store.open(path) as back:
+        assert "stiffness" in back.dims
+    assert files_in(tmp_path) == ["map.zarr"]
+
+
+def test_a_link_stays_a_link_to_the_new_file(tmp_path):
+    (tmp_path / "data").mkdir()
+    link = tmp_path / "latest.nc"
+    link.symlink_to(tmp_path / "data" / "map.nc")
+    store.write(plane(), link)
+    assert link.is_symlink() and (tmp_path / "data" / "map.nc").is_file()
+
+
+def test_files_get_the_permissions_the_user_wants(tmp_path):
+    umask = os.umask(0o022)
+    try:
+        path = store.write(plane(), tmp_path / "map.nc")
+    finally:
+        os.umask(umask)
+    assert stat.S_IMODE(path.stat().st_mode) == 0o644
+
+
+# --- errors -----------------------------------------------------------------------------------------------------------
+
+
+def test_missing_folders_are_made(tmp_path):
+    assert store.write(plane(), tmp_path / "results" / "felt" / "map.nc").is_file()
+
+
+@pytest.mark.parametrize("act", [lambda path: store.write(plane(), path), store.check_writable], ids=["write", "check"])
+def test_an_impossible_folder_is_named_with_the_reason(act, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StoreError, match="map.nc: cannot be written .*(Not a directory|File exists)"):
+        act(tmp_path / "file" / "map.nc")
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_without_permission_is_named_with_the_reason(tmp_path):
+    tmp_path.chmod(0o500)
+    try:
+        with pytest.raises(StoreError, match="Permission denied"):
+            store.check_writable(tmp_path / "map.nc")
+    finally:
+        tmp_path.chmod(0o700)
+
+
+def test_checking_for_permission_leaves_nothing_behind(tmp_path):
+    store.check_writable(tmp_path / "map.nc")
+    assert files_in(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", ["map.csv", "map", "map.nc.gz"])
+def test_unknown_kinds_of_file_are_refused(name, tmp_path):
+    with pytest.raises(StoreError, match=r"expected a name that ends in \.nc or \.zarr"):
+        store.write(plane(), tmp_path / name)
+
+
+def test_a_device_or_folder_in_the_place_of_the_file_is_left_alone(tmp_path):
+    (tmp_path / "map.nc").mkdir()
+    with pytest.raises(StoreError, match="not a regular file"):
+        store.write(plane(), tmp_path / "map.nc")
+
+
+def test_a_folder_that_is_no_zarr_store_is_left_alone(tmp_path):
+    pytest.importorskip("zarr")
+    (tmp_path / "map.zarr").mkdir()
+    (tmp_path / "map.zarr" / "precious.txt").write_text("")
+    with pytest.raises(StoreError, match="not a Zarr store"):
+        store.write(plane(), tmp_path / "map.zarr")
+    assert (tmp_path / "map.zarr" / "precious.txt").exists()
+
+
+def test_without_zarr_the_message_says_how_to_get_it(tmp_path, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    with pytest.raises(StoreError, match=r"stickslip\[zarr\]"):
+        store.write(plane(), tmp_path / "map.zarr")
+
+
+def test_opening_what_is_not_there_says_so(tmp_path):
+    with pytest.raises(StoreError, match="absent.nc: no such file"):
+        store.open(tmp_path / "absent.nc")
+
+
+def test_opening_what_is_not_netcdf_says_so(tmp_path):
+    (tmp_path / "notes.nc").write_text("not a dataset")
+    with pytest.raises(StoreError, match="notes.nc: cannot be read as netCDF"):
+        store.open(tmp_path / "notes.nc")
+
+
+def test_opening_a_netcdf_file_of_someone_else_says_so(tmp_path):
+    xr.Dataset({"wind": ("x", [1.0])}).to_netcdf(tmp_path / "wind.nc")
+    with pytest.raises(StoreError, match="not written by stickslip"):
+        store.open(tmp_path / "wind.nc")
+
+
+# --- the conventions the files claim ----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def cf_checker():
+    """The compliance checker, with the standard-name table it ships."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from compliance_checker.suite import CheckSuite
+
+        CheckSuite.load_all_available_checkers()
+    return CheckSuite()
+
+
+def _is_full_score(value) -> bool:
+    """Whether the checker, which scores True or (reached, of), found nothing to deduct."""
+    return value[0] == value[1] if isinstance(value, tuple) else bool(value)
+
+
+@pytest.mark.parametrize("make", [plane, labelled, cells, make_map], ids=["plane", "labelled", "cells", "one cell"])
+def test_files_pass_the_cf_checker_without_a_single_remark(make, cf_checker, tmp_path, monkeypatch):
+    def no_network(*arguments):
+        raise AssertionError("the checker wanted the network")
+
+    monkeypatch.setattr(socket.socket, "connect", no_network)
+    ds = make()
+    path = store.write(ds, tmp_path / "map.nc")
+    check = f"cf:{ds.attrs['Conventions'].removeprefix('CF-')}"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        file = cf_checker.load_dataset(str(path))
+        results, crashes = cf_checker.run_all(file, [check])[check]
+        file.close()
+    assert not crashes
+    assert [message for result in results if not _is_full_score(result.value) for message in result.msgs] == []

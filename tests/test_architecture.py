@@ -1,0 +1,146 @@
+"""The arrows between modules point one way. Read from the sources, so new files are held to it as well."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+SWEEP = ROOT / "sweep" / "stickslip"
+KERNELS = ROOT / "kernels" / "stickslip_kernels"
+
+# From the ground up. A module imports modules of its own floor or of lower ones, and never in a circle.
+FLOORS = (
+    ("ground", {"_version", "variables"}),
+    (
+        "what is asked, how it is labelled",
+        {"units", "grid", "config", "schema", "starter", "resources", "theory", "dataset"},
+    ),
+    ("what is computed, kept and shown", {"engine", "store", "summary", "palette", "mapaxis", "plots"}),
+    ("the Python calls", {"api", "__init__"}),
+    ("the command", {"cli", "__main__"}),
+)
+SEAM = "engine"  # the only module of sweep/ that knows the kernels
+MAY_PRINT = {"cli"}
+KERNEL_IMPORTS = {"numpy", "numba", "llvmlite", "stickslip_kernels"} | {
+    "__future__", "dataclasses", "hashlib", "math", "os", "pathlib", "tempfile", "typing",
+}  # fmt: skip
+
+
+def sources(package: Path) -> dict[str, ast.Module]:
+    """Syntax trees of a package by module name, `a.b` for files in folders."""
+    found = {}
+    for path in sorted(package.rglob("*.py")):
+        parts = path.relative_to(package).with_suffix("").parts
+        name = ".".join(parts[:-1]) if parts[-1] == "__init__" and len(parts) > 1 else ".".join(parts)
+        found[name] = ast.parse(path.read_text(encoding="utf-8"), str(path))
+    return found
+
+
+def imports(tree: ast.Module, package: str, modules: set[str]) -> set[str]:
+    """Full names of what a top-level module of `package` imports, at any place in the file."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            origin = ".".join(filter(None, [package if node.level else "", node.module]))
+            for alias in node.names:  # `from . import grid` imports the module grid, `from .grid import Grid` too
+                inside = f"{origin}.{alias.name}"
+                found.add(inside if inside.removeprefix(f"{package}.") in modules else origin)
+    return found
+
+
+def sweep_imports() -> dict[str, set[str]]:
+    """Which modules of stickslip each module of stickslip imports."""
+    trees = sources(SWEEP)
+    own = {}
+    for name, tree in trees.items():
+        inner = {i for i in imports(tree, "stickslip", set(trees)) if i.split(".")[0] == "stickslip"}
+        own[name] = {i.removeprefix("stickslip").removeprefix(".") or "__init__" for i in inner} - {name}
+    return own
+
+
+def floor_of(module: str) -> int:
+    for height, (_, modules) in enumerate(FLOORS):
+        if module.split(".")[0] in modules:
+            return height
+    pytest.fail(f"sweep/stickslip/{module.replace('.', '/')}.py has no floor yet: put it into FLOORS in {__file__}")
+
+
+def test_every_module_has_a_floor():
+    for module in sources(SWEEP):
+        floor_of(module)
+
+
+def test_no_module_imports_from_a_floor_above():
+    climbing = [
+        f"{module} ({FLOORS[floor_of(module)][0]}) imports {target} ({FLOORS[floor_of(target)][0]})"
+        for module, targets in sweep_imports().items()
+        for target in targets
+        if floor_of(target) > floor_of(module)
+    ]
+    assert not climbing, "arrows that point up:\n" + "\n".join(climbing)
+
+
+def test_no_imports_run_in_a_circle():
+    try:
+        TopologicalSorter(sweep_imports()).prepare()
+    except CycleError as error:
+        pytest.fail("imports in a circle: " + " <- ".join(error.args[1]))
+
+
+def test_one_module_of_sweep_calls_the_kernels():
+    trees = sources(SWEEP)
+    callers = {
+        module
+        for module, tree in trees.items()
+        if any(name.split(".")[0] == "stickslip_kernels" for name in imports(tree, "stickslip", set(trees)))
+    }
+    assert callers <= {SEAM}, f"only {SEAM}.py may import stickslip_kernels, but so do {sorted(callers - {SEAM})}"
+
+
+def test_kernels_import_numbers_and_nothing_else():
+    trees = sources(KERNELS)
+    foreign = [
+        f"{module} imports {name}"
+        for module, tree in trees.items()
+        for name in sorted(imports(tree, "stickslip_kernels", set(trees)))
+        if name.split(".")[0] not in KERNEL_IMPORTS
+    ]
+    assert not foreign, "kernels take numbers and give numbers:\n" + "\n".join(foreign)
+
+
+@pytest.mark.parametrize("package", [SWEEP, KERNELS], ids=["sweep", "kernels"])
+def test_only_the_command_prints(package):
+    printing = [
+        f"{module}, line {node.lineno}"
+        for module, tree in sources(package).items()
+        if module not in MAY_PRINT
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "print"
+    ]
+    assert not printing, "print outside cli.py:\n" + "\n".join(printing)
+
+
+def test_third_party_imports_are_declared_dependencies():
+    import tomllib
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    requirements = project["dependencies"] + project["optional-dependencies"]["zarr"]
+    declared = {
+        "".join(c for c in r.split(">")[0] if c.isalnum() or c in "._-").lower().split(".")[0] for r in requirements
+    }
+    declared |= {"ruamel", "llvmlite", "stickslip", "stickslip_kernels"}  # numba brings llvmlite
+    undeclared = {
+        (module, name)
+        for package, prefix in ((SWEEP, "stickslip"), (KERNELS, "stickslip_kernels"))
+        for module, tree in sources(package).items()
+        for name in {full.split(".")[0] for full in imports(tree, prefix, set())}
+        if name.lower() not in declared and name not in sys.stdlib_module_names
+    }
+    assert not undeclared, f"not in [project] dependencies: {sorted(undeclared)}"

@@ -1,0 +1,11 @@
+"""The names people read and the codes the kernels write are two lists; here they are one."""
+
+import pytest
+
+from stickslip.variables import MODES, REGIMES, STATUSES
+from stickslip_kernels import layout
+
+
+@pytest.mark.parametrize("names", [REGIMES, STATUSES, MODES], ids=["regime", "status", "mode"])
+def test_every_name_stands_for_the_code_the_kernels_write(names):
+    assert [getattr(layout, name.upper()) for name in names] == list(range(len(names)))
