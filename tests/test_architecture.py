@@ -18,7 +18,7 @@ FLOORS = (
     ("ground", {"_version", "variables"}),
     (
         "what is asked, how it is labelled",
-        {"units", "grid", "config", "schema", "starter", "resources", "theory", "dataset"},
+        {"cells", "units", "grid", "config", "schema", "starter", "resources", "theory", "dataset"},
     ),
     ("what is computed, kept and shown", {"engine", "store", "summary", "palette", "mapaxis", "plots"}),
     ("the Python calls", {"api", "__init__"}),

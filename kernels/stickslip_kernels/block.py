@@ -5,11 +5,11 @@ import numpy as np
 from .jit import compiled
 from .lanes import step_lanes
 from .layout import (
-    BOOK_COLUMNS, CELL, FLAG, LANE_NUMBERS, MAX_STEPS, MODE, NOT_COMPUTED, NOT_RUN, REGIME, RESULT_ROWS, RTOL, SIGMA,
-    STATUS, TAU, TAU_NEXT, TRIED, WIDTH,
+    BOOK_COLUMNS, CELL, FLAG, LANE_NUMBERS, MAX_STEPS, MODE, NOT_COMPUTED, NOT_RUN, REGIME, RESULT_ROWS, RTOL,
+    SIGMA, STATUS, WIDTH,
 )  # fmt: skip
 from .modes import DONE, attend, start_cell
-from .trace_log import log_slip
+from .trace import log_slip
 
 NO_LOG = np.zeros((0, 0))
 
@@ -23,7 +23,10 @@ def new_results(n):
 
 @compiled
 def next_cell(s, i, book, cells, first, results, control, log):
-    """Start the first cell from number `first` on that does not finish at once in lane i; returns the number after it."""
+    """Start the next cell, from number `first` on, that does not finish at once in lane i.
+
+    Returns the number after it; the lane idles if there is none.
+    """
     c = first
     while c < cells.shape[1]:
         c += 1
@@ -37,12 +40,13 @@ def next_cell(s, i, book, cells, first, results, control, log):
 def run_block(cells, results, control, log, stop):
     """Integrate every cell of a block.
 
-    cells : float64 (CELL_ROWS, n), kernel units. results : float64 (RESULT_ROWS, n) from `new_results`, filled in place.
+    cells : float64 (CELL_ROWS, n), kernel units, C-contiguous.
+    results : float64 (RESULT_ROWS, n) from `new_results`, filled in place.
     control : RTOL, MAX_STEPS, EARLY_STOP. log : see `layout.py`; a log with rows wants n = 1.
     stop : int64 (1,); when another thread sets it, the block is left, unfinished cells staying "not computed".
 
-    WIDTH cells are under way at a time; a finished lane takes the next cell of the queue. A cell's numbers do not depend
-    on its lane or its neighbours.
+    WIDTH cells are under way at a time; a finished lane takes the next cell of the queue. A cell's numbers do not
+    depend on its lane or its neighbours.
     """
     lanes = np.zeros(LANE_NUMBERS)
     book = np.zeros((WIDTH, BOOK_COLUMNS))

@@ -7,7 +7,7 @@ integration itself. (A polynomial root alone spoils a good step: 3e-4 at rtol 1e
 
 from .jit import compiled
 from .layout import (
-    B, DROP, DW, DW_NEW, G, JERK, JERK_NEW, LEVEL, OFFSET, RATE, SIDE, SLOPE, TAKEN, TURN, W, W_NEW, WORK, Y, Y_NEW,
+    B, DROP, DW, DW_NEW, G, JERK, JERK_NEW, LEVEL, OFFSET, RATE, SIDE, SLOPE, TAKEN, TURN, W, WORK, W_NEW, Y, Y_NEW,
 )  # fmt: skip
 from .polynomial import deflated, derivative, hermite, minus, root, scaled, value
 from .rk import friction_power, rk_step, slip_jerk
@@ -20,9 +20,7 @@ MOST_TRIES = 12
 def step_again(s, i, h):
     """The step of lane i repeated with size h: y, w, w', w'', friction work."""
     b, gamma, slope, rate = s[B + i], s[G + i], s[SLOPE + i], s[RATE + i]
-    y, w, dw, work = rk_step(
-        h, s[Y + i], s[W + i], s[DW + i], b, gamma, s[OFFSET + i], slope, s[DROP + i], rate
-    )
+    y, w, dw, work = rk_step(h, s[Y + i], s[W + i], s[DW + i], b, gamma, s[OFFSET + i], slope, s[DROP + i], rate)
     return y, w, dw, slip_jerk(y, w, dw, b, gamma + slope, rate), work
 
 
@@ -37,7 +35,7 @@ def taylor_end(s, i, h, dt, y, w, dw, jerk, work):
 
 @compiled
 def locate_level(s, i, guess, limit, rtol):
-    """Time, state and work where w crosses LEVEL, near `guess` and no later than `limit` (times from the step start)."""
+    """Time from the step start, state and work where w crosses LEVEL, near `guess` and no later than `limit`."""
     level = s[LEVEL + i]
     good_enough = 0.1 * rtol**0.3333
     h = guess
@@ -74,7 +72,10 @@ def locate_turn(s, i, guess, limit, rtol):
 
 @compiled
 def guess_turn(p, d1):
-    """Where the derivative of p first vanishes in the step (theta), or -1; p is turned so that the level is above, d1 is its slope at the end."""
+    """Where in the step (theta) the derivative of p first vanishes, or -1.
+
+    p is turned so that the level lies above it; d1 is its slope at the end.
+    """
     slope = derivative(p)
     if d1 <= 0.0:
         return root(deflated(slope), 0.0, 1.0)

@@ -57,7 +57,13 @@ def compiled(function=None, *, inline=False):
     """
     if function is None:
         return lambda body: compiled(body, inline=inline)
-    options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}, "forceinline": inline, "no_cfunc_wrapper": True}
+    options = {
+        "nogil": True,
+        "error_model": "numpy",
+        "fastmath": {"contract"},
+        "forceinline": inline,
+        "no_cfunc_wrapper": True,
+    }
     before = numba.config.CACHE_DIR
     try:
         numba.config.CACHE_DIR = "" if CACHE_FOLDER is None else str(CACHE_FOLDER)

@@ -13,12 +13,12 @@ from .jit import compiled
 from .layout import (
     B, DROP, DW, DW_NEW, DW_NEXT, ERROR_LOG, ERROR_LOG_NEXT, ERROR_W, ERROR_Y, FACTOR, FLAG, FLOOR, G, GOOD, HEAT,
     HEAT_NEXT, JERK, JERK_NEW, JERK_NEXT, K_2, K_3, K_4, K_5, K_6, LEVEL, MARK, OFFSET, RADIUS2, RATE, SIDE, SLOPE,
-    STATE_NUMBERS, STEP, TAKEN, TAU, TAU_END, TAU_NEXT, TRIED, TURN, W, W_2, W_3, W_4, W_5, W_6, W_NEW, W_NEXT, WIDTH,
-    WORK, Y, Y_NEW, Y_NEXT, Y_STAR,
+    STATE_NUMBERS, STEP, TAKEN, TAU, TAU_END, TAU_NEXT, TRIED, TURN, W, WIDTH, WORK, W_2, W_3, W_4, W_5, W_6, W_NEW,
+    W_NEXT, Y, Y_NEW, Y_NEXT, Y_STAR,
 )  # fmt: skip
 from .rk import (
-    A71, A72, A73, A74, A75, A76, embedded_errors, friction_power, slip_acceleration, slip_jerk, squared_error, stage_2,
-    stage_3, stage_4, stage_5, stage_6, stage_7, step_factor,
+    A71, A72, A73, A74, A75, A76, embedded_errors, friction_power, slip_acceleration, slip_jerk, squared_error,
+    stage_2, stage_3, stage_4, stage_5, stage_6, stage_7, step_factor,
 )  # fmt: skip
 
 SMALLEST_STEP = 1e-13

@@ -3,8 +3,8 @@
 Kernel units: xi = k x / N (spring force over load), tau = t sqrt(k/m), speeds in N/sqrt(k m), gamma = c/sqrt(k m).
 The equation of motion is xi'' + gamma xi' + xi = sigma mu(w), w = |v_rel|.
 
-**Frame.** Slip is computed in the frame where the relative speed is positive: for sigma = -1 displacement and belt speed
-change sign. There, with u = sigma xi and b = sigma b_belt,
+**Frame.** Slip is computed in the frame where the relative speed is positive: for sigma = -1 displacement and belt
+speed change sign. There, with u = sigma xi and b = sigma b_belt,
 
     u' = b - w,      w' = (u + gamma u') - mu(w),      mu(w) = offset + slope w + drop e^(-rate w)
 
@@ -13,11 +13,11 @@ and with y = u + gamma b - offset, which follows u exactly, all modes share one 
     y' = b - w,      w' = y - (gamma + slope) w - drop e^(-rate w)
 """
 
-# --- inputs of a cell: rows of `cells` (CELL_ROWS, n) -------------------------------------------------------------------
+# --- inputs of a cell: rows of `cells` (CELL_ROWS, n) ---------------------------------------------------------------
 GAMMA, BELT, A1, A2, A3, A4, MU_STATIC, MU_STOP, XI_START, ETA_START, HORIZON = range(11)
 CELL_ROWS = 11  # MU_STOP is NaN for no hysteresis, ETA_START is NaN for "sticking", HORIZON may be inf
 
-# --- outputs of a cell: rows of `results` (RESULT_ROWS, n), NaN until known ---------------------------------------------
+# --- outputs of a cell: rows of `results` (RESULT_ROWS, n), NaN until known -----------------------------------------
 (
     REGIME,
     STATUS,
@@ -39,10 +39,11 @@ CELL_ROWS = 11  # MU_STOP is NaN for no hysteresis, ETA_START is NaN for "sticki
     STICK_TIME,
     XI_END,
     ETA_END,
-) = range(20)
-RESULT_ROWS = 20
+    DAMPING_RATIO,
+) = range(21)
+RESULT_ROWS = 21
 
-# --- what a cell means (REGIME) and how its integration ended (STATUS) --------------------------------------------------
+# --- what a cell means (REGIME) and how its integration ended (STATUS) ----------------------------------------------
 NOT_COMPUTED, STICK_SLIP, DAMPED, CREEP, SUSTAINED, STUCK, UNRESOLVED, FAILED = range(8)
 (
     NOT_RUN,
@@ -56,10 +57,10 @@ NOT_COMPUTED, STICK_SLIP, DAMPED, CREEP, SUSTAINED, STUCK, UNRESOLVED, FAILED = 
     NOT_FINITE,
 ) = range(9)
 
-# --- contact modes ------------------------------------------------------------------------------------------------------
+# --- contact modes --------------------------------------------------------------------------------------------------
 STICK, RISE, FAST, FALL, HOLD = range(5)  # the plain curve knows STICK and RISE only
 
-# --- hot state: rows of `lanes`, one flat buffer; number r of lane i is lanes[r + i], r being a multiple of WIDTH --------
+# --- hot state: rows of `lanes`, one flat buffer; number r of lane i is lanes[r + i], r being a multiple of WIDTH ---
 WIDTH = 32
 (
     Y,  # u + gamma b - offset
@@ -120,7 +121,7 @@ WIDTH = 32
 LANE_NUMBERS = 51 * WIDTH
 STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
 
-# --- slow state: columns of `book` (WIDTH, BOOK_COLUMNS), one row a lane ------------------------------------------------
+# --- slow state: columns of `book` (WIDTH, BOOK_COLUMNS), one row a lane --------------------------------------------
 (
     CELL,  # index of the cell in the block, -1: the lane is idle
     MODE,
@@ -152,11 +153,15 @@ STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
 ) = range(27)
 BOOK_COLUMNS = 27
 
-# --- trace log: rows of `log` (capacity, LOG_COLUMNS); row 0 is a header whose first number counts the segments met, the
-# --- others one segment each, from LOG_TAU to the LOG_TAU of the next. A log without rows is switched off. --------------
+# --- trace log: rows of `log` (capacity, LOG_COLUMNS); row 0 is a header whose first number counts the segments met ---
+# The others hold one segment each, from LOG_TAU to the LOG_TAU of the next. A log without rows is switched off.
 LOG_TAU, LOG_MODE, LOG_SIGMA, LOG_U, LOG_W, LOG_DW, LOG_OFFSET, LOG_SLOPE, LOG_DROP = range(9)
 LOG_COLUMNS = 9
 
-# --- how to integrate: numbers of `control` -----------------------------------------------------------------------------
+# --- samples of a trajectory: rows of `samples` (SAMPLE_ROWS, n); signs as in the true frame --------------------------
+SAMPLE_XI, SAMPLE_RELATIVE, SAMPLE_ACCELERATION, SAMPLE_FRICTION, SAMPLE_MODE = range(5)
+SAMPLE_ROWS = 5
+
+# --- how to integrate: numbers of `control` -------------------------------------------------------------------------
 RTOL, MAX_STEPS, EARLY_STOP = range(3)
 CONTROL_NUMBERS = 3

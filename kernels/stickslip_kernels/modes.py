@@ -1,9 +1,9 @@
 """The state machine of the contact: stick, rise, fast, fall, hold.
 
-Everything here is scalar and rare: `start_cell` puts a cell into a lane, `attend` looks at a lane whose step met something.
-Slip is left to the lanes; stick and hold are closed forms and pass inside one call. The functions return RUNNING when the
-lane slips on and DONE when its cell is finished. `s` is the flat buffer of lanes, `i` the lane, `book` the slow state, `c`
-the cell; u, w, b are displacement, slip speed and belt speed in the frame of the slip (`layout.py`).
+Everything here is scalar and rare: `start_cell` puts a cell into a lane, `attend` looks at a lane whose step met
+something. Slip is left to the lanes; stick and hold are closed forms and pass inside one call. The functions return
+RUNNING when the lane slips on and DONE when its cell is finished. `s` is the flat buffer of lanes, `i` the lane, `book`
+the slow state, `c` the cell; u, w, b are displacement, slip speed and belt speed in the frame of `layout.py`.
 """
 
 from math import isfinite, isnan
@@ -11,21 +11,21 @@ from math import isfinite, isnan
 from .events import LEVEL_REACHED, NO_EVENT, find_event
 from .friction import line_slope, speed_of_slope, stribeck, stribeck_slope
 from .jit import compiled
-from .layout import (
-    A1, A2, A3, A4, B, BELT, BREAKAWAY_TIME, CELL, CELL_ROWS, CYCLE_START, DECIDED, DROP, DW, DW_NEW, EARLY_STOP,
-    ERROR_LOG, ETA_START, FAILED, FALL, FAST, FLAG, FLOOR, G, GAMMA, HEAT, HEAT_START, HOLD, HORIZON, HORIZON_REACHED,
-    JERK, LEVEL, MARK, MODE, MU_STATIC, MU_STOP, MU_TURN, NEVER_BREAKS_AWAY, NOT_FINITE, OFFSET, PEAK, RADIUS2, RATE,
-    REGIME, RESTICK_TIME, RESTICK_XI, RISE, RTOL, SIDE, SIGMA, SLIP_START, SLOPE, STATUS, STEP, STEP_LIMIT,
-    STEP_UNDERFLOW, STICK, STICK_COUNT, STICK_SUM, STUCK, TAKEN, TAU, TAU_END, TRIED, TURN, UNRESOLVED, W, W_MIN,
-    W_REVERSAL, W_STABLE, XI_START, XI_STAR, Y, Y_STAR,
-)  # fmt: skip
 from .lanes import SMALLEST_STEP
+from .layout import (
+    A1, A2, A3, A4, B, BELT, BREAKAWAY_TIME, CELL, CELL_ROWS, CYCLE_START, DAMPING_RATIO, DECIDED, DROP, DW,
+    EARLY_STOP, ERROR_LOG, ETA_START, FAILED, FALL, FAST, FLAG, FLOOR, G, GAMMA, HEAT, HEAT_START, HOLD, HORIZON,
+    HORIZON_REACHED, JERK, LEVEL, MARK, MODE, MU_STATIC, MU_STOP, MU_TURN, NEVER_BREAKS_AWAY, NOT_FINITE, OFFSET,
+    RADIUS2, RATE, REGIME, RESTICK_TIME, RESTICK_XI, RISE, RTOL, SIDE, SIGMA, SLIP_START, SLOPE, STATUS, STEP,
+    STEP_LIMIT, STEP_UNDERFLOW, STICK, STICK_COUNT, STICK_SUM, STUCK, TAKEN, TAU, TAU_END, TRIED, TURN, UNRESOLVED,
+    W, W_MIN, W_REVERSAL, W_STABLE, XI_STAR, XI_START, Y, Y_STAR,
+)  # fmt: skip
 from .regimes import (
-    decide, decide_cycle, decide_settled, finish, is_shrinking, note_ends, note_peak, note_side, on_slow_side,
-    proven_radius, record_extrema, reset_extrema, start_book,
+    damping_ratio, decide, decide_cycle, decide_settled, finish, is_shrinking, note_ends, note_peak, note_side,
+    on_slow_side, proven_radius, record_extrema, reset_extrema, start_book,
 )  # fmt: skip
 from .rk import slip_acceleration, slip_jerk
-from .trace_log import log_closed_form, log_slip
+from .trace import log_closed_form, log_slip
 
 RUNNING, DONE = False, True
 # A re-stick shorter than the integration can resolve is a grazing contact, not a stick phase: without it the slip speed
@@ -33,12 +33,13 @@ RUNNING, DONE = False, True
 GRAZING_ERRORS = 10.0
 
 
-# --- starting -----------------------------------------------------------------------------------------------------------
+# --- starting -------------------------------------------------------------------------------------------------------
 
 
 @compiled
 def start_cell(s, i, book, cells, c, results, control, log):
     """Put cell c into lane i and bring it to its first slip."""
+    results[DAMPING_RATIO, c] = damping_ratio(cells, c)
     for row in range(CELL_ROWS):
         if isnan(cells[row, c]) and row != MU_STOP and row != ETA_START:
             results[REGIME, c], results[STATUS, c] = FAILED, NOT_FINITE
@@ -88,7 +89,7 @@ def first_step(s, i, cells, c):
     s[ERROR_LOG + i] = 0.0
 
 
-# --- entering a mode of slip --------------------------------------------------------------------------------------------
+# --- entering a mode of slip ----------------------------------------------------------------------------------------
 
 
 @compiled
@@ -139,7 +140,7 @@ def enter(s, i, book, mode, u, w, b, turning):
     book[i, MODE] = mode
 
 
-# --- rest: stick, break-away, reversal ----------------------------------------------------------------------------------
+# --- rest: stick, break-away, reversal ------------------------------------------------------------------------------
 
 
 @compiled
@@ -221,7 +222,7 @@ def begin_slip(s, i, book, cells, log, u, b, breaking_away):
     log_slip(log, s, i, RISE, book[i, SIGMA])
 
 
-# --- attending to a flagged lane ----------------------------------------------------------------------------------------
+# --- attending to a flagged lane ------------------------------------------------------------------------------------
 
 
 @compiled

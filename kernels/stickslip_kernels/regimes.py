@@ -4,19 +4,20 @@ Nothing is guessed: stick-slip is a closed cycle, settling is proven by a Lyapun
 cell whose horizon or budget runs out first is `unresolved`. Functions change `book` (slow state) and `results`.
 """
 
-from math import inf, isfinite, isnan, log, nan
+from math import atan2, cos, inf, log, nan, pi, sin
 
 from .events import step_again
-from .friction import stribeck
+from .exponential import exp
+from .friction import stribeck, stribeck_slope
 from .jit import compiled
 from .layout import (
-    A1, A2, A3, A4, ACCELERATION_MAX, B, BAND, BELT, BREAKAWAY_TIME, CELL, CREEP, CROSSED, CROSSINGS, CYCLE_CLOSED,
-    CYCLE_HEAT, CYCLE_START, CYCLE_STICK_TIME, DAMPED, DECIDED, DW, DW_HIGH, EARLY_STOP, ETA_END, FALL, FAST, G, HEAT,
-    HEAT_START, HORIZON_REACHED, JERK, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_HEAT, LOOP_TAU, MARK, MODE, MU_REVERSAL, MU_TURN,
-    NOT_COMPUTED, OFFSET, OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD, RADIUS2, REGIME, RESTICK_TIME, RESTICK_XI,
-    RISE, SETTLED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START, SLOPE, SPEED_MAX, STATUS, STEPS, STICK_COUNT, STICK_SLIP,
-    STICK_SUM, STICK_TIME, STICKS, SUSTAINED, TAKEN, TAU, TRIED, W, W_HIGH, W_MIN, W_STABLE, XI_END, XI_HIGH, XI_LOW,
-    XI_MAX, XI_MIN, XI_STAR, Y, Y_STAR,
+    A1, A2, A3, A4, ACCELERATION_MAX, B, BAND, BELT, CELL, CREEP, CROSSED, CROSSINGS, CYCLE_CLOSED, CYCLE_HEAT,
+    CYCLE_START, CYCLE_STICK_TIME, DAMPED, DECIDED, DROP, DW, DW_HIGH, ETA_END, FALL, G, GAMMA, HEAT, HEAT_START,
+    JERK, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_HEAT, LOOP_TAU, MARK, MU_REVERSAL, MU_TURN, OFFSET,
+    OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD, RADIUS2, RATE, REGIME, RISE, SETTLED, SETTLING_TIME,
+    SIDE_LAST, SIGMA, SLIP_START, SLOPE, SPEED_MAX, STATUS, STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM,
+    STICK_TIME, SUSTAINED, TAU, TRIED, W, W_HIGH, W_MIN, W_STABLE, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR,
+    Y, Y_STAR,
 )  # fmt: skip
 from .polynomial import derivative, hermite, minus, root, value
 
@@ -24,6 +25,15 @@ BAND_SHARE = 1e-4  # settling band in units of mu_start
 LOOPS = 10  # cycles over which the log decrement is taken
 SUSTAINED_DECREMENT = 1e-5
 SHRINKING = 0.999  # a peak this much lower than the last counts as shrinking
+
+
+@compiled
+def damping_ratio(cells, c):
+    """Linear damping ratio of steady sliding on the curve, (gamma + mu'(b)) / 2; NaN where the belt stands still."""
+    belt = abs(cells[BELT, c])
+    if belt == 0.0:
+        return nan
+    return 0.5 * (cells[GAMMA, c] + stribeck_slope(belt, cells[A2, c], cells[A3, c], cells[A4, c]))
 
 
 @compiled
@@ -46,7 +56,7 @@ def reset_extrema(book, i):
     book[i, XI_HIGH], book[i, XI_LOW], book[i, W_HIGH], book[i, DW_HIGH] = -inf, inf, 0.0, 0.0
 
 
-# --- extrema ------------------------------------------------------------------------------------------------------------
+# --- extrema --------------------------------------------------------------------------------------------------------
 
 
 @compiled
@@ -124,7 +134,7 @@ def note_side(book, i, xi):
         book[i, SIDE_LAST] = 1.0 if distance > 0.0 else -1.0
 
 
-# --- settling -----------------------------------------------------------------------------------------------------------
+# --- settling -------------------------------------------------------------------------------------------------------
 
 
 @compiled
@@ -165,7 +175,41 @@ def is_shrinking(s, i, book, cells, u, w):
     return near and book[i, PEAK] < SHRINKING * book[i, PEAK_BEFORE]
 
 
-# --- verdicts -----------------------------------------------------------------------------------------------------------
+@compiled
+def ring_extremum(p, dp, zeta):
+    """The next extremum of p'' + 2 zeta p' + p = 0 from (p, p'), zeta > 0; 0, the limit, if none is ahead."""
+    discriminant = 1.0 - zeta * zeta
+    omega = max(abs(discriminant), 1e-12) ** 0.5  # at zeta = 1 either formula holds in the limit
+    s = (dp + zeta * p) / omega
+    if discriminant > 0.0:
+        phase = atan2(dp, zeta * s + omega * p)
+        if phase <= 0.0:
+            phase += pi
+        return exp(-zeta * phase / omega) * (p * cos(phase) + s * sin(phase))
+    tangent = dp / (zeta * s - omega * p)  # tanh(omega t) where p' vanishes
+    if not 0.0 < tangent < 1.0:
+        return 0.0
+    t = 0.5 * log((1.0 + tangent) / (1.0 - tangent)) / omega
+    return 0.5 * ((p + s) * exp((omega - zeta) * t) + (p - s) * exp(-(omega + zeta) * t))
+
+
+@compiled
+def note_ring_down(s, i, book):
+    """Extrema still to come once the motion has settled, where it is the linear oscillator to one part in 10^4.
+
+    An approach that stays inside the settling band may yet overshoot there, and its limit belongs to the range.
+    """
+    b = s[B + i]
+    zeta = 0.5 * (s[G + i] + s[SLOPE + i] - s[DROP + i] * s[RATE + i] * exp(-s[RATE + i] * b))
+    u_star = s[Y_STAR + i] - s[G + i] * b + s[OFFSET + i]
+    note_ends(book, i, u_star, b, 0.0)
+    p = ring_extremum(s[Y + i] - s[Y_STAR + i], b - s[W + i], zeta)
+    q = ring_extremum(s[W + i] - b, s[DW + i], zeta)
+    note_ends(book, i, u_star + p, b + q, 0.0)
+    note_ends(book, i, u_star + ring_extremum(p, 0.0, zeta), b + ring_extremum(q, 0.0, zeta), 0.0)
+
+
+# --- verdicts -------------------------------------------------------------------------------------------------------
 
 
 @compiled
@@ -184,8 +228,7 @@ def decide(s, i, book, results, regime, status):
 def decide_settled(s, i, book, results, tau):
     """The motion settles: damped if it crossed the equilibrium at least twice, creep if not."""
     results[SETTLING_TIME, int(book[i, CELL])] = tau - book[i, SLIP_START]
-    # The limit belongs to the range: an approach without an extremum comes as near to it as one waits.
-    note_ends(book, i, s[Y_STAR + i] - s[G + i] * s[B + i] + s[OFFSET + i], s[B + i], 0.0)
+    note_ring_down(s, i, book)
     decide(s, i, book, results, DAMPED if book[i, CROSSED] >= 2.0 else CREEP, SETTLED)
 
 

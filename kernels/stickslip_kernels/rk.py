@@ -133,8 +133,10 @@ def rk_step(h, y, w, k, b, gamma, offset, slope, drop, rate):
 @compiled(inline=True)
 def squared_error(error_y, error_w, scale_y, scale_w):
     """Squared error norm of a step: the two errors over their scales and over ERROR_SHARE; a step is good up to 1."""
-    return (1.0 / ERROR_SHARE**2) * (error_y * error_y * (scale_w * scale_w) + error_w * error_w * (scale_y * scale_y)) / (
-        scale_y * scale_y * (scale_w * scale_w)
+    return (
+        (1.0 / ERROR_SHARE**2)
+        * (error_y * error_y * (scale_w * scale_w) + error_w * error_w * (scale_y * scale_y))
+        / (scale_y * scale_y * (scale_w * scale_w))
     )
 
 

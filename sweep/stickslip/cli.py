@@ -1,0 +1,398 @@
+"""The command `stickslip`.
+
+Everything slow is imported inside the command that needs it, so that `--help` answers at once. Results go to standard
+output; progress, notices and errors to standard error.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+from ._version import __version__
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from .config import Config
+    from .grid import Grid
+
+DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
+CONFIG = click.argument("config", type=click.Path(path_type=Path))
+EXIT_CODES = """\b
+Exit codes:
+  0  done
+  1  computed, but not to the end (Ctrl-C), or a bug (then with a traceback)
+  2  the input is wrong, and nothing was computed"""
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100}, epilog=EXIT_CODES)
+@click.version_option(__version__, prog_name="stickslip")
+def main() -> None:
+    """Where does a friction contact stick and slip?
+
+    A YAML file names a friction pair and what to vary; `run` computes the motion of every combination and writes a map
+    of regimes: netCDF or Zarr, and a picture.
+
+    \b
+    Start here:
+      stickslip init my.yaml            a commented configuration to change
+      stickslip plan my.yaml            how many cells, how long
+      stickslip run my.yaml             compute it
+      stickslip simulate my.yaml ...    one cell over time
+    """
+
+
+# --- what all commands share ------------------------------------------------------------------------------------------
+
+
+def screen(stderr: bool = False) -> Console:
+    """The terminal. Colours only where it shows them; numbers and paths are not decorated."""
+    from rich.console import Console
+
+    return Console(stderr=stderr, highlight=False, soft_wrap=True)
+
+
+def fail(message: object) -> NoReturn:
+    """End with the exit code for wrong input."""
+    click.echo(message, err=True)
+    sys.exit(WRONG_INPUT)
+
+
+def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
+    """Turn the errors meant for people into their text and an exit code; all others are bugs and show a traceback."""
+
+    @wraps(command)
+    def guarded(*args: Any, **kwargs: Any) -> None:
+        from .problems import ConfigError
+        from .store import StoreError
+
+        try:
+            command(*args, **kwargs)
+        except (ConfigError, StoreError) as error:
+            fail(error)
+
+    return guarded
+
+
+def size_of(path: Path) -> str:
+    """Size of a file or of all files in a folder, for people."""
+    count = sum(p.stat().st_size for p in path.rglob("*")) if path.is_dir() else path.stat().st_size
+    return memory(count)
+
+
+def memory(count: float) -> str:
+    """A number of bytes, for people."""
+    for unit in ("B", "kB", "MB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} GB"
+
+
+def duration_text(seconds: float) -> str:
+    """A time, for people."""
+    if seconds < 120:
+        return f"{seconds:.2g} s" if seconds < 10 else f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def describe(grid: Grid) -> str:
+    """`57,600 cells: stiffness (240) x belt_speed (240)`."""
+    axes = " x ".join(f"{dim} ({length})" for dim, length in zip(grid.dims, grid.shape, strict=True))
+    return f"{grid.size:,} cell{'s' if grid.size != 1 else ''}" + (f": {axes}" if axes else "")
+
+
+def prepare_kernels() -> None:
+    """Compile the kernels if that is still to do, and say so."""
+    from . import engine
+
+    if not engine.will_compile():
+        return engine.warm_up()
+    console = screen(stderr=True)
+    began = perf_counter()
+    with console.status("Compiling the kernels for this machine: once, about half a minute ..."):
+        engine.warm_up()
+    console.print(f"Compiled the kernels in {duration_text(perf_counter() - began)}; the next run finds them ready.")
+
+
+@contextmanager
+def progress_bar(total: int) -> Iterator[Callable[[int, int], None]]:
+    """A bar of cells with the rate and the time left; gives the function that moves it."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+    from rich.text import Text
+
+    class Rate(ProgressColumn):
+        def render(self, task: Any) -> Text:
+            return Text(f"{task.speed:,.0f} cells/s" if task.speed else "")
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Rate(), TimeRemainingColumn())
+    with Progress(*columns, console=screen(stderr=True)) as bar:
+        task = bar.add_task("cells", total=total)
+        yield lambda done, _: bar.update(task, completed=done)
+
+
+# --- run, plan, validate ----------------------------------------------------------------------------------------------
+
+
+@main.command(epilog=f"""\b
+Examples:
+  stickslip run configs/quickstart.yaml
+  stickslip run my.yaml --output results/map.zarr --no-plot
+\n{EXIT_CODES}""")
+@CONFIG
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Picture to draw: .png, .svg or .pdf.")
+@click.option("--no-plot", is_flag=True, help="Draw no picture.")
+@reports_wrong_input
+def run(config: Path, output: Path | None, plot: Path | None, no_plot: bool) -> None:
+    """Compute the map a configuration asks for.
+
+    Writes the file and the picture named in its `output` section, or by the options. Ctrl-C stops at once and keeps
+    what is finished in FILE.partial.nc.
+    """
+    from . import api, plots, store
+    from .config import load_config
+    from .grid import build_grid
+
+    loaded = load_config(config)
+    grid = build_grid(loaded)
+    output = output or _path(loaded.output.file)
+    picture = None if no_plot else plot or _path(loaded.output.plot)
+    for target in filter(None, [output]):
+        store.check_writable(target)
+    if picture is not None:
+        _check_picture(picture)
+    screen().print(f"{loaded.title}\n{describe(grid)}", markup=False)
+    prepare_kernels()
+    began = perf_counter()
+    try:
+        with progress_bar(grid.size) as progress:
+            ds = api.run(loaded, output, progress=progress)
+    except api.Interrupted as interrupted:
+        click.echo(str(interrupted), err=True)
+        sys.exit(INCOMPLETE)
+    seconds = perf_counter() - began
+    if picture is not None and grid.dims:
+        plots.save(plots.plot_map(ds), picture)
+    _report(ds, seconds, loaded, output, picture)
+
+
+def _path(name: str | Path | None) -> Path | None:
+    return None if name is None else Path(name)
+
+
+def _check_picture(picture: Path) -> None:
+    from . import plots
+
+    if picture.suffix.lower() not in plots.PICTURES:
+        fail(f"{picture}: pictures end in {', '.join(plots.PICTURES)}")
+    if not picture.absolute().parent.is_dir():
+        fail(f"{picture}: no folder {picture.parent}")
+
+
+def _report(ds: Any, seconds: float, config: Config, output: Path | None, picture: Path | None) -> None:
+    """The summary a run ends with."""
+    from rich.table import Table
+
+    from . import engine
+    from .summary import summary
+
+    table = Table("regime", box=None, pad_edge=False, header_style="bold")
+    table.add_column("cells", justify="right")
+    table.add_column("share", justify="right")
+    for name, share in summary(ds).items():
+        table.add_row(name, f"{share.cells:,}", f"{share.fraction:.1%}")
+    console = screen()
+    console.print(table)
+    threads = engine.processors() if config.execution.threads == "auto" else config.execution.threads
+    cells = ds["regime"].size
+    rate = f"{cells:,} cells in {duration_text(seconds)}, {cells / seconds:,.0f} cells/s"
+    console.print(f"{rate} on {threads} thread{'s' if threads != 1 else ''}")
+    if output is not None:
+        console.print(f"map      {output} ({size_of(output)})", markup=False)
+    if picture is not None and ds["regime"].ndim:
+        console.print(f"picture  {picture}", markup=False)
+
+
+@main.command(epilog="""\b
+Example:
+  stickslip plan configs/quickstart.yaml""")
+@CONFIG
+@reports_wrong_input
+def plan(config: Path) -> None:
+    """Say what a run would take: cells, blocks, memory, and time, from a probe of a few cells.
+
+    Nothing is written.
+    """
+    from . import api, engine
+    from .config import load_config
+    from .grid import build_grid
+
+    loaded = load_config(config)
+    grid = build_grid(loaded)
+    options = api.options_of(loaded)
+    prepare_kernels()
+    probe = engine.probe(grid.cells, grid.size, options)
+    step = engine.block_size(grid.size, options)
+    console = screen()
+    console.print(f"{loaded.title}\n{describe(grid)}", markup=False)
+    console.print(f"blocks   {-(-grid.size // step):,} of up to {step:,} cells, {probe.threads} at a time")
+    console.print(f"memory   {memory(engine.bytes_per_cell(options) * grid.size)} for the results")
+    console.print(
+        f"time     about {duration_text(probe.seconds_per_cell * grid.size)} "
+        f"({1 / probe.seconds_per_cell:,.0f} cells/s, from {probe.cells:,} cells spread over the map)"
+    )
+    for name, target in (("map", loaded.output.file), ("picture", loaded.output.plot)):
+        if target is not None:
+            console.print(f"{name:8} {target}", markup=False)
+
+
+@main.command()
+@click.argument("configs", type=click.Path(path_type=Path), nargs=-1, required=True)
+def validate(configs: tuple[Path, ...]) -> None:
+    """Check configurations without computing anything.
+
+    Every mistake of every file is listed, with its line and column.
+    """
+    from .config import load_config
+    from .grid import build_grid
+    from .problems import ConfigError
+
+    wrong = False
+    for path in configs:
+        try:
+            click.echo(f"{path}: good, {describe(build_grid(load_config(path)))}")
+        except ConfigError as error:
+            click.echo(str(error), err=True)
+            wrong = True
+    sys.exit(WRONG_INPUT if wrong else DONE)
+
+
+# --- simulate, plot ---------------------------------------------------------------------------------------------------
+
+
+@main.command(epilog="""\b
+Examples:
+  stickslip simulate configs/quickstart.yaml --at stiffness=5 --at belt_speed="10 cm/s" --duration "60 s"
+  stickslip simulate configs/lubricants.yaml --at lubricant=grease --at belt_speed=0.1 --duration 20 --plot trace.png""")
+@CONFIG
+@click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis (or any other parameter); repeatable.")
+@click.option("-t", "--duration", required=True, metavar="TIME", help='How long: seconds, or with a unit ("2 min").')
+@click.option("--samples", type=click.IntRange(2), default=2001, show_default=True, help="Points in time.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Picture to draw: .png, .svg or .pdf.")
+@reports_wrong_input
+def simulate(
+    config: Path, at: tuple[str, ...], duration: str, samples: int, output: Path | None, plot: Path | None
+) -> None:
+    """Compute one cell of a configuration over time.
+
+    The axes need a value each (--at); everything else is as in the file.
+    """
+    from . import api, plots, store
+    from .config import load_config
+    from .pick import cell_at, seconds
+
+    cell = cell_at(load_config(config), at)
+    time = seconds(duration)
+    if output is None and plot is None:
+        fail("nothing to do: name a file (--output trace.nc), a picture (--plot trace.png), or both")
+    if output is not None:
+        store.check_writable(output)
+    if plot is not None:
+        _check_picture(plot)
+    prepare_kernels()
+    ds = api.simulate(duration=time, samples=samples, **cell)
+    if output is not None:
+        store.write(ds, output)
+        click.echo(f"trajectory  {output} ({size_of(output)})")
+    if plot is not None:
+        plots.save(plots.plot_trace(ds), plot)
+        click.echo(f"picture     {plot}")
+
+
+@main.command(epilog="""\b
+Examples:
+  stickslip plot quickstart.nc
+  stickslip plot quickstart.nc --variable spring_force_max -o force.svg
+  stickslip plot map.nc --select damping=0.1""")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--variable", default="regime", show_default=True, help="What to draw.")
+@click.option("--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension (nearest point or label); repeatable.")
+@click.option("--no-borders", is_flag=True, help="Leave out the borders of linear theory.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Picture: .png, .svg or .pdf. [default: FILE.png]")
+@reports_wrong_input
+def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, output: Path | None) -> None:
+    """Draw a result: a map, or a trajectory."""
+    from . import plots, store
+
+    ds = store.open(file)
+    target = output or file.with_suffix(".png")
+    _check_picture(target)
+    try:
+        if "time" in ds.dims:
+            figure = plots.plot_trace(ds)
+        else:
+            figure = plots.plot_map(ds, variable, select=_pairs(select), borders=not no_borders)
+    except plots.PlotError as error:
+        fail(f"{file}: {error}")
+    plots.save(figure, target)
+    click.echo(f"picture  {target}")
+
+
+def _pairs(texts: tuple[str, ...]) -> dict[str, str]:
+    """NAME=VALUE texts as a mapping."""
+    pairs = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals:
+            fail(f"got {text!r}, expected NAME=VALUE")
+        pairs[name.strip()] = value.strip()
+    return pairs
+
+
+# --- schema, init -----------------------------------------------------------------------------------------------------
+
+
+@main.command()
+def schema() -> None:
+    """Print the JSON Schema of configurations, for editors that check and complete YAML.
+
+    \b
+    In VS Code with the YAML extension:
+      stickslip schema > stickslip.schema.json
+    and as first line of a configuration
+      # yaml-language-server: $schema=stickslip.schema.json
+    """
+    import json
+
+    from .schema import json_schema
+
+    click.echo(json.dumps(json_schema(), indent=2))
+
+
+@main.command()
+@click.argument("file", type=click.Path(path_type=Path), default="stickslip.yaml")
+def init(file: Path) -> None:
+    """Write a commented configuration to start from (FILE is stickslip.yaml unless given).
+
+    Never overwrites a file.
+    """
+    from .starter import STARTER
+
+    try:
+        with file.open("x", encoding="utf-8") as target:
+            target.write(STARTER)
+    except FileExistsError:
+        fail(f"{file}: exists already; name another file, or remove it first")
+    except OSError as error:
+        fail(f"{file}: {error.strerror}")
+    click.echo(f"wrote {file}; next: stickslip run {file}")

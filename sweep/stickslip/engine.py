@@ -1,0 +1,294 @@
+"""The seam to the kernels: blocks of cells on a pool of threads, SI outside, kernel units inside.
+
+This is the only module that knows the kernels. Both conversions stand here, side by side (`to_kernel`, `to_si`); the
+scales of a cell are the load N for forces, N/k for displacements, sqrt(m/k) for times, N/sqrt(k m) for speeds.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from math import ceil, inf, isinf
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip_kernels import block, jit, layout, trace
+
+from .cells import Cells
+from .variables import STATUS_MESSAGES, STATUSES, VARIABLES
+
+Results = dict[str, NDArray[np.float64]]
+Progress = Callable[[int, int], None]
+
+RTOL_RANGE = (1e-12, 1e-2)
+_SMALLEST_BLOCK = 256  # a few times the lanes; below, lanes idle at the end of each block
+_PATIENCE = 0.2  # s between two looks at the keyboard where waiting cannot be interrupted (Windows)
+_BLOCKS_PER_THREAD = 8  # so that no thread waits long for the last one
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to integrate and how to spread the work. Defaults and limits are those of the configuration.
+
+    horizon : s; inf for none. threads : None for one per processor. block : most cells computed together.
+    """
+
+    rtol: float = 1e-6
+    horizon: float = inf
+    max_steps: int = 1_000_000
+    early_stop: bool = True
+    threads: int | None = None
+    block: int = 4096
+
+    def __post_init__(self) -> None:
+        if not RTOL_RANGE[0] <= self.rtol <= RTOL_RANGE[1]:
+            raise ValueError(f"rtol: got {self.rtol!r}, expected {RTOL_RANGE[0]:g} to {RTOL_RANGE[1]:g}")
+        if not self.horizon > 0:
+            raise ValueError(f"horizon: got {self.horizon!r}, expected a time > 0 (s)")
+        if not self.early_stop and isinf(self.horizon):
+            raise ValueError("early_stop=False integrates every cell to the horizon, so it needs a finite horizon (s)")
+        for name in ("max_steps", "block", "threads"):
+            value = getattr(self, name)
+            if not (value is None or value >= 1):
+                raise ValueError(f"{name}: got {value!r}, expected a whole number >= 1")
+
+
+@dataclass(frozen=True)
+class Computed:
+    """Results by names of `VARIABLES`, flat, in SI; `done` cells of them, fewer than all after an interruption."""
+
+    results: Results
+    done: int
+
+    @property
+    def complete(self) -> bool:
+        """Whether every cell was computed."""
+        return self.done == len(self.results["regime"])
+
+
+# --- units ------------------------------------------------------------------------------------------------------------
+
+
+def to_kernel(cells: Cells, horizon: float) -> NDArray[np.float64]:
+    """Cells in SI to the rows of `layout.py`, shape (CELL_ROWS, n); horizon in s."""
+    k, load = cells["stiffness"], cells["normal_load"]
+    impedance = np.sqrt(k * cells["mass"])
+    speed = load / impedance
+    rows = np.empty((layout.CELL_ROWS, k.size))
+    rows[layout.GAMMA] = cells["damping"] / impedance
+    rows[layout.BELT] = cells["belt_speed"] / speed
+    rows[layout.A1] = cells["a1"]
+    rows[layout.A2] = cells["a2"] * speed
+    rows[layout.A3] = cells["a3"]
+    rows[layout.A4] = cells["a4"] / speed
+    mu_start = cells["a1"] + cells["a3"]
+    rows[layout.MU_STATIC] = np.fmax(cells["mu_static"], mu_start)
+    rows[layout.MU_STOP] = cells["mu_stop"]
+    rows[layout.XI_START] = cells["displacement"] * k / load
+    rows[layout.ETA_START] = cells["velocity"] / speed
+    rows[layout.HORIZON] = horizon * np.sqrt(k / cells["mass"])
+    return rows
+
+
+def to_si(rows: NDArray[np.float64], cells: Cells, full: bool) -> Results:
+    """The rows `run_block` filled to the variables people know.
+
+    full : whether to add the variables that only a run to the horizon defines.
+    """
+    m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]
+    time, length, speed = np.sqrt(m / k), load / k, load / np.sqrt(k * m)
+    period = rows[layout.PERIOD] * time
+    si = {
+        "regime": rows[layout.REGIME],
+        "status": rows[layout.STATUS],
+        "breakaway_time": rows[layout.BREAKAWAY_TIME] * time,
+        "restick_time": rows[layout.RESTICK_TIME] * time,
+        "restick_displacement": rows[layout.RESTICK_XI] * length,
+        "period": period,
+        "frequency": 1.0 / period,
+        "stick_fraction": rows[layout.CYCLE_STICK_TIME] / rows[layout.PERIOD],
+        "spring_force_max": rows[layout.XI_MAX] * load,
+        "spring_force_min": rows[layout.XI_MIN] * load,
+        "slip_speed_max": rows[layout.SPEED_MAX] * speed,
+        "acceleration_max": rows[layout.ACCELERATION_MAX] * load / m,
+        "mu_reversal": rows[layout.MU_REVERSAL],
+        "tendency": cells["a1"] + cells["a3"] - 2.0 * rows[layout.MU_REVERSAL] + cells["mu_stop"],
+        "energy_per_cycle": rows[layout.CYCLE_HEAT] * load * length,
+        "equilibrium_crossings": rows[layout.CROSSINGS],
+        "settling_time": rows[layout.SETTLING_TIME] * time,
+        "damping_ratio": rows[layout.DAMPING_RATIO],
+        "steps": rows[layout.STEPS],
+    }
+    if full:
+        si |= {
+            "sticks": rows[layout.STICKS],
+            "stick_time": rows[layout.STICK_TIME] * time,
+            "displacement_end": rows[layout.XI_END] * length,
+            "velocity_end": rows[layout.ETA_END] * speed,
+        }
+    return si
+
+
+# --- many cells -------------------------------------------------------------------------------------------------------
+
+
+def will_compile() -> bool:
+    """Whether the next computation compiles the kernels first (once per machine and version, about half a minute)."""
+    return not jit.is_cached(block.run_block)
+
+
+def warm_up() -> None:
+    """Compile the kernels, or load them from the cache."""
+    none = np.empty((layout.CELL_ROWS, 0))
+    block.run_block(none, block.new_results(0), np.array([1e-6, 1.0, 1.0]), block.NO_LOG, np.zeros(1, np.int64))
+
+
+def processors() -> int:
+    """Processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def block_size(size: int, options: Options) -> int:
+    """Cells per block: `options.block`, less where that would leave a thread without work."""
+    threads = options.threads or processors()
+    share = ceil(size / (threads * _BLOCKS_PER_THREAD))
+    return min(options.block, max(share, _SMALLEST_BLOCK))
+
+
+def compute(
+    cells: Callable[[int, int], Cells], size: int, options: Options, progress: Progress | None = None
+) -> Computed:
+    """Every cell from 0 to `size`, on threads; the numbers do not depend on how the work is spread.
+
+    cells : gives the cells from start to stop; called from the threads.
+    progress : called with (cells done, cells in all) from this thread, now and then.
+
+    Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed".
+    """
+    warm_up()
+    results, step = _blank_results(size, options), block_size(size, options)
+    stop = np.zeros(1, np.int64)
+
+    def compute_block(start: int) -> int:
+        end = min(start + step, size)
+        if stop[0]:
+            return 0
+        part = cells(start, end)
+        rows, done = _run_block(part, options, stop)
+        for name, values in to_si(rows, part, not options.early_stop).items():
+            results[name][start:end] = values
+        return done
+
+    with ThreadPoolExecutor(options.threads or processors()) as pool:
+        futures = {pool.submit(compute_block, start) for start in range(0, size, step)}
+        try:
+            done = _gather(futures, size, progress)
+        except BaseException as problem:
+            stop[0] = 1
+            pool.shutdown(wait=True, cancel_futures=True)
+            if not isinstance(problem, KeyboardInterrupt):
+                raise
+            done = sum(future.result() for future in futures if not future.cancelled())
+    return Computed(results, done)
+
+
+@dataclass(frozen=True)
+class Probe:
+    """What a few cells, spread over all, took."""
+
+    cells: int
+    seconds_per_cell: float
+    threads: int
+
+
+def probe(cells: Callable[[int, int], Cells], size: int, options: Options, most: int = 8192) -> Probe:
+    """Time about `most` cells, in short runs spread evenly over all, to know beforehand what all of them take."""
+    length = 32
+    starts = np.unique(np.linspace(0, max(size - length, 0), max(most // length, 1)).astype(int))
+    parts = [cells(int(start), min(int(start) + length, size)) for start in starts]
+    sample = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    count = sample["mass"].size
+    warm_up()
+    began = perf_counter()
+    compute(lambda start, stop: {name: values[start:stop] for name, values in sample.items()}, count, options)
+    return Probe(count, (perf_counter() - began) / count, options.threads or processors())
+
+
+def bytes_per_cell(options: Options) -> int:
+    """Memory the results of one cell take."""
+    return sum(values.nbytes for values in _blank_results(1, options).values())
+
+
+def _gather(futures: set[Future[int]], size: int, progress: Progress | None) -> int:
+    """Wait for all blocks, reporting; the number of cells done."""
+    done, pending = 0, futures
+    while pending:
+        finished, pending = wait(pending, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
+        done += sum(future.result() for future in finished)
+        if progress:
+            progress(done, size)
+    return done
+
+
+def _blank_results(size: int, options: Options) -> Results:
+    """What is known of cells nobody has computed: zeros for flags and counts, NaN for the rest."""
+    names = [v.name for v in VARIABLES.values() if v.when == "always" or not options.early_stop]
+    return {name: np.full(size, 0.0 if name in ("regime", "status", "steps") else np.nan) for name in names}
+
+
+def _run_block(part: Cells, options: Options, stop: NDArray[np.int64]) -> tuple[NDArray[np.float64], int]:
+    """One block through the kernels: the rows, and how many cells were finished."""
+    rows = block.new_results(part["mass"].size)
+    control = np.array([options.rtol, options.max_steps, options.early_stop], np.float64)
+    block.run_block(to_kernel(part, options.horizon), rows, control, block.NO_LOG, stop)
+    unfinished = rows[layout.STATUS] == layout.NOT_RUN
+    rows[:, unfinished] = block.new_results(1)  # nothing half-known leaves this place
+    return rows, int((~unfinished).sum())
+
+
+# --- one trajectory ---------------------------------------------------------------------------------------------------
+
+
+def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Results:
+    """The motion of one cell (arrays of length 1) at `times` (s, ascending from 0), by names of `TRACE_VARIABLES`.
+
+    The stepping is that of `compute`, with a log of what happened. Raises RuntimeError if the integration does not
+    reach the last time.
+    """
+    horizon = max(float(times[-1]), np.finfo(float).tiny)
+    column = to_kernel(cell, horizon)
+    control = np.array([options.rtol, options.max_steps, 0.0])
+    capacity = 1024
+    while True:
+        rows, log = block.new_results(1), np.zeros((capacity, layout.LOG_COLUMNS))
+        block.run_block(column, rows, control, log, np.zeros(1, np.int64))
+        if log[0, 0] < capacity:
+            break
+        capacity = int(log[0, 0]) + 1
+    m, k = float(cell["mass"][0]), float(cell["stiffness"][0])
+    if (status := int(rows[layout.STATUS, 0])) != layout.HORIZON_REACHED:
+        reached = log[int(log[0, 0]), layout.LOG_TAU] * np.sqrt(m / k)
+        name = STATUSES[status]
+        raise RuntimeError(f"the integration ended at {reached:g} s of {horizon:g} s, {name}: {STATUS_MESSAGES[name]}")
+    samples = np.empty((layout.SAMPLE_ROWS, times.size))
+    trace.sample(log, np.ascontiguousarray(column[:, 0]), times * np.sqrt(k / m), samples)
+    return _samples_to_si(samples, cell)
+
+
+def _samples_to_si(samples: NDArray[np.float64], cell: Cells) -> Results:
+    """The rows `trace.sample` filled, in SI."""
+    m, k, load, belt = (float(cell[name][0]) for name in ("mass", "stiffness", "normal_load", "belt_speed"))
+    force, relative = samples[layout.SAMPLE_XI] * load, samples[layout.SAMPLE_RELATIVE] * load / np.sqrt(k * m)
+    return {
+        "displacement": force / k,
+        "velocity": belt - relative,
+        "relative_speed": relative,
+        "friction_coefficient": samples[layout.SAMPLE_FRICTION],
+        "spring_force": force,
+        "acceleration": samples[layout.SAMPLE_ACCELERATION] * load / m,
+        "mode": samples[layout.SAMPLE_MODE],
+    }

@@ -1,0 +1,57 @@
+"""Every quantity a configuration may name, and the words that stand for "absent".
+
+These are the `PARAMETERS` of a cell and, for friction, what people measure instead of the coefficients of the curve:
+the friction coefficient at break-away, the one at the reversal point (the minimum of the curve), and the speed there.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .variables import PARAMETERS, Parameter
+
+_MEASURED = (
+    Parameter("mu_start", "1", "friction coefficient at break-away", "friction", None, 0.0, True),
+    Parameter("mu_reversal", "1", "friction coefficient at the minimum of the Stribeck curve", "friction", None, 0.0),
+    Parameter("v_reversal", "m s-1", "speed at the minimum of the Stribeck curve", "friction", None, 0.0, True),
+)
+
+MEASURED: dict[str, Parameter] = {p.name: p for p in _MEASURED}
+REPLACED = ("a1", "a2", "a3")  # the coefficients that MEASURED stands for
+QUANTITIES: dict[str, Parameter] = PARAMETERS | MEASURED
+HORIZON_UNITS = "s"
+
+# Where NaN means "absent", people write what then holds.
+WORDS = {"mu_stop": "none", "mu_static": "mu_start", "velocity": "sticking"}
+
+
+def default(name: str) -> float | str | None:
+    """What a configuration that does not mention the quantity means: a number in SI, a word, or None if it must be given."""
+    value = QUANTITIES[name].default
+    return WORDS[name] if value is not None and math.isnan(value) else value
+
+
+class Coefficients(NamedTuple):
+    """The coefficients of the Stribeck curve that the measured form stands for."""
+
+    a1: NDArray[np.float64]
+    a2: NDArray[np.float64]
+    a3: NDArray[np.float64]
+
+
+def coefficients(mu_start: ArrayLike, mu_reversal: ArrayLike, v_reversal: ArrayLike, a4: ArrayLike) -> Coefficients:
+    """Coefficients a1, a2, a3 of the curve S(w) = a1 + a2 w + a3 exp(-w/a4) with S(0) = mu_start and its minimum
+    mu_reversal at w = v_reversal.
+
+    Arrays that broadcast; speeds in m/s, a4 > 0, v_reversal > 0. From S'(v) = 0, S(0) and S(v), with r = v/a4:
+    a2 = (mu_start - mu_reversal)/(a4 (e^r - 1) - v), a3 = a2 a4 e^r, a1 = mu_start - a3.
+    """
+    start, drop = np.asarray(mu_start, np.float64), np.subtract(mu_start, mu_reversal)
+    r = np.divide(v_reversal, a4)
+    share = -np.expm1(-r) - r * np.exp(-r)  # drop/a3; written in e^-r, which cannot overflow
+    a3 = drop / share
+    return Coefficients(start - a3, a3 * np.exp(-r) / a4, a3)
