@@ -1,0 +1,50 @@
+"""Cells in kernel units, run through a block."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip_kernels import layout as at
+from stickslip_kernels.block import NO_LOG, new_results, run_block
+
+ARTICLE = (1.0, 0.1, 0.3, 0.1)  # a1..a4 of the article
+NAN, INF = float("nan"), float("inf")
+
+
+def cell(belt, curve=ARTICLE, gamma=0.0, mu_static=None, mu_stop=NAN, xi=0.0, eta=NAN, horizon=INF):
+    """One column of kernel input; mu_static None means that of the curve."""
+    column = np.empty(at.CELL_ROWS)
+    column[at.GAMMA], column[at.BELT] = gamma, belt
+    column[at.A1], column[at.A2], column[at.A3], column[at.A4] = curve
+    column[at.MU_STATIC] = curve[0] + curve[2] if mu_static is None else mu_static
+    column[at.MU_STOP], column[at.XI_START], column[at.ETA_START], column[at.HORIZON] = mu_stop, xi, eta, horizon
+    return column
+
+
+def block_of(*columns):
+    return np.ascontiguousarray(np.array(columns).T)
+
+
+def run(cells, rtol=1e-6, max_steps=1e6, early_stop=True, log=NO_LOG, stop=0):
+    """Results of a block (CELL_ROWS, n)."""
+    results = new_results(cells.shape[1])
+    run_block(cells, results, np.array([rtol, max_steps, float(early_stop)]), log, np.array([stop], np.int64))
+    return results
+
+
+@dataclass
+class Outcome:
+    """The results of one cell, by their names in `layout.py` in small letters."""
+
+    values: np.ndarray
+
+    def __getattr__(self, name):
+        value = self.values[getattr(at, name.upper())]
+        return int(value) if name in ("regime", "status", "steps") else float(value)
+
+
+def outcome(*args, rtol=1e-6, max_steps=1e6, early_stop=True, **kwargs):
+    """Run one cell: arguments of `cell` and of `run`."""
+    return Outcome(run(block_of(cell(*args, **kwargs)), rtol, max_steps, early_stop)[:, 0])

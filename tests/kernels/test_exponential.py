@@ -1,0 +1,35 @@
+import math
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip_kernels.exponential import exp, rough_exp2, rough_log2
+
+
+@given(st.floats(-708.0, 700.0))
+def test_exp_is_that_of_libm_to_rounding(x):
+    assert math.isclose(exp(x), math.exp(x), rel_tol=1e-15)
+
+
+@given(st.floats(-2.0, 2.0))
+def test_exp_is_exact_to_rounding_near_zero(x):
+    assert math.isclose(exp(x), math.exp(x), rel_tol=5e-16)
+
+
+def test_exp_of_zero_is_one():
+    assert exp(0.0) == 1.0
+
+
+@given(st.floats(-1e300, 1e300))
+def test_exp_saturates_instead_of_overflowing(x):
+    assert exp(-708.0) <= exp(x) <= exp(700.0)
+
+
+@given(st.floats(1e-300, 1e300))
+def test_rough_log2_is_good_to_a_hundredth(x):
+    assert abs(rough_log2(x) - math.log2(x)) < 0.011
+
+
+@given(st.floats(-1000.0, 1000.0))
+def test_rough_exp2_is_good_to_one_in_ten_thousand(x):
+    assert math.isclose(rough_exp2(x), 2.0**x, rel_tol=1e-4)

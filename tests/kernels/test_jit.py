@@ -1,0 +1,75 @@
+"""Compiled code is kept between runs and never outlives an edit of a law."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import stickslip_kernels
+
+KERNELS = Path(stickslip_kernels.__file__).parent
+PRINT_FRICTION = """
+from stickslip_kernels import friction, jit, tableau
+from numba import njit
+was = jit.is_cached(friction.stribeck)
+print(friction.stribeck(0.0, 1.0, 0.1, 0.3, 0.1), was, sum(friction.stribeck.stats.cache_hits.values()))
+"""
+
+
+@pytest.fixture
+def edited(tmp_path):
+    """A copy of the kernels to edit; runs a script on it with a cache of its own."""
+    package = tmp_path / "root" / "stickslip_kernels"
+    shutil.copytree(KERNELS, package, ignore=shutil.ignore_patterns("__pycache__"))
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(package.parent)}
+
+    def run(script):
+        command = [sys.executable, "-B", "-c", script]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split()
+
+    return package, run
+
+
+def test_the_second_run_finds_what_the_first_compiled(edited):
+    _, run = edited
+    assert run(PRINT_FRICTION) == ["1.3", "False", "0"]
+    assert run(PRINT_FRICTION) == ["1.3", "True", "1"]
+
+
+def test_an_edited_law_gives_new_numbers(edited):
+    package, run = edited
+    assert run(PRINT_FRICTION)[0] == "1.3"
+    law = package / "friction.py"
+    text = law.read_text()
+    assert "a1 + a2 * w + a3 * exp(-w / a4)" in text
+    law.write_text(text.replace("a1 + a2 * w + a3 * exp(-w / a4)", "a1 + a2 * w + 2.0 * a3 * exp(-w / a4)"))
+    assert run(PRINT_FRICTION) == ["1.6", "False", "0"]
+
+
+def test_an_edit_in_another_file_gives_new_numbers(edited):
+    """Numba's own check sees only the file of the function."""
+    package, run = edited
+    assert run(PRINT_FRICTION)[0] == "1.3"
+    below = package / "exponential.py"
+    text = below.read_text()
+    assert "low = (1.0 + r)" in text
+    below.write_text(text.replace("low = (1.0 + r)", "low = (2.0 + r)"))
+    assert run(PRINT_FRICTION) == ["1.6", "False", "0"]
+
+
+def test_a_folder_that_cannot_be_written_means_no_cache_and_no_failure(edited, tmp_path):
+    package, run = edited
+    (tmp_path / "cache").write_text("a file where the folder should be")
+    assert run(PRINT_FRICTION)[0] == "1.3"
+
+
+def test_importing_the_kernels_leaves_the_settings_of_numba_alone():
+    script = (
+        "import numba; a = numba.config.CACHE_DIR; import stickslip_kernels.block; print(a == numba.config.CACHE_DIR)"
+    )
+    environment = os.environ | {"PYTHONPATH": str(KERNELS.parent)}
+    done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "True"

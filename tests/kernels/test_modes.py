@@ -1,0 +1,158 @@
+"""The state machine against SciPy, event by event, and against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from kernel_runs import NAN, block_of, cell, outcome, run
+from scipy_oscillator import Oscillator
+from stickslip_kernels import layout as at
+
+# Every one of these was chosen for what happens in it; the modes it passes through are part of the test.
+CASES = {
+    "stick-slip on the plain curve": ({"belt": 0.2}, "stick rise"),
+    "belt running backwards": ({"belt": -0.2}, "stick rise"),
+    "with damping": ({"belt": 0.25, "gamma": 0.08}, "stick rise"),
+    "thrown: slips backwards, then forwards": ({"belt": 0.1, "xi": -3.0, "eta": -0.5}, "stick rise"),
+    "thrown ahead of the belt": ({"belt": 0.15, "xi": 0.5, "eta": 1.2}, "stick rise"),
+    "thrown ahead of a belt running backwards": ({"belt": -0.15, "xi": -0.5, "eta": -1.2}, "stick rise"),
+    "released from far away at rest on the belt": ({"belt": 0.1, "xi": 4.0}, "stick rise"),
+    "hysteretic, fast slip": ({"belt": 0.2, "mu_stop": 1.15}, "stick rise fast fall"),
+    "hysteretic, backwards": ({"belt": -0.2, "mu_stop": 1.15}, "stick rise fast fall"),
+    "hysteretic, slip too slow to pass the minimum": (
+        {"belt": 0.03, "curve": (1.0, 0.05, 0.3, 0.4), "mu_stop": 1.2, "xi": 1.2},
+        "stick rise fall",
+    ),
+    "hysteretic, thrown": ({"belt": 0.1, "mu_stop": 1.1, "xi": -3.0, "eta": -0.5}, "stick rise fast fall"),
+    "hysteretic, a trough on the line": ({"belt": 0.3, "mu_stop": 0.95, "gamma": 0.1}, "stick rise fast fall hold"),
+    "hysteretic, start below the minimum, slowing": (
+        {"belt": 0.3, "mu_stop": 1.0, "xi": 0.9, "eta": 0.05},
+        "rise fast fall hold",
+    ),
+}
+HORIZON = 25.0
+
+random_cells = st.fixed_dictionaries(
+    {
+        "belt": st.floats(0.05, 1.0).flatmap(lambda b: st.sampled_from([b, -b])),
+        "curve": st.tuples(st.floats(0.3, 1.2), st.floats(0.01, 0.3), st.floats(0.05, 0.6), st.floats(0.05, 0.5)),
+        "gamma": st.sampled_from([0.0, 0.05, 0.3]),
+        "xi": st.floats(-3.0, 3.0),
+        "eta": st.floats(-2.0, 2.0),
+    },
+    optional={"mu_stop": st.floats(0.2, 1.0)},
+)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_motion_is_that_of_scipy(name):
+    case, modes = CASES[name]
+    expected = Oscillator(horizon=HORIZON, **case)
+    assert set(modes.split()) == {mode for _, mode, _, _ in expected.phases}, "the case is not what its name says"
+    found = outcome(**case, horizon=HORIZON, rtol=1e-10, early_stop=False)
+    assert found.status == at.HORIZON_REACHED
+    assert (found.xi_end, found.eta_end) == pytest.approx((expected.xi, expected.eta), abs=2e-7)
+    assert found.sticks == sum(mode == "stick" for _, mode, _, _ in expected.phases)
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
+@pytest.mark.parametrize("name", CASES)
+def test_motion_is_good_to_its_tolerance(name, rtol):
+    """Errors over several cycles; each break-away starts afresh, so they hardly add up."""
+    case, _ = CASES[name]
+    tight = outcome(**case, horizon=HORIZON, rtol=1e-12, early_stop=False)
+    found = outcome(**case, horizon=HORIZON, rtol=rtol, early_stop=False)
+    assert (found.xi_end, found.eta_end) == pytest.approx((tight.xi_end, tight.eta_end), abs=100 * rtol)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_everything_turns_round_with_the_direction(name):
+    case, _ = CASES[name]
+    flipped = case | {key: -case[key] for key in ("belt", "xi", "eta") if key in case}
+    there, back = (outcome(**c, horizon=HORIZON, early_stop=False).values for c in (case, flipped))
+    mirrored = there.copy()
+    for row in (at.RESTICK_XI, at.XI_END, at.ETA_END):
+        mirrored[row] *= -1.0
+    mirrored[[at.XI_MAX, at.XI_MIN]] = -there[[at.XI_MIN, at.XI_MAX]]
+    np.testing.assert_array_equal(back, mirrored)
+
+
+# --- closed forms ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("belt", [0.01, 0.1, 1.0])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_coulomb_cycle_is_the_closed_form(belt, direction):
+    """mu_static > mu_kinetic, both constant, no damping: d = mu_s - mu_k, arcs of circles about (mu_k, belt)."""
+    mu_s, mu_k = 0.6, 0.4
+    d = mu_s - mu_k
+    found = outcome(direction * belt, (mu_k, 0.0, 0.0, 1.0), mu_static=mu_s, rtol=1e-10)
+    slip_time = 2 * math.pi - 2 * math.atan(d / belt)
+    assert found.regime == at.STICK_SLIP
+    assert found.breakaway_time == pytest.approx(mu_s / belt, rel=1e-15)
+    assert found.restick_time - found.breakaway_time == pytest.approx(slip_time, rel=1e-9)
+    assert direction * found.restick_xi == pytest.approx(mu_k - d, rel=1e-9)
+    assert found.cycle_stick_time == pytest.approx(2 * d / belt, rel=1e-9)
+    assert found.period == pytest.approx(slip_time + 2 * d / belt, rel=1e-9)
+    largest = found.xi_max if direction > 0 else -found.xi_min
+    assert largest == pytest.approx(mu_k + math.hypot(d, belt), rel=1e-9)
+    assert found.speed_max == pytest.approx(belt + math.hypot(d, belt), rel=1e-9)
+    assert found.cycle_heat == pytest.approx(mu_k * belt * found.period, rel=1e-9)
+
+
+def test_rising_line_is_the_damped_linear_oscillator():
+    """mu = a1 + a2 w never lets the slip stop again: xi - xi* follows e^(-zeta tau) exactly."""
+    belt, slope, gamma, t = 0.7, 0.2, 0.1, 12.0
+    zeta = (slope + gamma) / 2
+    omega = math.sqrt(1 - zeta**2)
+    found = outcome(belt, (0.5, slope, 0.0, 1.0), gamma, horizon=t, rtol=1e-11, early_stop=False)
+    since = t - found.breakaway_time
+    start, star = 0.5 - gamma * belt, 0.5 + slope * belt
+    p, dp = start - star, belt
+    q = (dp + zeta * p) / omega
+    decay = math.exp(-zeta * since)
+    cosine, sine = math.cos(omega * since), math.sin(omega * since)
+    assert found.xi_end == pytest.approx(star + decay * (p * cosine + q * sine), abs=1e-9)
+    assert found.eta_end == pytest.approx(decay * (dp * cosine - (zeta * q + omega * p) * sine), abs=1e-9)
+    assert found.damping_ratio == pytest.approx(zeta, rel=1e-15)
+
+
+def test_breakaway_leaves_the_mass_slipping_forwards():
+    """Speed and acceleration vanish together there; a sign lost to rounding would send the mass backwards."""
+    belts = np.geomspace(1e-6, 10.0, 500)
+    results = run(block_of(*(cell(b) for b in belts)))
+    slow = results[at.SPEED_MAX] > 0.0
+    assert slow.all()
+    assert np.isin(results[at.REGIME], [at.STICK_SLIP, at.DAMPED]).all()
+    np.testing.assert_allclose(results[at.BREAKAWAY_TIME], 1.3 / belts, rtol=1e-15)
+
+
+def test_a_grazing_touch_is_not_a_stick_phase():
+    """Undamped flat friction started so that the slip speed just reaches zero: one tangent touch in every turn."""
+    found = outcome(0.3, (0.5, 0.0, 0.0, 1.0), xi=0.5, eta=-1e-12, horizon=60.0, early_stop=False)
+    assert found.sticks == 0
+    found = outcome(0.3, (0.5, 0.0, 0.0, 1.0), xi=0.5 + 0.3, eta=0.0, horizon=60.0, early_stop=False)
+    assert found.sticks == 0
+
+
+def test_hysteresis_without_a_minimum_is_the_plain_curve():
+    """The curve falls only below its minimum; a rising one has none, so mu_stop changes nothing."""
+    rising = (0.5, 0.2, 0.0, 1.0)
+    plain, stopped = (outcome(0.2, rising, mu_stop=m, horizon=30.0, early_stop=False).values for m in (NAN, 0.4))
+    np.testing.assert_array_equal(plain, stopped)
+
+
+@pytest.mark.slow
+@settings(max_examples=60)
+@given(random_cells)
+def test_any_motion_is_that_of_scipy(given_cell):
+    """Starting anywhere, either direction. Where two solutions part company (a touch that just sticks or just does
+    not) neither is wrong; those few are told by the tolerance changing the answer."""
+    horizon = 15.0
+    found, loose = (outcome(**given_cell, horizon=horizon, rtol=rtol, early_stop=False) for rtol in (1e-11, 1e-9))
+    assume(abs(found.xi_end - loose.xi_end) < 1e-5)
+    expected = Oscillator(horizon=horizon, **given_cell)
+    assert (found.xi_end, found.eta_end) == pytest.approx((expected.xi, expected.eta), abs=1e-6)
