@@ -126,17 +126,12 @@ def prepare_kernels() -> None:
 @contextmanager
 def progress_bar(total: int) -> Iterator[Callable[[int, int], None]]:
     """A bar of cells with the rate and the time left; gives the function that moves it."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
-    from rich.text import Text
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    class Rate(ProgressColumn):
-        def render(self, task: Any) -> Text:
-            return Text(f"{task.speed:,.0f} cells/s" if task.speed else "")
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Rate(), TimeRemainingColumn())
-    with Progress(*columns, console=screen(stderr=True)) as bar:
-        task = bar.add_task("cells", total=total)
-        yield lambda done, _: bar.update(task, completed=done)
+    counts = TextColumn("{task.completed:,.0f} of {task.total:,.0f} cells, {task.fields[rate]:,.0f} per second")
+    with Progress(BarColumn(), counts, TimeRemainingColumn(), console=screen(stderr=True)) as bar:
+        task, began = bar.add_task("cells", total=total, rate=0.0), perf_counter()
+        yield lambda done, _: bar.update(task, completed=done, rate=done / (perf_counter() - began))
 
 
 # --- run, plan, validate ----------------------------------------------------------------------------------------------
@@ -172,17 +167,22 @@ def run(config: Path, output: Path | None, plot: Path | None, no_plot: bool) -> 
         _check_picture(picture)
     screen().print(f"{loaded.title}\n{describe(grid)}", markup=False)
     prepare_kernels()
-    began = perf_counter()
+    began = finished = perf_counter()
+
+    def note(done: int, cells: int) -> None:
+        nonlocal finished
+        finished = perf_counter()
+        move(done, cells)
+
     try:
-        with progress_bar(grid.size) as progress:
-            ds = api.run(loaded, output, progress=progress)
+        with progress_bar(grid.size) as move:
+            ds = api.run(loaded, output, progress=note)
     except api.Interrupted as interrupted:
         click.echo(str(interrupted), err=True)
         sys.exit(INCOMPLETE)
-    seconds = perf_counter() - began
     if picture is not None and grid.dims:
         plots.save(plots.plot_map(ds), picture)
-    _report(ds, seconds, loaded, output, picture)
+    _report(ds, finished - began, loaded, output, picture)
 
 
 def _path(name: str | Path | None) -> Path | None:
@@ -228,9 +228,9 @@ Example:
 @CONFIG
 @reports_wrong_input
 def plan(config: Path) -> None:
-    """Say what a run would take: cells, blocks, memory, and time, from a probe of a few cells.
+    """Say what a run would take, in time and memory.
 
-    Nothing is written.
+    Times a few cells spread over the map. Nothing is written.
     """
     from . import api, engine
     from .config import load_config
@@ -301,7 +301,8 @@ def simulate(
     from .config import load_config
     from .pick import cell_at, seconds
 
-    cell = cell_at(load_config(config), at)
+    loaded = load_config(config)
+    cell = cell_at(loaded, at)
     time = seconds(duration)
     if output is None and plot is None:
         fail("nothing to do: name a file (--output trace.nc), a picture (--plot trace.png), or both")
@@ -315,7 +316,7 @@ def simulate(
         store.write(ds, output)
         click.echo(f"trajectory  {output} ({size_of(output)})")
     if plot is not None:
-        plots.save(plots.plot_trace(ds), plot)
+        plots.save(plots.plot_trace(ds, title=", ".join([loaded.title, *at])), plot)
         click.echo(f"picture     {plot}")
 
 
@@ -364,7 +365,9 @@ def _pairs(texts: tuple[str, ...]) -> dict[str, str]:
 
 @main.command()
 def schema() -> None:
-    """Print the JSON Schema of configurations, for editors that check and complete YAML.
+    """Print the JSON Schema of configurations.
+
+    It lets editors check and complete the YAML.
 
     \b
     In VS Code with the YAML extension:
@@ -382,9 +385,9 @@ def schema() -> None:
 @main.command()
 @click.argument("file", type=click.Path(path_type=Path), default="stickslip.yaml")
 def init(file: Path) -> None:
-    """Write a commented configuration to start from (FILE is stickslip.yaml unless given).
+    """Write a commented configuration to start from.
 
-    Never overwrites a file.
+    FILE is stickslip.yaml unless given; a file that exists is never overwritten.
     """
     from .starter import STARTER
 

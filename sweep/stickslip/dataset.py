@@ -53,7 +53,7 @@ def map_dataset(grid: Grid, results: Mapping[str, ArrayLike], attributes: Mappin
     coordinates = {c.name: _axis(c) for c in grid.coords}
     for c in grid.coords:
         if c.labels is not None:
-            coordinates.setdefault(c.dim, _labels(c.dim, c.labels))
+            coordinates.setdefault(c.dim, _labels(grid, c.dim, c.labels))
     for name, value in grid.fixed.items():
         coordinates[name] = _parameter(name, (), value)
     variables = {
@@ -120,19 +120,27 @@ def _variable(declared: Variable, dims: Sequence[Hashable], values: NDArray[Any]
 def _parameter(name: str, dims: Sequence[Hashable], values: ArrayLike) -> xr.Variable:
     """A coordinate that holds a parameter."""
     declared = PARAMETERS[name]
-    attributes = {"units": declared.units, "long_name": declared.long_name}
+    attributes = {"units": declared.units, "long_name": declared.long_name} | _comment(name)
     return xr.Variable(dims, np.array(values, np.float64), attributes, _NO_FILL)
+
+
+def _comment(name: str) -> dict[str, str]:
+    """What NaN means, where it means something."""
+    declared = PARAMETERS.get(name)
+    return {"comment": f"NaN: {declared.absent}"} if declared and declared.absent else {}
 
 
 def _axis(c: Coordinate) -> xr.Variable:
     """A coordinate of a grid; `axis_spacing` tells a plot how the values were laid out."""
-    attributes = {"units": c.units, "long_name": c.long_name, "axis_spacing": c.spacing}
+    attributes = {"units": c.units, "long_name": c.long_name, "axis_spacing": c.spacing} | _comment(c.name)
     return xr.Variable((c.dim,), np.asarray(c.values, np.float64), attributes, _NO_FILL)
 
 
-def _labels(dim: str, labels: Sequence[str]) -> xr.Variable:
-    """The index of a dimension whose points have names."""
-    return xr.Variable((dim,), np.asarray(labels, str), {"long_name": dim.replace("_", " ")})
+def _labels(grid: Grid, dim: str, labels: Sequence[str]) -> xr.Variable:
+    """The index of a dimension whose points have names: values of one quantity, or points of a group."""
+    names = [c.long_name for c in grid.coords if c.dim == dim]
+    long_name = names[0] if len(names) == 1 else dim.replace("_", " ")
+    return xr.Variable((dim,), np.asarray(labels, str), {"long_name": long_name})
 
 
 # --- provenance -------------------------------------------------------------------------------------------------------

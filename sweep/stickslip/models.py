@@ -12,7 +12,7 @@ from __future__ import annotations
 import io
 import math
 from pathlib import PurePath
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,7 +100,6 @@ class Section(BaseModel):
     """A mapping of the file: no keys but its own, and nothing to change once it is read."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    shown: ClassVar[str] = ""  # what the section is for, for the schema and messages
 
 
 class System(Section):
@@ -114,7 +113,7 @@ class System(Section):
 
 
 class Friction(Section):
-    """The friction curve, by its coefficients a1 to a4 or by what is measured (mu_start, mu_reversal, v_reversal, a4)."""
+    """The friction curve, by its coefficients a1 to a4 or by what is measured (mu_start to v_reversal, a4)."""
 
     a1: Fixed = None
     a2: Fixed = None
@@ -222,11 +221,15 @@ class Output(Section):
 # --- axes -------------------------------------------------------------------------------------------------------------
 
 
+def _named(value: object, info: ValidationInfo) -> float | str:
+    return quantity(info.data["name"], value)
+
+
 class Values(Section):
     """One quantity that takes the listed values; `name` is its key in the file."""
 
     name: str
-    values: tuple[Annotated[float | str, BeforeValidator(lambda value, info: quantity(info.data["name"], value))], ...]
+    values: tuple[Annotated[float | str, BeforeValidator(_named)], ...]
 
     @property
     def size(self) -> int:
@@ -356,7 +359,7 @@ class Config(Section):
 
         writer = YAML(typ="safe", pure=True)
         writer.default_flow_style = None  # innermost lists and mappings on one line
-        writer.sort_base_mapping_type_on_output = False
+        writer.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
         writer.width = 2**20  # no line breaks inside values
         writer.allow_unicode = True
         text = io.StringIO()

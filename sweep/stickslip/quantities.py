@@ -30,7 +30,7 @@ WORDS = {"mu_stop": "none", "mu_static": "mu_start", "velocity": "sticking"}
 
 
 def default(name: str) -> float | str | None:
-    """What a configuration that does not mention the quantity means: a number in SI, a word, or None if it must be given."""
+    """What holds where a configuration does not mention the quantity: a number in SI or a word; None: nothing does."""
     value = QUANTITIES[name].default
     return WORDS[name] if value is not None and math.isnan(value) else value
 
@@ -51,7 +51,8 @@ def coefficients(mu_start: ArrayLike, mu_reversal: ArrayLike, v_reversal: ArrayL
     a2 = (mu_start - mu_reversal)/(a4 (e^r - 1) - v), a3 = a2 a4 e^r, a1 = mu_start - a3.
     """
     start, drop = np.asarray(mu_start, np.float64), np.subtract(mu_start, mu_reversal)
-    r = np.divide(v_reversal, a4)
-    share = -np.expm1(-r) - r * np.exp(-r)  # drop/a3; written in e^-r, which cannot overflow
-    a3 = drop / share
+    with np.errstate(divide="ignore", over="ignore"):  # a minimum at no speed at all: a3 and -a1 are infinite
+        r = np.minimum(np.divide(v_reversal, a4), 1000.0)  # e^-r is 0 from there on
+        share = -np.expm1(-r) - r * np.exp(-r)  # drop/a3; written in e^-r, which cannot overflow
+        a3 = drop / share
     return Coefficients(start - a3, a3 * np.exp(-r) / a4, a3)

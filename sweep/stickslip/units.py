@@ -46,7 +46,7 @@ _OTHER_KINDS = {  # what else people may write by mistake
 class QuantityError(ValueError):
     """Something that is not the quantity asked for.
 
-    expected : what would be right, in words. hint : the next step, or None. found : what kind of quantity it is, or None.
+    expected : what would be right, in words. hint : the next step, or None. found : what it is instead, or None.
     """
 
     def __init__(self, expected: str, hint: str | None = None, found: str | None = None) -> None:
@@ -99,7 +99,8 @@ def spelled(units: str) -> str:
     """Units for people: ``m s-1`` becomes ``m/s``; nothing for pure numbers."""
     if units == "1":
         return ""
-    over, under = [], []
+    over: list[str] = []
+    under: list[str] = []
     for name, power in _factors(units):
         (over if power > 0 else under).append(name + (str(abs(power)) if abs(power) != 1 else ""))
     return "/".join([" ".join(over) or "1", *under])
@@ -223,4 +224,6 @@ def _kind_of(unit: Any) -> str:
     for units, words in kinds.items():
         if _product(_factors(units)).dimensionality == unit.dimensionality:
             return words.split(" ", 1)[1]
-    return "a pure number" if unit.dimensionless else str(unit.dimensionality)
+    if unit.dimensionless:
+        return "pure number"
+    return " ".join(name + (f"^{power}" if power != 1 else "") for name, power in unit.dimensionality.items())

@@ -18,6 +18,7 @@ class Parameter:
     """One input of a cell.
 
     default : value used when the user says nothing; None means it must be given; NaN means "absent".
+    absent : what then holds, for those whose default is NaN.
     minimum : smallest value allowed; `exclusive` says whether the minimum itself is refused.
     """
 
@@ -28,6 +29,7 @@ class Parameter:
     default: float | None = None
     minimum: float = float("-inf")
     exclusive: bool = False
+    absent: str | None = None
 
 
 @dataclass(frozen=True)
@@ -55,10 +57,12 @@ _PARAMETERS = (
     Parameter(
         "a4", "m s-1", "decay speed a4 of the declining branch of the Stribeck curve", "friction", None, 0.0, True
     ),
-    Parameter("mu_stop", "1", "friction coefficient just before standstill (NaN: no hysteresis)", "friction", NAN, 0.0),
-    Parameter("mu_static", "1", "static friction coefficient (NaN: mu_start)", "friction", NAN, 0.0),
+    Parameter(
+        "mu_stop", "1", "friction coefficient just before standstill", "friction", NAN, 0.0, absent="no hysteresis"
+    ),
+    Parameter("mu_static", "1", "static friction coefficient", "friction", NAN, 0.0, absent="mu_start = a1 + a3"),
     Parameter("displacement", "m", "displacement at the start", "start", 0.0),
-    Parameter("velocity", "m s-1", "velocity at the start (NaN: that of the belt, sticking)", "start", NAN),
+    Parameter("velocity", "m s-1", "velocity at the start", "start", NAN, absent="that of the belt, sticking"),
 )
 
 _VARIABLES = (

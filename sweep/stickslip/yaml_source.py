@@ -68,7 +68,8 @@ def read_yaml(path: FilePath) -> Document:
     except OSError as error:
         raise ConfigError(name, [Problem((), f"cannot be read: {error.strerror or error}")]) from None
     if len(raw) > _LARGEST:
-        raise ConfigError(name, [Problem((), f"larger than {_LARGEST // 1_000_000} MB, expected a configuration in YAML")])
+        message = f"larger than {_LARGEST // 1_000_000} MB, expected a configuration in YAML"
+        raise ConfigError(name, [Problem((), message)])
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -151,6 +152,8 @@ class _Builder:
         if len(path) > _DEEPEST:
             raise self._refused(event, f"nested more than {_DEEPEST} levels deep", None, path[:3])
         self._document.values[path] = _place(event)
+        if isinstance(event, ScalarEvent) and not event.value and path in self._document.keys:
+            self._document.values[path] = self._document.keys[path]  # ruamel.yaml says: on the next line
         if isinstance(event, MappingStartEvent):
             return self._mapping(path)
         if isinstance(event, SequenceStartEvent):

@@ -1,0 +1,207 @@
+"""The Python calls, against numbers we did not make."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip
+from stickslip.variables import MODES, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES
+from support_configs import write_config
+
+REFERENCE = Path(__file__).parents[1] / "data" / "oscillator.csv"
+INPUTS = ("mass", "stiffness", "damping", "normal_load", "belt_speed", "a1", "a2", "a3", "a4", "mu_stop")
+PAIR = {
+    "mass": 1.0,
+    "stiffness": 1.0,
+    "normal_load": 1.0,
+    "belt_speed": 0.1,
+    "a1": 1.0,
+    "a2": 0.1,
+    "a3": 0.3,
+    "a4": 0.1,
+}
+
+
+@pytest.fixture(scope="module")
+def reference():
+    """120 cells by SciPy at rtol 1e-12, column by column."""
+    with REFERENCE.open() as file:
+        rows = list(csv.DictReader(file))
+    return {name: np.array([row[name] if name == "regime" else float(row[name]) for row in rows]) for name in rows[0]}
+
+
+# --- evaluate ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("rtol", "allowed"), [(1e-6, 1e-5), (1e-9, 1e-8)])
+def test_all_rows_of_the_reference_are_met(reference, rtol, allowed):
+    ds = stickslip.evaluate({name: reference[name] for name in INPUTS}, rtol=rtol)
+    np.testing.assert_array_equal(np.array(REGIMES)[ds["regime"]], reference["regime"])
+    found = {
+        "t_breakaway": ds["breakaway_time"],
+        "t_restick": ds["restick_time"],
+        "x_restick": ds["restick_displacement"],
+        "t_breakaway_2": ds["breakaway_time"] + ds["period"],
+        "mu_reversal": ds["mu_reversal"],
+    }
+    for name, values in found.items():
+        np.testing.assert_allclose(values, reference[name], rtol=allowed, err_msg=name)
+    for name, values in {"force_max": ds["spring_force_max"], "force_min": ds["spring_force_min"]}.items():
+        np.testing.assert_allclose(values, reference[name], rtol=1e-5, err_msg=name)
+    np.testing.assert_allclose(ds["damping_ratio"], reference["zeta"], rtol=1e-12)
+    settles = reference["regime"] != "stick_slip"
+    np.testing.assert_array_equal(ds["equilibrium_crossings"][settles], reference["crossings"][settles])
+    sticks = ~settles
+    np.testing.assert_allclose(ds["slip_speed_max"][sticks], reference["peak_slip_speed"][sticks], rtol=1e-5)
+
+
+def test_quantities_derived_from_others_agree_with_them(reference):
+    ds = stickslip.evaluate({name: reference[name] for name in INPUTS})
+    np.testing.assert_allclose(ds["frequency"], 1.0 / ds["period"])
+    np.testing.assert_allclose(
+        ds["stick_fraction"], 1 - (ds["restick_time"] - ds["breakaway_time"]) / ds["period"], atol=1e-9
+    )
+    mu_start = reference["a1"] + reference["a3"]
+    np.testing.assert_allclose(ds["tendency"], mu_start - 2 * ds["mu_reversal"] + reference["mu_stop"])
+
+
+def test_a_list_of_cells_is_a_dataset_over_cell_with_its_parameters():
+    ds = stickslip.evaluate(PAIR | {"stiffness": [1.0, 10.0]})
+    assert dict(ds.sizes) == {"cell": 2}
+    assert set(ds.data_vars) == {v.name for v in VARIABLES.values() if v.when == "always"}
+    np.testing.assert_array_equal(ds["stiffness"], [1.0, 10.0])
+    assert ds["period"].attrs["units"] == "s"
+    assert json.loads(ds.attrs["configuration"])["solver"]["rtol"] == 1e-6
+
+
+def test_a_run_to_the_horizon_counts_sticks_and_gives_the_last_state():
+    ds = stickslip.evaluate(PAIR, horizon=100.0, early_stop=False)
+    trace = stickslip.simulate(duration=100.0, samples=100_001, **PAIR)
+    assert ds["displacement_end"].item() == pytest.approx(trace["displacement"][-1].item(), abs=1e-9)
+    assert ds["velocity_end"].item() == pytest.approx(trace["velocity"][-1].item(), abs=1e-9)
+    sticking = (trace["mode"] == MODES.index("stick")).astype(int)
+    assert ds["sticks"] == (sticking.diff("time") == 1).sum() + sticking[0]
+    assert ds["stick_time"].item() == pytest.approx(float(sticking.mean()) * 100.0, rel=1e-3)
+    assert REGIMES[ds["regime"].item()] == "stick_slip"
+    assert STATUSES[ds["status"].item()] == "horizon_reached"
+
+
+def test_without_a_horizon_a_run_to_it_is_refused():
+    with pytest.raises(ValueError, match="needs a finite horizon"):
+        stickslip.evaluate(PAIR, early_stop=False)
+
+
+# --- simulate ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_trajectory_has_all_its_variables_with_units():
+    ds = stickslip.simulate(duration=30.0, samples=301, **PAIR)
+    assert dict(ds.sizes) == {"time": 301}
+    assert set(ds.data_vars) == set(TRACE_VARIABLES)
+    assert float(ds["time"][-1]) == 30.0
+    assert float(ds["belt_speed"]) == 0.1
+    assert ds["mode"].attrs["flag_meanings"].split() == list(MODES)
+
+
+def test_a_trajectory_in_si_obeys_the_equation_of_motion():
+    """m x'' + c x' + k x = N mu sgn(v_rel), with parameters that no scale makes one."""
+    cell = PAIR | {"mass": 0.2, "stiffness": 30.0, "normal_load": 5.0, "damping": 0.4, "mu_stop": 1.1}
+    ds = stickslip.simulate(duration=8.0, samples=4001, **cell)
+    left = 0.2 * ds["acceleration"] + 0.4 * ds["velocity"] + 30.0 * ds["displacement"]
+    np.testing.assert_allclose(left, 5.0 * ds["friction_coefficient"], atol=1e-12)
+    np.testing.assert_allclose(ds["spring_force"], 30.0 * ds["displacement"], rtol=1e-12)
+    np.testing.assert_allclose(ds["relative_speed"], 0.1 - ds["velocity"], atol=1e-15)
+    np.testing.assert_allclose(ds["velocity"][1:-1], ds["displacement"].differentiate("time")[1:-1], atol=2e-3)
+    w = np.abs(ds["relative_speed"])
+    rising = np.isin(ds["mode"], [MODES.index("rise"), MODES.index("fast")])
+    np.testing.assert_allclose(
+        np.abs(ds["friction_coefficient"])[rising], (1.0 + 0.1 * w + 0.3 * np.exp(-w / 0.1))[rising], rtol=1e-12
+    )
+
+
+def test_a_long_trajectory_outgrows_its_first_log():
+    ds = stickslip.simulate(duration=3000.0, samples=11, **PAIR)
+    end = stickslip.evaluate(PAIR, horizon=3000.0, early_stop=False)
+    assert float(ds["displacement"][-1]) == pytest.approx(end["displacement_end"].item(), abs=1e-12)
+
+
+@pytest.mark.parametrize(("wrong", "kind", "message"), [
+    ({"duration": 0.0}, ValueError, "duration: got 0.0"),
+    ({"duration": 1.0, "samples": 1}, ValueError, "samples: got 1"),
+    ({"duration": 1.0, "mass": [1.0, 2.0]}, ValueError, "one trajectory"),
+    ({"duration": 1.0, "masss": 1.0}, TypeError, "did you mean 'mass'"),
+])  # fmt: skip
+def test_a_trajectory_nobody_can_compute_is_refused(wrong, kind, message):
+    with pytest.raises(kind, match=message):
+        stickslip.simulate(**(PAIR | wrong))
+
+
+# --- run, open --------------------------------------------------------------------------------------------------------
+
+
+def test_a_run_is_the_evaluation_of_every_combination(tmp_path):
+    ds = stickslip.run(write_config(tmp_path))
+    assert ds["regime"].dims == ("stiffness", "belt_speed")
+    stiffness, belt_speed = np.meshgrid(ds["stiffness"], ds["belt_speed"], indexing="ij")
+    cells = stickslip.evaluate(PAIR | {"stiffness": stiffness, "belt_speed": belt_speed})
+    for name in cells.data_vars:
+        np.testing.assert_array_equal(ds[name].values.ravel(), cells[name].values, err_msg=name)
+
+
+def test_the_file_holds_the_same_dataset_and_the_configuration_that_makes_it_again(tmp_path):
+    target = tmp_path / "map.nc"
+    ds = stickslip.run(write_config(tmp_path), target)
+    with stickslip.open(target) as back:
+        xr.testing.assert_identical(back.load(), ds)
+        text = back.attrs["configuration"]
+    (tmp_path / "again.yaml").write_text(text)
+    again = stickslip.run(tmp_path / "again.yaml")
+    xr.testing.assert_equal(again, ds)
+
+
+def test_nothing_is_written_unless_asked_for(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = write_config(tmp_path)
+    stickslip.run(stickslip.load_config(path))
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_a_target_that_cannot_be_written_is_told_before_anything_is_computed(tmp_path):
+    from stickslip.store import StoreError
+
+    def never(done, of):
+        raise AssertionError("computed")
+
+    with pytest.raises(StoreError, match="no such folder"):
+        stickslip.run(write_config(tmp_path), tmp_path / "nowhere" / "map.nc", progress=never)
+
+
+def test_an_interrupted_run_keeps_what_is_finished_beside_the_old_result(tmp_path):
+    target = tmp_path / "map.nc"
+    path = write_config(tmp_path, num=120, block=64)
+    whole = stickslip.run(path, target)
+
+    def interrupt(done, of):
+        if done:
+            raise KeyboardInterrupt
+
+    with pytest.raises(
+        stickslip.Interrupted, match=r"interrupted: [\d,]+ of 14,400 cells are finished, kept in"
+    ) as caught:
+        stickslip.run(path, target, progress=interrupt)
+    assert caught.value.kept == tmp_path / "map.partial.nc"
+    with stickslip.open(target) as old, stickslip.open(caught.value.kept) as partial:
+        xr.testing.assert_equal(old, whole)
+        finished = partial["regime"] != 0
+        assert int(finished.sum()) == caught.value.done
+        xr.testing.assert_equal(partial["period"].where(finished), whole["period"].where(finished))
+
+
+def test_names_are_listed_and_others_are_refused():
+    assert {"run", "evaluate", "simulate", "open", "load_config"} <= set(dir(stickslip))
+    with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
+        stickslip.nothing  # noqa: B018

@@ -1,0 +1,173 @@
+"""The seam: units in and out, threads, interruption."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stickslip import engine
+from stickslip.cells import as_cells
+from stickslip.engine import Options, compute
+
+PAIR = {"mass": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+
+
+def mixed(n=700):
+    """Cells of every regime: plain, hysteretic and damped curves, thrown or sticking at the start."""
+    random = np.random.default_rng(3)
+    stop = np.where(random.random(n) < 0.5, np.nan, random.uniform(0.5, 1.2, n))
+    return as_cells(PAIR | {
+        "stiffness": np.geomspace(1e-3, 100, n), "belt_speed": random.uniform(-1, 1, n), "mu_stop": stop,
+        "damping": random.choice([0.0, 0.1, 3.0], n), "displacement": random.uniform(-0.1, 0.1, n),
+        "velocity": np.where(random.random(n) < 0.5, np.nan, random.uniform(-1, 1, n)),
+    })  # fmt: skip
+
+
+def source(cells):
+    return lambda start, stop: {name: values[start:stop] for name, values in cells.items()}
+
+
+def computed(cells, **options):
+    return compute(source(cells), cells["mass"].size, Options(**options)).results
+
+
+@settings(max_examples=12)
+@given(st.integers(1, 4), st.integers(1, 900))
+def test_numbers_do_not_depend_on_threads_or_blocks(threads, block):
+    cells = mixed()
+    alone = computed(cells, threads=1)
+    spread = computed(cells, threads=threads, block=block)
+    for name, values in alone.items():
+        np.testing.assert_array_equal(spread[name], values, err_msg=name)
+
+
+DIMENSIONS = {  # powers of mass, length and time
+    "mass": (1, 0, 0), "stiffness": (1, 0, -2), "damping": (1, 0, -1), "normal_load": (1, 1, -2),
+    "belt_speed": (0, 1, -1), "a2": (0, -1, 1), "a4": (0, 1, -1), "displacement": (0, 1, 0), "velocity": (0, 1, -1),
+    "breakaway_time": (0, 0, 1), "restick_time": (0, 0, 1), "restick_displacement": (0, 1, 0), "period": (0, 0, 1),
+    "frequency": (0, 0, -1), "spring_force_max": (1, 1, -2), "spring_force_min": (1, 1, -2),
+    "slip_speed_max": (0, 1, -1), "acceleration_max": (0, 1, -2), "energy_per_cycle": (1, 2, -2),
+    "settling_time": (0, 0, 1), "stick_time": (0, 0, 1), "displacement_end": (0, 1, 0), "velocity_end": (0, 1, -1),
+}  # fmt: skip
+scales = st.floats(-9.0, 9.0).map(lambda x: 10.0**x)
+
+
+@settings(max_examples=25)
+@given(scales, scales, scales)
+def test_numbers_do_not_depend_on_the_units_of_mass_length_and_time(mass, length, time_unit):
+    def factor(name):
+        powers = DIMENSIONS.get(name, (0, 0, 0))
+        return mass ** powers[0] * length ** powers[1] * time_unit ** powers[2]
+
+    cells = mixed(150)
+    here = computed(cells)
+    there = computed({name: values * factor(name) for name, values in cells.items()})
+    for name, values in here.items():
+        if name in ("regime", "status", "equilibrium_crossings"):
+            np.testing.assert_array_equal(there[name], values, err_msg=name)
+        elif name not in ("steps", "spring_force_max", "spring_force_min"):
+            np.testing.assert_allclose(there[name], values * factor(name), rtol=1e-9, err_msg=name)
+    force = here["spring_force_max"] - here["spring_force_min"]
+    for name in ("spring_force_max", "spring_force_min"):
+        np.testing.assert_array_less(np.abs(there[name] / factor(name) - here[name]), 1e-9 * force + 1e-12)
+
+
+def test_an_interruption_keeps_what_is_finished_and_stops_at_once():
+    """The progress callback stands for the keyboard: both raise in the thread that waits."""
+    size = 400_000
+    cells = as_cells(PAIR | {"stiffness": np.geomspace(0.001, 100, size), "belt_speed": 0.5})
+
+    def interrupt(done, of):
+        if done:
+            raise KeyboardInterrupt
+
+    stopped = compute(source(cells), size, Options(block=1000), interrupt)
+    assert 1000 <= stopped.done < size and not stopped.complete
+    regime = stopped.results["regime"]
+    assert np.count_nonzero(regime) == stopped.done
+    np.testing.assert_array_equal(np.isnan(stopped.results["breakaway_time"]), regime == 0)
+    few = np.flatnonzero(regime)[:50]
+    again = computed({name: values[few] for name, values in cells.items()})
+    np.testing.assert_array_equal(again["period"], stopped.results["period"][few])
+
+
+def test_a_kernel_under_way_leaves_within_a_moment_of_being_told():
+    """One cell that would go on for minutes: undamped flat friction to a far horizon."""
+    cell = as_cells({"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "belt_speed": 1.0, "a1": 0.5, "a2": 0.0,
+                     "a3": 0.0, "a4": 1.0, "velocity": 0.5})  # fmt: skip
+    stop = np.zeros(1, np.int64)
+    options = Options(horizon=1e9, early_stop=False, max_steps=10**12)
+    rows = []
+    worker = threading.Thread(target=lambda: rows.append(engine._run_block(cell, options, stop)))
+    worker.start()
+    time.sleep(0.2)
+    assert worker.is_alive()
+    stop[0] = 1
+    worker.join(timeout=5.0)
+    assert not worker.is_alive()
+    assert rows[0][1] == 0
+
+
+def test_an_error_in_a_block_comes_out_as_it_is():
+    def broken(start, stop):
+        raise ZeroDivisionError("a bug")
+
+    with pytest.raises(ZeroDivisionError, match="a bug"):
+        compute(broken, 10, Options())
+
+
+def test_progress_ends_with_all_cells():
+    seen = []
+    cells = mixed()
+    compute(source(cells), 700, Options(block=100), lambda done, of: seen.append((done, of)))
+    assert seen[-1] == (700, 700)
+    assert seen == sorted(seen)
+
+
+def test_no_cells_are_computed_at_once():
+    none = {name: values[:0] for name, values in mixed(1).items()}
+    done = compute(source(none), 0, Options())
+    assert done.complete and done.done == 0
+
+
+@pytest.mark.parametrize(("wrong", "message"), [
+    ({"rtol": 1.0}, "rtol: got 1.0, expected 1e-12 to 0.01"),
+    ({"horizon": 0.0}, "horizon: got 0.0, expected a time > 0"),
+    ({"early_stop": False}, "early_stop=False .* needs a finite horizon"),
+    ({"threads": 0}, "threads: got 0, expected a whole number >= 1"),
+    ({"block": 0}, "block: got 0"),
+    ({"max_steps": 0}, "max_steps: got 0"),
+    ({"rtol": float("nan")}, "rtol: got nan"),
+])  # fmt: skip
+def test_options_out_of_range_are_refused(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        Options(**wrong)
+
+
+def test_small_maps_are_cut_so_that_every_thread_has_work():
+    assert engine.block_size(100_000, Options(threads=2, block=4096)) == 4096
+    assert engine.block_size(8000, Options(threads=2, block=4096)) == 500
+    assert engine.block_size(10, Options(threads=2)) == 256
+    assert engine.block_size(8000, Options(threads=2, block=7)) == 7
+
+
+def test_a_probe_times_cells_from_all_over_the_map():
+    cells = mixed()
+    asked = []
+
+    def noted(start, stop):
+        asked.append((start, stop))
+        return source(cells)(start, stop)
+
+    probe = engine.probe(noted, 700, Options(threads=1), most=320)
+    assert probe.cells == 320 == sum(stop - start for start, stop in asked)
+    assert asked[0][0] == 0 and asked[-1][1] == 700
+    assert probe.seconds_per_cell > 0.0
+
+
+def test_probing_fewer_cells_than_a_run_takes_them_all():
+    cells = mixed(5)
+    assert engine.probe(source(cells), 5, Options()).cells == 5

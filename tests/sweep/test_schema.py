@@ -1,0 +1,73 @@
+import json
+
+import jsonschema
+import pytest
+from ruamel.yaml import YAML
+
+from stickslip.config import load_config
+from stickslip.quantities import QUANTITIES
+from stickslip.resources import config_names, config_path
+from stickslip.schema import json_schema
+from stickslip.starter import STARTER
+
+SCHEMA = json_schema()
+
+
+def complaints(data) -> list[str]:
+    found = jsonschema.Draft202012Validator(SCHEMA).iter_errors(data)
+    return ["/".join(map(str, error.absolute_path)) for error in found]
+
+
+def plain(text: str):
+    return YAML(typ="safe", pure=True).load(text)
+
+
+def test_it_is_a_schema_and_json():
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+    assert json.loads(json.dumps(SCHEMA, allow_nan=False)) == SCHEMA
+
+
+@pytest.mark.parametrize("name", config_names())
+def test_configurations_that_ship_are_valid(name):
+    assert complaints(plain(config_path(name).read_text(encoding="utf-8"))) == []
+
+
+@pytest.mark.parametrize("name", config_names())
+def test_resolved_configurations_are_valid(name):
+    assert complaints(load_config(config_path(name)).resolved()) == []
+
+
+def test_the_starter_is_valid():
+    assert complaints(plain(STARTER)) == []
+
+
+@pytest.mark.parametrize(
+    ("data", "where"),
+    [
+        ({"sistem": {}}, ""),
+        ({"system": {"mass": -1}}, "system/mass"),
+        ({"system": {"mass": "1"}}, "system/mass"),
+        ({"system": {"stifness": 1}}, "system"),
+        ({"friction": {"a1": "0.3"}}, "friction/a1"),
+        ({"friction": {"mu_stop": "sticking"}}, "friction/mu_stop"),
+        ({"axes": {"mass": {"start": 1, "stop": 2, "num": 1}}}, "axes/mass"),
+        ({"axes": {"mass": {"start": 1, "stop": 2, "num": 3, "spacing": "logarithmic"}}}, "axes/mass"),
+        ({"axes": {"mass": []}}, "axes/mass"),
+        ({"axes": {"oil": [1, 2]}}, "axes/oil"),
+        ({"axes": {"oil": {"zip": {"mas": [1]}}}}, "axes/oil/zip"),
+        ({"solver": {"rtol": 1}}, "solver/rtol"),
+        ({"execution": {"threads": "many"}}, "execution/threads"),
+        ({"output": {"file": "map.csv"}}, "output/file"),
+        ({"title": 3}, "title"),
+    ],
+)
+def test_what_the_reader_refuses_an_editor_marks(data, where):
+    assert complaints(data) == [where]
+
+
+def test_every_quantity_is_described_where_it_can_be_fixed_and_as_an_axis():
+    for name, declared in QUANTITIES.items():
+        fixed = SCHEMA["properties"][declared.section]["properties"][name]
+        varied = SCHEMA["properties"]["axes"]["properties"][name]
+        assert fixed["description"].startswith(declared.long_name)
+        assert varied["description"] == fixed["description"]

@@ -1,0 +1,41 @@
+import re
+
+from stickslip.config import Config, make_config, parse_config
+from stickslip.grid import build_grid
+from stickslip.models import Execution, Solver, Start
+from stickslip.quantities import QUANTITIES
+from stickslip.starter import STARTER
+
+
+def test_the_starter_is_a_configuration():
+    config = parse_config(STARTER)
+    assert build_grid(config).shape == (60, 80)
+    assert config.output.file == "my_map.nc" and config.output.plot == "my_map.png"
+
+
+def test_what_the_starter_says_holds_when_left_out_does():
+    """Sections that claim to show the defaults."""
+    config = parse_config(STARTER)
+    plain = config.resolved()
+    bare = make_config({key: value for key, value in plain.items() if key not in ("start", "solver", "execution")})
+    assert (bare.start, bare.solver, bare.execution) == (config.start, config.solver, config.execution)
+    assert (config.solver, config.execution) == (Solver(), Execution())
+    assert isinstance(config.start, Start)
+
+
+def test_commented_lines_of_the_starter_work_when_uncommented():
+    lines = {line.split("#")[1].strip() for line in STARTER.splitlines() if re.match(r"#   \w+: ", line)}
+    measured = "\n".join(f"  {line}" for line in lines if line.split(":")[0] in QUANTITIES and "mu_stop" not in line
+                         and "damping" not in line)  # fmt: skip
+    assert "mu_start" in measured and "v_reversal" in measured
+    without = re.sub(r"^  (a1|a2|a3):.*\n", "", STARTER, flags=re.M)
+    text = without.replace("  a4: 20 mm/s", f"{measured}\n  mu_stop: 0.25\n  a4: 20 mm/s")
+    text = text.replace("  # horizon:", "  horizon:").replace("  damping: 5 N s/m", "  # ")
+    text = text.replace("#   damping: [0, 1, 2]", "  damping: [0, 1, 2]")
+    config = parse_config(text)
+    assert config.friction.mu_start == 0.3 and config.solver.horizon == 600.0
+    assert build_grid(config).dims == ("stiffness", "belt_speed", "damping")
+
+
+def test_the_starter_shows_every_section():
+    assert set(re.findall(r"^(\w+):", STARTER, flags=re.M)) == set(Config.model_fields)
