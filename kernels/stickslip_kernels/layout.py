@@ -91,7 +91,9 @@ WIDTH = 32
     LEVEL,  # the mode ends where w crosses this level ...
     SIDE,  # ... from below (+1) or from above (-1)
     TURN,  # 1 where a zero of w' ends the mode as well
-    RADIUS2,  # squared radius of the disc about steady sliding in which settling is proven
+    RADIUS2,  # squared radius of the disc about steady sliding in which settling may be proven
+    Y_BAND,  # y of steady sliding on the curve (Y_STAR is that of the present mode)
+    BAND2,  # square of the settling band about it, 0 once the regime is known
     FLOOR,  # slip speed below which errors are absolute
     MARK,  # 1 while extrema are recorded
     TAU_END,
@@ -117,8 +119,8 @@ WIDTH = 32
     GOOD,  # 1 where the error is within tolerance
     FACTOR,  # next step over this step
     FLAG,  # 0: committed or rejected; 1: good, but the scalar code must look first; 2: no step can be taken
-) = range(0, 51 * WIDTH, WIDTH)
-LANE_NUMBERS = 51 * WIDTH
+) = range(0, 53 * WIDTH, WIDTH)
+LANE_NUMBERS = 53 * WIDTH
 STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
 
 # --- slow state: columns of `book` (WIDTH, BOOK_COLUMNS), one row a lane --------------------------------------------
@@ -131,6 +133,8 @@ STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
     W_REVERSAL,  # start of the present line
     XI_STAR,  # steady sliding, true frame
     BAND,  # settling band
+    ENTERED,  # time at which the motion last came into the settling band
+    ENTERED_LINE,  # the same about steady sliding on the present line
     SLIP_START,  # time of the first slip, NaN before
     CYCLE_START,  # time of the first break-away, NaN before
     STICK_COUNT,
@@ -149,16 +153,18 @@ STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
     LOOP_AMPLITUDE,
     LOOP_TAU,
     LOOP_HEAT,
+    LOOP_DECREMENT,  # size of the log decrement over the ten loops before
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
-) = range(27)
-BOOK_COLUMNS = 27
+    DECIDED_BY,  # the status then
+) = range(31)
+BOOK_COLUMNS = 31
 
 # --- trace log: rows of `log` (capacity, LOG_COLUMNS); row 0 is a header whose first number counts the segments met ---
 # The others hold one segment each, from LOG_TAU to the LOG_TAU of the next. A log without rows is switched off.
 LOG_TAU, LOG_MODE, LOG_SIGMA, LOG_U, LOG_W, LOG_DW, LOG_OFFSET, LOG_SLOPE, LOG_DROP = range(9)
 LOG_COLUMNS = 9
 
-# --- samples of a trajectory: rows of `samples` (SAMPLE_ROWS, n); signs as in the true frame --------------------------
+# --- samples of a trajectory: rows of `samples` (SAMPLE_ROWS, n); signs as in the true frame ------------------------
 SAMPLE_XI, SAMPLE_RELATIVE, SAMPLE_ACCELERATION, SAMPLE_FRICTION, SAMPLE_MODE = range(5)
 SAMPLE_ROWS = 5
 

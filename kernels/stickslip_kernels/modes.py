@@ -13,16 +13,16 @@ from .friction import line_slope, speed_of_slope, stribeck, stribeck_slope
 from .jit import compiled
 from .lanes import SMALLEST_STEP
 from .layout import (
-    A1, A2, A3, A4, B, BELT, BREAKAWAY_TIME, CELL, CELL_ROWS, CYCLE_START, DAMPING_RATIO, DECIDED, DROP, DW,
-    EARLY_STOP, ERROR_LOG, ETA_START, FAILED, FALL, FAST, FLAG, FLOOR, G, GAMMA, HEAT, HEAT_START, HOLD, HORIZON,
-    HORIZON_REACHED, JERK, LEVEL, MARK, MODE, MU_STATIC, MU_STOP, MU_TURN, NEVER_BREAKS_AWAY, NOT_FINITE, OFFSET,
-    RADIUS2, RATE, REGIME, RESTICK_TIME, RESTICK_XI, RISE, RTOL, SIDE, SIGMA, SLIP_START, SLOPE, STATUS, STEP,
-    STEP_LIMIT, STEP_UNDERFLOW, STICK, STICK_COUNT, STICK_SUM, STUCK, TAKEN, TAU, TAU_END, TRIED, TURN, UNRESOLVED,
-    W, W_MIN, W_REVERSAL, W_STABLE, XI_STAR, XI_START, Y, Y_STAR,
+    A1, A2, A3, A4, B, BAND, BAND2, BELT, BREAKAWAY_TIME, CELL, CELL_ROWS, CYCLE_START, DAMPING_RATIO, DECIDED,
+    DECIDED_BY, DROP, DW, EARLY_STOP, ENTERED_LINE, ERROR_LOG, ETA_START, FAILED, FALL, FAST, FLAG, FLOOR, G, GAMMA,
+    HEAT, HEAT_START, HOLD, HORIZON, HORIZON_REACHED, JERK, LEVEL, MARK, MODE, MU_STATIC, MU_STOP, MU_TURN,
+    NEVER_BREAKS_AWAY, NOT_FINITE, OFFSET, RADIUS2, RATE, REGIME, RESTICK_TIME, RESTICK_XI, RISE, RTOL, SIDE, SIGMA,
+    SLIP_START, SLOPE, STATUS, STEP, STEP_LIMIT, STEP_UNDERFLOW, STICK, STICK_COUNT, STICK_SUM, STUCK, TAKEN, TAU,
+    TAU_END, TRIED, TURN, UNRESOLVED, W, W_MIN, W_REVERSAL, W_STABLE, XI_STAR, XI_START, Y, Y_BAND, Y_STAR,
 )  # fmt: skip
 from .regimes import (
-    damping_ratio, decide, decide_cycle, decide_settled, finish, is_shrinking, note_ends, note_peak, note_side,
-    on_slow_side, proven_radius, record_extrema, reset_extrema, start_book,
+    creeps_in, damping_ratio, decide, decide_cycle, decide_settled, finish, is_shrinking, note_ends, note_entry,
+    note_entry_at_constant_speed, note_peak, note_side, proven_radius, record_extrema, reset_extrema, start_book,
 )  # fmt: skip
 from .rk import slip_acceleration, slip_jerk
 from .trace import log_closed_form, log_slip
@@ -50,7 +50,7 @@ def start_cell(s, i, book, cells, c, results, control, log):
     book[i, W_STABLE] = speed_of_slope(-gamma, a2, a3, a4)
     s[TAU + i], s[HEAT + i], s[TRIED + i], s[ERROR_LOG + i] = 0.0, 0.0, 0.0, 0.0
     s[G + i], s[RATE + i], s[TAU_END + i], s[MARK + i] = gamma, 1.0 / a4, cells[HORIZON, c], 1.0
-    s[FLOOR + i] = 1e-3 * abs(belt)
+    s[FLOOR + i], s[BAND2 + i] = 1e-3 * abs(belt), book[i, BAND] ** 2
     xi, eta = cells[XI_START, c], cells[ETA_START, c]
     relative = 0.0 if isnan(eta) else belt - eta
     if relative == 0.0:
@@ -119,6 +119,7 @@ def enter_fall(s, i, book, cells, u, w, b, turning):
     s[OFFSET + i], s[DROP + i] = cells[MU_STOP, c], 0.0
     s[SLOPE + i] = line_slope(w, mu_reversal, cells[MU_STOP, c])
     s[LEVEL + i], s[SIDE + i], s[TURN + i] = 0.0, -1.0, 1.0
+    book[i, ENTERED_LINE] = s[TAU + i]
     enter(s, i, book, FALL, u, w, b, turning)
 
 
@@ -133,9 +134,8 @@ def enter(s, i, book, mode, u, w, b, turning):
     s[DW + i] = 0.0 if turning else slip_acceleration(s[Y + i], w, drag, s[DROP + i], s[RATE + i])
     s[JERK + i] = slip_jerk(s[Y + i], w, s[DW + i], b, drag, s[RATE + i])
     # Steady sliding as this mode sees it; in a reverse slip (b < 0) the equilibrium of the forward one.
-    s[Y_STAR + i] = book[i, SIGMA] * book[i, XI_STAR] + s[G + i] * b - offset
-    if mode == FALL and b > 0.0:
-        s[Y_STAR + i] = drag * b
+    s[Y_BAND + i] = book[i, SIGMA] * book[i, XI_STAR] + s[G + i] * b - offset
+    s[Y_STAR + i] = drag * b if mode == FALL and b > 0.0 else s[Y_BAND + i]
     s[RADIUS2 + i] = proven_radius(s, i, book, mode, b) ** 2
     book[i, MODE] = mode
 
@@ -180,13 +180,14 @@ def come_to_rest(s, i, book, cells, results, control, log, u, b, starting):
         book[i, STICK_SUM] += left
         finish(s, i, book, results, UNRESOLVED, HORIZON_REACHED, sigma * (u + b * left), sigma * b)
         return DONE
+    note_entry_at_constant_speed(s, i, book, tau, u, 0.0, b, dwell)
     s[TAU + i] = tau + dwell
     if not grazing:
         book[i, STICK_SUM] += dwell
         close_cycle(s, i, book, results, s[TAU + i], dwell)
         if book[i, DECIDED] > 0.0 and control[EARLY_STOP] > 0.0:
             note_ends(book, i, mu_static - gamma * b, 0.0, 0.0)
-            finish(s, i, book, results, UNRESOLVED, results[STATUS, c], sigma * (mu_static - gamma * b), sigma * b)
+            finish(s, i, book, results, UNRESOLVED, book[i, DECIDED_BY], sigma * (mu_static - gamma * b), sigma * b)
             return DONE
     begin_slip(s, i, book, cells, log, mu_static - gamma * b, b, True)
     return RUNNING
@@ -234,6 +235,8 @@ def attend(s, i, book, cells, results, control, log):
     jerk = slip_jerk(y, w, dw, s[B + i], s[G + i] + s[SLOPE + i], s[RATE + i])
     if s[MARK + i] > 0.0:
         record_extrema(s, i, book, results, h, y, w, dw, jerk)
+    if s[BAND2 + i] > 0.0:
+        note_entry(s, i, book, h, y, w, dw)
     finished_step = s[TAKEN + i]
     s[TAU + i] += h
     s[HEAT + i] += work
@@ -246,7 +249,7 @@ def attend(s, i, book, cells, results, control, log):
         if change_mode(s, i, book, cells, results, control, log, kind) == DONE:
             return DONE
     if book[i, DECIDED] > 0.0 and control[EARLY_STOP] > 0.0:
-        return close(s, i, book, results, results[STATUS, int(book[i, CELL])])
+        return close(s, i, book, results, book[i, DECIDED_BY])
     if s[TAU + i] >= s[TAU_END + i]:
         return close(s, i, book, results, HORIZON_REACHED)
     return RUNNING
@@ -275,10 +278,12 @@ def give_up(s, i, book, results, control):
 
 @compiled
 def check_settling(s, i, book, results):
-    """Inside the disc of `proven_radius` the motion has settled."""
+    """Inside the disc of `proven_radius` the motion has settled; where the mode may yet change, if it creeps in."""
     p, q = s[Y + i] - s[Y_STAR + i], s[W + i] - s[B + i]
-    if p * p + q * q < s[RADIUS2 + i] and (book[i, MODE] != FALL or on_slow_side(s, i, s[Y + i], s[W + i])):
-        decide_settled(s, i, book, results, s[TAU + i])
+    mode = book[i, MODE]
+    may_change = mode == FALL or (mode == RISE and book[i, W_MIN] > 0.0)
+    if p * p + q * q < s[RADIUS2 + i] and (not may_change or creeps_in(s, i, mode)):
+        decide_settled(s, i, book, results, mode == FALL)
 
 
 @compiled
@@ -311,8 +316,8 @@ def leave_line(s, i, book, cells, results, control, log, u, w, b):
     the load u + gamma u' climbs from the line to the curve.
     """
     c = int(book[i, CELL])
-    if book[i, DECIDED] == 0.0 and (b <= w or is_shrinking(s, i, book, cells, u, w)):
-        decide_settled(s, i, book, results, s[TAU + i])
+    if book[i, DECIDED] == 0.0 and (b <= w or is_shrinking(s, i, book, cells)):
+        decide_settled(s, i, book, results, b <= w)
     mu_line = s[OFFSET + i] + s[SLOPE + i] * w
     mu_curve = stribeck(w, cells[A1, c], cells[A2, c], cells[A3, c], cells[A4, c])
     holds = mu_curve > mu_line
@@ -324,6 +329,7 @@ def leave_line(s, i, book, cells, results, control, log, u, w, b):
             sigma = book[i, SIGMA]
             finish(s, i, book, results, UNRESOLVED, HORIZON_REACHED, sigma * (u + (b - w) * left), sigma * (b - w))
             return DONE
+        note_entry_at_constant_speed(s, i, book, s[TAU + i], u, w, b, duration)
         s[TAU + i] += duration
         s[HEAT + i] += w * duration * 0.5 * (mu_line + mu_curve)
         u += (b - w) * duration

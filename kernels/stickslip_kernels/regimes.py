@@ -11,19 +11,21 @@ from .exponential import exp
 from .friction import stribeck, stribeck_slope
 from .jit import compiled
 from .layout import (
-    A1, A2, A3, A4, ACCELERATION_MAX, B, BAND, BELT, CELL, CREEP, CROSSED, CROSSINGS, CYCLE_CLOSED, CYCLE_HEAT,
-    CYCLE_START, CYCLE_STICK_TIME, DAMPED, DECIDED, DROP, DW, DW_HIGH, ETA_END, FALL, G, GAMMA, HEAT, HEAT_START,
-    JERK, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_HEAT, LOOP_TAU, MARK, MU_REVERSAL, MU_TURN, OFFSET,
-    OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD, RADIUS2, RATE, REGIME, RISE, SETTLED, SETTLING_TIME,
-    SIDE_LAST, SIGMA, SLIP_START, SLOPE, SPEED_MAX, STATUS, STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM,
-    STICK_TIME, SUSTAINED, TAU, TRIED, W, W_HIGH, W_MIN, W_STABLE, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR,
-    Y, Y_STAR,
+    A1, A2, A3, A4, ACCELERATION_MAX, B, BAND, BAND2, BELT, CELL, CREEP, CROSSED, CROSSINGS, CYCLE_CLOSED,
+    CYCLE_HEAT, CYCLE_START, CYCLE_STICK_TIME, DAMPED, DECIDED, DECIDED_BY, DROP, DW, DW_HIGH, ENTERED,
+    ENTERED_LINE, ETA_END, FALL, G, GAMMA, HEAT, HEAT_START, JERK, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_DECREMENT,
+    LOOP_HEAT, LOOP_TAU, MARK, MODE, MU_REVERSAL, MU_TURN, OFFSET, OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD,
+    RADIUS2, RATE, REGIME, RISE, SETTLED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START, SLOPE, SPEED_MAX, STATUS,
+    STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, SUSTAINED, TAU, TRIED, W, W_HIGH, W_MIN,
+    W_STABLE, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_BAND, Y_STAR,
 )  # fmt: skip
 from .polynomial import derivative, hermite, minus, root, value
+from .rk import slip_jerk
 
 BAND_SHARE = 1e-4  # settling band in units of mu_start
 LOOPS = 10  # cycles over which the log decrement is taken
 SUSTAINED_DECREMENT = 1e-5
+DECREMENT_NOISE = 1e-7  # what the integration itself may add
 SHRINKING = 0.999  # a peak this much lower than the last counts as shrinking
 
 
@@ -45,8 +47,8 @@ def start_book(book, i, cells, c):
     book[i, CELL] = c
     book[i, XI_STAR] = mu_belt if belt >= 0.0 else -mu_belt
     book[i, BAND] = BAND_SHARE * (cells[A1, c] + cells[A3, c])
-    book[i, SLIP_START], book[i, CYCLE_START], book[i, MU_TURN] = nan, nan, nan
-    book[i, PEAK], book[i, PEAK_BEFORE], book[i, LOOP_COUNT] = inf, inf, -1.0
+    book[i, SLIP_START], book[i, CYCLE_START], book[i, MU_TURN], book[i, ENTERED] = nan, nan, nan, -inf
+    book[i, PEAK], book[i, PEAK_BEFORE], book[i, LOOP_COUNT], book[i, LOOP_DECREMENT] = inf, inf, -1.0, -inf
     reset_extrema(book, i)
 
 
@@ -112,16 +114,20 @@ def note_turn(s, i, book, results, h, xi):
 
 @compiled
 def compare_loops(s, i, book, results, h, amplitude):
-    """At the first maximum and ten loops later: sustained if the log decrement is zero, else count the next ten."""
+    """Ten loops after the last look: sustained if the log decrement is zero and does not grow; else look again.
+
+    A motion that leaves an unstable cycle also starts with a decrement near zero, which then grows: two looks in a row
+    tell them apart.
+    """
     tau, heat = s[TAU + i] + h, s[HEAT + i] + step_again(s, i, h)[4]
-    if book[i, LOOP_COUNT] == LOOPS:
-        decrement = log(book[i, LOOP_AMPLITUDE] / amplitude) / LOOPS
-        if abs(decrement) < SUSTAINED_DECREMENT:
-            c = int(book[i, CELL])
-            results[PERIOD, c] = (tau - book[i, LOOP_TAU]) / LOOPS
-            results[CYCLE_STICK_TIME, c] = 0.0
-            results[CYCLE_HEAT, c] = (heat - book[i, LOOP_HEAT]) / LOOPS
-            decide(s, i, book, results, SUSTAINED, OSCILLATION_SUSTAINED)
+    decrement = abs(log(book[i, LOOP_AMPLITUDE] / amplitude)) / LOOPS if book[i, LOOP_COUNT] == LOOPS else inf
+    if decrement < SUSTAINED_DECREMENT and decrement <= book[i, LOOP_DECREMENT] + DECREMENT_NOISE:
+        c = int(book[i, CELL])
+        results[PERIOD, c] = (tau - book[i, LOOP_TAU]) / LOOPS
+        results[CYCLE_STICK_TIME, c] = 0.0
+        results[CYCLE_HEAT, c] = (heat - book[i, LOOP_HEAT]) / LOOPS
+        decide(s, i, book, results, SUSTAINED, OSCILLATION_SUSTAINED)
+    book[i, LOOP_DECREMENT] = decrement if decrement < SUSTAINED_DECREMENT else -inf
     book[i, LOOP_AMPLITUDE], book[i, LOOP_TAU], book[i, LOOP_HEAT] = amplitude, tau, heat
     book[i, LOOP_COUNT] = 0.0
 
@@ -142,36 +148,96 @@ def proven_radius(s, i, book, mode, b):
     """Radius of the disc about steady sliding, in the plane (u, u'), from which the motion provably settles.
 
     With V = (u - u*)^2 + u'^2, V' = -2 u'^2 (gamma + mu'(somewhere between w and b)). As mu' grows with w, V falls for
-    ever once the disc lies where gamma + mu' > 0 (w > v_H), where w > 0, and where the mode cannot change. A line (mode
-    FALL) is left at the next trough of w, which never comes if sliding along it is overdamped: `on_slow_side`.
+    ever once the disc lies where gamma + mu' > 0 (w > v_H), where w > 0, and where the mode cannot change. On a
+    hysteretic curve below its minimum the mode changes where w' = 0, and the disc only tells when to ask
+    `creeps_in`.
     """
     if b <= 0.0 or book[i, DECIDED] > 0.0:
         return 0.0
     if mode == FALL:
         return min(book[i, BAND], b) if s[G + i] + s[SLOPE + i] >= 2.0 else 0.0
     if mode == RISE and book[i, W_MIN] > 0.0:
-        return 0.0
+        return min(book[i, BAND], b) if book[i, W_MIN] > b and drag_at(s, i, b) >= 2.0 else 0.0
     return max(0.0, min(book[i, BAND], b - max(book[i, W_STABLE], book[i, W_MIN])))
 
 
 @compiled
-def on_slow_side(s, i, y, w):
-    """Whether an overdamped approach along the line never passes w = b: beyond the fast eigenvector."""
-    drag = s[G + i] + s[SLOPE + i]
-    fast = 0.5 * drag + (0.25 * drag * drag - 1.0) ** 0.5
-    return w >= s[B + i] and w - s[B + i] <= fast * (y - s[Y_STAR + i])
+def drag_at(s, i, w):
+    """gamma + mu'(w) under the law of the present mode."""
+    return s[G + i] + s[SLOPE + i] - s[DROP + i] * s[RATE + i] * exp(-s[RATE + i] * w)
 
 
 @compiled
-def is_shrinking(s, i, book, cells, u, w):
+def creeps_in(s, i, mode):
+    """Whether w approaches b from one side for ever: slowing along the line (FALL) or speeding up on the curve (RISE).
+
+    With q = w - b, p = u - u* and F(q) = (gamma + mu')(between w and b) q: p' = -q, q' = p - F(q). As long as q keeps
+    its sign, q' cannot change its own (where q' = 0, q'' = -q). And q keeps its sign beyond the eigenvector of the
+    faster of two real rates f, f^2 - d f + 1 = 0, d being the least drag on the way; both curve and line have it here.
+    """
+    side = 1.0 if mode == FALL else -1.0
+    p, q = side * (s[Y + i] - s[Y_STAR + i]), side * (s[W + i] - s[B + i])
+    drag = drag_at(s, i, s[W + i])
+    if q < 0.0 or drag < 2.0:
+        return False
+    fast = 0.5 * drag + (0.25 * drag * drag - 1.0) ** 0.5
+    return q <= fast * p
+
+
+# --- the settling band ----------------------------------------------------------------------------------------------
+
+
+@compiled
+def entry_time(s, i, centre, radius2, h, y1, w1, dw1, before):
+    """When, between the start of the step of lane i and the state after h, the motion came into a disc.
+
+    centre : its y; radius2 : its squared radius. Returns `before` if it did not come in.
+    """
+    b = s[B + i]
+    p0, p1, q0, q1 = s[Y + i] - centre, y1 - centre, s[W + i] - b, w1 - b
+    if not (p0 * p0 + q0 * q0 >= radius2 and p1 * p1 + q1 * q1 < radius2):
+        return before
+    jerk1 = slip_jerk(y1, w1, dw1, b, s[G + i] + s[SLOPE + i], s[RATE + i])
+    p = hermite(h, p0, -q0, -s[DW + i], p1, -q1, -dw1)
+    q = hermite(h, q0, s[DW + i], s[JERK + i], q1, dw1, jerk1)
+    outside, inside = 0.0, 1.0
+    for _ in range(50):
+        theta = 0.5 * (outside + inside)
+        if value(p, theta) ** 2 + value(q, theta) ** 2 < radius2:
+            inside = theta
+        else:
+            outside = theta
+    return s[TAU + i] + inside * h
+
+
+@compiled
+def note_entry(s, i, book, h, y1, w1, dw1):
+    """Note it if the motion comes into the settling band; on a line, also into the disc of `proven_radius`."""
+    book[i, ENTERED] = entry_time(s, i, s[Y_BAND + i], s[BAND2 + i], h, y1, w1, dw1, book[i, ENTERED])
+    if book[i, MODE] == FALL and s[RADIUS2 + i] > 0.0:
+        line = book[i, ENTERED_LINE]
+        book[i, ENTERED_LINE] = entry_time(s, i, s[Y_STAR + i], s[RADIUS2 + i], h, y1, w1, dw1, line)
+
+
+@compiled
+def note_entry_at_constant_speed(s, i, book, tau, u, w, b, duration):
+    """The same for a stick or hold phase that starts at tau: u moves at b - w >= 0."""
+    p0, q2 = u - book[i, SIGMA] * book[i, XI_STAR], (w - b) ** 2
+    p1, band2 = p0 + (b - w) * duration, s[BAND2 + i]
+    if p0 * p0 + q2 >= band2 and p1 * p1 + q2 < band2:
+        book[i, ENTERED] = tau - (p0 + (band2 - q2) ** 0.5) / (b - w)
+
+
+@compiled
+def is_shrinking(s, i, book, cells):
     """Whether a trough below v_min, with its peak, lies inside the band and the peaks shrink.
 
     Near steady sliding on the hysteretic curve the motion is a chain of straight pieces, the same at every scale: peaks
     then shrink by a constant factor. Small against b and a4 so that the curve is straight over the loop.
     """
-    b, c = s[B + i], int(book[i, CELL])
-    small = min(book[i, BAND], 0.05 * min(b, cells[A4, c]))
-    near = abs(book[i, SIGMA] * u - book[i, XI_STAR]) < book[i, BAND] and b - w < small and book[i, PEAK] < small
+    b, w = s[B + i], s[W + i]
+    small = min(book[i, BAND], 0.05 * min(b, cells[A4, int(book[i, CELL])]))
+    near = (s[Y + i] - s[Y_BAND + i]) ** 2 + (w - b) ** 2 < s[BAND2 + i] and b - w < small and book[i, PEAK] < small
     return near and book[i, PEAK] < SHRINKING * book[i, PEAK_BEFORE]
 
 
@@ -200,7 +266,7 @@ def note_ring_down(s, i, book):
     An approach that stays inside the settling band may yet overshoot there, and its limit belongs to the range.
     """
     b = s[B + i]
-    zeta = 0.5 * (s[G + i] + s[SLOPE + i] - s[DROP + i] * s[RATE + i] * exp(-s[RATE + i] * b))
+    zeta = 0.5 * drag_at(s, i, b)
     u_star = s[Y_STAR + i] - s[G + i] * b + s[OFFSET + i]
     note_ends(book, i, u_star, b, 0.0)
     p = ring_extremum(s[Y + i] - s[Y_STAR + i], b - s[W + i], zeta)
@@ -214,20 +280,27 @@ def note_ring_down(s, i, book):
 
 @compiled
 def decide(s, i, book, results, regime, status):
-    """Write the verdict and the metrics of the motion; extrema are not recorded from here on."""
+    """Write the verdict and the metrics of the motion; extrema are not recorded from here on.
+
+    The status stays NOT_RUN until the cell is finished, so that an interrupted one counts as not computed.
+    """
     c = int(book[i, CELL])
-    results[REGIME, c], results[STATUS, c] = regime, status
+    results[REGIME, c] = regime
     results[XI_MAX, c], results[XI_MIN, c] = book[i, XI_HIGH], book[i, XI_LOW]
     results[SPEED_MAX, c], results[ACCELERATION_MAX, c] = book[i, W_HIGH], book[i, DW_HIGH]
     results[MU_REVERSAL, c], results[CROSSINGS, c] = book[i, MU_TURN], book[i, CROSSED]
-    book[i, DECIDED] = 1.0
-    s[MARK + i], s[RADIUS2 + i] = 0.0, 0.0
+    book[i, DECIDED], book[i, DECIDED_BY] = 1.0, status
+    s[MARK + i], s[RADIUS2 + i], s[BAND2 + i] = 0.0, 0.0, 0.0
 
 
 @compiled
-def decide_settled(s, i, book, results, tau):
-    """The motion settles: damped if it crossed the equilibrium at least twice, creep if not."""
-    results[SETTLING_TIME, int(book[i, CELL])] = tau - book[i, SLIP_START]
+def decide_settled(s, i, book, results, on_line):
+    """The motion settles: damped if it crossed the equilibrium at least twice, creep if not.
+
+    on_line : whether to steady sliding on a line, which is not that on the curve.
+    """
+    entered = book[i, ENTERED_LINE] if on_line else book[i, ENTERED]
+    results[SETTLING_TIME, int(book[i, CELL])] = max(entered - book[i, SLIP_START], 0.0)
     note_ring_down(s, i, book)
     decide(s, i, book, results, DAMPED if book[i, CROSSED] >= 2.0 else CREEP, SETTLED)
 

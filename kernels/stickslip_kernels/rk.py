@@ -10,16 +10,15 @@ from .jit import compiled
 from .tableau import TSITOURAS_54
 
 # The tableau by the textbook's names, so that the compiler sees constants.
-_, C2, C3, C4, C5, C6, C7 = TSITOURAS_54.nodes
+C2, C3, C4, C5, C6, C7 = TSITOURAS_54.nodes[1:]
 (
-    _,
     (A21,),
     (A31, A32),
     (A41, A42, A43),
     (A51, A52, A53, A54),
     (A61, A62, A63, A64, A65),
     (A71, A72, A73, A74, A75, A76),
-) = TSITOURAS_54.matrix
+) = TSITOURAS_54.matrix[1:]
 E1, E2, E3, E4, E5, E6, E7 = TSITOURAS_54.error_weights
 
 # PI control (Hairer & Wanner II, IV.2): the step grows like error^-ALPHA * last_error^BETA.

@@ -7,8 +7,8 @@ rows are not interpolated: a closed form, or a shorter step of the same method, 
 from .jit import compiled
 from .layout import (
     A4, B, BELT, DROP, DW, G, GAMMA, HOLD, LOG_DROP, LOG_DW, LOG_MODE, LOG_OFFSET, LOG_SIGMA, LOG_SLOPE, LOG_TAU,
-    LOG_U, LOG_W, OFFSET, SAMPLE_ACCELERATION, SAMPLE_FRICTION, SAMPLE_MODE, SAMPLE_RELATIVE, SAMPLE_XI, SLOPE, STICK,
-    TAU, W, Y,
+    LOG_U, LOG_W, OFFSET, SAMPLE_ACCELERATION, SAMPLE_FRICTION, SAMPLE_MODE, SAMPLE_RELATIVE, SAMPLE_XI, SLOPE,
+    STICK, TAU, W, Y,
 )  # fmt: skip
 from .rk import rk_step
 

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from .engine import Options
 
 __all__ = [
-    "Config", "ConfigError", "Interrupted", "Options", "__version__", "evaluate", "load_config", "open", "run", "simulate",
+    "Config", "ConfigError", "Interrupted", "Options", "__version__",
+    "evaluate", "load_config", "open", "run", "simulate",
 ]  # fmt: skip
 
 _HOMES = {

@@ -137,11 +137,13 @@ def progress_bar(total: int) -> Iterator[Callable[[int, int], None]]:
 # --- run, plan, validate ----------------------------------------------------------------------------------------------
 
 
-@main.command(epilog=f"""\b
+@main.command(
+    epilog=f"""\b
 Examples:
   stickslip run configs/quickstart.yaml
   stickslip run my.yaml --output results/map.zarr --no-plot
-\n{EXIT_CODES}""")
+\n{EXIT_CODES}"""
+)
 @CONFIG
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Picture to draw: .png, .svg or .pdf.")
@@ -222,9 +224,11 @@ def _report(ds: Any, seconds: float, config: Config, output: Path | None, pictur
         console.print(f"picture  {picture}", markup=False)
 
 
-@main.command(epilog="""\b
+@main.command(
+    epilog="""\b
 Example:
-  stickslip plan configs/quickstart.yaml""")
+  stickslip plan configs/quickstart.yaml"""
+)
 @CONFIG
 @reports_wrong_input
 def plan(config: Path) -> None:
@@ -279,12 +283,14 @@ def validate(configs: tuple[Path, ...]) -> None:
 # --- simulate, plot ---------------------------------------------------------------------------------------------------
 
 
-@main.command(epilog="""\b
+@main.command(
+    epilog="""\b
 Examples:
-  stickslip simulate configs/quickstart.yaml --at stiffness=5 --at belt_speed="10 cm/s" --duration "60 s"
-  stickslip simulate configs/lubricants.yaml --at lubricant=grease --at belt_speed=0.1 --duration 20 --plot trace.png""")
+  stickslip simulate configs/quickstart.yaml --at stiffness=5 --at belt_speed="10 cm/s" -t "1 min" -o t.nc
+  stickslip simulate configs/lubricants.yaml --at lubricant=grease --at belt_speed=0.1 -t 20 --plot t.png"""
+)
 @CONFIG
-@click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis (or any other parameter); repeatable.")
+@click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
 @click.option("-t", "--duration", required=True, metavar="TIME", help='How long: seconds, or with a unit ("2 min").')
 @click.option("--samples", type=click.IntRange(2), default=2001, show_default=True, help="Points in time.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
@@ -320,16 +326,18 @@ def simulate(
         click.echo(f"picture     {plot}")
 
 
-@main.command(epilog="""\b
+@main.command(
+    epilog="""\b
 Examples:
   stickslip plot quickstart.nc
   stickslip plot quickstart.nc --variable spring_force_max -o force.svg
-  stickslip plot map.nc --select damping=0.1""")
+  stickslip plot map.nc --select damping=0.1"""
+)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--variable", default="regime", show_default=True, help="What to draw.")
-@click.option("--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension (nearest point or label); repeatable.")
+@click.option("--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension: nearest point, or label.")
 @click.option("--no-borders", is_flag=True, help="Leave out the borders of linear theory.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Picture: .png, .svg or .pdf. [default: FILE.png]")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Picture to draw.  [default: FILE.png]")
 @reports_wrong_input
 def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, output: Path | None) -> None:
     """Draw a result: a map, or a trajectory."""

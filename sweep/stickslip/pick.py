@@ -19,7 +19,8 @@ def cell_at(config: Config, settings: Iterable[str]) -> dict[str, float]:
     """Parameters of one cell, in SI, by names of `PARAMETERS`.
 
     settings : texts like ``stiffness=5 N/mm``, ``velocity=sticking`` or, for quantities that vary together,
-        ``lubricant=grease`` (a label, or a position counted from 0). Every axis needs one; other quantities may have one.
+        ``lubricant=grease`` (a label, or a position counted from 0). Every axis needs one, other quantities may have
+        one.
     Raises ConfigError.
     """
     data = config.resolved()

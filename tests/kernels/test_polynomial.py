@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip_kernels.polynomial import deflated, derivative, hermite, minus, root, scaled, value
@@ -24,9 +24,10 @@ def test_arithmetic_is_that_of_numpy(p, theta, level, factor):
     assert value(minus(scaled(p, factor), level), theta) == pytest.approx(factor * expected(theta) - level, abs=1e-12)
 
 
-@given(polynomials)
-def test_root_is_one(p):
-    assume(value(p, 0.0) * value(p, 1.0) < 0.0)
+@given(polynomials, st.floats(0.001, 3.0))
+def test_root_is_one(p, at_end):
+    p = (-at_end, *p[1:5], 0.0)
+    p = (*p[:5], at_end - sum(p))  # from -at_end at theta = 0 to at_end at theta = 1
     theta = root(p, 0.0, 1.0)
     assert 0.0 <= theta <= 1.0
     nearby = np.array([value(p, t) for t in (max(theta - 1e-12, 0.0), min(theta + 1e-12, 1.0))])
