@@ -286,8 +286,10 @@ def validate(configs: tuple[Path, ...]) -> None:
 @main.command(
     epilog="""\b
 Examples:
-  stickslip simulate configs/quickstart.yaml --at stiffness=5 --at belt_speed="10 cm/s" -t "1 min" -o t.nc
-  stickslip simulate configs/lubricants.yaml --at lubricant=grease --at belt_speed=0.1 -t 20 --plot t.png"""
+  stickslip simulate configs/quickstart.yaml \\
+      --at stiffness=5 --at belt_speed="10 cm/s" -t "1 min" -o trace.nc
+  stickslip simulate configs/lubricants.yaml \\
+      --at lubricant=grease --at belt_speed=0.1 -t 20 --plot trace.png"""
 )
 @CONFIG
 @click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")

@@ -1,0 +1,241 @@
+"""The command as a stranger uses it: what it prints, writes and returns."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import stickslip
+from stickslip.cli import main
+from support_configs import write_config
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+# --- run --------------------------------------------------------------------------------------------------------------
+
+
+def test_run_writes_map_and_picture_and_ends_with_a_summary(here):
+    config = write_config(here, more="output: {file: map.nc, plot: map.png}\n")
+    done = call("run", config)
+    assert done.exit_code == 0, done.output
+    assert "144 cells: stiffness (12) x belt_speed (12)" in done.stdout
+    lines = {line.split()[0]: line.split() for line in done.stdout.splitlines() if line.strip()}
+    ds = stickslip.open(here / "map.nc")
+    sticks = int((ds["regime"] == 1).sum())
+    assert lines["stick_slip"][1:] == [f"{sticks}", f"{sticks / 144:.1%}"]
+    assert lines["map"][1] == "map.nc" and lines["picture"][1] == "map.png"
+    assert "cells/s on" in done.stdout
+    assert (here / "map.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_options_go_before_the_output_section(here):
+    config = write_config(here, more="output: {file: map.nc, plot: map.png}\n")
+    assert call("run", config, "-o", "other.nc", "--no-plot").exit_code == 0
+    assert {p.name for p in here.iterdir()} == {"small.yaml", "other.nc"}
+
+
+def test_without_an_output_section_the_summary_is_all(here):
+    done = call("run", write_config(here))
+    assert done.exit_code == 0 and "stick_slip" in done.stdout
+    assert [p.name for p in here.iterdir()] == ["small.yaml"]
+
+
+def test_a_map_of_one_cell_needs_no_picture(here):
+    (here / "one.yaml").write_text(
+        "system: {mass: 1, stiffness: 1, normal_load: 1, belt_speed: 0.1}\n"
+        "friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\noutput: {file: one.nc, plot: one.png}\n"
+    )
+    done = call("run", "one.yaml")
+    assert done.exit_code == 0 and "1 cell\n" in done.stdout
+    assert not (here / "one.png").exists()
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--output", "map.txt"], "map.txt"),
+    (["--plot", "map.bmp"], "map.bmp: pictures end in .png, .svg, .pdf"),
+    (["--plot", "nowhere/map.png"], "nowhere/map.png: no folder nowhere"),
+])  # fmt: skip
+def test_a_target_that_will_not_do_is_told_before_computing(here, arguments, message):
+    done = call("run", write_config(here), *arguments)
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert done.stdout == ""
+
+
+def test_a_wrong_configuration_shows_its_mistakes_and_no_traceback(here):
+    config = write_config(here)
+    config.write_text(config.read_text().replace("mass: 1", "mass: -1").replace("stop: 10", "stop: 10 kg"))
+    done = call("run", config)
+    assert done.exit_code == 2
+    assert len([line for line in done.stderr.splitlines() if line.startswith(str(config))]) == 2
+    assert "Traceback" not in done.output and done.stdout == ""
+
+
+def test_a_file_that_is_not_there_is_said(here):
+    done = call("run", "none.yaml")
+    assert done.exit_code == 2 and "none.yaml" in done.stderr and "Traceback" not in done.output
+
+
+def command(*arguments, **options):
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT / "sweep"), str(ROOT / "kernels")])}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment}
+    return subprocess.Popen([sys.executable, "-m", "stickslip", *map(str, arguments)], **pipes, **options)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends Ctrl-C to whole groups of processes")
+def test_ctrl_c_stops_promptly_and_says_what_was_kept(here):
+    """A map of minutes, interrupted after seconds; later, should the program still be loading by then."""
+    more = "solver: {horizon: 20000, early_stop: false}\noutput: {file: map.nc}\n"
+    config = write_config(here, num=700, more=more)
+    for patience in (3.0, 9.0, 27.0):
+        process = command("run", config, cwd=here)
+        time.sleep(patience)
+        process.send_signal(signal.SIGINT)
+        began = time.perf_counter()
+        _, errors = process.communicate(timeout=60)
+        assert process.returncode == 1
+        assert "Traceback" not in errors
+        if "finished" in errors:
+            break
+    assert "of 490,000 cells are finished, kept in map.partial.nc" in errors
+    assert time.perf_counter() - began < 20.0  # writing included
+    kept = stickslip.open(here / "map.partial.nc")
+    assert 0 < int((kept["regime"] > 0).sum()) < 490_000
+    assert not (here / "map.nc").exists()
+
+
+def test_help_answers_without_loading_the_numerics():
+    code = "import sys, stickslip.cli as c; c.main(['--help'], standalone_mode=False); print(sorted(sys.modules))"
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "sweep")}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert "Exit codes" in done.stdout
+    assert not any(f"'{name}'" in done.stdout for name in ("numba", "numpy", "xarray", "pydantic", "matplotlib"))
+
+
+def test_every_command_has_help_that_fits_a_screen():
+    for name in main.commands:
+        done = call(name, "--help")
+        assert done.exit_code == 0
+        assert all(len(line) <= 100 for line in done.output.splitlines())
+    assert "..." not in call("--help").output.replace("simulate my.yaml ...", "")
+
+
+def test_the_module_is_the_command(here):
+    process = command("--version")
+    assert process.communicate()[0].startswith("stickslip, version")
+    assert process.returncode == 0
+
+
+# --- plan, validate ---------------------------------------------------------------------------------------------------
+
+
+def test_plan_names_cells_blocks_memory_and_time_and_writes_nothing(here):
+    done = call("plan", write_config(here, num=40, more="output: {file: map.nc}\n"))
+    assert done.exit_code == 0, done.output
+    for words in ("1,600 cells: stiffness (40) x belt_speed (40)", "blocks ", "memory ", "time     about", "map.nc"):
+        assert words in done.stdout
+    assert [p.name for p in here.iterdir()] == ["small.yaml"]
+
+
+def test_validate_lists_the_mistakes_of_every_file(here):
+    good, bad, worse = (write_config(here, name=f"{name}.yaml") for name in ("good", "bad", "worse"))
+    bad.write_text(bad.read_text().replace("a4: 0.1", "a5: 0.1"))
+    worse.write_text(worse.read_text().replace("mass: 1", "mass: 1 m"))
+    done = call("validate", good, bad, worse)
+    assert done.exit_code == 2
+    assert f"{good}: good, 144 cells" in done.stdout
+    assert f"{bad}:3:" in done.stderr and f"{worse}:2:" in done.stderr
+    assert call("validate", good).exit_code == 0
+
+
+def test_every_configuration_that_ships_is_valid():
+    done = call("validate", *sorted((ROOT / "configs").glob("*.yaml")))
+    assert done.exit_code == 0, done.output
+
+
+# --- simulate, plot ---------------------------------------------------------------------------------------------------
+
+
+def test_simulate_writes_one_cell_over_time(here):
+    config = write_config(here)
+    done = call("simulate", config, "--at", "stiffness=1", "--at", "belt_speed=10 cm/s", "-t", "30 s",
+                "-o", "trace.nc", "--plot", "trace.png", "--samples", 301)  # fmt: skip
+    assert done.exit_code == 0, done.output
+    ds = stickslip.open(here / "trace.nc")
+    expected = stickslip.simulate(duration=30.0, samples=301, mass=1.0, stiffness=1.0, normal_load=1.0, belt_speed=0.1,
+                                  a1=1.0, a2=0.1, a3=0.3, a4=0.1)  # fmt: skip
+    np.testing.assert_array_equal(ds["displacement"], expected["displacement"])
+    assert (here / "trace.png").exists()
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--at", "stiffness=1", "-t", "30", "-o", "t.nc"], "--at: belt_speed: missing"),
+    (["--at", "stiffness=1", "--at", "belt_speed=1", "-t", "x", "-o", "t.nc"], "--duration: got 'x'"),
+    (["--at", "stiffness=1", "--at", "belt_speed=1", "-t", "3"], "nothing to do"),
+    (["--at", "stiffness=1", "--at", "belt_speed=1", "-t", "3", "--plot", "t.bmp"], "t.bmp: pictures end in"),
+])  # fmt: skip
+def test_simulate_explains_what_is_missing(here, arguments, message):
+    done = call("simulate", write_config(here), *arguments)
+    assert done.exit_code == 2 and message in done.stderr
+    assert "Traceback" not in done.output
+
+
+def test_plot_draws_maps_and_trajectories(here):
+    config = write_config(here)
+    assert call("run", config, "-o", "map.nc").exit_code == 0
+    assert (
+        call("simulate", config, "--at", "stiffness=1", "--at", "belt_speed=0.1", "-t", 9, "-o", "t.nc").exit_code == 0
+    )
+    assert call("plot", "map.nc").stdout == "picture  map.png\n"
+    assert call("plot", "map.nc", "--variable", "period", "-o", "period.svg").exit_code == 0
+    assert call("plot", "map.nc", "--select", "stiffness=1", "-o", "strip.pdf").exit_code == 0
+    assert call("plot", "t.nc").exit_code == 0
+    assert {"map.png", "period.svg", "strip.pdf", "t.png"} <= {p.name for p in here.iterdir()}
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["none.nc"], "none.nc: no such file"),
+    (["map.nc", "--variable", "colour"], "map.nc: no variable 'colour'"),
+    (["map.nc", "--select", "stiffness"], "got 'stiffness', expected NAME=VALUE"),
+    (["map.nc", "--select", "mass=1"], "cannot select 'mass'"),
+    (["map.nc", "-o", "map.doc"], "map.doc: pictures end in"),
+])  # fmt: skip
+def test_plot_explains_what_is_wrong(here, arguments, message):
+    assert call("run", write_config(here), "-o", "map.nc", "--no-plot").exit_code == 0
+    done = call("plot", *arguments)
+    assert done.exit_code == 2 and message in done.stderr
+    assert "Traceback" not in done.output
+
+
+# --- schema, init -----------------------------------------------------------------------------------------------------
+
+
+def test_schema_is_json():
+    assert json.loads(call("schema").stdout)["$schema"].endswith("2020-12/schema")
+
+
+def test_init_writes_a_configuration_that_runs_and_overwrites_nothing(here):
+    done = call("init", "my.yaml")
+    assert done.stdout == "wrote my.yaml; next: stickslip run my.yaml\n"
+    assert call("run", "my.yaml").exit_code == 0
+    again = call("init", "my.yaml")
+    assert again.exit_code == 2 and "exists already" in again.stderr
+    assert call("init", "no/folder.yaml").exit_code == 2

@@ -1,0 +1,67 @@
+import math
+
+import pytest
+
+from stickslip.config import ConfigError, parse_config
+from stickslip.pick import cell_at, seconds
+from stickslip.variables import PARAMETERS
+
+MAP = parse_config("""
+system: {mass: 1 kg, normal_load: 2}
+friction: {a4: 0.1, mu_stop: none}
+axes:
+  stiffness: {start: 1, stop: 100, num: 3, spacing: log}
+  belt_speed: [0.1, 0.2]
+  pad:
+    zip: {a1: [1.0, 0.9], a2: [0.1, 0.2], a3: [0.3, 0.1]}
+    labels: [felt, rubber]
+""")
+CHOICE = ("stiffness=5 N/mm", "belt_speed=0.15", "pad=rubber")
+
+
+def test_a_cell_has_every_parameter_with_the_chosen_values():
+    cell = cell_at(MAP, CHOICE)
+    assert list(cell) == list(PARAMETERS)
+    assert (cell["stiffness"], cell["belt_speed"], cell["normal_load"]) == (5000.0, 0.15, 2.0)
+    assert (cell["a1"], cell["a2"], cell["a3"]) == (0.9, 0.2, 0.1)
+    assert math.isnan(cell["velocity"])
+
+
+def test_a_group_can_be_picked_by_position():
+    assert cell_at(MAP, ("stiffness=1", "belt_speed=0.1", "pad=0"))["a1"] == 1.0
+
+
+def test_fixed_quantities_and_the_starting_state_can_be_changed_too():
+    cell = cell_at(MAP, (*CHOICE, "mass=250 g", "velocity=0.3", "mu_stop=0.8"))
+    assert (cell["mass"], cell["velocity"], cell["mu_stop"]) == (0.25, 0.3, 0.8)
+    assert math.isnan(cell_at(MAP, (*CHOICE, "velocity=sticking"))["velocity"])
+
+
+WRONG = {
+    "axis without a value": (("pad=felt", "belt_speed=1"), "--at: stiffness: missing, expected a value for this axis"),
+    "group without a point": (("stiffness=1", "belt_speed=1"), "--at: pad: missing, expected one of the points"),
+    "misspelt": ((*CHOICE, "stifness=1"), "hint: did you mean stiffness?"),
+    "no equals sign": (("stiffness",), "--at: got 'stiffness', expected NAME=VALUE"),
+    "unknown label": (("pad=silk",), "--at: pad: got 'silk', expected felt, rubber or a position from 0 to 1"),
+    "wrong unit": ((*CHOICE, "mass=1 m"), "system.mass: got '1 m' (length), expected a mass"),
+    "not a number": ((*CHOICE, "mass=nan"), "system.mass: got"),
+    "member of a group": ((*CHOICE, "mass=-1"), "expected a mass above 0 kg"),
+}
+
+
+@pytest.mark.parametrize(("settings", "message"), WRONG.values(), ids=WRONG)
+def test_a_wrong_choice_is_explained(settings, message):
+    with pytest.raises(ConfigError) as caught:
+        cell_at(MAP, settings)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(("text", "value"), [("20", 20.0), ("2 min", 120.0), ("5 ms", 0.005)])
+def test_a_duration_is_seconds_or_has_a_unit(text, value):
+    assert seconds(text) == pytest.approx(value)
+
+
+@pytest.mark.parametrize("text", ["-1", "0", "1 m", "long", "inf", "nan"])
+def test_a_duration_that_is_none_is_refused(text):
+    with pytest.raises(ConfigError, match=f"--duration: got '{text}', expected a"):
+        seconds(text)
