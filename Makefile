@@ -11,7 +11,7 @@ INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check $(PIN
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check bench clean
+.PHONY: help demo test lint check bench clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-6s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -22,11 +22,12 @@ demo: $(VENV)/.installed  ## install into .venv and compute the first map
 test: $(VENV)/.installed-test  ## run the tests
 	$(BIN)/python -m pytest $(ARGS)
 
-check: $(VENV)/.installed-test  ## lint, formatting, types and tests: what continuous integration runs
+lint: $(VENV)/.installed-test  ## lint, formatting and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest $(ARGS)
+
+check: lint test  ## what continuous integration runs
 
 bench: $(VENV)/.installed-bench  ## run every script in benchmarks/
 	@set -e; for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python "$$script"; done

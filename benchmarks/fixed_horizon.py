@@ -14,10 +14,10 @@ import sys
 from time import perf_counter
 
 import numpy as np
-from quickstart import best
 from scipy.integrate import solve_ivp
 
 import stickslip
+from quickstart import best
 from stickslip import engine
 
 A1, A2, A3, A4 = 1.0, 0.1, 0.3, 0.1

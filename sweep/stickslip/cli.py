@@ -7,8 +7,7 @@ output; progress, notices and errors to standard error.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
 from time import perf_counter
@@ -16,13 +15,11 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
+from . import screen
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
-    from .config import Config
-    from .grid import Grid
+    pass
 
 DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
 CONFIG = click.argument("config", type=click.Path(path_type=Path))
@@ -53,13 +50,6 @@ def main() -> None:
 # --- what all commands share ------------------------------------------------------------------------------------------
 
 
-def screen(stderr: bool = False) -> Console:
-    """The terminal. Colours only where it shows them; numbers and paths are not decorated."""
-    from rich.console import Console
-
-    return Console(stderr=stderr, highlight=False, soft_wrap=True)
-
-
 def fail(message: object) -> NoReturn:
     """End with the exit code for wrong input."""
     click.echo(message, err=True)
@@ -82,56 +72,21 @@ def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
     return guarded
 
 
-def size_of(path: Path) -> str:
-    """Size of a file or of all files in a folder, for people."""
-    count = sum(p.stat().st_size for p in path.rglob("*")) if path.is_dir() else path.stat().st_size
-    return memory(count)
-
-
-def memory(count: float) -> str:
-    """A number of bytes, for people."""
-    for unit in ("B", "kB", "MB"):
-        if count < 1000:
-            return f"{count:.3g} {unit}"
-        count /= 1000
-    return f"{count:.3g} GB"
-
-
-def duration_text(seconds: float) -> str:
-    """A time, for people."""
-    if seconds < 120:
-        return f"{seconds:.2g} s" if seconds < 10 else f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
-
-
-def describe(grid: Grid) -> str:
-    """`57,600 cells: stiffness (240) x belt_speed (240)`."""
-    axes = " x ".join(f"{dim} ({length})" for dim, length in zip(grid.dims, grid.shape, strict=True))
-    return f"{grid.size:,} cell{'s' if grid.size != 1 else ''}" + (f": {axes}" if axes else "")
-
-
 def prepare_kernels() -> None:
     """Compile the kernels if that is still to do, and say so."""
     from . import engine
 
     if not engine.will_compile():
         return engine.warm_up()
-    console = screen(stderr=True)
+    console = screen.terminal(stderr=True)
     began = perf_counter()
-    with console.status("Compiling the kernels for this machine: once, about half a minute ..."):
+    notice = "Compiling the kernels for this machine: once, about half a minute ..."
+    if not console.is_terminal:
+        console.print(notice)
+    with console.status(notice):
         engine.warm_up()
-    console.print(f"Compiled the kernels in {duration_text(perf_counter() - began)}; the next run finds them ready.")
-
-
-@contextmanager
-def progress_bar(total: int) -> Iterator[Callable[[int, int], None]]:
-    """A bar of cells with the rate and the time left; gives the function that moves it."""
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    counts = TextColumn("{task.completed:,.0f} of {task.total:,.0f} cells, {task.fields[rate]:,.0f} per second")
-    with Progress(BarColumn(), counts, TimeRemainingColumn(), console=screen(stderr=True)) as bar:
-        task, began = bar.add_task("cells", total=total, rate=0.0), perf_counter()
-        yield lambda done, _: bar.update(task, completed=done, rate=done / (perf_counter() - began))
+    seconds = screen.duration_text(perf_counter() - began)
+    console.print(f"Compiled the kernels in {seconds}; the next run finds them ready.")
 
 
 # --- run, plan, validate ----------------------------------------------------------------------------------------------
@@ -167,7 +122,7 @@ def run(config: Path, output: Path | None, plot: Path | None, no_plot: bool) -> 
         store.check_writable(target)
     if picture is not None:
         _check_picture(picture)
-    screen().print(f"{loaded.title}\n{describe(grid)}", markup=False)
+    screen.terminal().print(f"{loaded.title}\n{screen.describe(grid)}", markup=False)
     prepare_kernels()
     began = finished = perf_counter()
 
@@ -177,14 +132,14 @@ def run(config: Path, output: Path | None, plot: Path | None, no_plot: bool) -> 
         move(done, cells)
 
     try:
-        with progress_bar(grid.size) as move:
+        with screen.progress_bar(grid.size) as move:
             ds = api.run(loaded, output, progress=note)
     except api.Interrupted as interrupted:
         click.echo(str(interrupted), err=True)
         sys.exit(INCOMPLETE)
     if picture is not None and grid.dims:
         plots.save(plots.plot_map(ds), picture)
-    _report(ds, finished - began, loaded, output, picture)
+    screen.report(ds, finished - began, api.options_of(loaded), output, picture)
 
 
 def _path(name: str | Path | None) -> Path | None:
@@ -198,30 +153,6 @@ def _check_picture(picture: Path) -> None:
         fail(f"{picture}: pictures end in {', '.join(plots.PICTURES)}")
     if not picture.absolute().parent.is_dir():
         fail(f"{picture}: no folder {picture.parent}")
-
-
-def _report(ds: Any, seconds: float, config: Config, output: Path | None, picture: Path | None) -> None:
-    """The summary a run ends with."""
-    from rich.table import Table
-
-    from . import engine
-    from .summary import summary
-
-    table = Table("regime", box=None, pad_edge=False, header_style="bold")
-    table.add_column("cells", justify="right")
-    table.add_column("share", justify="right")
-    for name, share in summary(ds).items():
-        table.add_row(name, f"{share.cells:,}", f"{share.fraction:.1%}")
-    console = screen()
-    console.print(table)
-    threads = engine.processors() if config.execution.threads == "auto" else config.execution.threads
-    cells = ds["regime"].size
-    rate = f"{cells:,} cells in {duration_text(seconds)}, {cells / seconds:,.0f} cells/s"
-    console.print(f"{rate} on {threads} thread{'s' if threads != 1 else ''}")
-    if output is not None:
-        console.print(f"map      {output} ({size_of(output)})", markup=False)
-    if picture is not None and ds["regime"].ndim:
-        console.print(f"picture  {picture}", markup=False)
 
 
 @main.command(
@@ -246,12 +177,12 @@ def plan(config: Path) -> None:
     prepare_kernels()
     probe = engine.probe(grid.cells, grid.size, options)
     step = engine.block_size(grid.size, options)
-    console = screen()
-    console.print(f"{loaded.title}\n{describe(grid)}", markup=False)
+    console = screen.terminal()
+    console.print(f"{loaded.title}\n{screen.describe(grid)}", markup=False)
     console.print(f"blocks   {-(-grid.size // step):,} of up to {step:,} cells, {probe.threads} at a time")
-    console.print(f"memory   {memory(engine.bytes_per_cell(options) * grid.size)} for the results")
+    console.print(f"memory   {screen.memory(engine.bytes_per_cell(options) * grid.size)} for the results")
     console.print(
-        f"time     about {duration_text(probe.seconds_per_cell * grid.size)} "
+        f"time     about {screen.duration_text(probe.seconds_per_cell * grid.size)} "
         f"({1 / probe.seconds_per_cell:,.0f} cells/s, from {probe.cells:,} cells spread over the map)"
     )
     for name, target in (("map", loaded.output.file), ("picture", loaded.output.plot)):
@@ -273,7 +204,7 @@ def validate(configs: tuple[Path, ...]) -> None:
     wrong = False
     for path in configs:
         try:
-            click.echo(f"{path}: good, {describe(build_grid(load_config(path)))}")
+            click.echo(f"{path}: good, {screen.describe(build_grid(load_config(path)))}")
         except ConfigError as error:
             click.echo(str(error), err=True)
             wrong = True
@@ -322,7 +253,7 @@ def simulate(
     ds = api.simulate(duration=time, samples=samples, **cell)
     if output is not None:
         store.write(ds, output)
-        click.echo(f"trajectory  {output} ({size_of(output)})")
+        click.echo(f"trajectory  {output} ({screen.size_of(output)})")
     if plot is not None:
         plots.save(plots.plot_trace(ds, title=", ".join([loaded.title, *at])), plot)
         click.echo(f"picture     {plot}")

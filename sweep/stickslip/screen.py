@@ -1,0 +1,89 @@
+"""What the command says on screen: numbers for people, the progress bar, the summary of a run.
+
+Rich is imported when it is needed, so that `--help` answers at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.console import Console
+
+    from .engine import Options
+    from .grid import Grid
+
+
+def terminal(stderr: bool = False) -> Console:
+    """The terminal. Colours only where it shows them; numbers and paths are not decorated."""
+    from rich.console import Console
+
+    return Console(stderr=stderr, highlight=False, soft_wrap=True)
+
+
+def size_of(path: Path) -> str:
+    """Size of a file or of all files in a folder, for people."""
+    count = sum(p.stat().st_size for p in path.rglob("*")) if path.is_dir() else path.stat().st_size
+    return memory(count)
+
+
+def memory(count: float) -> str:
+    """A number of bytes, for people."""
+    for unit in ("B", "kB", "MB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} GB"
+
+
+def duration_text(seconds: float) -> str:
+    """A time, for people."""
+    if seconds < 120:
+        return f"{seconds:.2g} s" if seconds < 10 else f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def describe(grid: Grid) -> str:
+    """`57,600 cells: stiffness (240) x belt_speed (240)`."""
+    axes = " x ".join(f"{dim} ({length})" for dim, length in zip(grid.dims, grid.shape, strict=True))
+    return f"{grid.size:,} cell{'s' if grid.size != 1 else ''}" + (f": {axes}" if axes else "")
+
+
+@contextmanager
+def progress_bar(total: int) -> Iterator[Callable[[int, int], None]]:
+    """A bar of cells with the rate and the time left; gives the function that moves it."""
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    counts = TextColumn("{task.completed:,.0f} of {task.total:,.0f} cells, {task.fields[rate]:,.0f} per second")
+    with Progress(BarColumn(), counts, TimeRemainingColumn(), console=terminal(stderr=True)) as bar:
+        task, began = bar.add_task("cells", total=total, rate=0.0), perf_counter()
+        yield lambda done, _: bar.update(task, completed=done, rate=done / (perf_counter() - began))
+
+
+def report(ds: xr.Dataset, seconds: float, options: Options, output: Path | None, picture: Path | None) -> None:
+    """The summary a run ends with."""
+    from rich.table import Table
+
+    from . import engine
+    from .summary import summary
+
+    table = Table("regime", box=None, pad_edge=False, header_style="bold")
+    table.add_column("cells", justify="right")
+    table.add_column("share", justify="right")
+    for name, share in summary(ds).items():
+        table.add_row(name, f"{share.cells:,}", f"{share.fraction:.1%}")
+    console = terminal()
+    console.print(table)
+    threads = options.threads or engine.processors()
+    cells = ds["regime"].size
+    rate = f"{cells:,} cells in {duration_text(seconds)}, {cells / seconds:,.0f} cells/s"
+    console.print(f"{rate} on {threads} thread{'s' if threads != 1 else ''}")
+    if output is not None:
+        console.print(f"map      {output} ({size_of(output)})", markup=False)
+    if picture is not None and ds["regime"].ndim:
+        console.print(f"picture  {picture}", markup=False)
