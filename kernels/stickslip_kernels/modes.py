@@ -28,9 +28,10 @@ from .rk import slip_acceleration, slip_jerk
 from .trace import log_closed_form, log_slip
 
 RUNNING, DONE = False, True
-# A re-stick shorter than the integration can resolve is a grazing contact, not a stick phase: without it the slip speed
-# would have dipped below zero by b t^2 / 2, t being its length; this many times the tolerance is called grazing.
-GRAZING_ERRORS = 10.0
+# A re-stick shorter than the integration can resolve is a grazing contact, not a stick phase: without it the slip
+# speed would have dipped below zero by b t^2 / 2, t being its length. A dip of this many tolerances is called grazing;
+# one turn of an undamped oscillation loses half as much (measured at any tolerance).
+GRAZING_ERRORS = 0.1
 
 
 # --- starting -------------------------------------------------------------------------------------------------------
