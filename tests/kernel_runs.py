@@ -8,18 +8,28 @@ import numpy as np
 
 from stickslip_kernels import layout as at
 from stickslip_kernels.block import NO_LOG, new_results, run_block
+from stickslip_kernels.laws import LAWS
 
 ARTICLE = (1.0, 0.1, 0.3, 0.1)  # a1..a4 of the article
 NAN, INF = float("nan"), float("inf")
 
 
-def cell(belt, curve=ARTICLE, gamma=0.0, mu_static=None, mu_stop=NAN, xi=0.0, eta=NAN, horizon=INF):
-    """One column of kernel input; mu_static None means that of the curve."""
+def cell(
+    belt, curve=ARTICLE, gamma=0.0, mu_static=None, mu_stop=NAN, xi=0.0, eta=NAN, horizon=INF,
+    delta=1.0, ageing=0.0, ageing_time=1.0, contact=0.0,
+):  # fmt: skip
+    """One column of kernel input; mu_static None means that of the curve. ageing is per e-fold of contact time."""
     column = np.empty(at.CELL_ROWS)
     column[at.GAMMA], column[at.BELT] = gamma, belt
     column[at.A1], column[at.A2], column[at.A3], column[at.A4] = curve
     column[at.MU_STATIC] = curve[0] + curve[2] if mu_static is None else mu_static
     column[at.MU_STOP], column[at.XI_START], column[at.ETA_START], column[at.HORIZON] = mu_stop, xi, eta, horizon
+    column[at.DELTA], column[at.AGEING], column[at.AGEING_TIME], column[at.CONTACT_START] = (
+        delta,
+        ageing,
+        ageing_time,
+        contact,
+    )
     return column
 
 
@@ -27,10 +37,12 @@ def block_of(*columns):
     return np.ascontiguousarray(np.array(columns).T)
 
 
-def run(cells, rtol=1e-6, max_steps=1e6, early_stop=True, log=NO_LOG, stop=0):
+def run(cells, rtol=1e-6, max_steps=1e6, early_stop=True, log=NO_LOG, stop=0, law="stribeck"):
     """Results of a block (CELL_ROWS, n)."""
     results = new_results(cells.shape[1])
-    run_block(cells, results, np.array([rtol, max_steps, float(early_stop)]), log, np.array([stop], np.int64))
+    run_block(
+        LAWS[law], cells, results, np.array([rtol, max_steps, float(early_stop)]), log, np.array([stop], np.int64)
+    )
     return results
 
 
@@ -45,6 +57,6 @@ class Outcome:
         return int(value) if name in ("regime", "status", "steps") else float(value)
 
 
-def outcome(*args, rtol=1e-6, max_steps=1e6, early_stop=True, **kwargs):
+def outcome(*args, rtol=1e-6, max_steps=1e6, early_stop=True, law="stribeck", **kwargs):
     """Run one cell: arguments of `cell` and of `run`."""
-    return Outcome(run(block_of(cell(*args, **kwargs)), rtol, max_steps, early_stop)[:, 0])
+    return Outcome(run(block_of(cell(*args, **kwargs)), rtol, max_steps, early_stop, law=law)[:, 0])

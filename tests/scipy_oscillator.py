@@ -10,9 +10,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import minimize_scalar
 
 from kernel_runs import ARTICLE, NAN
 
+SHAPES = {  # over z = w/a4; even or linear continuation below zero does not matter here, events are located tightly
+    "stribeck": lambda z, delta: np.exp(-z),
+    "stribeck_delta": lambda z, delta: np.exp(-(np.abs(z) ** delta)),
+    "rational": lambda z, delta: 1 / (1 + z),
+    "cubic": lambda z, delta: 1 - 1.5 * z + 0.5 * z**3,
+}
 TIGHT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
 LONGEST_STEP = 0.02  # short steps, so that no event hides between two of them
 
@@ -28,6 +35,8 @@ class Oscillator:
     mu_stop: float = NAN
     xi: float = 0.0
     eta: float = NAN
+    law: str = "stribeck"
+    delta: float = 1.0
     time: float = 0.0
     phases: list = field(default_factory=list)
 
@@ -35,7 +44,7 @@ class Oscillator:
         a1, a2, a3, a4 = self.curve
         self.mu_static = a1 + a3
         self.hysteretic = not np.isnan(self.mu_stop)
-        self.w_min = a4 * np.log(a3 / (a2 * a4)) if self.hysteretic and a3 > a2 * a4 else 0.0
+        self.w_min = self.minimum() if self.hysteretic else 0.0
         self.hysteretic &= self.w_min > 0.0
         if np.isnan(self.eta):
             self.eta = self.belt
@@ -48,7 +57,15 @@ class Oscillator:
 
     def stribeck(self, w):
         a1, a2, a3, a4 = self.curve
-        return a1 + a2 * w + a3 * np.exp(-w / a4)
+        return a1 + a2 * w + a3 * SHAPES[self.law](w / a4, self.delta)
+
+    def minimum(self):
+        """Where the curve is lowest; 0 if it rises from the start."""
+        w = np.linspace(0.0, 60 * self.curve[3], 200_001)
+        i = int(np.argmin(self.stribeck(w)))
+        if i == 0:
+            return 0.0
+        return minimize_scalar(self.stribeck, bounds=(w[i - 1], w[i + 1]), options={"xatol": 1e-13}).x
 
     def line(self, w):
         return self.mu_stop + (self.mu_reversal - self.mu_stop) * w / self.w_reversal

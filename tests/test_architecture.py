@@ -19,7 +19,7 @@ FLOORS = (
     (
         "what is asked, how it is labelled",
         {"quantities", "yaml_source", "models", "checks", "cells", "pick"}
-        | {"units", "grid", "config", "schema", "starter", "resources", "theory", "dataset"},
+        | {"units", "grid", "config", "schema", "starter", "resources", "theory", "fit", "dataset"},
     ),
     ("what is computed, kept and shown", {"engine", "screen", "store", "summary", "palette", "mapaxis", "plots"}),
     ("the Python calls", {"api", "__init__"}),
@@ -28,7 +28,7 @@ FLOORS = (
 SEAM = "engine"  # the only module of sweep/ that knows the kernels
 MAY_PRINT = {"cli"}
 KERNEL_IMPORTS = {"numpy", "numba", "llvmlite", "stickslip_kernels"} | {
-    "__future__", "dataclasses", "hashlib", "math", "os", "pathlib", "tempfile", "typing",
+    "__future__", "contextlib", "dataclasses", "hashlib", "math", "os", "pathlib", "sys", "tempfile", "typing",
 }  # fmt: skip
 
 

@@ -22,7 +22,7 @@ def new_results(n):
 
 
 @compiled
-def next_cell(s, i, book, cells, first, results, control, log):
+def next_cell(law, s, i, book, cells, first, results, control, log):
     """Start the next cell, from number `first` on, that does not finish at once in lane i.
 
     Returns the number after it; the lane idles if there is none.
@@ -30,16 +30,17 @@ def next_cell(s, i, book, cells, first, results, control, log):
     c = first
     while c < cells.shape[1]:
         c += 1
-        if start_cell(s, i, book, cells, c - 1, results, control, log) != DONE:
+        if start_cell(law, s, i, book, cells, c - 1, results, control, log) != DONE:
             return c
     book[i, CELL] = -1.0
     return c
 
 
 @compiled
-def run_block(cells, results, control, log, stop):
+def run_block(law, cells, results, control, log, stop):
     """Integrate every cell of a block.
 
+    law : tag of the friction law, see `laws`.
     cells : float64 (CELL_ROWS, n), kernel units, C-contiguous.
     results : float64 (RESULT_ROWS, n) from `new_results`, filled in place.
     control : RTOL, MAX_STEPS, EARLY_STOP. log : see `layout.py`; a log with rows wants n = 1.
@@ -52,17 +53,17 @@ def run_block(cells, results, control, log, stop):
     book = np.zeros((WIDTH, BOOK_COLUMNS))
     following = 0
     for i in range(WIDTH):
-        following = next_cell(lanes, i, book, cells, following, results, control, log)
+        following = next_cell(law, lanes, i, book, cells, following, results, control, log)
     while stop[0] == 0:
-        step_lanes(lanes, control[RTOL], control[MAX_STEPS])
+        step_lanes(law, lanes, control[RTOL], control[MAX_STEPS])
         busy = False
         for i in range(WIDTH):
             if book[i, CELL] < 0.0:
                 continue
             busy = True
             if lanes[FLAG + i] != 0.0:
-                if attend(lanes, i, book, cells, results, control, log) == DONE:
-                    following = next_cell(lanes, i, book, cells, following, results, control, log)
+                if attend(law, lanes, i, book, cells, results, control, log) == DONE:
+                    following = next_cell(law, lanes, i, book, cells, following, results, control, log)
             elif log.shape[0] > 0:
                 log_slip(log, lanes, i, book[i, MODE], book[i, SIGMA])
         if not busy:

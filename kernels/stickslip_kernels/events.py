@@ -7,21 +7,25 @@ integration itself. (A polynomial root alone spoils a good step: 3e-4 at rtol 1e
 
 from .jit import compiled
 from .layout import (
-    B, DROP, DW, DW_NEW, G, JERK, JERK_NEW, LEVEL, OFFSET, RATE, SIDE, SLOPE, TAKEN, TURN, W, WORK, W_NEW, Y, Y_NEW,
+    B, DROP, DW, DW_NEW, EXPONENT, G, JERK, JERK_NEW, LEVEL, OFFSET, RATE, SIDE, SLOPE, TAKEN, TURN, W, WORK, W_NEW,
+    Y, Y_NEW,
 )  # fmt: skip
 from .polynomial import deflated, derivative, hermite, minus, root, scaled, value
-from .rk import friction_power, rk_step, slip_jerk
+from .lanes import stage_jerk
+from .rk import friction_power, rk_step
 
 NO_EVENT, LEVEL_REACHED, TURNED = range(3)
 MOST_TRIES = 12
 
 
 @compiled
-def step_again(s, i, h):
+def step_again(law, s, i, h):
     """The step of lane i repeated with size h: y, w, w', w'', friction work."""
-    b, gamma, slope, rate = s[B + i], s[G + i], s[SLOPE + i], s[RATE + i]
-    y, w, dw, work = rk_step(h, s[Y + i], s[W + i], s[DW + i], b, gamma, s[OFFSET + i], slope, s[DROP + i], rate)
-    return y, w, dw, slip_jerk(y, w, dw, b, gamma + slope, rate), work
+    y, w, dw, work = rk_step(
+        law, h, s[Y + i], s[W + i], s[DW + i], s[B + i], s[G + i],
+        s[OFFSET + i], s[SLOPE + i], s[DROP + i], s[RATE + i], s[EXPONENT + i],
+    )  # fmt: skip
+    return y, w, dw, stage_jerk(law, s, i, y, w, dw), work
 
 
 @compiled
@@ -34,13 +38,13 @@ def taylor_end(s, i, h, dt, y, w, dw, jerk, work):
 
 
 @compiled
-def locate_level(s, i, guess, limit, rtol):
+def locate_level(law, s, i, guess, limit, rtol):
     """Time from the step start, state and work where w crosses LEVEL, near `guess` and no later than `limit`."""
     level = s[LEVEL + i]
     good_enough = 0.1 * rtol**0.3333
     h = guess
     for attempt in range(MOST_TRIES):
-        y, w, dw, jerk, work = step_again(s, i, h)
+        y, w, dw, jerk, work = step_again(law, s, i, h)
         # One step of Halley's method for w + dw dt + jerk dt^2 / 2 = level: leaves an error of third order in dt.
         newton = (level - w) / dw
         dt = newton / (1.0 + 0.5 * newton * jerk / dw)
@@ -54,12 +58,12 @@ def locate_level(s, i, guess, limit, rtol):
 
 
 @compiled
-def locate_turn(s, i, guess, limit, rtol):
+def locate_turn(law, s, i, guess, limit, rtol):
     """Time, state and work where w' vanishes, near `guess` and no later than `limit`."""
     good_enough = 0.1 * rtol**0.5
     h = guess
     for attempt in range(MOST_TRIES):
-        y, w, dw, jerk, work = step_again(s, i, h)
+        y, w, dw, jerk, work = step_again(law, s, i, h)
         dt = -dw / jerk
         if not abs(dt) < limit:
             dt = 0.0
@@ -87,7 +91,7 @@ def guess_turn(p, d1):
 
 
 @compiled
-def find_event(s, i, rtol):
+def find_event(law, s, i, rtol):
     """What ends the mode of lane i inside the step it has just tried.
 
     Returns (kind, time from the step start, y, w, w', friction work up to there); for NO_EVENT the end of the step.
@@ -101,7 +105,7 @@ def find_event(s, i, rtol):
     if s[TURN + i] > 0.0 or (not reached and d0 > 0.0 and d1 <= 0.0):
         theta = guess_turn(scaled(p, side), d1)
         if theta >= 0.0:
-            end, y, w, dw, work = locate_turn(s, i, theta * h, h, rtol)
+            end, y, w, dw, work = locate_turn(law, s, i, theta * h, h, rtol)
             if side * w < side * level:
                 if s[TURN + i] > 0.0:
                     return TURNED, end, y, w, dw, work
@@ -111,5 +115,5 @@ def find_event(s, i, rtol):
     if not reached:
         return NO_EVENT, h, s[Y_NEW + i], w1, dw1, s[WORK + i]
     theta = root(deflated(minus(p, level)), 0.0, bound)
-    end, y, w, dw, work = locate_level(s, i, theta * h, h, rtol)
+    end, y, w, dw, work = locate_level(law, s, i, theta * h, h, rtol)
     return LEVEL_REACHED, end, y, w, dw, work

@@ -1,37 +1,39 @@
-"""Friction laws: the coefficient as a function of the slip speed w = |v_rel|.
+"""The friction coefficient over the slip speed w = |v_rel|, in kernel units (`layout.py`).
 
-Everything here is in kernel units (`layout.py`); a1 and a3 are pure numbers, a2 is per unit of speed, a4 is a speed.
+a1 and a3 are pure numbers, a2 is per unit of speed, a4 is a speed; the shape of the weakening is that of the law.
 """
 
-from math import inf, log
+from math import inf
 
-from .exponential import exp
 from .jit import compiled
-
-
-@compiled(inline=True)
-def stribeck(w, a1, a2, a3, a4):
-    """Friction coefficient at slip speed w >= 0: Eq. (2) of the article in its standard form."""
-    return a1 + a2 * w + a3 * exp(-w / a4)
-
-
-@compiled(inline=True)
-def stribeck_slope(w, a2, a3, a4):
-    """Derivative of `stribeck` with respect to w."""
-    return a2 - a3 / a4 * exp(-w / a4)
+from .laws import shape, speed_of_shape_slope, weakening_slope
+from .layout import A1, A2, A3, A4, DELTA
 
 
 @compiled
-def speed_of_slope(slope, a2, a3, a4):
-    """Slip speed at which the curve has the given slope; 0 if it is steeper than that everywhere, inf if never.
+def coefficient(law, cells, c, w):
+    """Friction coefficient of cell c at slip speed w >= 0."""
+    return cells[A1, c] + cells[A2, c] * w + cells[A3, c] * shape(law, w / cells[A4, c], cells[DELTA, c])
 
-    `speed_of_slope(0, ...)` is the minimum v_min = a4 ln(a3/(a2 a4)); `speed_of_slope(-gamma, ...)` is v_H, where
-    steady sliding with damping gamma loses its stability.
+
+@compiled
+def coefficient_slope(law, cells, c, w):
+    """Derivative of `coefficient` with respect to w."""
+    z, drop, delta = w / cells[A4, c], cells[A3, c], cells[DELTA, c]
+    return cells[A2, c] + weakening_slope(law, z, drop * shape(law, z, delta), drop, delta) / cells[A4, c]
+
+
+@compiled
+def speed_of_slope(law, cells, c, slope):
+    """The largest slip speed at which the curve of cell c has the given slope; inf if it stays steeper.
+
+    0 if the curve is nowhere that steep. Slope 0 gives the minimum of the curve, -gamma gives v_H, where steady sliding
+    with damping gamma loses its stability.
     """
-    if a2 - slope <= 0.0:
-        return inf if a3 > 0.0 or a2 < slope else 0.0
-    ratio = a3 / (a4 * (a2 - slope))
-    return a4 * log(ratio) if ratio > 1.0 else 0.0
+    a2, a3, a4 = cells[A2, c], cells[A3, c], cells[A4, c]
+    if a3 == 0.0:
+        return 0.0 if slope <= a2 else inf
+    return a4 * speed_of_shape_slope(law, (slope - a2) * a4 / a3, cells[DELTA, c])
 
 
 @compiled(inline=True)

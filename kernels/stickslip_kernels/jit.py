@@ -7,11 +7,14 @@ The folder is set only while a kernel is being decorated; the process-wide Numba
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
+import sys
 import tempfile
 from pathlib import Path
 
+import llvmlite.binding as llvm
 import numba
 
 _HERE = Path(__file__).parent
@@ -72,13 +75,20 @@ def compiled(function=None, *, inline=False):
         numba.config.CACHE_DIR = before
 
 
-def is_cached(dispatcher) -> bool:
-    """Whether compiled code of `dispatcher` is in memory or on disk, so that a first call will not compile.
+def _mark_of(version: str) -> Path | None:
+    """The file that says that a compiled version of the kernels lies in the cache."""
+    machine = f"{llvm.get_host_cpu_name()}-numba{numba.__version__}-python{sys.version_info[0]}{sys.version_info[1]}"
+    return None if CACHE_FOLDER is None else CACHE_FOLDER / f"ready-{version}-{machine}"
 
-    An index written for another processor or Numba version counts as cached; Numba will then compile after all.
-    """
-    if dispatcher.signatures:
-        return True
-    if CACHE_FOLDER is None:
-        return False
-    return any(CACHE_FOLDER.rglob(f"*{dispatcher.py_func.__qualname__}-*.nbi"))
+
+def is_ready(version: str) -> bool:
+    """Whether the kernels compiled as `version` (a friction law) are in the cache, so that a first call is quick."""
+    mark = _mark_of(version)
+    return mark is not None and mark.exists()
+
+
+def mark_ready(version: str) -> None:
+    """Note that the kernels have been compiled as `version`."""
+    if mark := _mark_of(version):
+        with contextlib.suppress(OSError):
+            mark.touch()

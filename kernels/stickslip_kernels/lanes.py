@@ -11,10 +11,10 @@ two of them, and left it waiting (measured on Zen 3: 50 ns a lane and step again
 from .bits import select
 from .jit import compiled
 from .layout import (
-    B, BAND2, DROP, DW, DW_NEW, DW_NEXT, ERROR_LOG, ERROR_LOG_NEXT, ERROR_W, ERROR_Y, FACTOR, FLAG, FLOOR, G, GOOD,
-    HEAT, HEAT_NEXT, JERK, JERK_NEW, JERK_NEXT, K_2, K_3, K_4, K_5, K_6, LEVEL, MARK, OFFSET, RADIUS2, RATE, SIDE,
-    SLOPE, STATE_NUMBERS, STEP, TAKEN, TAU, TAU_END, TAU_NEXT, TRIED, TURN, W, WIDTH, WORK, W_2, W_3, W_4, W_5, W_6,
-    W_NEW, W_NEXT, Y, Y_BAND, Y_NEW, Y_NEXT, Y_STAR,
+    B, BAND2, DROP, DW, DW_NEW, DW_NEXT, ERROR_LOG, ERROR_LOG_NEXT, ERROR_W, ERROR_Y, EXPONENT, FACTOR, FLAG, FLOOR,
+    G, GOOD, HEAT, HEAT_NEXT, JERK, JERK_NEW, JERK_NEXT, K_2, K_3, K_4, K_5, K_6, LEVEL, MARK, OFFSET, RADIUS2,
+    RATE, SIDE, SLOPE, STATE_NUMBERS, STEP, TAKEN, TAU, TAU_END, TAU_NEXT, TRIED, TURN, W, WIDTH, WORK, W_2, W_3,
+    W_4, W_5, W_6, W_NEW, W_NEXT, Y, Y_BAND, Y_NEW, Y_NEXT, Y_STAR,
 )  # fmt: skip
 from .rk import (
     A71, A72, A73, A74, A75, A76, embedded_errors, friction_power, slip_acceleration, slip_jerk, squared_error,
@@ -25,21 +25,29 @@ SMALLEST_STEP = 1e-13
 
 
 @compiled
-def step_lanes(lanes, rtol, max_steps):
+def step_lanes(law, lanes, rtol, max_steps):
     """Try one step in every lane; commit it where it is good and nothing happened, else leave it as a candidate.
 
-    lanes : float64, LANE_NUMBERS long, changed in place. Idle lanes compute numbers nobody reads.
+    law : tag of the friction law (`laws`). lanes : float64, LANE_NUMBERS long, changed in place; idle ones compute
+        numbers nobody reads.
     rtol : tolerance of a step relative to the amplitude. max_steps : trial steps a cell may take.
     """
-    try_step(lanes)
-    control_step(lanes, rtol)
+    try_step(law, lanes)
+    control_step(law, lanes, rtol)
     watch_and_commit(lanes, max_steps)
 
 
 @compiled(inline=True)
-def stage_slope(s, i, y, w):
+def stage_slope(law, s, i, y, w):
     """w' of lane i at a stage."""
-    return slip_acceleration(y, w, s[G + i] + s[SLOPE + i], s[DROP + i], s[RATE + i])
+    return slip_acceleration(law, y, w, s[G + i] + s[SLOPE + i], s[DROP + i], s[RATE + i], s[EXPONENT + i])
+
+
+@compiled(inline=True)
+def stage_jerk(law, s, i, y, w, dw):
+    """w'' of lane i at a stage with w' = dw."""
+    drag = s[G + i] + s[SLOPE + i]
+    return slip_jerk(law, y, w, dw, s[B + i], drag, s[DROP + i], s[RATE + i], s[EXPONENT + i])
 
 
 @compiled(inline=True)
@@ -49,25 +57,25 @@ def stage_power(s, i, y, w, k):
 
 
 @compiled
-def try_step(s):
+def try_step(law, s):
     """The stages of one step, a loop each; `s` is the buffer of lanes."""
     for i in range(WIDTH):
         h = min(s[STEP + i], s[TAU_END + i] - s[TAU + i])
         y2, w2 = stage_2(h, s[Y + i], s[B + i], s[W + i], s[DW + i])
-        k2 = stage_slope(s, i, y2, w2)
+        k2 = stage_slope(law, s, i, y2, w2)
         s[TAKEN + i], s[W_2 + i], s[K_2 + i] = h, w2, k2
         power = A71 * stage_power(s, i, s[Y + i], s[W + i], s[DW + i])
         s[WORK + i] = power + A72 * stage_power(s, i, y2, w2, k2)
     for i in range(WIDTH):
         y3, w3 = stage_3(s[TAKEN + i], s[Y + i], s[B + i], s[W + i], s[W_2 + i], s[DW + i], s[K_2 + i])
-        k3 = stage_slope(s, i, y3, w3)
+        k3 = stage_slope(law, s, i, y3, w3)
         s[W_3 + i], s[K_3 + i] = w3, k3
         s[WORK + i] += A73 * stage_power(s, i, y3, w3, k3)
     for i in range(WIDTH):
         y4, w4 = stage_4(
             s[TAKEN + i], s[Y + i], s[B + i], s[W + i], s[W_2 + i], s[W_3 + i], s[DW + i], s[K_2 + i], s[K_3 + i]
         )
-        k4 = stage_slope(s, i, y4, w4)
+        k4 = stage_slope(law, s, i, y4, w4)
         s[W_4 + i], s[K_4 + i] = w4, k4
         s[WORK + i] += A74 * stage_power(s, i, y4, w4, k4)
     for i in range(WIDTH):
@@ -76,7 +84,7 @@ def try_step(s):
             s[W + i], s[W_2 + i], s[W_3 + i], s[W_4 + i],
             s[DW + i], s[K_2 + i], s[K_3 + i], s[K_4 + i],
         )  # fmt: skip
-        k5 = stage_slope(s, i, y5, w5)
+        k5 = stage_slope(law, s, i, y5, w5)
         s[W_5 + i], s[K_5 + i] = w5, k5
         s[WORK + i] += A75 * stage_power(s, i, y5, w5, k5)
     for i in range(WIDTH):
@@ -85,7 +93,7 @@ def try_step(s):
             s[W + i], s[W_2 + i], s[W_3 + i], s[W_4 + i], s[W_5 + i],
             s[DW + i], s[K_2 + i], s[K_3 + i], s[K_4 + i], s[K_5 + i],
         )  # fmt: skip
-        k6 = stage_slope(s, i, y6, w6)
+        k6 = stage_slope(law, s, i, y6, w6)
         s[W_6 + i], s[K_6 + i] = w6, k6
         s[WORK + i] = s[TAKEN + i] * (s[WORK + i] + A76 * stage_power(s, i, y6, w6, k6))
     for i in range(WIDTH):
@@ -94,11 +102,11 @@ def try_step(s):
             s[W + i], s[W_2 + i], s[W_3 + i], s[W_4 + i], s[W_5 + i], s[W_6 + i],
             s[DW + i], s[K_2 + i], s[K_3 + i], s[K_4 + i], s[K_5 + i], s[K_6 + i],
         )  # fmt: skip
-        s[Y_NEW + i], s[W_NEW + i], s[DW_NEW + i] = y7, w7, stage_slope(s, i, y7, w7)
+        s[Y_NEW + i], s[W_NEW + i], s[DW_NEW + i] = y7, w7, stage_slope(law, s, i, y7, w7)
 
 
 @compiled
-def control_step(s, rtol):
+def control_step(law, s, rtol):
     """Error norm, verdict and factor for the next step.
 
     Errors are measured against the amplitude about steady sliding, so that a decaying oscillation keeps its relative
@@ -111,9 +119,7 @@ def control_step(s, rtol):
             s[W + i], s[W_2 + i], s[W_3 + i], s[W_4 + i], s[W_5 + i], s[W_6 + i], s[W_NEW + i],
             s[DW + i], s[K_2 + i], s[K_3 + i], s[K_4 + i], s[K_5 + i], s[K_6 + i], s[DW_NEW + i],
         )  # fmt: skip
-        s[JERK_NEW + i] = slip_jerk(
-            s[Y_NEW + i], s[W_NEW + i], s[DW_NEW + i], s[B + i], s[G + i] + s[SLOPE + i], s[RATE + i]
-        )
+        s[JERK_NEW + i] = stage_jerk(law, s, i, s[Y_NEW + i], s[W_NEW + i], s[DW_NEW + i])
     for i in range(WIDTH):
         floor = s[FLOOR + i]
         amplitude = max(abs(s[Y + i] - s[Y_STAR + i]), abs(s[W + i] - s[B + i])) + 1e-3 * floor

@@ -6,16 +6,32 @@ The equation of motion is xi'' + gamma xi' + xi = sigma mu(w), w = |v_rel|.
 **Frame.** Slip is computed in the frame where the relative speed is positive: for sigma = -1 displacement and belt
 speed change sign. There, with u = sigma xi and b = sigma b_belt,
 
-    u' = b - w,      w' = (u + gamma u') - mu(w),      mu(w) = offset + slope w + drop e^(-rate w)
+    u' = b - w,      w' = (u + gamma u') - mu(w),      mu(w) = offset + slope w + drop shape(rate w)
 
 and with y = u + gamma b - offset, which follows u exactly, all modes share one lean pair of equations:
 
-    y' = b - w,      w' = y - (gamma + slope) w - drop e^(-rate w)
+    y' = b - w,      w' = y - (gamma + slope) w - drop shape(rate w)
 """
 
 # --- inputs of a cell: rows of `cells` (CELL_ROWS, n) ---------------------------------------------------------------
-GAMMA, BELT, A1, A2, A3, A4, MU_STATIC, MU_STOP, XI_START, ETA_START, HORIZON = range(11)
-CELL_ROWS = 11  # MU_STOP is NaN for no hysteresis, ETA_START is NaN for "sticking", HORIZON may be inf
+(
+    GAMMA,
+    BELT,
+    A1,
+    A2,
+    A3,
+    A4,
+    DELTA,  # exponent of the law, where it has one
+    MU_STATIC,
+    MU_STOP,  # NaN: no hysteresis
+    AGEING,  # growth of static friction per e-fold of contact time
+    AGEING_TIME,
+    XI_START,
+    ETA_START,  # NaN: sticking
+    CONTACT_START,  # time in contact before the start
+    HORIZON,  # may be inf
+) = range(15)
+CELL_ROWS = 15
 
 # --- outputs of a cell: rows of `results` (RESULT_ROWS, n), NaN until known -----------------------------------------
 (
@@ -87,6 +103,7 @@ WIDTH = 32
     SLOPE,
     DROP,
     RATE,
+    EXPONENT,
     Y_STAR,  # y of steady sliding
     LEVEL,  # the mode ends where w crosses this level ...
     SIDE,  # ... from below (+1) or from above (-1)
@@ -119,8 +136,8 @@ WIDTH = 32
     GOOD,  # 1 where the error is within tolerance
     FACTOR,  # next step over this step
     FLAG,  # 0: committed or rejected; 1: good, but the scalar code must look first; 2: no step can be taken
-) = range(0, 53 * WIDTH, WIDTH)
-LANE_NUMBERS = 53 * WIDTH
+) = range(0, 54 * WIDTH, WIDTH)
+LANE_NUMBERS = 54 * WIDTH
 STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
 
 # --- slow state: columns of `book` (WIDTH, BOOK_COLUMNS), one row a lane --------------------------------------------
@@ -136,7 +153,9 @@ STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
     ENTERED,  # time at which the motion last came into the settling band
     ENTERED_LINE,  # the same about steady sliding on the present line
     SLIP_START,  # time of the first slip, NaN before
-    CYCLE_START,  # time of the first break-away, NaN before
+    CYCLE_START,  # time of the break-away that starts the cycle, NaN before
+    RELEASE,  # load at that break-away
+    RELEASE_CHANGE,  # its change from the one before, where static friction ages
     STICK_COUNT,
     STICK_SUM,
     HEAT_START,  # friction work up to the start of the cycle
@@ -156,8 +175,8 @@ STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
     LOOP_DECREMENT,  # size of the log decrement over the ten loops before
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(31)
-BOOK_COLUMNS = 31
+) = range(33)
+BOOK_COLUMNS = 33
 
 # --- trace log: rows of `log` (capacity, LOG_COLUMNS); row 0 is a header whose first number counts the segments met ---
 # The others hold one segment each, from LOG_TAU to the LOG_TAU of the next. A log without rows is switched off.

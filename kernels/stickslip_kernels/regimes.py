@@ -8,19 +8,20 @@ from math import atan2, cos, inf, log, nan, pi, sin
 
 from .events import step_again
 from .exponential import exp
-from .friction import stribeck, stribeck_slope
+from .friction import coefficient, coefficient_slope
 from .jit import compiled
+from .laws import inflection, shape, weakening_slope
 from .layout import (
-    A1, A2, A3, A4, ACCELERATION_MAX, B, BAND, BAND2, BELT, CELL, CREEP, CROSSED, CROSSINGS, CYCLE_CLOSED,
-    CYCLE_HEAT, CYCLE_START, CYCLE_STICK_TIME, DAMPED, DECIDED, DECIDED_BY, DROP, DW, DW_HIGH, ENTERED,
-    ENTERED_LINE, ETA_END, FALL, G, GAMMA, HEAT, HEAT_START, JERK, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_DECREMENT,
-    LOOP_HEAT, LOOP_TAU, MARK, MODE, MU_REVERSAL, MU_TURN, OFFSET, OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD,
-    RADIUS2, RATE, REGIME, RISE, SETTLED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START, SLOPE, SPEED_MAX, STATUS,
-    STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, SUSTAINED, TAU, TRIED, W, W_HIGH, W_MIN,
+    A1, A3, A4, ACCELERATION_MAX, B, BAND, BAND2, BELT, CELL, CREEP, CROSSED, CROSSINGS, CYCLE_CLOSED, CYCLE_HEAT,
+    CYCLE_START, CYCLE_STICK_TIME, DAMPED, DECIDED, DECIDED_BY, DROP, DW, DW_HIGH, ENTERED, ENTERED_LINE, ETA_END,
+    EXPONENT, FALL, G, GAMMA, HEAT, HEAT_START, JERK, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_DECREMENT, LOOP_HEAT,
+    LOOP_TAU, MARK, MODE, MU_REVERSAL, MU_TURN, OFFSET, OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD, RADIUS2,
+    RATE, REGIME, RELEASE_CHANGE, RISE, SETTLED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START, SLOPE, SPEED_MAX,
+    STATUS, STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, SUSTAINED, TAU, TRIED, W, W_HIGH, W_MIN,
     W_STABLE, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_BAND, Y_STAR,
 )  # fmt: skip
 from .polynomial import derivative, hermite, minus, root, value
-from .rk import slip_jerk
+from .lanes import stage_jerk
 
 BAND_SHARE = 1e-4  # settling band in units of mu_start
 LOOPS = 10  # cycles over which the log decrement is taken
@@ -30,25 +31,26 @@ SHRINKING = 0.999  # a peak this much lower than the last counts as shrinking
 
 
 @compiled
-def damping_ratio(cells, c):
+def damping_ratio(law, cells, c):
     """Linear damping ratio of steady sliding on the curve, (gamma + mu'(b)) / 2; NaN where the belt stands still."""
     belt = abs(cells[BELT, c])
     if belt == 0.0:
         return nan
-    return 0.5 * (cells[GAMMA, c] + stribeck_slope(belt, cells[A2, c], cells[A3, c], cells[A4, c]))
+    return 0.5 * (cells[GAMMA, c] + coefficient_slope(law, cells, c, belt))
 
 
 @compiled
-def start_book(book, i, cells, c):
+def start_book(law, book, i, cells, c):
     """Fresh slow state for cell c in lane i."""
     book[i, :] = 0.0
     belt = cells[BELT, c]
-    mu_belt = stribeck(abs(belt), cells[A1, c], cells[A2, c], cells[A3, c], cells[A4, c])
+    mu_belt = coefficient(law, cells, c, abs(belt))
     book[i, CELL] = c
     book[i, XI_STAR] = mu_belt if belt >= 0.0 else -mu_belt
     book[i, BAND] = BAND_SHARE * (cells[A1, c] + cells[A3, c])
     book[i, SLIP_START], book[i, CYCLE_START], book[i, MU_TURN], book[i, ENTERED] = nan, nan, nan, -inf
     book[i, PEAK], book[i, PEAK_BEFORE], book[i, LOOP_COUNT], book[i, LOOP_DECREMENT] = inf, inf, -1.0, -inf
+    book[i, RELEASE_CHANGE] = inf
     reset_extrema(book, i)
 
 
@@ -70,7 +72,7 @@ def note_ends(book, i, u, w, dw):
 
 
 @compiled
-def record_extrema(s, i, book, results, h, y1, w1, dw1, jerk1):
+def record_extrema(law, s, i, book, results, h, y1, w1, dw1, jerk1):
     """Extrema of u, w and w' between the start of the step of lane i and the state after h."""
     y0, w0, dw0, jerk0, b = s[Y + i], s[W + i], s[DW + i], s[JERK + i], s[B + i]
     p = hermite(h, w0, dw0, jerk0, w1, dw1, jerk1)
@@ -87,7 +89,7 @@ def record_extrema(s, i, book, results, h, y1, w1, dw1, jerk1):
         theta = root(minus(p, b), 0.0, 1.0)
         y = value(hermite(h, y0, b - w0, -dw0, y1, b - w1, -dw1), theta)
         u = y - s[G + i] * b + s[OFFSET + i]
-        note_turn(s, i, book, results, theta * h, book[i, SIGMA] * u)
+        note_turn(law, s, i, book, results, theta * h, book[i, SIGMA] * u)
 
 
 @compiled
@@ -97,7 +99,7 @@ def note_peak(book, i, height):
 
 
 @compiled
-def note_turn(s, i, book, results, h, xi):
+def note_turn(law, s, i, book, results, h, xi):
     """An extremum of xi, at h after the start of the step: the range, the crossing of the equilibrium, the loop."""
     book[i, XI_HIGH], book[i, XI_LOW] = max(book[i, XI_HIGH], xi), min(book[i, XI_LOW], xi)
     distance = xi - book[i, XI_STAR]
@@ -109,17 +111,17 @@ def note_turn(s, i, book, results, h, xi):
     if distance > 0.0:
         book[i, LOOP_COUNT] += 1.0
         if book[i, LOOP_COUNT] == 0.0 or book[i, LOOP_COUNT] == LOOPS:
-            compare_loops(s, i, book, results, h, distance)
+            compare_loops(law, s, i, book, results, h, distance)
 
 
 @compiled
-def compare_loops(s, i, book, results, h, amplitude):
+def compare_loops(law, s, i, book, results, h, amplitude):
     """Ten loops after the last look: sustained if the log decrement is zero and does not grow; else look again.
 
     A motion that leaves an unstable cycle also starts with a decrement near zero, which then grows: two looks in a row
     tell them apart.
     """
-    tau, heat = s[TAU + i] + h, s[HEAT + i] + step_again(s, i, h)[4]
+    tau, heat = s[TAU + i] + h, s[HEAT + i] + step_again(law, s, i, h)[4]
     decrement = abs(log(book[i, LOOP_AMPLITUDE] / amplitude)) / LOOPS if book[i, LOOP_COUNT] == LOOPS else inf
     if decrement < SUSTAINED_DECREMENT and decrement <= book[i, LOOP_DECREMENT] + DECREMENT_NOISE:
         c = int(book[i, CELL])
@@ -144,7 +146,7 @@ def note_side(book, i, xi):
 
 
 @compiled
-def proven_radius(s, i, book, mode, b):
+def proven_radius(law, s, i, book, mode, b):
     """Radius of the disc about steady sliding, in the plane (u, u'), from which the motion provably settles.
 
     With V = (u - u*)^2 + u'^2, V' = -2 u'^2 (gamma + mu'(somewhere between w and b)). As mu' grows with w, V falls for
@@ -157,18 +159,20 @@ def proven_radius(s, i, book, mode, b):
     if mode == FALL:
         return min(book[i, BAND], b) if s[G + i] + s[SLOPE + i] >= 2.0 else 0.0
     if mode == RISE and book[i, W_MIN] > 0.0:
-        return min(book[i, BAND], b) if book[i, W_MIN] > b and drag_at(s, i, b) >= 2.0 else 0.0
+        return min(book[i, BAND], b) if book[i, W_MIN] > b and drag_at(law, s, i, b) >= 2.0 else 0.0
     return max(0.0, min(book[i, BAND], b - max(book[i, W_STABLE], book[i, W_MIN])))
 
 
 @compiled
-def drag_at(s, i, w):
+def drag_at(law, s, i, w):
     """gamma + mu'(w) under the law of the present mode."""
-    return s[G + i] + s[SLOPE + i] - s[DROP + i] * s[RATE + i] * exp(-s[RATE + i] * w)
+    z, drop, exponent, rate = s[RATE + i] * w, s[DROP + i], s[EXPONENT + i], s[RATE + i]
+    x = drop * shape(law, z, exponent)
+    return s[G + i] + s[SLOPE + i] + rate * weakening_slope(law, z, x, drop, exponent)
 
 
 @compiled
-def creeps_in(s, i, mode):
+def creeps_in(law, s, i, mode):
     """Whether w approaches b from one side for ever: slowing along the line (FALL) or speeding up on the curve (RISE).
 
     With q = w - b, p = u - u* and F(q) = (gamma + mu')(between w and b) q: p' = -q, q' = p - F(q). As long as q keeps
@@ -177,8 +181,10 @@ def creeps_in(s, i, mode):
     """
     side = 1.0 if mode == FALL else -1.0
     p, q = side * (s[Y + i] - s[Y_STAR + i]), side * (s[W + i] - s[B + i])
-    drag = drag_at(s, i, s[W + i])
-    if q < 0.0 or drag < 2.0:
+    drag = drag_at(law, s, i, s[W + i])
+    # The least drag on the way from w to b is that at w where the slope of the curve only grows.
+    convex = mode == FALL or s[RATE + i] * s[W + i] >= inflection(law, s[EXPONENT + i])
+    if q < 0.0 or drag < 2.0 or not convex:
         return False
     fast = 0.5 * drag + (0.25 * drag * drag - 1.0) ** 0.5
     return q <= fast * p
@@ -188,7 +194,7 @@ def creeps_in(s, i, mode):
 
 
 @compiled
-def entry_time(s, i, centre, radius2, h, y1, w1, dw1, before):
+def entry_time(law, s, i, centre, radius2, h, y1, w1, dw1, before):
     """When, between the start of the step of lane i and the state after h, the motion came into a disc.
 
     centre : its y; radius2 : its squared radius. Returns `before` if it did not come in.
@@ -197,7 +203,7 @@ def entry_time(s, i, centre, radius2, h, y1, w1, dw1, before):
     p0, p1, q0, q1 = s[Y + i] - centre, y1 - centre, s[W + i] - b, w1 - b
     if not (p0 * p0 + q0 * q0 >= radius2 and p1 * p1 + q1 * q1 < radius2):
         return before
-    jerk1 = slip_jerk(y1, w1, dw1, b, s[G + i] + s[SLOPE + i], s[RATE + i])
+    jerk1 = stage_jerk(law, s, i, y1, w1, dw1)
     p = hermite(h, p0, -q0, -s[DW + i], p1, -q1, -dw1)
     q = hermite(h, q0, s[DW + i], s[JERK + i], q1, dw1, jerk1)
     outside, inside = 0.0, 1.0
@@ -211,12 +217,12 @@ def entry_time(s, i, centre, radius2, h, y1, w1, dw1, before):
 
 
 @compiled
-def note_entry(s, i, book, h, y1, w1, dw1):
+def note_entry(law, s, i, book, h, y1, w1, dw1):
     """Note it if the motion comes into the settling band; on a line, also into the disc of `proven_radius`."""
-    book[i, ENTERED] = entry_time(s, i, s[Y_BAND + i], s[BAND2 + i], h, y1, w1, dw1, book[i, ENTERED])
+    book[i, ENTERED] = entry_time(law, s, i, s[Y_BAND + i], s[BAND2 + i], h, y1, w1, dw1, book[i, ENTERED])
     if book[i, MODE] == FALL and s[RADIUS2 + i] > 0.0:
         line = book[i, ENTERED_LINE]
-        book[i, ENTERED_LINE] = entry_time(s, i, s[Y_STAR + i], s[RADIUS2 + i], h, y1, w1, dw1, line)
+        book[i, ENTERED_LINE] = entry_time(law, s, i, s[Y_STAR + i], s[RADIUS2 + i], h, y1, w1, dw1, line)
 
 
 @compiled
@@ -260,13 +266,13 @@ def ring_extremum(p, dp, zeta):
 
 
 @compiled
-def note_ring_down(s, i, book):
+def note_ring_down(law, s, i, book):
     """Extrema still to come once the motion has settled, where it is the linear oscillator to one part in 10^4.
 
     An approach that stays inside the settling band may yet overshoot there, and its limit belongs to the range.
     """
     b = s[B + i]
-    zeta = 0.5 * drag_at(s, i, b)
+    zeta = 0.5 * drag_at(law, s, i, b)
     u_star = s[Y_STAR + i] - s[G + i] * b + s[OFFSET + i]
     note_ends(book, i, u_star, b, 0.0)
     p = ring_extremum(s[Y + i] - s[Y_STAR + i], b - s[W + i], zeta)
@@ -294,14 +300,14 @@ def decide(s, i, book, results, regime, status):
 
 
 @compiled
-def decide_settled(s, i, book, results, on_line):
+def decide_settled(law, s, i, book, results, on_line):
     """The motion settles: damped if it crossed the equilibrium at least twice, creep if not.
 
     on_line : whether to steady sliding on a line, which is not that on the curve.
     """
     entered = book[i, ENTERED_LINE] if on_line else book[i, ENTERED]
     results[SETTLING_TIME, int(book[i, CELL])] = max(entered - book[i, SLIP_START], 0.0)
-    note_ring_down(s, i, book)
+    note_ring_down(law, s, i, book)
     decide(s, i, book, results, DAMPED if book[i, CROSSED] >= 2.0 else CREEP, SETTLED)
 
 

@@ -5,8 +5,9 @@ event location (`events.py`) and sampling (`trace.py`). The equations are those 
 """
 
 from .bits import select
-from .exponential import exp, rough_exp2, rough_log2
+from .exponential import rough_exp2, rough_log2
 from .jit import compiled
+from .laws import shape, weakening_slope
 from .tableau import TSITOURAS_54
 
 # The tableau by the textbook's names, so that the compiler sees constants.
@@ -31,15 +32,15 @@ ERROR_SHARE = 0.5  # of the tolerance that one step may spend, so that a whole s
 
 
 @compiled(inline=True)
-def slip_acceleration(y, w, drag, drop, rate):
-    """w' in the frame of slip; drag = gamma + slope of the law."""
-    return y - drag * w - drop * exp(-rate * w)
+def slip_acceleration(law, y, w, drag, drop, rate, exponent):
+    """w' in the frame of slip; drag = gamma + slope."""
+    return y - drag * w - drop * shape(law, rate * w, exponent)
 
 
 @compiled(inline=True)
-def slip_jerk(y, w, dw, b, drag, rate):
-    """w'' from w', without another exponential: drop e^(-rate w) = y - drag w - w'."""
-    return (b - w) - (drag - rate * (y - drag * w - dw)) * dw
+def slip_jerk(law, y, w, dw, b, drag, drop, rate, exponent):
+    """w'' from w', which tells the weakening without computing it again: drop shape = y - drag w - w'."""
+    return (b - w) - (drag + rate * weakening_slope(law, rate * w, y - drag * w - dw, drop, exponent)) * dw
 
 
 @compiled(inline=True)
@@ -100,24 +101,24 @@ def embedded_errors(h, w, w2, w3, w4, w5, w6, w7, k, k2, k3, k4, k5, k6, k7):
 
 
 @compiled
-def rk_step(h, y, w, k, b, gamma, offset, slope, drop, rate):
+def rk_step(law, h, y, w, k, b, gamma, offset, slope, drop, rate, exponent):
     """One step of size h from (y, w), k being w' there: y, w, w' at the end and the friction work done.
 
     The scalar twin of `lanes.try_step`, for event location and sampling; the stages are the same functions.
     """
     drag = gamma + slope
     y2, w2 = stage_2(h, y, b, w, k)
-    k2 = slip_acceleration(y2, w2, drag, drop, rate)
+    k2 = slip_acceleration(law, y2, w2, drag, drop, rate, exponent)
     y3, w3 = stage_3(h, y, b, w, w2, k, k2)
-    k3 = slip_acceleration(y3, w3, drag, drop, rate)
+    k3 = slip_acceleration(law, y3, w3, drag, drop, rate, exponent)
     y4, w4 = stage_4(h, y, b, w, w2, w3, k, k2, k3)
-    k4 = slip_acceleration(y4, w4, drag, drop, rate)
+    k4 = slip_acceleration(law, y4, w4, drag, drop, rate, exponent)
     y5, w5 = stage_5(h, y, b, w, w2, w3, w4, k, k2, k3, k4)
-    k5 = slip_acceleration(y5, w5, drag, drop, rate)
+    k5 = slip_acceleration(law, y5, w5, drag, drop, rate, exponent)
     y6, w6 = stage_6(h, y, b, w, w2, w3, w4, w5, k, k2, k3, k4, k5)
-    k6 = slip_acceleration(y6, w6, drag, drop, rate)
+    k6 = slip_acceleration(law, y6, w6, drag, drop, rate, exponent)
     y7, w7 = stage_7(h, y, b, w, w2, w3, w4, w5, w6, k, k2, k3, k4, k5, k6)
-    k7 = slip_acceleration(y7, w7, drag, drop, rate)
+    k7 = slip_acceleration(law, y7, w7, drag, drop, rate, exponent)
     work = h * (
         A71 * friction_power(y, w, k, gamma, offset)
         + A72 * friction_power(y2, w2, k2, gamma, offset)

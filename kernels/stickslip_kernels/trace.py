@@ -6,9 +6,9 @@ rows are not interpolated: a closed form, or a shorter step of the same method, 
 
 from .jit import compiled
 from .layout import (
-    A4, B, BELT, DROP, DW, G, GAMMA, HOLD, LOG_DROP, LOG_DW, LOG_MODE, LOG_OFFSET, LOG_SIGMA, LOG_SLOPE, LOG_TAU,
-    LOG_U, LOG_W, OFFSET, SAMPLE_ACCELERATION, SAMPLE_FRICTION, SAMPLE_MODE, SAMPLE_RELATIVE, SAMPLE_XI, SLOPE,
-    STICK, TAU, W, Y,
+    A4, B, BELT, DELTA, DROP, DW, G, GAMMA, HOLD, LOG_DROP, LOG_DW, LOG_MODE, LOG_OFFSET, LOG_SIGMA, LOG_SLOPE,
+    LOG_TAU, LOG_U, LOG_W, OFFSET, SAMPLE_ACCELERATION, SAMPLE_FRICTION, SAMPLE_MODE, SAMPLE_RELATIVE, SAMPLE_XI,
+    SLOPE, STICK, TAU, W, Y,
 )  # fmt: skip
 from .rk import rk_step
 
@@ -39,19 +39,19 @@ def log_slip(log, s, i, mode, sigma):
 
 
 @compiled
-def state_after(segment, dt, b, gamma, rate):
+def state_after(law, segment, dt, b, gamma, rate, exponent):
     """u, w and w' at dt after the start of a segment (a row of the log); b is the belt speed in its frame."""
     mode, u, w, dw = segment[LOG_MODE], segment[LOG_U], segment[LOG_W], segment[LOG_DW]
     if mode == STICK or mode == HOLD or dt == 0.0:
         return u + (b - w) * dt, w, dw
     offset, slope, drop = segment[LOG_OFFSET], segment[LOG_SLOPE], segment[LOG_DROP]
     to_y = gamma * b - offset
-    y, w, dw, _ = rk_step(dt, u + to_y, w, dw, b, gamma, offset, slope, drop, rate)
+    y, w, dw, _ = rk_step(law, dt, u + to_y, w, dw, b, gamma, offset, slope, drop, rate, exponent)
     return y - to_y, w, dw
 
 
 @compiled
-def sample(log, cell, times, samples):
+def sample(law, log, cell, times, samples):
     """Fill in the motion at given times.
 
     log : as `run_block` left it, not overflown (log[0, 0] < rows). cell : (CELL_ROWS,), the cell that was run.
@@ -65,7 +65,7 @@ def sample(log, cell, times, samples):
             row += 1
         mode, sigma = log[row, LOG_MODE], log[row, LOG_SIGMA]
         b = sigma * cell[BELT]
-        u, w, dw = state_after(log[row], times[n] - log[row, LOG_TAU], b, gamma, rate)
+        u, w, dw = state_after(law, log[row], times[n] - log[row, LOG_TAU], b, gamma, rate, cell[DELTA])
         samples[SAMPLE_XI, n], samples[SAMPLE_RELATIVE, n] = sigma * u, sigma * w
         samples[SAMPLE_ACCELERATION, n] = -sigma * dw
         # The equation of motion itself: what friction must be, stick included.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import replace
 from math import inf
 from pathlib import Path
 
@@ -65,6 +64,7 @@ def options_of(config: Config) -> Options:
     """How a configuration wants to be integrated."""
     solver, execution = config.solver, config.execution
     return Options(
+        law=config.friction.law,
         rtol=solver.rtol,
         horizon=inf if solver.horizon is None else solver.horizon,
         max_steps=solver.max_steps,
@@ -89,35 +89,42 @@ def evaluate(
     horizon: float | None = None,
     early_stop: bool = True,
     threads: int | None = None,
+    law: str = "stribeck",
 ) -> xr.Dataset:
     """Regime and metrics of any list of cells.
 
     cells : numbers or arrays in SI that broadcast against each other: mass, stiffness, damping (0), normal_load,
         belt_speed, a1, a2, a3, a4, mu_stop (NaN: no hysteresis), mu_static (NaN: a1 + a3), displacement (0), velocity
-        (NaN: sticking); in brackets the defaults.
+        (NaN: sticking), and for the law stribeck_delta `delta`; in brackets the defaults. Static friction grows with
+        the time in contact: mu_static + ageing_rate (0) log10(1 + t/ageing_time (1 s)), counted from contact_time (0)
+        before the start.
     rtol : relative tolerance of the integration. horizon : s, None for no limit.
     early_stop : False integrates every cell to the horizon and adds sticks, stick_time, displacement_end, velocity_end.
-    threads : None for one per processor.
+    threads : None for one per processor. law : shape of the weakening of friction, one of `variables.LAWS`.
 
     Returns a dataset over `cell`. Raises TypeError or ValueError for bad input before anything is computed.
     """
     full = as_cells(cells)
-    options = Options(rtol=rtol, horizon=inf if horizon is None else horizon, early_stop=early_stop, threads=threads)
+    end = inf if horizon is None else horizon
+    options = Options(law=law, rtol=rtol, horizon=end, early_stop=early_stop, threads=threads)
     size = full["mass"].size
     computed = compute(lambda start, stop: {name: v[start:stop] for name, v in full.items()}, size, options)
     solver = {"rtol": rtol, "horizon": horizon, "early_stop": early_stop, "max_steps": options.max_steps}
-    attributes = provenance(json.dumps({"solver": solver}), title="Cells evaluated one by one", action="evaluate")
+    text = json.dumps({"friction": {"law": law}, "solver": solver})
+    attributes = provenance(text, title="Cells evaluated one by one", action="evaluate")
     dataset = cell_dataset(full, computed.results, attributes)
     if not computed.complete:
         raise _interrupted(dataset, computed, None)
     return dataset
 
 
-def simulate(*, duration: float, samples: int = 2001, rtol: float = 1e-6, **cell: float) -> xr.Dataset:
+def simulate(
+    *, duration: float, samples: int = 2001, rtol: float = 1e-6, law: str = "stribeck", **cell: float
+) -> xr.Dataset:
     """One trajectory over time, by the stepping that computes maps.
 
     duration : s. samples : how many, evenly spaced from 0 to `duration`.
-    cell : the parameters of `evaluate`, a number each.
+    law, cell : the law and the parameters of `evaluate`, a number each.
 
     Returns a dataset over `time`: displacement, velocity, relative_speed, friction_coefficient (signed, positive along
     the belt), spring_force, acceleration, mode. Raises TypeError or ValueError for bad input.
@@ -129,9 +136,9 @@ def simulate(*, duration: float, samples: int = 2001, rtol: float = 1e-6, **cell
     full = as_cells(cell)
     if full["mass"].size != 1:
         raise ValueError("simulate computes one trajectory: give every parameter one number")
-    options = replace(Options(rtol=rtol), horizon=duration)
+    options = Options(law=law, rtol=rtol, horizon=duration)
     times = np.linspace(0.0, duration, samples)
     motion = trajectory(full, times, options)
-    text = json.dumps({"solver": {"rtol": rtol, "duration": duration, "samples": samples}})
+    text = json.dumps({"friction": {"law": law}, "solver": {"rtol": rtol, "duration": duration, "samples": samples}})
     attributes = provenance(text, title="Trajectory", action="simulate")
     return trace_dataset(times, motion, {name: float(value[0]) for name, value in full.items()}, attributes)

@@ -72,19 +72,19 @@ def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
     return guarded
 
 
-def prepare_kernels() -> None:
+def prepare_kernels(law: str) -> None:
     """Compile the kernels if that is still to do, and say so."""
     from . import engine
 
-    if not engine.will_compile():
-        return engine.warm_up()
+    if not engine.will_compile(law):
+        return engine.warm_up(law)
     console = screen.terminal(stderr=True)
     began = perf_counter()
     notice = "Compiling the kernels for this machine: once, about half a minute ..."
     if not console.is_terminal:
         console.print(notice)
     with console.status(notice):
-        engine.warm_up()
+        engine.warm_up(law)
     seconds = screen.duration_text(perf_counter() - began)
     console.print(f"Compiled the kernels in {seconds}; the next run finds them ready.")
 
@@ -123,7 +123,7 @@ def run(config: Path, output: Path | None, plot: Path | None, no_plot: bool) -> 
     if picture is not None:
         _check_picture(picture)
     screen.terminal().print(f"{loaded.title}\n{screen.describe(grid)}", markup=False)
-    prepare_kernels()
+    prepare_kernels(loaded.friction.law)
     began = finished = perf_counter()
 
     def note(done: int, cells: int) -> None:
@@ -174,7 +174,7 @@ def plan(config: Path) -> None:
     loaded = load_config(config)
     grid = build_grid(loaded)
     options = api.options_of(loaded)
-    prepare_kernels()
+    prepare_kernels(loaded.friction.law)
     probe = engine.probe(grid.cells, grid.size, options)
     step = engine.block_size(grid.size, options)
     console = screen.terminal()
@@ -249,8 +249,8 @@ def simulate(
         store.check_writable(output)
     if plot is not None:
         _check_picture(plot)
-    prepare_kernels()
-    ds = api.simulate(duration=time, samples=samples, **cell)
+    prepare_kernels(loaded.friction.law)
+    ds = api.simulate(duration=time, samples=samples, law=loaded.friction.law, **cell)
     if output is not None:
         store.write(ds, output)
         click.echo(f"trajectory  {output} ({screen.size_of(output)})")

@@ -91,6 +91,7 @@ class _Reader:
         given = self._given(raw, raw_axes)
         self._check_once(given)
         self._check_curve(given)
+        self._check_law(sections["friction"], given)
         fixed = _fixed(sections[key] for key in QUANTITY_SECTIONS)
         for finding in checks.findings(checks.Space(fixed, axes)):
             got = finding.got or self._text(finding.path)
@@ -98,7 +99,8 @@ class _Reader:
         if self._problems:
             raise ConfigError(self._document.name, self._problems)
         for key in QUANTITY_SECTIONS:
-            absent = {name: default(name) for name in type(sections[key]).model_fields if name not in given}
+            own = [name for name in type(sections[key]).model_fields if name in QUANTITIES]
+            absent = {name: default(name) for name in own if name not in given}
             sections[key] = sections[key].model_copy(update=absent)
         return Config(title=title, axes=tuple(axes), **sections)  # type: ignore[arg-type]
 
@@ -298,7 +300,7 @@ class _Reader:
     def _given(self, raw: Mapping[str, Mapping[str, Any]], axes: Mapping[str, Any]) -> dict[str, list[Path]]:
         """Where each quantity is given, rightly or wrongly."""
         paths: list[Path] = [(key, name) for key, model in QUANTITY_SECTIONS.items()
-                             for name in raw[key] if name in model.model_fields]  # fmt: skip
+                             for name in raw[key] if name in model.model_fields and name in QUANTITIES]  # fmt: skip
         for name, axis in axes.items():
             zipped = axis.get("zip") if isinstance(axis, dict) else None
             if isinstance(zipped, dict):
@@ -341,8 +343,21 @@ class _Reader:
         for name in ("a4",) if measured and replaced else (*(MEASURED if measured else REPLACED), "a4"):
             self._check_given(name, given)
 
+    def _check_law(self, friction: Any, given: Mapping[str, list[Path]]) -> None:
+        """What is given belongs to the law."""
+        law = friction.law
+        if law != "stribeck":
+            for name in MEASURED:
+                if name in given:
+                    expected = "a1, a2, a3 and a4: this form is for the law stribeck"
+                    self._add(given[name][0], f"got {name} with the law {law}, expected {expected}", at_key=True)
+        if law != "stribeck_delta" and "delta" in given and friction.delta != default("delta"):
+            message = f"got an exponent with the law {law}, expected none"
+            self._add(given["delta"][0], message, "the law stribeck_delta has one", at_key=True)
+
 
 def _fixed(sections: Iterable[Section]) -> dict[str, float]:
     """Quantities with one value for all cells, NaN for words."""
-    given = {name: value for section in sections for name, value in section if value is not None}
+    named = {name: value for section in sections for name, value in section if name in QUANTITIES}
+    given = {name: value for name, value in named.items() if value is not None}
     return {name: math.nan if isinstance(value, str) else value for name, value in given.items()}

@@ -16,10 +16,10 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip_kernels import block, jit, layout, trace
+from stickslip_kernels import block, jit, laws, layout, trace
 
 from .cells import Cells
-from .variables import STATUS_MESSAGES, STATUSES, VARIABLES
+from .variables import LAWS, STATUS_MESSAGES, STATUSES, VARIABLES
 
 Results = dict[str, NDArray[np.float64]]
 Progress = Callable[[int, int], None]
@@ -34,9 +34,11 @@ _BLOCKS_PER_THREAD = 8  # so that no thread waits long for the last one
 class Options:
     """How to integrate and how to spread the work. Defaults and limits are those of the configuration.
 
-    horizon : s; inf for none. threads : None for one per processor. block : most cells computed together.
+    law : one of `variables.LAWS`. horizon : s; inf for none. threads : None for one per processor.
+    block : most cells computed together.
     """
 
+    law: str = "stribeck"
     rtol: float = 1e-6
     horizon: float = inf
     max_steps: int = 1_000_000
@@ -45,6 +47,8 @@ class Options:
     block: int = 4096
 
     def __post_init__(self) -> None:
+        if self.law not in LAWS:
+            raise ValueError(f"law: got {self.law!r}, expected {', '.join(LAWS)}")
         if not RTOL_RANGE[0] <= self.rtol <= RTOL_RANGE[1]:
             raise ValueError(f"rtol: got {self.rtol!r}, expected {RTOL_RANGE[0]:g} to {RTOL_RANGE[1]:g}")
         if not self.horizon > 0:
@@ -77,7 +81,7 @@ def to_kernel(cells: Cells, horizon: float) -> NDArray[np.float64]:
     """Cells in SI to the rows of `layout.py`, shape (CELL_ROWS, n); horizon in s."""
     k, load = cells["stiffness"], cells["normal_load"]
     impedance = np.sqrt(k * cells["mass"])
-    speed = load / impedance
+    speed, rate = load / impedance, np.sqrt(k / cells["mass"])
     rows = np.empty((layout.CELL_ROWS, k.size))
     rows[layout.GAMMA] = cells["damping"] / impedance
     rows[layout.BELT] = cells["belt_speed"] / speed
@@ -85,12 +89,16 @@ def to_kernel(cells: Cells, horizon: float) -> NDArray[np.float64]:
     rows[layout.A2] = cells["a2"] * speed
     rows[layout.A3] = cells["a3"]
     rows[layout.A4] = cells["a4"] / speed
+    rows[layout.DELTA] = cells["delta"]
     mu_start = cells["a1"] + cells["a3"]
     rows[layout.MU_STATIC] = np.fmax(cells["mu_static"], mu_start)
     rows[layout.MU_STOP] = cells["mu_stop"]
+    rows[layout.AGEING] = cells["ageing_rate"] / np.log(10.0)
+    rows[layout.AGEING_TIME] = cells["ageing_time"] * rate
     rows[layout.XI_START] = cells["displacement"] * k / load
     rows[layout.ETA_START] = cells["velocity"] / speed
-    rows[layout.HORIZON] = horizon * np.sqrt(k / cells["mass"])
+    rows[layout.CONTACT_START] = cells["contact_time"] * rate
+    rows[layout.HORIZON] = horizon * rate
     return rows
 
 
@@ -136,15 +144,16 @@ def to_si(rows: NDArray[np.float64], cells: Cells, full: bool) -> Results:
 # --- many cells -------------------------------------------------------------------------------------------------------
 
 
-def will_compile() -> bool:
-    """Whether the next computation compiles the kernels first (once per machine and version, about half a minute)."""
-    return not jit.is_cached(block.run_block)
+def will_compile(law: str = "stribeck") -> bool:
+    """Whether a computation with this law compiles the kernels first: once per machine, version and law."""
+    return not jit.is_ready(law)
 
 
-def warm_up() -> None:
+def warm_up(law: str = "stribeck") -> None:
     """Compile the kernels, or load them from the cache."""
-    none = np.empty((layout.CELL_ROWS, 0))
-    block.run_block(none, block.new_results(0), np.array([1e-6, 1.0, 1.0]), block.NO_LOG, np.zeros(1, np.int64))
+    none, control = np.empty((layout.CELL_ROWS, 0)), np.array([1e-6, 1.0, 1.0])
+    block.run_block(laws.LAWS[law], none, block.new_results(0), control, block.NO_LOG, np.zeros(1, np.int64))
+    jit.mark_ready(law)
 
 
 def processors() -> int:
@@ -169,7 +178,7 @@ def compute(
 
     Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed".
     """
-    warm_up()
+    warm_up(options.law)
     results, step = _blank_results(size, options), block_size(size, options)
     stop = np.zeros(1, np.int64)
 
@@ -212,7 +221,7 @@ def probe(cells: Callable[[int, int], Cells], size: int, options: Options, most:
     parts = [cells(int(start), min(int(start) + length, size)) for start in starts]
     sample = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     count = sample["mass"].size
-    warm_up()
+    warm_up(options.law)
     began = perf_counter()
     compute(lambda start, stop: {name: values[start:stop] for name, values in sample.items()}, count, options)
     return Probe(count, (perf_counter() - began) / count, options.threads or processors())
@@ -244,7 +253,7 @@ def _run_block(part: Cells, options: Options, stop: NDArray[np.int64]) -> tuple[
     """One block through the kernels: the rows, and how many cells were finished."""
     rows = block.new_results(part["mass"].size)
     control = np.array([options.rtol, options.max_steps, options.early_stop], np.float64)
-    block.run_block(to_kernel(part, options.horizon), rows, control, block.NO_LOG, stop)
+    block.run_block(laws.LAWS[options.law], to_kernel(part, options.horizon), rows, control, block.NO_LOG, stop)
     unfinished = rows[layout.STATUS] == layout.NOT_RUN
     rows[:, unfinished] = block.new_results(1)  # nothing half-known leaves this place
     return rows, int((~unfinished).sum())
@@ -265,7 +274,7 @@ def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Res
     capacity = 1024
     while True:
         rows, log = block.new_results(1), np.zeros((capacity, layout.LOG_COLUMNS))
-        block.run_block(column, rows, control, log, np.zeros(1, np.int64))
+        block.run_block(laws.LAWS[options.law], column, rows, control, log, np.zeros(1, np.int64))
         if log[0, 0] < capacity:
             break
         capacity = int(log[0, 0]) + 1
@@ -275,7 +284,7 @@ def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Res
         name = STATUSES[status]
         raise RuntimeError(f"the integration ended at {reached:g} s of {horizon:g} s, {name}: {STATUS_MESSAGES[name]}")
     samples = np.empty((layout.SAMPLE_ROWS, times.size))
-    trace.sample(log, np.ascontiguousarray(column[:, 0]), times * np.sqrt(k / m), samples)
+    trace.sample(laws.LAWS[options.law], log, np.ascontiguousarray(column[:, 0]), times * np.sqrt(k / m), samples)
     return _samples_to_si(samples, cell)
 
 

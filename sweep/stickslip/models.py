@@ -22,7 +22,7 @@ from pydantic_core import PydanticCustomError
 from . import units
 from .problems import listed
 from .quantities import HORIZON_UNITS, QUANTITIES, WORDS
-from .variables import Parameter
+from .variables import LAW_MESSAGES, LAWS, Parameter
 
 REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
 LONGEST_AXIS = 10_000_000  # points; the values of axes are held in memory, those of cells are not
@@ -115,6 +115,9 @@ class System(Section):
 class Friction(Section):
     """The friction curve, by its coefficients a1 to a4 or by what is measured (mu_start to v_reversal, a4)."""
 
+    law: str = Field(
+        "stribeck", description="shape of the weakening: " + "; ".join(map(": ".join, LAW_MESSAGES.items()))
+    )
     a1: Fixed = None
     a2: Fixed = None
     a3: Fixed = None
@@ -124,6 +127,14 @@ class Friction(Section):
     v_reversal: Fixed = None
     mu_stop: Fixed = None
     mu_static: Fixed = None
+    delta: Fixed = None
+    ageing_rate: Fixed = None
+    ageing_time: Fixed = None
+
+    @field_validator("law", mode="before")
+    @classmethod
+    def _law(cls, value: object) -> str:
+        return _one_of(value, LAWS)
 
 
 class Start(Section):
@@ -131,6 +142,7 @@ class Start(Section):
 
     displacement: Fixed = None
     velocity: Fixed = None
+    contact_time: Fixed = None
 
 
 class Solver(Section):
@@ -345,7 +357,8 @@ class Config(Section):
     def fixed(self) -> dict[str, float | str]:
         """The quantities that do not vary, by name; `quantities.MEASURED` among them where they were given."""
         sections = (self.system, self.friction, self.start)
-        return {name: value for section in sections for name, value in section if value is not None}
+        named = {name: value for section in sections for name, value in section if name in QUANTITIES}
+        return {name: value for name, value in named.items() if value is not None}
 
     def resolved(self) -> dict[str, Any]:
         """Everything as plain data: SI, defaults filled in. Read again, it gives an equal configuration."""

@@ -1,7 +1,7 @@
 """The ready-to-run configurations, wherever the package was found.
 
 A wheel carries them inside the package (``stickslip/configs``); in a checkout, and in an editable install of one, they
-are the folder ``configs`` at its root.
+are the folder ``configs`` at its root. Those in folders below it are called by folder and name: ``article/fig3``.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ def _folder() -> Path:
 
 
 def config_names() -> list[str]:
-    """Names of the configurations that come with the package, sorted, without ``.yaml``."""
-    return sorted(path.stem for path in _folder().glob("*.yaml"))
+    """Names of the configurations that come with the package, sorted, without ``.yaml``; folders before a slash."""
+    folder = _folder()
+    return sorted(path.relative_to(folder).with_suffix("").as_posix() for path in folder.rglob("*.yaml"))
 
 
 def config_path(name: str) -> Path:

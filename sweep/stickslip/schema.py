@@ -13,6 +13,7 @@ from . import units
 from .config import DEFAULT_TITLE, QUANTITY_SECTIONS
 from .models import LONGEST_AXIS, OUTPUT_SUFFIXES, PLOT_SUFFIXES, RTOL, Execution, Output, Section, Solver
 from .quantities import HORIZON_UNITS, QUANTITIES, WORDS, default
+from .variables import LAWS
 
 Schema = dict[str, Any]
 
@@ -83,9 +84,12 @@ def _described(name: str) -> str:
 
 
 def _quantity_section(model: type[Section]) -> Schema:
-    """A section that fixes quantities."""
-    properties = {}
-    for name in model.model_fields:
+    """A section that fixes quantities; friction also names its law."""
+    properties: dict[str, Schema] = {}
+    for name, field in model.model_fields.items():
+        if name == "law":
+            properties[name] = {"description": field.description, "enum": list(LAWS), "default": field.default}
+            continue
         properties[name] = {"description": _described(name), **_quantity(name)}
         if default(name) is not None:
             properties[name]["default"] = default(name)

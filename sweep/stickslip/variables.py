@@ -57,12 +57,16 @@ _PARAMETERS = (
     Parameter(
         "a4", "m s-1", "decay speed a4 of the declining branch of the Stribeck curve", "friction", None, 0.0, True
     ),
+    Parameter("delta", "1", "exponent of the law stribeck_delta", "friction", 1.0, 1.0),
     Parameter(
         "mu_stop", "1", "friction coefficient just before standstill", "friction", NAN, 0.0, absent="no hysteresis"
     ),
     Parameter("mu_static", "1", "static friction coefficient", "friction", NAN, 0.0, absent="mu_start = a1 + a3"),
+    Parameter("ageing_rate", "1", "growth of static friction per decade of contact time", "friction", 0.0, 0.0),
+    Parameter("ageing_time", "s", "contact time from which static friction grows", "friction", 1.0, 0.0, True),
     Parameter("displacement", "m", "displacement at the start", "start", 0.0),
     Parameter("velocity", "m s-1", "velocity at the start", "start", NAN, absent="that of the belt, sticking"),
+    Parameter("contact_time", "s", "time in contact before the start", "start", 0.0, 0.0),
 )
 
 _VARIABLES = (
@@ -134,6 +138,14 @@ MODE_MESSAGES = {
     "fall": "slip on the straight line of a hysteretic curve",
     "hold": "slip at constant speed, friction between the line and the curve",
 }
+# Shapes of the weakening of friction: mu = a1 + a2 w + a3 shape(w/a4), shape(0) = 1.
+LAW_MESSAGES = {
+    "stribeck": "exp(-w/a4), Eq. (2) of the article",
+    "stribeck_delta": "exp(-(w/a4)^delta), delta = 2 being Gaussian",
+    "rational": "1/(1 + w/a4), the law of Leine et al. (1998) with a1 = a2 = 0",
+    "cubic": "1 - 3/2 w/a4 + 1/2 (w/a4)^3, the law of Thomsen and Fidlin (2003) with a2 = 0",
+}
+LAWS = tuple(LAW_MESSAGES)
 REGIMES = tuple(REGIME_MESSAGES)
 STATUSES = tuple(STATUS_MESSAGES)
 MODES = tuple(MODE_MESSAGES)

@@ -3,7 +3,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip_kernels.exponential import exp, rough_exp2, rough_log2
+from stickslip_kernels.exponential import exp, log, rough_exp2, rough_log2
 
 
 @given(st.floats(-708.0, 700.0))
@@ -33,3 +33,17 @@ def test_rough_log2_is_good_to_a_hundredth(x):
 @given(st.floats(-1000.0, 1000.0))
 def test_rough_exp2_is_good_to_one_in_ten_thousand(x):
     assert math.isclose(rough_exp2(x), 2.0**x, rel_tol=1e-4)
+
+
+@given(st.floats(1e-300, 1e300))
+def test_log_is_that_of_libm_to_rounding(x):
+    assert math.isclose(log(x), math.log(x), rel_tol=1e-15, abs_tol=4e-16)
+
+
+@given(st.floats(0.5, 2.0))
+def test_log_near_one_is_exact_to_rounding(x):
+    assert math.isclose(log(x), math.log(x), rel_tol=1e-14, abs_tol=3e-16)
+
+
+def test_log_of_zero_is_very_negative():
+    assert log(0.0) < -700.0

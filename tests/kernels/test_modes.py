@@ -80,6 +80,25 @@ def test_everything_turns_round_with_the_direction(name):
     np.testing.assert_array_equal(back, mirrored)
 
 
+LAW_CASES = {
+    "Leine's law": {"law": "rational", "belt": 0.2, "curve": (0.0, 0.0, 1.0, 1 / 3)},
+    "rational, hysteretic": {"law": "rational", "belt": 0.2, "curve": (0.5, 0.1, 0.4, 0.1), "mu_stop": 0.7},
+    "Thomsen and Fidlin's law": {"law": "cubic", "belt": 0.2, "curve": (0.25, 0.0, 0.15, 0.5), "gamma": 0.1},
+    "cubic, hysteretic, backwards": {"law": "cubic", "belt": -0.2, "curve": (0.5, 0.02, 0.4, 0.3), "mu_stop": 0.7},
+    "Gaussian": {"law": "stribeck_delta", "belt": 0.2, "curve": (1.0, 0.1, 0.3, 0.1), "delta": 2.0},
+    "exponent 1.4, thrown": {"law": "stribeck_delta", "belt": 0.2, "delta": 1.4, "xi": -3.0, "eta": 0.9},
+    "Gaussian, hysteretic": {"law": "stribeck_delta", "belt": 0.2, "delta": 2.0, "mu_stop": 1.1},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", LAW_CASES.values(), ids=LAW_CASES)
+def test_motion_under_every_law_is_that_of_scipy(case):
+    expected = Oscillator(horizon=HORIZON, **case)
+    assert {"stick", "rise"} <= {mode for _, mode, _, _ in expected.phases}
+    found = outcome(**case, horizon=HORIZON, rtol=1e-10, early_stop=False)
+    assert (found.xi_end, found.eta_end) == pytest.approx((expected.xi, expected.eta), abs=5e-7)
+
+
 # --- closed forms ---------------------------------------------------------------------------------------------------
 
 

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from stickslip_kernels.exponential import rough_log2
+from stickslip_kernels.laws import LAWS
 from stickslip_kernels.rk import (
     GROW_MOST,
     SHRINK_MOST,
@@ -18,7 +19,8 @@ from stickslip_kernels.rk import (
 )
 
 B, GAMMA, OFFSET, SLOPE, DROP, RATE = 0.4, 0.05, 1.0, 0.1, 0.3, 3.0
-LAW = (B, GAMMA, OFFSET, SLOPE, DROP, RATE)
+LAW = (B, GAMMA, OFFSET, SLOPE, DROP, RATE, 1.0)
+TAG = LAWS["stribeck"]
 Y0, W0 = 0.4, 0.3
 
 
@@ -38,9 +40,9 @@ def exact(t):
 def steps(t, n):
     """n equal steps to time t."""
     y, w, work = Y0, W0, 0.0
-    k = slip_acceleration(y, w, GAMMA + SLOPE, DROP, RATE)
+    k = slip_acceleration(TAG, y, w, GAMMA + SLOPE, DROP, RATE, 1.0)
     for _ in range(n):
-        y, w, k, done = rk_step(t / n, y, w, k, *LAW)
+        y, w, k, done = rk_step(TAG, t / n, y, w, k, *LAW)
         work += done
     return y, w, work
 
@@ -56,15 +58,15 @@ def test_many_steps_reach_the_answer_of_scipy():
 
 
 def test_jerk_is_the_derivative_of_the_acceleration():
-    k = slip_acceleration(Y0, W0, GAMMA + SLOPE, DROP, RATE)
-    jerk = slip_jerk(Y0, W0, k, B, GAMMA + SLOPE, RATE)
+    k = slip_acceleration(TAG, Y0, W0, GAMMA + SLOPE, DROP, RATE, 1.0)
+    jerk = slip_jerk(TAG, Y0, W0, k, B, GAMMA + SLOPE, DROP, RATE, 1.0)
     h = 1e-5
-    forward, backward = (rk_step(s, Y0, W0, k, *LAW)[2] for s in (h, -h))
+    forward, backward = (rk_step(TAG, s, Y0, W0, k, *LAW)[2] for s in (h, -h))
     assert jerk == pytest.approx((forward - backward) / (2 * h), rel=1e-8)
 
 
 def test_power_is_the_friction_coefficient_times_the_slip_speed():
-    k = slip_acceleration(Y0, W0, GAMMA + SLOPE, DROP, RATE)
+    k = slip_acceleration(TAG, Y0, W0, GAMMA + SLOPE, DROP, RATE, 1.0)
     mu = OFFSET + SLOPE * W0 + DROP * np.exp(-RATE * W0)
     assert friction_power(Y0, W0, k, GAMMA, OFFSET) == pytest.approx(mu * W0, rel=1e-14)
 

@@ -6,6 +6,7 @@ import pytest
 from kernel_runs import Outcome, block_of, cell, run
 from scipy_oscillator import Oscillator
 from stickslip_kernels import layout as at
+from stickslip_kernels.laws import LAWS
 from stickslip_kernels.trace import sample
 
 
@@ -14,7 +15,7 @@ def trajectory(column, times, rtol=1e-9):
     results = run(block_of(column), rtol=rtol, early_stop=False, log=log)
     assert log[0, 0] < len(log)
     samples = np.empty((at.SAMPLE_ROWS, times.size))
-    sample(log, column, times, samples)
+    sample(LAWS["stribeck"], log, column, times, samples)
     return samples, Outcome(results[:, 0])
 
 

@@ -10,7 +10,7 @@ from stickslip.config import ConfigError, load_config, make_config, parse_config
 from stickslip.models import Friction, Range, Start, System, Values
 from stickslip.quantities import MEASURED, QUANTITIES
 from stickslip.resources import config_names, config_path
-from stickslip.variables import PARAMETERS
+from stickslip.variables import LAWS, PARAMETERS
 
 GOOD = """\
 title: A map
@@ -107,7 +107,7 @@ def test_sections_without_content_are_allowed():
 
 def test_the_sections_own_all_quantities():
     for section, model in {"system": System, "friction": Friction, "start": Start}.items():
-        assert set(model.model_fields) == {n for n, q in QUANTITIES.items() if q.section == section}
+        assert set(model.model_fields) - {"law"} == {n for n, q in QUANTITIES.items() if q.section == section}
 
 
 def test_configurations_cannot_be_changed():
@@ -118,7 +118,7 @@ def test_configurations_cannot_be_changed():
 @pytest.mark.parametrize("name", config_names())
 def test_configurations_that_ship_are_good(name):
     config = load_config(config_path(name))
-    assert config.output.file == f"{name}.nc"
+    assert config.output.file == f"{name.rpartition('/')[2]}.nc"
     assert parse_config(config.to_yaml()) == config
 
 
@@ -190,8 +190,28 @@ BAD = {
     "a misspelt axis": (
         with_line(6, "axes: {belt_sped: [1, 2]}"),
         "map.yaml:6:8: axes.belt_sped: unknown quantity, expected mass, stiffness, damping, normal_load, belt_speed, "
-        "a1, a2, a3, a4, mu_stop, mu_static, displacement, velocity, mu_start, mu_reversal or v_reversal\n"
+        "a1, a2, a3, a4, delta, mu_stop, mu_static, ageing_rate, ageing_time, displacement, velocity, contact_time, "
+        "mu_start, mu_reversal or v_reversal\n"
         "  hint: did you mean belt_speed?",
+    ),
+    "a law nobody knows": (
+        with_line(7, "friction:", "  law: coulomb"),
+        "map.yaml:8:8: friction.law: got 'coulomb', expected stribeck, stribeck_delta, rational or cubic",
+    ),
+    "an exponent the law has not": (
+        with_line(7, "friction:", "  law: rational", "  delta: 2"),
+        "map.yaml:9:3: friction.delta: got an exponent with the law rational, expected none\n"
+        "  hint: the law stribeck_delta has one",
+    ),
+    "a measured curve of another law": (
+        GOOD.partition("friction")[0]
+        + "friction: {law: cubic, mu_start: 1, mu_reversal: 0.8, v_reversal: 0.1, a4: 0.1}\n",
+        "map.yaml:7:24: friction.mu_start: got mu_start with the law cubic, "
+        "expected a1, a2, a3 and a4: this form is for the law stribeck\n"
+        "map.yaml:7:37: friction.mu_reversal: got mu_reversal with the law cubic, "
+        "expected a1, a2, a3 and a4: this form is for the law stribeck\n"
+        "map.yaml:7:55: friction.v_reversal: got v_reversal with the law cubic, "
+        "expected a1, a2, a3 and a4: this form is for the law stribeck",
     ),
     "a missing quantity": (
         with_line(4),
@@ -483,6 +503,8 @@ def value_of(name):
     declared = QUANTITIES[name]
     if name in ("mu_stop", "mu_static"):
         return st.just({"mu_stop": "none", "mu_static": "mu_start"}[name])
+    if name == "delta":
+        return st.floats(1.0, 10.0)
     return anything if declared.minimum == -math.inf else above_zero
 
 
@@ -490,12 +512,16 @@ def value_of(name):
 def data(draw):
     """A configuration as plain data: some quantities fixed, some along axes, in any order."""
     measured = draw(st.booleans())
+    law = "stribeck" if measured else draw(st.sampled_from(LAWS))
     names = [n for n in PARAMETERS if not (measured and n in ("a1", "a2", "a3"))] + (list(MEASURED) if measured else [])
+    if law != "stribeck_delta":
+        names.remove("delta")
     varied = draw(st.lists(st.sampled_from(names), max_size=3, unique=True))
     if measured:  # values that make a curve
         varied = [n for n in varied if n != "a4" and n not in MEASURED]
     good = {"mu_start": 0.5, "mu_reversal": 0.4, "v_reversal": 0.7, "a4": 0.1} if measured else {}
     found = {"title": draw(st.text(min_size=1).filter(lambda t: t.strip() == t and t.isprintable())), "axes": {}}
+    found["friction"] = {"law": law}
     for name in names:
         if name not in varied:
             value = good.get(name) or draw(value_of(name))
@@ -509,7 +535,8 @@ def data(draw):
 
 def axis(name):
     values = st.lists(value_of(name), min_size=1, max_size=4, unique=True).map(lambda v: sorted(v, key=str_last))
-    start_stop = st.tuples(above_zero, above_zero).filter(lambda pair: pair[0] < pair[1] * (1 - 1e-9))
+    ends = value_of("delta") if name == "delta" else above_zero
+    start_stop = st.tuples(ends, ends).filter(lambda pair: pair[0] < pair[1] * (1 - 1e-9))
     ranges = st.builds(
         lambda ends, num, spacing: {"start": ends[0], "stop": ends[1], "num": num, "spacing": spacing},
         start_stop, st.integers(2, 100), st.sampled_from(["linear", "log"]),

@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 from scipy.special import i1e
 
 import stickslip
-from stickslip.variables import REGIMES
+from stickslip.variables import LAWS, REGIMES
 
 STICK_SLIP = REGIMES.index("stick_slip")
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
@@ -109,3 +109,64 @@ def test_four_groups_of_numbers_decide_the_motion():
         ds = stickslip.evaluate(cell, rtol=1e-9).isel(cell=0)
         assert float(ds["period"]) * rate == pytest.approx(9.9445782, rel=1e-7)
         assert float(ds["slip_speed_max"]) / cell["a4"] == pytest.approx(4.1982039, rel=1e-7)
+
+
+# --- other laws -------------------------------------------------------------------------------------------------------
+
+
+def test_leines_cycle_is_the_derived_one():
+    """Leine et al. 1998: mu = 1/(1 + 3 |v|), m = k = 1, c = 0, v = 0.2; the nine digits are derived by SciPy."""
+    curve = {"a1": 0.0, "a2": 0.0, "a3": 1.0, "a4": 1 / 3, "belt_speed": 0.2}
+    ds = stickslip.evaluate(UNIT | curve, rtol=1e-10, law="rational").isel(cell=0)
+    expected = {"period": 12.0010313, "stick_fraction": 0.6420308, "spring_force_max": 1.13394468,
+                "spring_force_min": -0.555432688, "slip_speed_max": 1.03990205, "restick_displacement": -0.541006354,
+                "acceleration_max": 1.54100635, "energy_per_cycle": 0.758034974}  # fmt: skip
+    for name, value in expected.items():
+        assert float(ds[name]) == pytest.approx(value, rel=1e-7), name
+
+
+# Thomsen & Fidlin 2003: mu_s = 0.4, mu_m = 0.25, v_m = 0.5, beta = 0.05, the cubic law.
+CUBIC = {"damping": 0.1, "a1": 0.25, "a2": 0.0, "a3": 0.15, "a4": 0.5}
+
+
+@pytest.mark.parametrize(("belt_speed", "period", "stick", "speed"), [
+    (0.1, 7.2092968, 2.1488845, 0.26496347),
+    (0.2, 6.7994214, 1.6295584, 0.48609553),
+    (0.3, 6.4612498, 1.0205796, 0.65839143),
+])  # fmt: skip
+def test_thomsen_and_fidlins_cycles_are_the_derived_ones(belt_speed, period, stick, speed):
+    ds = stickslip.evaluate(UNIT | CUBIC | {"belt_speed": belt_speed}, rtol=1e-9, law="cubic").isel(cell=0)
+    found = [float(x) for x in (ds["period"], ds["period"] * ds["stick_fraction"], ds["slip_speed_max"])]
+    assert found == pytest.approx([period, stick, speed], rel=3e-8)
+
+
+def test_the_cubic_law_has_a_border_between_stick_slip_and_oscillation_without_sticking():
+    """The exact border is 0.395789 (derived); their formula gives 0.3944053. Above v_b1 sliding is stable."""
+    threshold = 0.5 * np.sqrt(1 - 4 * 0.05 * 0.5 / (3 * 0.15))
+    assert threshold == pytest.approx(0.4409586, abs=1e-7)
+    belts = [0.39575, 0.39583, 0.99 * threshold, 1.01 * threshold]
+    ds = stickslip.evaluate(UNIT | CUBIC | {"belt_speed": belts}, rtol=1e-8, law="cubic")
+    assert [REGIMES[r] for r in ds["regime"].values] == ["stick_slip", "sustained", "sustained", "damped"]
+
+
+@pytest.mark.parametrize(("belt_speed", "amplitude"), [(0.40, 0.379336)])
+def test_the_amplitude_of_pure_slip_is_the_derived_one(belt_speed, amplitude):
+    """Derived by simulation; their A1 = 2 sqrt(v_b1^2 - v^2) = 0.371184 is 2 % below."""
+    cell = UNIT | CUBIC | {"belt_speed": belt_speed}
+    ds = stickslip.simulate(duration=2000.0, samples=200_001, rtol=1e-8, law="cubic", **cell)
+    settled = ds["displacement"].sel(time=slice(1900, None))
+    assert float(settled.max() - settled.min()) / 2 == pytest.approx(amplitude, rel=2e-5)
+
+
+def test_every_law_keeps_the_scales():
+    """A change of the units of mass, length and time changes nothing, ageing and exponent included."""
+    for law in LAWS:
+        cell = UNIT | ARTICLE | {"belt_speed": 0.05, "ageing_rate": 0.05, "ageing_time": 0.3, "contact_time": 2.0}
+        cell |= {"delta": 1.7} if law == "stribeck_delta" else {}
+        here = stickslip.evaluate(cell, law=law).isel(cell=0)
+        m, x, t = 3.0, 0.01, 0.2
+        factors = {"mass": m, "stiffness": m / t**2, "normal_load": m * x / t**2, "belt_speed": x / t, "a2": t / x,
+                   "a4": x / t, "ageing_time": t, "contact_time": t}  # fmt: skip
+        there = stickslip.evaluate({name: value * factors.get(name, 1.0) for name, value in cell.items()}, law=law)
+        for name, factor in {"period": t, "breakaway_time": t, "spring_force_max": m * x / t**2}.items():
+            assert float(there[name][0]) == pytest.approx(float(here[name]) * factor, rel=1e-9), (law, name)

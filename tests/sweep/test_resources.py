@@ -12,7 +12,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_a_checkout_finds_the_configurations_at_its_root():
-    assert config_names() == sorted(path.stem for path in (ROOT / "configs").glob("*.yaml"))
+    here = ROOT / "configs"
+    assert config_names() == sorted(p.relative_to(here).as_posix()[: -len(".yaml")] for p in here.rglob("*.yaml"))
     assert "quickstart" in config_names()
 
 

@@ -1,0 +1,42 @@
+"""Exponential weakening, e^(-w/a4): Eq. (2) of the article in its standard form (Bo & Pavelescu 1982; Tustin 1947)."""
+
+from math import inf, log
+from typing import NamedTuple
+
+from ..exponential import exp
+from ..jit import compiled
+
+
+class Stribeck(NamedTuple):
+    """Tag of this law."""
+
+    code: int
+
+
+TAG = Stribeck(0)
+
+
+@compiled(inline=True)
+def shape(z, delta):
+    """e^-z."""
+    return exp(-z)
+
+
+@compiled(inline=True)
+def weakening_slope(z, x, drop, delta):
+    """-x: no second exponential."""
+    return -x
+
+
+@compiled
+def speed_of_slope(slope, delta):
+    """-ln(-slope)."""
+    if slope >= 0.0:
+        return inf
+    return -log(-slope) if slope > -1.0 else 0.0
+
+
+@compiled
+def inflection(delta):
+    """The curve is convex."""
+    return 0.0

@@ -1,0 +1,123 @@
+"""Static friction that grows with contact time: break-away to high precision, cycles by iteration with SciPy."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from numba import njit
+from scipy.integrate import solve_ivp
+
+from kernel_runs import ARTICLE, block_of, cell, outcome
+from stickslip_kernels import ageing
+from stickslip_kernels import layout as at
+
+
+@njit
+def dwell(cells, load, rate, age):
+    return ageing.dwell_to_breakaway(cells, 0, load, rate, age)
+
+
+@njit
+def limit(cells, age):
+    return ageing.static_friction(cells, 0, age)
+
+
+def exact_dwell(load, rate, static, growth, scale, age):
+    """The last zero of load + rate t - static - growth ln(1 + (age + t)/scale), by Lambert W with 40 digits."""
+    with mpmath.workdps(40):
+        load, rate, static, growth, scale, age = map(mpmath.mpf, (load, rate, static, growth, scale, age))
+        # With s = 1 + (age + t)/scale: s e^(-s rate scale/growth) = e^((load - static - rate (scale + age))/growth).
+        slope = rate * scale / growth
+        right = mpmath.exp((load - static - rate * (scale + age)) / growth)
+        s = -mpmath.lambertw(-slope * right, -1) / slope
+        return (mpmath.re(s) - 1) * scale - age
+
+
+@given(
+    st.floats(-2.0, 1.29),
+    st.floats(1e-3, 2.0),
+    st.floats(1e-3, 0.5),
+    st.floats(1e-3, 10.0),
+    st.sampled_from([0.0, 0.1, 30.0]),
+)
+def test_breakaway_is_exact_to_rounding(load, rate, growth, scale, age):
+    cells = block_of(cell(0.1, ageing=growth, ageing_time=scale))
+    found = dwell(cells, load, rate, age)
+    expected = exact_dwell(load, rate, 1.3, growth, scale, age)
+    # Where the load hardly outpaces friction as it meets it, rounding of the load itself moves the time.
+    pace = rate - growth / (scale + age + float(expected))
+    assume(pace > 0.05 * rate)
+    assert abs(mpmath.mpf(found) - expected) <= 1e-12 * expected
+
+
+def test_the_published_example_is_met():
+    """N = 10, k = 1000, v = 1e-3, mu0 = 0.3, beta = 0.02 per decade, t0 = 0.1, start at 1 N: 2.275137760859198 s."""
+    cells = block_of(cell(0.1, (0.2, 0.0, 0.1, 1.0), ageing=0.02 / math.log(10), ageing_time=0.1))
+    assert dwell(cells, 1.0 / 10, 1000 * 1e-3 / 10, 0.0) == pytest.approx(2.275137760859198, rel=1e-14)
+
+
+def test_a_load_at_the_limit_waits_if_friction_first_grows_faster():
+    """The trap: t = 0 is a zero, and the true one comes later (0.547898 s)."""
+    cells = block_of(cell(0.1, (0.2, 0.0, 0.1, 1.0), ageing=0.02 / math.log(10), ageing_time=1e-3))
+    assert dwell(cells, limit(cells, 0.0), 0.1, 0.0) == pytest.approx(0.547898, abs=5e-7)
+
+
+def test_a_load_at_the_limit_breaks_away_if_friction_grows_slower():
+    cells = block_of(cell(0.1, ageing=0.01, ageing_time=1.0))
+    assert dwell(cells, limit(cells, 0.0), 0.5, 0.0) == 0.0
+
+
+def test_waiting_longer_breaks_away_higher_by_the_logarithm():
+    waits = np.array([0.0, 1.0, 10.0, 100.0, 1000.0])
+    found = [outcome(0.05, ageing=0.02, ageing_time=0.5, contact=t) for t in waits]
+    loads = np.array([0.05 * f.breakaway_time for f in found])
+    times = np.array([f.breakaway_time for f in found])
+    np.testing.assert_allclose(loads, 1.3 + 0.02 * np.log1p((waits + times) / 0.5), rtol=1e-13)
+
+
+def slip_from(load, belt, curve):
+    """xi at the next re-stick after a break-away under `load`, and how long the slip takes, by SciPy."""
+    a1, a2, a3, a4 = curve
+
+    def motion(t, state):
+        xi, eta = state
+        w = belt - eta
+        return [eta, a1 + a2 * w + a3 * np.exp(-w / a4) - xi]
+
+    def rest(t, state):
+        return belt - state[1]
+
+    rest.terminal, rest.direction = True, -1
+    first = solve_ivp(motion, (0.0, 1e-3), [load, belt], "DOP853", rtol=1e-12, atol=1e-13)
+    run = solve_ivp(motion, (1e-3, 100.0), first.y[:, -1], "DOP853", events=rest, rtol=1e-12, atol=1e-13)
+    return run.y[0, -1], run.t[-1]
+
+
+@pytest.mark.parametrize(("belt", "growth", "scale"), [(0.1, 0.02, 0.1), (0.02, 0.1, 1.0), (0.2, 0.2, 0.01)])
+def test_the_converged_cycle_is_the_fixed_point_of_the_return_map(belt, growth, scale):
+    load = 1.3
+    for _ in range(60):
+        restick, slip_time = slip_from(load, belt, ARTICLE)
+        stick_time = float(exact_dwell(restick, belt, 1.3, growth, scale, 0.0))
+        load = restick + belt * stick_time
+    found = outcome(belt, ageing=growth, ageing_time=scale, rtol=1e-9)
+    assert (found.regime, found.status) == (at.STICK_SLIP, at.CYCLE_CLOSED)
+    assert found.period == pytest.approx(slip_time + stick_time, rel=1e-8)
+    assert found.cycle_stick_time == pytest.approx(stick_time, rel=1e-8)
+    assert found.xi_min <= restick
+    assert found.xi_max >= load
+
+
+def test_without_ageing_the_first_cycle_is_the_last():
+    plain, aged = outcome(0.1), outcome(0.1, ageing=1e-12)
+    assert aged.period == pytest.approx(plain.period, rel=1e-9)
+    assert aged.steps > plain.steps
+
+
+def test_ageing_lengthens_the_cycle_and_raises_the_peak():
+    found = [outcome(0.1, ageing=g) for g in (0.0, 0.02, 0.1)]
+    assert found[0].period < found[1].period < found[2].period
+    assert found[0].xi_max < found[1].xi_max < found[2].xi_max
