@@ -23,6 +23,7 @@ FLOORS = (
     ),
     ("what is computed, kept and shown", {"engine", "screen", "store", "summary", "palette", "mapaxis", "plots"}),
     ("the Python calls", {"api", "__init__"}),
+    ("the article, recomputed", {"article"}),
     ("the command", {"cli", "__main__"}),
 )
 SEAM = "engine"  # the only module of sweep/ that knows the kernels

@@ -2,10 +2,14 @@
 
 import pytest
 
-from stickslip.variables import MODES, REGIMES, STATUSES
-from stickslip_kernels import layout
+from stickslip.variables import LAWS, MODES, REGIMES, STATUSES
+from stickslip_kernels import laws, layout
 
 
 @pytest.mark.parametrize("names", [REGIMES, STATUSES, MODES], ids=["regime", "status", "mode"])
 def test_every_name_stands_for_the_code_the_kernels_write(names):
     assert [getattr(layout, name.upper()) for name in names] == list(range(len(names)))
+
+
+def test_every_law_has_a_name_and_a_shape():
+    assert set(LAWS) == set(laws.LAWS)

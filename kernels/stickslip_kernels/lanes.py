@@ -14,7 +14,7 @@ from .layout import (
     B, BAND2, DROP, DW, DW_NEW, DW_NEXT, ERROR_LOG, ERROR_LOG_NEXT, ERROR_W, ERROR_Y, EXPONENT, FACTOR, FLAG, FLOOR,
     G, GOOD, HEAT, HEAT_NEXT, JERK, JERK_NEW, JERK_NEXT, K_2, K_3, K_4, K_5, K_6, LEVEL, MARK, OFFSET, RADIUS2,
     RATE, SIDE, SLOPE, STATE_NUMBERS, STEP, TAKEN, TAU, TAU_END, TAU_NEXT, TRIED, TURN, W, WIDTH, WORK, W_2, W_3,
-    W_4, W_5, W_6, W_NEW, W_NEXT, Y, Y_BAND, Y_NEW, Y_NEXT, Y_STAR,
+    W_4, W_5, W_6, W_NEW, W_NEXT, Y, Y_NEW, Y_NEXT, Y_STAR,
 )  # fmt: skip
 from .rk import (
     A71, A72, A73, A74, A75, A76, embedded_errors, friction_power, slip_acceleration, slip_jerk, squared_error,
@@ -148,11 +148,10 @@ def watch_and_commit(s, max_steps):
         turned = (d1 <= 0.0) | ((j0 < 0.0) & (j1 > 0.0) & (min(d0, d1) - h * min(-j0, j1) <= 0.0))
         extremum = ((w0 > b) != (w > b)) | (dw0 * dw < 0.0) | (jerk0 * jerk < 0.0)
         p, q = y - s[Y_STAR + i], w - b
-        # Coming into the settling band, about steady sliding on the curve.
-        p0, p1, q0 = s[Y + i] - s[Y_BAND + i], y - s[Y_BAND + i], w0 - b
-        entered = (p0 * p0 + q0 * q0 >= s[BAND2 + i]) & (p1 * p1 + q * q < s[BAND2 + i])
+        p0, q0, distance2 = s[Y + i] - s[Y_STAR + i], w0 - b, p * p + q * q
+        entered = (p0 * p0 + q0 * q0 >= s[BAND2 + i]) & (distance2 < s[BAND2 + i])
         look = reached | grazed | ((s[TURN + i] > 0.0) & turned) | ((s[MARK + i] > 0.0) & extremum)
-        look = look | entered | (p * p + q * q < s[RADIUS2 + i]) | (s[TAU + i] + h >= s[TAU_END + i])
+        look = look | entered | (distance2 < s[RADIUS2 + i]) | (s[TAU + i] + h >= s[TAU_END + i])
         good = s[GOOD + i] > 0.0
         look = look & good
         tried = s[TRIED + i] + 1.0

@@ -109,8 +109,7 @@ WIDTH = 32
     SIDE,  # ... from below (+1) or from above (-1)
     TURN,  # 1 where a zero of w' ends the mode as well
     RADIUS2,  # squared radius of the disc about steady sliding in which settling may be proven
-    Y_BAND,  # y of steady sliding on the curve (Y_STAR is that of the present mode)
-    BAND2,  # square of the settling band about it, 0 once the regime is known
+    BAND2,  # square of the settling band, 0 once the regime is known
     FLOOR,  # slip speed below which errors are absolute
     MARK,  # 1 while extrema are recorded
     TAU_END,
@@ -136,8 +135,8 @@ WIDTH = 32
     GOOD,  # 1 where the error is within tolerance
     FACTOR,  # next step over this step
     FLAG,  # 0: committed or rejected; 1: good, but the scalar code must look first; 2: no step can be taken
-) = range(0, 54 * WIDTH, WIDTH)
-LANE_NUMBERS = 54 * WIDTH
+) = range(0, 53 * WIDTH, WIDTH)
+LANE_NUMBERS = 53 * WIDTH
 STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
 
 # --- slow state: columns of `book` (WIDTH, BOOK_COLUMNS), one row a lane --------------------------------------------
@@ -147,11 +146,9 @@ STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
     SIGMA,
     W_MIN,  # minimum of the hysteretic curve; 0 where there is no hysteresis
     W_STABLE,  # steady sliding faster than this is stable
-    W_REVERSAL,  # start of the present line
     XI_STAR,  # steady sliding, true frame
     BAND,  # settling band
     ENTERED,  # time at which the motion last came into the settling band
-    ENTERED_LINE,  # the same about steady sliding on the present line
     SLIP_START,  # time of the first slip, NaN before
     CYCLE_START,  # time of the break-away that starts the cycle, NaN before
     RELEASE,  # load at that break-away
@@ -175,8 +172,8 @@ STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
     LOOP_DECREMENT,  # size of the log decrement over the ten loops before
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(33)
-BOOK_COLUMNS = 33
+) = range(31)
+BOOK_COLUMNS = 31
 
 # --- trace log: rows of `log` (capacity, LOG_COLUMNS); row 0 is a header whose first number counts the segments met ---
 # The others hold one segment each, from LOG_TAU to the LOG_TAU of the next. A log without rows is switched off.
@@ -189,4 +186,3 @@ SAMPLE_ROWS = 5
 
 # --- how to integrate: numbers of `control` -------------------------------------------------------------------------
 RTOL, MAX_STEPS, EARLY_STOP = range(3)
-CONTROL_NUMBERS = 3

@@ -13,12 +13,12 @@ from .jit import compiled
 from .laws import inflection, shape, weakening_slope
 from .layout import (
     A1, A3, A4, ACCELERATION_MAX, B, BAND, BAND2, BELT, CELL, CREEP, CROSSED, CROSSINGS, CYCLE_CLOSED, CYCLE_HEAT,
-    CYCLE_START, CYCLE_STICK_TIME, DAMPED, DECIDED, DECIDED_BY, DROP, DW, DW_HIGH, ENTERED, ENTERED_LINE, ETA_END,
-    EXPONENT, FALL, G, GAMMA, HEAT, HEAT_START, JERK, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_DECREMENT, LOOP_HEAT,
-    LOOP_TAU, MARK, MODE, MU_REVERSAL, MU_TURN, OFFSET, OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD, RADIUS2,
-    RATE, REGIME, RELEASE_CHANGE, RISE, SETTLED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START, SLOPE, SPEED_MAX,
-    STATUS, STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, SUSTAINED, TAU, TRIED, W, W_HIGH, W_MIN,
-    W_STABLE, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_BAND, Y_STAR,
+    CYCLE_START, CYCLE_STICK_TIME, DAMPED, DECIDED, DECIDED_BY, DROP, DW, DW_HIGH, ENTERED, ETA_END, EXPONENT, G,
+    GAMMA, HEAT, HEAT_START, JERK, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_DECREMENT, LOOP_HEAT, LOOP_TAU, MARK, MODE,
+    MU_REVERSAL, MU_TURN, OFFSET, OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD, RADIUS2, RATE, REGIME,
+    RELEASE_CHANGE, RISE, SETTLED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START, SLOPE, SPEED_MAX, STATUS, STEPS,
+    STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, SUSTAINED, TAU, TRIED, W, W_HIGH, W_MIN, W_STABLE,
+    XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_STAR,
 )  # fmt: skip
 from .polynomial import derivative, hermite, minus, root, value
 from .lanes import stage_jerk
@@ -89,7 +89,9 @@ def record_extrema(law, s, i, book, results, h, y1, w1, dw1, jerk1):
         theta = root(minus(p, b), 0.0, 1.0)
         y = value(hermite(h, y0, b - w0, -dw0, y1, b - w1, -dw1), theta)
         u = y - s[G + i] * b + s[OFFSET + i]
-        note_turn(law, s, i, book, results, theta * h, book[i, SIGMA] * u)
+        if note_turn(book, i, book[i, SIGMA] * u):
+            heat = s[HEAT + i] + step_again(law, s, i, theta * h)[4]
+            compare_loops(s, i, book, results, s[TAU + i] + theta * h, heat, book[i, SIGMA] * u)
 
 
 @compiled
@@ -99,8 +101,8 @@ def note_peak(book, i, height):
 
 
 @compiled
-def note_turn(law, s, i, book, results, h, xi):
-    """An extremum of xi, at h after the start of the step: the range, the crossing of the equilibrium, the loop."""
+def note_turn(book, i, xi):
+    """An extremum of xi: the range, the crossing of the equilibrium, the loop. Whether to compare loops now."""
     book[i, XI_HIGH], book[i, XI_LOW] = max(book[i, XI_HIGH], xi), min(book[i, XI_LOW], xi)
     distance = xi - book[i, XI_STAR]
     if abs(distance) > book[i, BAND]:
@@ -108,20 +110,20 @@ def note_turn(law, s, i, book, results, h, xi):
         if side * book[i, SIDE_LAST] < 0.0:
             book[i, CROSSED] += 1.0
         book[i, SIDE_LAST] = side
-    if distance > 0.0:
-        book[i, LOOP_COUNT] += 1.0
-        if book[i, LOOP_COUNT] == 0.0 or book[i, LOOP_COUNT] == LOOPS:
-            compare_loops(law, s, i, book, results, h, distance)
+    if distance <= 0.0:
+        return False
+    book[i, LOOP_COUNT] += 1.0
+    return book[i, LOOP_COUNT] == 0.0 or book[i, LOOP_COUNT] == LOOPS
 
 
 @compiled
-def compare_loops(law, s, i, book, results, h, amplitude):
-    """Ten loops after the last look: sustained if the log decrement is zero and does not grow; else look again.
+def compare_loops(s, i, book, results, tau, heat, xi):
+    """At the first maximum of xi, and ten loops after each look: sustained if the log decrement is zero and stays so.
 
     A motion that leaves an unstable cycle also starts with a decrement near zero, which then grows: two looks in a row
     tell them apart.
     """
-    tau, heat = s[TAU + i] + h, s[HEAT + i] + step_again(law, s, i, h)[4]
+    amplitude = xi - book[i, XI_STAR]
     decrement = abs(log(book[i, LOOP_AMPLITUDE] / amplitude)) / LOOPS if book[i, LOOP_COUNT] == LOOPS else inf
     if decrement < SUSTAINED_DECREMENT and decrement <= book[i, LOOP_DECREMENT] + DECREMENT_NOISE:
         c = int(book[i, CELL])
@@ -154,10 +156,8 @@ def proven_radius(law, s, i, book, mode, b):
     hysteretic curve below its minimum the mode changes where w' = 0, and the disc only tells when to ask
     `creeps_in`.
     """
-    if b <= 0.0 or book[i, DECIDED] > 0.0:
+    if b <= 0.0 or book[i, DECIDED] > 0.0 or drag_at(law, s, i, b) <= 0.0:
         return 0.0
-    if mode == FALL:
-        return min(book[i, BAND], b) if s[G + i] + s[SLOPE + i] >= 2.0 else 0.0
     if mode == RISE and book[i, W_MIN] > 0.0:
         return min(book[i, BAND], b) if book[i, W_MIN] > b and drag_at(law, s, i, b) >= 2.0 else 0.0
     return max(0.0, min(book[i, BAND], b - max(book[i, W_STABLE], book[i, W_MIN])))
@@ -172,57 +172,52 @@ def drag_at(law, s, i, w):
 
 
 @compiled
-def creeps_in(law, s, i, mode):
-    """Whether w approaches b from one side for ever: slowing along the line (FALL) or speeding up on the curve (RISE).
+def creeps_in(law, s, i):
+    """Whether w grows towards b on the curve for ever, never passing it.
 
-    With q = w - b, p = u - u* and F(q) = (gamma + mu')(between w and b) q: p' = -q, q' = p - F(q). As long as q keeps
-    its sign, q' cannot change its own (where q' = 0, q'' = -q). And q keeps its sign beyond the eigenvector of the
-    faster of two real rates f, f^2 - d f + 1 = 0, d being the least drag on the way; both curve and line have it here.
+    With q = w - b, p = u - u* and F(q) = (gamma + mu')(between w and b) q: p' = -q, q' = p - F(q). As long as q < 0, q'
+    cannot change its sign (where q' = 0, q'' = -q). And q stays negative beyond the eigenvector of the faster of two
+    real rates f, f^2 - d f + 1 = 0, d being the least drag on the way, which is that at w where the slope of the curve
+    only grows.
     """
-    side = 1.0 if mode == FALL else -1.0
-    p, q = side * (s[Y + i] - s[Y_STAR + i]), side * (s[W + i] - s[B + i])
+    p, q = s[Y + i] - s[Y_STAR + i], s[W + i] - s[B + i]
     drag = drag_at(law, s, i, s[W + i])
-    # The least drag on the way from w to b is that at w where the slope of the curve only grows.
-    convex = mode == FALL or s[RATE + i] * s[W + i] >= inflection(law, s[EXPONENT + i])
-    if q < 0.0 or drag < 2.0 or not convex:
+    if q > 0.0 or drag < 2.0 or s[RATE + i] * s[W + i] < inflection(law, s[EXPONENT + i]):
         return False
     fast = 0.5 * drag + (0.25 * drag * drag - 1.0) ** 0.5
-    return q <= fast * p
+    return q >= fast * p
+
+
+@compiled
+def check_settling(law, s, i, book, results):
+    """Inside the disc of `proven_radius` the motion has settled; where the mode may yet change, if it creeps in."""
+    p, q = s[Y + i] - s[Y_STAR + i], s[W + i] - s[B + i]
+    may_change = book[i, MODE] == RISE and book[i, W_MIN] > 0.0
+    if p * p + q * q < s[RADIUS2 + i] and (not may_change or creeps_in(law, s, i)):
+        note_ring_down(law, s, i, book)
+        decide_settled(s, i, book, results, book[i, ENTERED])
 
 
 # --- the settling band ----------------------------------------------------------------------------------------------
 
 
 @compiled
-def entry_time(law, s, i, centre, radius2, h, y1, w1, dw1, before):
-    """When, between the start of the step of lane i and the state after h, the motion came into a disc.
-
-    centre : its y; radius2 : its squared radius. Returns `before` if it did not come in.
-    """
-    b = s[B + i]
-    p0, p1, q0, q1 = s[Y + i] - centre, y1 - centre, s[W + i] - b, w1 - b
-    if not (p0 * p0 + q0 * q0 >= radius2 and p1 * p1 + q1 * q1 < radius2):
-        return before
-    jerk1 = stage_jerk(law, s, i, y1, w1, dw1)
+def note_entry(law, s, i, book, h, y1, w1, dw1):
+    """Note when, between the start of the step of lane i and the state after h, the motion came into the band."""
+    b, band2 = s[B + i], s[BAND2 + i]
+    p0, p1, q0, q1 = s[Y + i] - s[Y_STAR + i], y1 - s[Y_STAR + i], s[W + i] - b, w1 - b
+    if not (p0 * p0 + q0 * q0 >= band2 and p1 * p1 + q1 * q1 < band2):
+        return
     p = hermite(h, p0, -q0, -s[DW + i], p1, -q1, -dw1)
-    q = hermite(h, q0, s[DW + i], s[JERK + i], q1, dw1, jerk1)
+    q = hermite(h, q0, s[DW + i], s[JERK + i], q1, dw1, stage_jerk(law, s, i, y1, w1, dw1))
     outside, inside = 0.0, 1.0
     for _ in range(50):
         theta = 0.5 * (outside + inside)
-        if value(p, theta) ** 2 + value(q, theta) ** 2 < radius2:
+        if value(p, theta) ** 2 + value(q, theta) ** 2 < band2:
             inside = theta
         else:
             outside = theta
-    return s[TAU + i] + inside * h
-
-
-@compiled
-def note_entry(law, s, i, book, h, y1, w1, dw1):
-    """Note it if the motion comes into the settling band; on a line, also into the disc of `proven_radius`."""
-    book[i, ENTERED] = entry_time(law, s, i, s[Y_BAND + i], s[BAND2 + i], h, y1, w1, dw1, book[i, ENTERED])
-    if book[i, MODE] == FALL and s[RADIUS2 + i] > 0.0:
-        line = book[i, ENTERED_LINE]
-        book[i, ENTERED_LINE] = entry_time(law, s, i, s[Y_STAR + i], s[RADIUS2 + i], h, y1, w1, dw1, line)
+    book[i, ENTERED] = s[TAU + i] + inside * h
 
 
 @compiled
@@ -235,15 +230,15 @@ def note_entry_at_constant_speed(s, i, book, tau, u, w, b, duration):
 
 
 @compiled
-def is_shrinking(s, i, book, cells):
+def is_shrinking(s, i, book, cells, u, w, b):
     """Whether a trough below v_min, with its peak, lies inside the band and the peaks shrink.
 
     Near steady sliding on the hysteretic curve the motion is a chain of straight pieces, the same at every scale: peaks
     then shrink by a constant factor. Small against b and a4 so that the curve is straight over the loop.
     """
-    b, w = s[B + i], s[W + i]
     small = min(book[i, BAND], 0.05 * min(b, cells[A4, int(book[i, CELL])]))
-    near = (s[Y + i] - s[Y_BAND + i]) ** 2 + (w - b) ** 2 < s[BAND2 + i] and b - w < small and book[i, PEAK] < small
+    near = (u - book[i, SIGMA] * book[i, XI_STAR]) ** 2 + (w - b) ** 2 < s[BAND2 + i]
+    near = near and b - w < small and book[i, PEAK] < small
     return near and book[i, PEAK] < SHRINKING * book[i, PEAK_BEFORE]
 
 
@@ -300,14 +295,9 @@ def decide(s, i, book, results, regime, status):
 
 
 @compiled
-def decide_settled(law, s, i, book, results, on_line):
-    """The motion settles: damped if it crossed the equilibrium at least twice, creep if not.
-
-    on_line : whether to steady sliding on a line, which is not that on the curve.
-    """
-    entered = book[i, ENTERED_LINE] if on_line else book[i, ENTERED]
+def decide_settled(s, i, book, results, entered):
+    """The motion has come into the settling band for good: damped if it crossed the equilibrium twice, creep if not."""
     results[SETTLING_TIME, int(book[i, CELL])] = max(entered - book[i, SLIP_START], 0.0)
-    note_ring_down(law, s, i, book)
     decide(s, i, book, results, DAMPED if book[i, CROSSED] >= 2.0 else CREEP, SETTLED)
 
 

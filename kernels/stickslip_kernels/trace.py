@@ -6,10 +6,11 @@ rows are not interpolated: a closed form, or a shorter step of the same method, 
 
 from .jit import compiled
 from .layout import (
-    A4, B, BELT, DELTA, DROP, DW, G, GAMMA, HOLD, LOG_DROP, LOG_DW, LOG_MODE, LOG_OFFSET, LOG_SIGMA, LOG_SLOPE,
-    LOG_TAU, LOG_U, LOG_W, OFFSET, SAMPLE_ACCELERATION, SAMPLE_FRICTION, SAMPLE_MODE, SAMPLE_RELATIVE, SAMPLE_XI,
-    SLOPE, STICK, TAU, W, Y,
+    A4, B, BELT, DELTA, DROP, DW, FALL, G, GAMMA, HOLD, LOG_DROP, LOG_DW, LOG_MODE, LOG_OFFSET, LOG_SIGMA,
+    LOG_SLOPE, LOG_TAU, LOG_U, LOG_W, OFFSET, SAMPLE_ACCELERATION, SAMPLE_FRICTION, SAMPLE_MODE, SAMPLE_RELATIVE,
+    SAMPLE_XI, SLOPE, STICK, TAU, W, Y,
 )  # fmt: skip
+from .line import motion
 from .rk import rk_step
 
 
@@ -39,11 +40,24 @@ def log_slip(log, s, i, mode, sigma):
 
 
 @compiled
+def log_fall(log, tau, sigma, u, w, dw, mu_stop, slope):
+    """Note a slip along the line mu_stop + slope w that starts at tau."""
+    log_closed_form(log, tau, FALL, sigma, u, w)
+    row = int(log[0, 0]) if log.shape[0] > 0 else 0
+    if 0 < row < log.shape[0]:
+        log[row, LOG_DW], log[row, LOG_OFFSET], log[row, LOG_SLOPE] = dw, mu_stop, slope
+
+
+@compiled
 def state_after(law, segment, dt, b, gamma, rate, exponent):
     """u, w and w' at dt after the start of a segment (a row of the log); b is the belt speed in its frame."""
     mode, u, w, dw = segment[LOG_MODE], segment[LOG_U], segment[LOG_W], segment[LOG_DW]
     if mode == STICK or mode == HOLD or dt == 0.0:
         return u + (b - w) * dt, w, dw
+    if mode == FALL:
+        offset, slope = segment[LOG_OFFSET], segment[LOG_SLOPE]
+        q, dw = motion(w - b, dw, gamma + slope, dt)
+        return offset + slope * (q + b) + gamma * q + dw, q + b, dw
     offset, slope, drop = segment[LOG_OFFSET], segment[LOG_SLOPE], segment[LOG_DROP]
     to_y = gamma * b - offset
     y, w, dw, _ = rk_step(law, dt, u + to_y, w, dw, b, gamma, offset, slope, drop, rate, exponent)

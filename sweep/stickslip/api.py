@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from math import inf
+from math import inf, isinf
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,7 @@ from .cells import as_cells
 from .config import Config, load_config
 from .dataset import cell_dataset, map_dataset, provenance, trace_dataset
 from .engine import Computed, Options, Progress, compute, trajectory
-from .grid import build_grid
+from .grid import Grid, build_grid
 
 open = store.open
 
@@ -51,6 +51,17 @@ def run(
     if output is not None:
         store.check_writable(output)
     computed = compute(grid.cells, grid.size, options_of(config), progress)
+    try:
+        return _finish(config, grid, computed, output)
+    except Interrupted:
+        raise
+    except KeyboardInterrupt:  # everything is computed: keep it all the same
+        _finish(config, grid, computed, output)
+        raise
+
+
+def _finish(config: Config, grid: Grid, computed: Computed, output: str | os.PathLike[str] | None) -> xr.Dataset:
+    """The dataset of a run, written if there is an output. Raises Interrupted if not all of it was computed."""
     attributes = provenance(config.to_yaml(), title=config.title, action="run")
     dataset = map_dataset(grid, computed.results, attributes)
     if not computed.complete:
@@ -90,6 +101,7 @@ def evaluate(
     early_stop: bool = True,
     threads: int | None = None,
     law: str = "stribeck",
+    max_steps: int = 1_000_000,
 ) -> xr.Dataset:
     """Regime and metrics of any list of cells.
 
@@ -101,15 +113,17 @@ def evaluate(
     rtol : relative tolerance of the integration. horizon : s, None for no limit.
     early_stop : False integrates every cell to the horizon and adds sticks, stick_time, displacement_end, velocity_end.
     threads : None for one per processor. law : shape of the weakening of friction, one of `variables.LAWS`.
+    max_steps : step budget of a cell.
 
     Returns a dataset over `cell`. Raises TypeError or ValueError for bad input before anything is computed.
     """
     full = as_cells(cells)
     end = inf if horizon is None else horizon
-    options = Options(law=law, rtol=rtol, horizon=end, early_stop=early_stop, threads=threads)
+    options = Options(law, float(rtol), float(end), int(max_steps), bool(early_stop), threads)
     size = full["mass"].size
     computed = compute(lambda start, stop: {name: v[start:stop] for name, v in full.items()}, size, options)
-    solver = {"rtol": rtol, "horizon": horizon, "early_stop": early_stop, "max_steps": options.max_steps}
+    solver = {"rtol": options.rtol, "early_stop": options.early_stop, "max_steps": options.max_steps}
+    solver |= {"horizon": None if isinf(end) else options.horizon}
     text = json.dumps({"friction": {"law": law}, "solver": solver})
     attributes = provenance(text, title="Cells evaluated one by one", action="evaluate")
     dataset = cell_dataset(full, computed.results, attributes)
@@ -119,7 +133,13 @@ def evaluate(
 
 
 def simulate(
-    *, duration: float, samples: int = 2001, rtol: float = 1e-6, law: str = "stribeck", **cell: float
+    *,
+    duration: float,
+    samples: int = 2001,
+    rtol: float = 1e-6,
+    law: str = "stribeck",
+    max_steps: int = 1_000_000,
+    **cell: float,
 ) -> xr.Dataset:
     """One trajectory over time, by the stepping that computes maps.
 
@@ -127,7 +147,8 @@ def simulate(
     law, cell : the law and the parameters of `evaluate`, a number each.
 
     Returns a dataset over `time`: displacement, velocity, relative_speed, friction_coefficient (signed, positive along
-    the belt), spring_force, acceleration, mode. Raises TypeError or ValueError for bad input.
+    the belt), spring_force, acceleration, mode. Raises TypeError or ValueError for bad input, and NotReachedError where
+    the integration does not reach the end.
     """
     if not (np.isfinite(duration) and duration > 0):
         raise ValueError(f"duration: got {duration!r}, expected a time > 0 (s)")
@@ -136,9 +157,14 @@ def simulate(
     full = as_cells(cell)
     if full["mass"].size != 1:
         raise ValueError("simulate computes one trajectory: give every parameter one number")
-    options = Options(law=law, rtol=rtol, horizon=duration)
+    options = Options(law, float(rtol), float(duration), int(max_steps))
     times = np.linspace(0.0, duration, samples)
     motion = trajectory(full, times, options)
-    text = json.dumps({"friction": {"law": law}, "solver": {"rtol": rtol, "duration": duration, "samples": samples}})
+    text = json.dumps(
+        {
+            "friction": {"law": law},
+            "solver": {"rtol": options.rtol, "duration": options.horizon, "samples": int(samples)},
+        }
+    )
     attributes = provenance(text, title="Trajectory", action="simulate")
     return trace_dataset(times, motion, {name: float(value[0]) for name, value in full.items()}, attributes)

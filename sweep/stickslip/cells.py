@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .variables import PARAMETERS, Parameter
 
 Cells = dict[str, NDArray[np.float64]]
+_ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
 
 
 def as_cells(given: Mapping[str, Any] | xr.Dataset) -> Cells:
@@ -38,12 +39,12 @@ def as_cells(given: Mapping[str, Any] | xr.Dataset) -> Cells:
         shapes = ", ".join(f"{name} {value.shape}" for name, value in arrays.items() if value.ndim)
         raise ValueError(f"the parameters do not fit together; their shapes are {shapes}") from None
     cells = {name: value.reshape(-1) for name, value in zip(PARAMETERS, broadcast, strict=True)}
-    _check_static_friction(cells)
+    _check_between(cells)
     return cells
 
 
 def _from_dataset(ds: xr.Dataset) -> dict[str, Any]:
-    names = [name for name in ds.variables if name in PARAMETERS or name in ds.data_vars]
+    names = [name for name in ds.variables if name in PARAMETERS]
     return {str(name): values.values for name, values in zip(names, xr.broadcast(*(ds[n] for n in names)), strict=True)}
 
 
@@ -75,12 +76,15 @@ def _check_range(parameter: Parameter, values: NDArray[np.float64]) -> None:
         raise ValueError(f"{parameter.name}{place}: got {found:g}, expected a finite number{bound} ({parameter.units})")
 
 
-def _check_static_friction(cells: Cells) -> None:
+def _check_between(cells: Cells) -> None:
+    """mu_stop <= mu_start <= mu_static, as the configuration wants it; NaN is neither too large nor too small."""
     mu_start = cells["a1"] + cells["a3"]
-    wrong = cells["mu_static"] < mu_start * (1 - 1e-12)
-    if wrong.any():
-        i = int(np.argmax(wrong))
-        raise ValueError(
-            f"mu_static[{i}]: got {cells['mu_static'][i]:g}, expected at least mu_start = a1 + a3 = {mu_start[i]:g}: "
-            "with less, the contact would neither stick nor slip"
-        )
+    allowed = mu_start * _ROUNDING
+    for name, wrong, bound, why in (
+        ("mu_static", cells["mu_static"] < mu_start - allowed, "at least", "less would neither stick nor slip"),
+        ("mu_stop", cells["mu_stop"] > mu_start + allowed, "at most", "more is not needed to come to rest"),
+    ):
+        if wrong.any():
+            i = int(np.argmax(wrong))
+            found = f"{name}[{i}]: got {cells[name][i]:g}, expected {bound} mu_start = a1 + a3 = {mu_start[i]:g}"
+            raise ValueError(f"{found}: {why}")

@@ -11,15 +11,12 @@ from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import click
 
 from . import screen
 from ._version import __version__
-
-if TYPE_CHECKING:
-    pass
 
 DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
 CONFIG = click.argument("config", type=click.Path(path_type=Path))
@@ -68,6 +65,13 @@ def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
             command(*args, **kwargs)
         except (ConfigError, StoreError) as error:
             fail(error)
+        except Exception as error:
+            from .engine import NotReachedError
+
+            if not isinstance(error, NotReachedError):
+                raise
+            click.echo(str(error), err=True)
+            sys.exit(INCOMPLETE)
 
     return guarded
 
@@ -118,8 +122,8 @@ def run(config: Path, output: Path | None, plot: Path | None, no_plot: bool) -> 
     grid = build_grid(loaded)
     output = output or _path(loaded.output.file)
     picture = None if no_plot else plot or _path(loaded.output.plot)
-    for target in filter(None, [output]):
-        store.check_writable(target)
+    if output is not None:
+        store.check_writable(output)
     if picture is not None:
         _check_picture(picture)
     screen.terminal().print(f"{loaded.title}\n{screen.describe(grid)}", markup=False)
@@ -242,7 +246,7 @@ def simulate(
 
     loaded = load_config(config)
     cell = cell_at(loaded, at)
-    time = seconds(duration)
+    time, solver = seconds(duration), loaded.solver
     if output is None and plot is None:
         fail("nothing to do: name a file (--output trace.nc), a picture (--plot trace.png), or both")
     if output is not None:
@@ -250,7 +254,9 @@ def simulate(
     if plot is not None:
         _check_picture(plot)
     prepare_kernels(loaded.friction.law)
-    ds = api.simulate(duration=time, samples=samples, law=loaded.friction.law, **cell)
+    ds = api.simulate(
+        duration=time, samples=samples, law=loaded.friction.law, rtol=solver.rtol, max_steps=solver.max_steps, **cell
+    )
     if output is not None:
         store.write(ds, output)
         click.echo(f"trajectory  {output} ({screen.size_of(output)})")

@@ -10,7 +10,9 @@ import os
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from itertools import islice
 from math import ceil, inf, isinf
+from numbers import Integral
 from time import perf_counter
 
 import numpy as np
@@ -26,6 +28,7 @@ Progress = Callable[[int, int], None]
 
 RTOL_RANGE = (1e-12, 1e-2)
 _SMALLEST_BLOCK = 256  # a few times the lanes; below, lanes idle at the end of each block
+_QUEUED_PER_THREAD = 4
 _PATIENCE = 0.2  # s between two looks at the keyboard where waiting cannot be interrupted (Windows)
 _BLOCKS_PER_THREAD = 8  # so that no thread waits long for the last one
 
@@ -57,8 +60,12 @@ class Options:
             raise ValueError("early_stop=False integrates every cell to the horizon, so it needs a finite horizon (s)")
         for name in ("max_steps", "block", "threads"):
             value = getattr(self, name)
-            if not (value is None or value >= 1):
+            if not (value is None and name == "threads" or (isinstance(value, Integral) and value >= 1)):
                 raise ValueError(f"{name}: got {value!r}, expected a whole number >= 1")
+
+
+class NotReachedError(RuntimeError):
+    """A trajectory could not be integrated to its end; the message says how far, and why."""
 
 
 @dataclass(frozen=True)
@@ -192,16 +199,26 @@ def compute(
             results[name][start:end] = values
         return done
 
-    with ThreadPoolExecutor(options.threads or processors()) as pool:
-        futures = {pool.submit(compute_block, start) for start in range(0, size, step)}
+    done, pending, starts = 0, set[Future[int]](), iter(range(0, size, step))
+    threads = options.threads or processors()
+    with ThreadPoolExecutor(threads) as pool:
         try:
-            done = _gather(futures, size, progress)
+            while True:
+                # A few blocks wait in the queue, not all: what is looked at on each return stays short.
+                room = _QUEUED_PER_THREAD * threads - len(pending)
+                pending |= {pool.submit(compute_block, start) for start in islice(starts, room)}
+                if not pending:
+                    break
+                finished, pending = wait(pending, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
+                done += sum(future.result() for future in finished)
+                if progress:
+                    progress(done, size)
         except BaseException as problem:
             stop[0] = 1
             pool.shutdown(wait=True, cancel_futures=True)
             if not isinstance(problem, KeyboardInterrupt):
                 raise
-            done = sum(future.result() for future in futures if not future.cancelled())
+            done = int(np.count_nonzero(results["regime"]))  # finished blocks may not have been counted yet
     return Computed(results, done)
 
 
@@ -223,24 +240,15 @@ def probe(cells: Callable[[int, int], Cells], size: int, options: Options, most:
     count = sample["mass"].size
     warm_up(options.law)
     began = perf_counter()
-    compute(lambda start, stop: {name: values[start:stop] for name, values in sample.items()}, count, options)
+    part = compute(lambda start, stop: {name: values[start:stop] for name, values in sample.items()}, count, options)
+    if not part.complete:
+        raise KeyboardInterrupt
     return Probe(count, (perf_counter() - began) / count, options.threads or processors())
 
 
 def bytes_per_cell(options: Options) -> int:
     """Memory the results of one cell take."""
     return sum(values.nbytes for values in _blank_results(1, options).values())
-
-
-def _gather(futures: set[Future[int]], size: int, progress: Progress | None) -> int:
-    """Wait for all blocks, reporting; the number of cells done."""
-    done, pending = 0, futures
-    while pending:
-        finished, pending = wait(pending, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
-        done += sum(future.result() for future in finished)
-        if progress:
-            progress(done, size)
-    return done
 
 
 def _blank_results(size: int, options: Options) -> Results:
@@ -265,7 +273,7 @@ def _run_block(part: Cells, options: Options, stop: NDArray[np.int64]) -> tuple[
 def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Results:
     """The motion of one cell (arrays of length 1) at `times` (s, ascending from 0), by names of `TRACE_VARIABLES`.
 
-    The stepping is that of `compute`, with a log of what happened. Raises RuntimeError if the integration does not
+    The stepping is that of `compute`, with a log of what happened. Raises NotReachedError if the integration does not
     reach the last time.
     """
     horizon = max(float(times[-1]), np.finfo(float).tiny)
@@ -282,7 +290,7 @@ def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Res
     if (status := int(rows[layout.STATUS, 0])) != layout.HORIZON_REACHED:
         reached = log[int(log[0, 0]), layout.LOG_TAU] * np.sqrt(m / k)
         name = STATUSES[status]
-        raise RuntimeError(f"the integration ended at {reached:g} s of {horizon:g} s, {name}: {STATUS_MESSAGES[name]}")
+        raise NotReachedError(f"the motion is known to {reached:g} s of {horizon:g} s, {name}: {STATUS_MESSAGES[name]}")
     samples = np.empty((layout.SAMPLE_ROWS, times.size))
     trace.sample(laws.LAWS[options.law], log, np.ascontiguousarray(column[:, 0]), times * np.sqrt(k / m), samples)
     return _samples_to_si(samples, cell)

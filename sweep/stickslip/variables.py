@@ -78,8 +78,8 @@ _VARIABLES = (
     Variable("period", "s", "period of the limit cycle"),
     Variable("frequency", "s-1", "frequency of the limit cycle"),
     Variable("stick_fraction", "1", "share of the period spent sticking"),
-    Variable("spring_force_max", "N", "largest spring force after the first break-away"),
-    Variable("spring_force_min", "N", "smallest spring force after the first break-away"),
+    Variable("spring_force_max", "N", "largest spring force since the first break-away, or since the start"),
+    Variable("spring_force_min", "N", "smallest spring force since the first break-away, or since the start"),
     Variable("slip_speed_max", "m s-1", "largest slip speed"),
     Variable("acceleration_max", "m s-2", "largest magnitude of the acceleration"),
     Variable("mu_reversal", "1", "friction coefficient at the reversal point as it occurred"),
@@ -118,7 +118,7 @@ REGIME_MESSAGES = {
     "sustained": "oscillates for ever without sticking",
     "stuck": "never breaks away",
     "unresolved": "the horizon or the step budget ran out before the motion was decided",
-    "failed": "a number was not finite",
+    "failed": "no number could be computed; the status says why",
 }
 STATUS_MESSAGES = {
     "not_run": "this cell was not computed",

@@ -95,6 +95,18 @@ def test_without_a_horizon_a_run_to_it_is_refused():
         stickslip.evaluate(PAIR, early_stop=False)
 
 
+def test_numbers_of_numpy_are_numbers():
+    ds = stickslip.evaluate(PAIR, rtol=np.float32(1e-5), horizon=np.int64(100), threads=np.int64(1))
+    assert json.loads(ds.attrs["configuration"])["solver"]["horizon"] == 100.0
+    assert json.loads(stickslip.evaluate(PAIR, horizon=np.inf).attrs["configuration"])["solver"]["horizon"] is None
+    assert stickslip.simulate(duration=np.float32(10), **PAIR).sizes["time"] == 2001
+
+
+def test_a_result_can_be_evaluated_again():
+    ds = stickslip.evaluate(PAIR | {"stiffness": [1.0, 2.0]})
+    xr.testing.assert_equal(stickslip.evaluate(ds), ds)
+
+
 # --- simulate ---------------------------------------------------------------------------------------------------------
 
 
@@ -127,6 +139,13 @@ def test_a_long_trajectory_outgrows_its_first_log():
     ds = stickslip.simulate(duration=3000.0, samples=11, **PAIR)
     end = stickslip.evaluate(PAIR, horizon=3000.0, early_stop=False)
     assert float(ds["displacement"][-1]) == pytest.approx(end["displacement_end"].item(), abs=1e-12)
+
+
+def test_a_trajectory_that_takes_too_many_steps_says_how_far_it_came():
+    from stickslip.engine import NotReachedError
+
+    with pytest.raises(NotReachedError, match=r"the motion is known to 13\.\d+ s of 50 s, step_limit: .*max_steps"):
+        stickslip.simulate(duration=50.0, max_steps=10, **PAIR)
 
 
 @pytest.mark.parametrize(("wrong", "kind", "message"), [
@@ -200,6 +219,24 @@ def test_an_interrupted_run_keeps_what_is_finished_beside_the_old_result(tmp_pat
         finished = partial["regime"] != 0
         assert int(finished.sum()) == caught.value.done
         xr.testing.assert_equal(partial["period"].where(finished), whole["period"].where(finished))
+
+
+def test_an_interruption_while_writing_still_keeps_everything(tmp_path, monkeypatch):
+    from stickslip import api
+
+    write, calls = api.store.write, []
+
+    def interrupted_once(dataset, path):
+        calls.append(path)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        return write(dataset, path)
+
+    monkeypatch.setattr(api.store, "write", interrupted_once)
+    with pytest.raises(KeyboardInterrupt):
+        stickslip.run(write_config(tmp_path), tmp_path / "map.nc")
+    with stickslip.open(tmp_path / "map.nc") as kept:
+        assert int((kept["regime"] > 0).sum()) == 144
 
 
 def test_names_are_listed_and_others_are_refused():

@@ -49,6 +49,7 @@ WRONG = {
     "not a number": ({"belt_speed": np.nan}, ValueError, r"belt_speed: got nan, expected a finite number \(m s-1\)"),
     "infinite": ({"velocity": np.inf}, ValueError, "velocity: got inf"),
     "static below start": ({"mu_static": 1.2}, ValueError, r"mu_static\[0\]: got 1\.2, .* mu_start = .* 1\.3"),
+    "stop above start": ({"mu_stop": 1.4}, ValueError, r"mu_stop\[0\]: got 1\.4, expected at most mu_start .* 1\.3"),
     "lengths": ({"mass": [1.0, 2.0], "a1": [1.0] * 3}, ValueError, r"do not fit together.* mass \(2,\), .*a1 \(3,\)"),
 }  # fmt: skip
 

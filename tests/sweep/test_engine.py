@@ -111,6 +111,29 @@ def test_a_kernel_under_way_leaves_within_a_moment_of_being_told():
     assert rows[0][1] == 0
 
 
+def test_an_interrupted_probe_is_no_probe(monkeypatch):
+    monkeypatch.setattr(engine, "compute", lambda *_: engine.Computed({"regime": np.zeros(9)}, 3))
+    with pytest.raises(KeyboardInterrupt):
+        engine.probe(source(mixed(9)), 9, Options())
+
+
+def test_blocks_are_queued_as_they_are_needed():
+    asked = []
+
+    def slow(start, stop):
+        asked.append(start)
+        time.sleep(0.01)
+        return source(cells)(start, stop)
+
+    def stop_early(done, of):
+        if done:
+            raise KeyboardInterrupt
+
+    cells = mixed(2000)
+    compute(slow, 2000, Options(block=10, threads=1), stop_early)
+    assert len(asked) < 10
+
+
 def test_an_error_in_a_block_comes_out_as_it_is():
     def broken(start, stop):
         raise ZeroDivisionError("a bug")
@@ -141,6 +164,8 @@ def test_no_cells_are_computed_at_once():
     ({"block": 0}, "block: got 0"),
     ({"max_steps": 0}, "max_steps: got 0"),
     ({"rtol": float("nan")}, "rtol: got nan"),
+    ({"threads": 1.5}, "threads: got 1.5"),
+    ({"law": "coulomb"}, "law: got 'coulomb', expected stribeck"),
 ])  # fmt: skip
 def test_options_out_of_range_are_refused(wrong, message):
     with pytest.raises(ValueError, match=message):

@@ -1,0 +1,110 @@
+"""Slip along a straight line of friction, in closed form: the mode `fall` of the hysteretic curve.
+
+With q = w - b, v = w' and drag = gamma + slope of the line, q'' + drag q' + q = 0: a linear oscillator, however steep
+the line. Both kinds of roots are written so that nothing overflows or cancels.
+"""
+
+from math import atan2, cos, exp, expm1, inf, log1p, pi, sin
+
+from .jit import compiled
+
+MOST_HALVINGS = 200
+# Gauss-Legendre rule of ten points on [-1, 1]: exact to rounding for the square of a sine over half a turn.
+NODES = (0.14887433898163122, 0.4333953941292472, 0.6794095682990244, 0.8650633666889845, 0.9739065285171717)
+WEIGHTS = (0.29552422471475287, 0.26926671930999635, 0.21908636251598204, 0.1494513491505806, 0.06667134430868814)
+
+
+@compiled
+def motion(q, v, drag, t):
+    """q and v after a time t."""
+    half = 0.5 * drag
+    discriminant = half * half - 1.0
+    if discriminant < 0.0:
+        omega = (-discriminant) ** 0.5
+        decay = exp(-half * t)
+        c, s = decay * cos(omega * t), decay * sin(omega * t) / omega
+    else:
+        root = discriminant**0.5
+        fast = half + root if half > 0.0 else half - root  # the rate further from zero; the other is its inverse
+        gap = fast - 1.0 / fast
+        slow_decay = exp(-t / fast)
+        c = 0.5 * (slow_decay + exp(-fast * t))
+        s = slow_decay * (-expm1(-gap * t) / gap if gap != 0.0 else t)
+    return q * c + (v + half * q) * s, v * c - (q + half * v) * s
+
+
+@compiled
+def turn_time(q, v, drag):
+    """When v next vanishes; inf if never again."""
+    half = 0.5 * drag
+    discriminant = half * half - 1.0
+    if discriminant < 0.0:
+        omega = (-discriminant) ** 0.5
+        phase = atan2(omega * v, q + half * v)
+        return (phase if phase > 0.0 else phase + pi) / omega
+    root = discriminant**0.5
+    fast = half + root if half > 0.0 else half - root
+    gap = fast - 1.0 / fast
+    if q + v / fast == 0.0:
+        return inf
+    ratio = v / (q + v / fast)
+    if not ratio * gap > -1.0:
+        return inf
+    t = log1p(ratio * gap) / gap if gap != 0.0 else ratio
+    return t if t > 0.0 else inf
+
+
+@compiled
+def level_time(q, v, drag, level, latest):
+    """When q, falling all the way to `latest`, reaches `level`, which the caller knows. By safeguarded Newton."""
+    low, high = 0.0, latest
+    t = min(latest, (level - q) / v if v < 0.0 else latest)
+    for _ in range(MOST_HALVINGS):
+        q1, v1 = motion(q, v, drag, t)
+        if q1 > level:
+            low = t
+        else:
+            high = t
+        new = t - (q1 - level) / v1
+        if not low < new < high:
+            new = 0.5 * (low + high)
+        if new == t or high - low <= 1e-16 * high:
+            break
+        t = new
+    return t
+
+
+@compiled
+def distance2(q, v, drag, shift):
+    """Squared distance, in the plane (u, u'), from a point at w = b and `shift` below steady sliding on the line."""
+    p = v + drag * q + shift
+    return p * p + q * q
+
+
+@compiled
+def entry_time(q, v, drag, shift, radius2, latest):
+    """When the motion, outside a disc now and inside at `latest`, came into it."""
+    outside, inside = 0.0, latest
+    for _ in range(MOST_HALVINGS):
+        t = 0.5 * (outside + inside)
+        q1, v1 = motion(q, v, drag, t)
+        if distance2(q1, v1, drag, shift) < radius2:
+            inside = t
+        else:
+            outside = t
+        if inside - outside <= 1e-15 * inside:
+            break
+    return inside
+
+
+@compiled
+def square_integral(q, v, drag, t):
+    """Integral of q^2 over the next time t."""
+    q1, v1 = motion(q, v, drag, t)
+    if abs(drag) > 1e-3:  # q^2 + (v + drag q)^2 loses 2 drag q^2 per time
+        return 0.5 * (distance2(q, v, drag, 0.0) - distance2(q1, v1, drag, 0.0)) / drag
+    total = 0.0
+    for i in range(5):
+        before, after = motion(q, v, drag, 0.5 * t * (1.0 - NODES[i])), motion(q, v, drag, 0.5 * t * (1.0 + NODES[i]))
+        total += WEIGHTS[i] * (before[0] * before[0] + after[0] * after[0])
+    return 0.5 * t * total

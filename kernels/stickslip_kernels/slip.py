@@ -1,0 +1,62 @@
+"""Slip on the curve: how a lane is set up for it."""
+
+from math import isnan
+
+from .friction import coefficient_slope
+from .jit import compiled
+from .lanes import stage_jerk, stage_slope
+from .laws import inflection
+from .layout import (
+    A1, A2, A3, A4, B, CELL, DELTA, DROP, DW, ERROR_LOG, G, GAMMA, JERK, LEVEL, MODE, OFFSET, RADIUS2, RISE, SIDE,
+    SIDE_LAST, SIGMA, SLIP_START, SLOPE, STEP, TAU, TURN, W, W_MIN, XI_STAR, Y, Y_STAR,
+)  # fmt: skip
+from .regimes import note_ends, note_side, proven_radius
+from .trace import log_slip
+
+
+@compiled
+def first_step(law, s, i, cells, c):
+    """Size of the first step of a slip from rest, where the slip speed may grow as fast as the curve falls."""
+    steepest = cells[A4, c] * inflection(law, cells[DELTA, c])
+    growth = abs(coefficient_slope(law, cells, c, steepest)) + cells[GAMMA, c]
+    s[STEP + i] = 0.05 / (1.0 + growth)
+    s[ERROR_LOG + i] = 0.0
+
+
+@compiled
+def enter_curve(law, s, i, book, cells, mode, u, w, b, turning):
+    """Enter RISE or FAST at (u, w). RISE without hysteresis is the plain curve, which ends only at w = 0.
+
+    turning : w' is zero here, exactly.
+    """
+    c = int(book[i, CELL])
+    w_min = book[i, W_MIN]
+    s[OFFSET + i], s[SLOPE + i], s[DROP + i] = cells[A1, c], cells[A2, c], cells[A3, c]
+    plain_rise = mode == RISE and w_min == 0.0
+    s[LEVEL + i] = 0.0 if plain_rise else w_min
+    s[SIDE + i] = 1.0 if mode == RISE and not plain_rise else -1.0
+    s[TURN + i] = 1.0 if mode == RISE and not plain_rise else 0.0
+    offset = s[OFFSET + i]
+    s[B + i] = b
+    s[Y + i] = u + s[G + i] * b - offset
+    s[W + i] = w
+    s[DW + i] = 0.0 if turning else stage_slope(law, s, i, s[Y + i], w)
+    s[JERK + i] = stage_jerk(law, s, i, s[Y + i], w, s[DW + i])
+    # Steady sliding; in a reverse slip (b < 0) that of the forward one.
+    s[Y_STAR + i] = book[i, SIGMA] * book[i, XI_STAR] + s[G + i] * b - offset
+    s[RADIUS2 + i] = proven_radius(law, s, i, book, mode, b) ** 2
+    book[i, MODE] = mode
+
+
+@compiled
+def begin_slip(law, s, i, book, cells, log, u, b, lifting_off):
+    """Slip from rest at (u, b); `lifting_off` where the load equals the friction of the curve, so that w' is zero."""
+    c = int(book[i, CELL])
+    if isnan(book[i, SLIP_START]):
+        book[i, SLIP_START] = s[TAU + i]
+    if book[i, SIDE_LAST] == 0.0:
+        note_side(book, i, book[i, SIGMA] * u)
+    first_step(law, s, i, cells, c)
+    enter_curve(law, s, i, book, cells, RISE, u, 0.0, b, lifting_off)
+    note_ends(book, i, u, 0.0, s[DW + i])
+    log_slip(log, s, i, RISE, book[i, SIGMA])
