@@ -8,7 +8,8 @@ from .layout import (
     BOOK_COLUMNS, CELL, FLAG, LANE_NUMBERS, MAX_STEPS, MODE, NOT_COMPUTED, NOT_RUN, REGIME, RESULT_ROWS, RTOL,
     SIGMA, STATUS, WIDTH,
 )  # fmt: skip
-from .modes import DONE, attend, start_cell
+from .modes import attend, start_cell
+from .rest import DONE
 from .trace import log_slip
 
 NO_LOG = np.zeros((0, 0))

@@ -122,8 +122,12 @@ def evaluate(
     options = Options(law, float(rtol), float(end), int(max_steps), bool(early_stop), threads)
     size = full["mass"].size
     computed = compute(lambda start, stop: {name: v[start:stop] for name, v in full.items()}, size, options)
-    solver = {"rtol": options.rtol, "early_stop": options.early_stop, "max_steps": options.max_steps}
-    solver |= {"horizon": None if isinf(end) else options.horizon}
+    solver: dict[str, float | None] = {
+        "rtol": options.rtol,
+        "early_stop": options.early_stop,
+        "max_steps": options.max_steps,
+    }
+    solver["horizon"] = None if isinf(end) else options.horizon
     text = json.dumps({"friction": {"law": law}, "solver": solver})
     attributes = provenance(text, title="Cells evaluated one by one", action="evaluate")
     dataset = cell_dataset(full, computed.results, attributes)

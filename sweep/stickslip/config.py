@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 import os
 import re
+import warnings
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path as FilePath
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -36,13 +37,17 @@ from .quantities import MEASURED, QUANTITIES, REPLACED, default
 from .variables import VARIABLES
 from .yaml_source import Document, parse_yaml, read_yaml
 
-__all__ = ["Config", "ConfigError", "load_config", "make_config", "parse_config"]
+if TYPE_CHECKING:
+    from .fit import CurveFit
+
+__all__ = ["Config", "ConfigError", "FitWarning", "load_config", "make_config", "parse_config"]
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
 QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start}
 SECTIONS: dict[str, type[Section]] = {**QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output}
 
 _AXIS_FORMS = "a list of values, or start, stop and num"
+COEFFICIENTS = (*REPLACED, "a4")
 _CURVE_FORMS = f"{', '.join(REPLACED)}, a4, or {', '.join(MEASURED)}, a4"
 _GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _LONGEST_TEXT = 60  # characters of what is quoted in a message
@@ -69,6 +74,21 @@ def make_config(data: Mapping[str, Any], name: str = "<data>") -> Config:
     return _Reader(Document(name, dict(data))).config()
 
 
+class FitWarning(UserWarning):
+    """A fitted curve is used that its points do not bear out; the message says what is wrong with it."""
+
+
+def fit_file(path: FilePath) -> CurveFit:
+    """The curve through the points of a CSV file. Raises ConfigError."""
+    from .fit import CURVE_COLUMNS, fit_curve, read_points  # SciPy takes its time
+
+    points = read_points(path, CURVE_COLUMNS)
+    try:
+        return fit_curve(**points)
+    except ValueError as error:
+        raise ConfigError(str(path), [Problem((), str(error))]) from None
+
+
 class _Reader:
     """Reads one document and collects what is wrong with it."""
 
@@ -85,8 +105,9 @@ class _Reader:
         data = self._known_keys(whole, (), Config.model_fields)
         title = self._title(data)
         raw = {key: self._mapping(data.get(key), (key,)) for key in SECTIONS}
-        sections = {key: self._section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
         raw_axes = self._mapping(data.get("axes"), ("axes",))
+        raw["friction"] = self._fitted(raw["friction"], raw_axes)
+        sections = {key: self._section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
         axes = [axis for name, value in raw_axes.items() if (axis := self._axis(name, value)) is not None]
         given = self._given(raw, raw_axes)
         self._check_once(given)
@@ -342,6 +363,24 @@ class _Reader:
             return
         for name in ("a4",) if measured and replaced else (*(MEASURED if measured else REPLACED), "a4"):
             self._check_given(name, given)
+
+    def _fitted(self, friction: dict[str, Any], axes: Collection[str]) -> dict[str, Any]:
+        """The section with the coefficients fitted to the points it names.
+
+        Where coefficients stand beside the name they came from there (a resolved configuration), and nothing is read.
+        """
+        points = friction.get("fit")
+        if not isinstance(points, str) or not points.lower().endswith(".csv"):
+            return friction  # the section itself refuses it
+        if {*COEFFICIENTS, *MEASURED} & {*friction, *axes}:
+            return friction
+        if friction.get("law", "stribeck") != "stribeck":
+            self._refuse(("friction", "fit"), "no points: the curve fitted to them is that of the law stribeck")
+            return friction
+        fit = fit_file(FilePath(self._document.name).parent / points)
+        if not fit.good:
+            warnings.warn(f"{points}: {fit.quality}", FitWarning, stacklevel=4)
+        return {**friction, **fit.coefficients()}
 
     def _check_law(self, friction: Any, given: Mapping[str, list[Path]]) -> None:
         """What is given belongs to the law."""

@@ -60,7 +60,7 @@ class Options:
             raise ValueError("early_stop=False integrates every cell to the horizon, so it needs a finite horizon (s)")
         for name in ("max_steps", "block", "threads"):
             value = getattr(self, name)
-            if not (value is None and name == "threads" or (isinstance(value, Integral) and value >= 1)):
+            if not (value is None and name == "threads" or (isinstance(value, Integral) and int(value) >= 1)):
                 raise ValueError(f"{name}: got {value!r}, expected a whole number >= 1")
 
 

@@ -118,6 +118,9 @@ class Friction(Section):
     law: str = Field(
         "stribeck", description="shape of the weakening: " + "; ".join(map(": ".join, LAW_MESSAGES.items()))
     )
+    fit: str | None = Field(
+        None, description="CSV file of measured slip speeds and friction coefficients that a1 to a4 are fitted to"
+    )
     a1: Fixed = None
     a2: Fixed = None
     a3: Fixed = None
@@ -135,6 +138,11 @@ class Friction(Section):
     @classmethod
     def _law(cls, value: object) -> str:
         return _one_of(value, LAWS)
+
+    @field_validator("fit", mode="before")
+    @classmethod
+    def _fit(cls, value: object) -> str:
+        return _file(value, (".csv",))
 
 
 class Start(Section):

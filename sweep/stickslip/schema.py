@@ -84,11 +84,14 @@ def _described(name: str) -> str:
 
 
 def _quantity_section(model: type[Section]) -> Schema:
-    """A section that fixes quantities; friction also names its law."""
+    """A section that fixes quantities; friction also names its law, or the points it is fitted to."""
     properties: dict[str, Schema] = {}
     for name, field in model.model_fields.items():
         if name == "law":
             properties[name] = {"description": field.description, "enum": list(LAWS), "default": field.default}
+            continue
+        if name == "fit":
+            properties[name] = {"description": field.description, "type": "string"}
             continue
         properties[name] = {"description": _described(name), **_quantity(name)}
         if default(name) is not None:

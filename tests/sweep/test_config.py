@@ -107,7 +107,7 @@ def test_sections_without_content_are_allowed():
 
 def test_the_sections_own_all_quantities():
     for section, model in {"system": System, "friction": Friction, "start": Start}.items():
-        assert set(model.model_fields) - {"law"} == {n for n, q in QUANTITIES.items() if q.section == section}
+        assert set(model.model_fields) - {"law", "fit"} == {n for n, q in QUANTITIES.items() if q.section == section}
 
 
 def test_configurations_cannot_be_changed():

@@ -17,12 +17,16 @@ def test_a_checkout_finds_the_configurations_at_its_root():
     assert "quickstart" in config_names()
 
 
+def test_configurations_in_folders_are_called_by_folder_and_name():
+    assert config_path("article/fig9").samefile(ROOT / "configs" / "article" / "fig9.yaml")
+
+
 @pytest.mark.parametrize("name", ["quickstart", "quickstart.yaml"])
 def test_a_configuration_is_found_with_and_without_suffix(name):
     assert config_path(name).samefile(ROOT / "configs" / "quickstart.yaml")
 
 
-@pytest.mark.parametrize("name", ["quickstrat", "../pyproject", ""])
+@pytest.mark.parametrize("name", ["quickstrat", "../pyproject", "", "article", "fig9"])
 def test_an_unknown_name_is_refused_with_those_that_exist(name):
     with pytest.raises(FileNotFoundError, match="quickstart"):
         config_path(name)
@@ -49,15 +53,17 @@ def test_a_wheel_carries_both_packages_their_types_and_the_configurations(unpack
     packed = {path.relative_to(unpacked_wheel).as_posix() for path in unpacked_wheel.rglob("*") if path.is_file()}
     sources = {path for root in ("sweep", "kernels") for path in (ROOT / root).rglob("*.py")}
     expected = {path.relative_to(ROOT).as_posix().split("/", 1)[1] for path in sources}
-    expected |= {f"stickslip/configs/{path.name}" for path in (ROOT / "configs").glob("*.yaml")}
+    configs = ROOT / "configs"
+    expected |= {f"stickslip/configs/{path.relative_to(configs).as_posix()}" for path in configs.rglob("*.yaml")}
     expected |= {"stickslip/py.typed", "stickslip_kernels/py.typed"}
     assert expected <= packed
     assert {name.split("/")[0].split("-")[0] for name in packed} == {"stickslip", "stickslip_kernels"}
 
 
 def test_an_installed_package_finds_its_own_configurations(unpacked_wheel, tmp_path):
-    code = "from stickslip.resources import config_path; print(config_path('quickstart'))"
+    code = "from stickslip.resources import config_path; print(config_path('quickstart'), config_path('article/fig9'))"
     paths = ":".join([str(unpacked_wheel), *(path for path in sys.path if "site-packages" in path)])
     command = [sys.executable, "-S", "-c", code]
     done = subprocess.run(command, cwd=tmp_path, env={"PYTHONPATH": paths}, capture_output=True, text=True, check=True)
-    assert Path(done.stdout.strip()) == unpacked_wheel / "stickslip" / "configs" / "quickstart.yaml"
+    configs = unpacked_wheel / "stickslip" / "configs"
+    assert done.stdout.split() == [str(configs / "quickstart.yaml"), str(configs / "article" / "fig9.yaml")]

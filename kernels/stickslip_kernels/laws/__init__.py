@@ -14,13 +14,15 @@ branch at run time. A law file holds the tag class, its `TAG`, and four function
     inflection(delta)                       from this z on, the slope only grows
 """
 
+from typing import Any
+
 from numba.extending import overload
 
 from . import cubic, rational, stribeck, stribeck_delta
 
 LAWS = {"stribeck": stribeck.TAG, "stribeck_delta": stribeck_delta.TAG, "rational": rational.TAG, "cubic": cubic.TAG}
 _FILES = {type(file.TAG): file for file in (stribeck, stribeck_delta, rational, cubic)}
-_HOT = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract"}}
+_HOT: Any = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract"}}
 
 
 def shape(law, z, delta):

@@ -1,0 +1,58 @@
+"""The theoretical figures of *Controlling Stick-Slip Noise Generation with Lubricants*, computed again.
+
+`FIGURES` lists them, `make` writes them. Each comes from configurations in `configs/article` through the public calls,
+and each states numbers, its findings, which the tests hold and the gallery (`gallery.write`) prints.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from stickslip import plots, store
+from stickslip.article.drawing import DPI
+from stickslip.article.recipe import Figure, Findings, Made
+from stickslip.article.registry import FIGURES
+
+__all__ = ["FIGURES", "Figure", "Findings", "Made", "UnknownFigure", "Written", "make"]
+
+
+class UnknownFigure(ValueError):
+    """There is no figure of this name; the message lists those there are."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """A figure in files: its picture (PNG), its data (netCDF), and what it found."""
+
+    name: str
+    picture: Path
+    data: Path
+    findings: Findings
+
+
+def make(
+    names: Iterable[str], folder: str | os.PathLike[str], *, progress: Callable[[str], None] | None = None
+) -> list[Written]:
+    """Make figures into a folder, which is created: NAME.png and NAME.nc each.
+
+    names : of `FIGURES`; none at all means every one. progress : called with each name before it is made.
+    Raises UnknownFigure before anything is made.
+    """
+    wanted = list(dict.fromkeys(names)) or list(FIGURES)
+    if unknown := [name for name in wanted if name not in FIGURES]:
+        raise UnknownFigure(f"no figure is called {', '.join(unknown)}; there are {', '.join(FIGURES)}")
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name in wanted:
+        if progress is not None:
+            progress(name)
+        made = FIGURES[name].function()
+        picture, data = target / f"{name}.png", target / f"{name}.nc"
+        plots.save(made.picture, picture, DPI)
+        store.write(made.data, data)
+        written.append(Written(name, picture, data, made.findings))
+    return written

@@ -1,0 +1,158 @@
+"""What a figure of the article is here: a picture, its data and its findings, from configurations of `configs/article`.
+
+Figures are made by functions of no arguments. The helpers below are what such functions share: cells and trajectories
+of a configuration, and the place between two cells where the regime changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure as Picture
+from numpy.typing import NDArray
+
+from stickslip.api import evaluate, simulate
+from stickslip.config import Config, load_config
+from stickslip.dataset import provenance
+from stickslip.grid import build_grid
+from stickslip.resources import config_path
+from stickslip.variables import PARAMETERS, REGIMES
+
+Cell = Mapping[str, float]
+Findings = dict[str, float | str]
+Floats = NDArray[np.float64]
+
+FOLDER = "article"  # of the configurations, below configs/
+STICK_SLIP = REGIMES.index("stick_slip")
+
+
+@dataclass(frozen=True)
+class Made:
+    """A figure made: its picture, its data and its findings (numbers in SI, regimes by name)."""
+
+    picture: Picture
+    data: xr.Dataset
+    findings: Findings
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of the article.
+
+    description : what it shows. function : makes it. configs : names of its configurations in `configs/article`.
+    statement : what the article says. agrees, differs : what came out, with fields in braces for the findings; no
+    `differs` where there is nothing to add.
+    """
+
+    description: str
+    function: Callable[[], Made]
+    configs: tuple[str, ...]
+    statement: str
+    agrees: str
+    differs: str = ""
+
+
+# --- cells and trajectories -------------------------------------------------------------------------------------------
+
+
+def configuration(name: str) -> Config:
+    """The configuration `name` of the article's."""
+    return load_config(config_path(f"{FOLDER}/{name}"))
+
+
+def cells(config: Config) -> dict[str, Floats]:
+    """The parameters of every cell, SI, by names of `PARAMETERS`; the last axis runs fastest."""
+    grid = build_grid(config)
+    return grid.cells(0, grid.size)
+
+
+def cell(config: Config, position: int = 0, **changed: float) -> dict[str, float]:
+    """The parameters of one cell, with some of them `changed`."""
+    return {name: float(values[position]) for name, values in cells(config).items()} | changed
+
+
+def trajectory(one: Cell, duration: float, samples: int) -> xr.Dataset:
+    """One cell over time (s)."""
+    given: dict[str, Any] = dict(one)
+    return simulate(duration=duration, samples=samples, **given)
+
+
+def traces(some: Mapping[str, Cell], dim: str, duration: float, samples: int = 2001) -> xr.Dataset:
+    """Trajectories of several cells over the same time.
+
+    some : cells by the labels they get along `dim`. Parameters that are equal in all of them stay without dimension.
+    """
+    each = [trajectory(one, duration, samples) for one in some.values()]
+    label = xr.Variable((dim,), list(some), {"long_name": dim.replace("_", " ")})
+    together = xr.concat(
+        each, dim=dim, data_vars="all", coords="different", compat="equals", join="exact", combine_attrs="override"
+    )
+    return together.assign_coords({dim: label})
+
+
+def labelled(data: xr.Dataset, title: str, configs: Sequence[str], findings: Findings) -> xr.Dataset:
+    """`data` with attributes that say what it is, what it was made from and what was found in it."""
+    text = "\n---\n".join(configuration(name).to_yaml() for name in configs)
+    attributes = provenance(text, title=title, action="article")
+    found = "; ".join(f"{name}: {value:.9g}" if isinstance(value, float) else f"{name}: {value}"
+                      for name, value in findings.items())  # fmt: skip
+    for name, declared in PARAMETERS.items():
+        if name in data.coords and not data[name].attrs:
+            data[name].attrs.update(units=declared.units, long_name=declared.long_name)
+    claimed = data.assign_attrs(attributes | {"findings": found})
+    del claimed.attrs["Conventions"]  # CF wants a date in a coordinate called time; these count from the start
+    return claimed
+
+
+# --- what cells do ----------------------------------------------------------------------------------------------------
+
+
+def regimes(some: Mapping[str, Floats] | Cell, rtol: float = 1e-6) -> list[str]:
+    """Names of the regimes of some cells."""
+    return [REGIMES[i] for i in evaluate(dict(some), rtol=rtol)["regime"].values]
+
+
+def sticks(some: Mapping[str, Floats | float], rtol: float) -> NDArray[np.bool_]:
+    """Which of some cells are in stick-slip."""
+    found: NDArray[np.bool_] = evaluate(dict(some), rtol=rtol)["regime"].values == STICK_SLIP
+    return found
+
+
+def tendency_positive(some: Mapping[str, Floats | float], rtol: float) -> NDArray[np.bool_]:
+    """For which of some cells Eq. (3) announces stick-slip."""
+    found: NDArray[np.bool_] = evaluate(dict(some), rtol=rtol)["tendency"].values > 0
+    return found
+
+
+def border(
+    some: Mapping[str, Floats | float],
+    parameter: str,
+    without: float,
+    with_: float,
+    *,
+    holds: Callable[[Mapping[str, Floats | float], float], NDArray[np.bool_]] = sticks,
+    spacing: str = "linear",
+    rtol: float = 1e-8,
+    halvings: int = 40,
+) -> Floats:
+    """Where along a parameter something begins to hold, stick-slip say, by bisection of all cells at once.
+
+    some : cells without `parameter`. without, with_ : values of the parameter where it does not hold and where it does.
+    Returns the last value where it holds, per cell. Raises ValueError if an end is not what it should be.
+    """
+    forth, back = (np.log, np.exp) if spacing == "log" else (np.asarray, np.asarray)
+    size = np.broadcast(*some.values()).size
+    outside, inside = (np.full(size, forth(end), np.float64) for end in (without, with_))
+    for end, expected in ((outside, False), (inside, True)):
+        wrong = holds({**some, parameter: back(end)}, rtol) != expected
+        if wrong.any():
+            raise ValueError(f"{parameter} = {back(end)[wrong][0]:g}: expected {holds.__name__} to be {expected}")
+    for _ in range(halvings):
+        middle = (outside + inside) / 2
+        held = holds({**some, parameter: back(middle)}, rtol)
+        inside, outside = np.where(held, middle, inside), np.where(held, outside, middle)
+    return np.asarray(back(inside), np.float64)

@@ -1,0 +1,13 @@
+"""What measured points say: friction over slip speed (`fit_curve`), static friction over waiting time (`fit_ageing`).
+
+Every fit comes with 95 % confidence intervals and with `quality`, a plain sentence on what the points do not determine.
+"""
+
+from stickslip.fit.ageing import AgeingFit, Rank, Ranking, fit_ageing, rank
+from stickslip.fit.curve import CurveFit, fit_curve
+from stickslip.fit.points import AGEING_COLUMNS, CURVE_COLUMNS, read_points
+
+__all__ = [
+    "AGEING_COLUMNS", "AgeingFit", "CURVE_COLUMNS", "CurveFit", "Rank", "Ranking", "fit_ageing", "fit_curve", "rank",
+    "read_points",
+]  # fmt: skip

@@ -1,0 +1,41 @@
+"""What can be said of the contact without integrating: thresholds, closed-form cycles, dimensionless groups.
+
+Plain numbers or arrays in SI that broadcast against each other, NaN where a thing does not exist. A room per law:
+`curve` (Stribeck), `coulomb` (two numbers, static and kinetic), `cubic` (Thomsen and Fidlin), `ageing` (static
+friction that grows with the time in contact).
+"""
+
+from stickslip.theory.ageing import breakaway_time, static_friction
+from stickslip.theory.coulomb import (
+    CoulombCycle,
+    coulomb_cycle,
+    critical_speed,
+    critical_speed_lightly_damped,
+    critical_strength,
+)
+from stickslip.theory.cubic import (
+    cubic,
+    cubic_loss_of_stability,
+    cubic_pure_slip_speed,
+    cubic_slope,
+    cubic_stick_slip_limit,
+)
+from stickslip.theory.curve import (
+    Groups,
+    damping_ratio,
+    groups,
+    loss_of_stability,
+    reversal_friction,
+    reversal_speed,
+    stick_slip_limit,
+    stribeck,
+    stribeck_slope,
+    tendency,
+)
+
+__all__ = [
+    "CoulombCycle", "Groups", "breakaway_time", "coulomb_cycle", "critical_speed", "critical_speed_lightly_damped",
+    "critical_strength", "cubic", "cubic_loss_of_stability", "cubic_pure_slip_speed", "cubic_slope",
+    "cubic_stick_slip_limit", "damping_ratio", "groups", "loss_of_stability", "reversal_friction", "reversal_speed",
+    "static_friction", "stick_slip_limit", "stribeck", "stribeck_slope", "tendency",
+]  # fmt: skip

@@ -1,0 +1,129 @@
+"""Measured points in files: as a curve of a configuration, and fitted by the command."""
+
+import warnings
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import stickslip
+from stickslip.cli import main
+from stickslip.config import ConfigError, FitWarning, load_config, parse_config
+
+SPEED = np.array([0.1, 20, 50, 100, 200, 340, 500, 800, 1200])  # mm/s
+CURVE = (1.0, 0.1, 0.3, 0.1)
+CONFIG = """\
+system: {mass: 1, normal_load: 1, stiffness: 10, belt_speed: 0.1}
+friction: {fit: points.csv}
+"""
+
+
+def friction(speed):
+    a1, a2, a3, a4 = CURVE
+    return a1 + a2 * speed + a3 * np.exp(-speed / a4)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    rows = [f"{w}, {mu:.6f}" for w, mu in zip(SPEED, friction(SPEED / 1000), strict=True)]
+    (tmp_path / "points.csv").write_text("\n".join(["speed [mm/s], mu", *rows]))
+    (tmp_path / "map.yaml").write_text(CONFIG)
+    return tmp_path
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def test_a_configuration_uses_the_curve_fitted_to_its_points(folder):
+    found = load_config(folder / "map.yaml").friction
+    assert (found.a1, found.a2, found.a3, found.a4) == pytest.approx(CURVE, rel=1e-4)
+    ds = stickslip.run(folder / "map.yaml")
+    assert float(ds["a1"]) == found.a1
+
+
+def test_the_resolved_configuration_names_the_file_and_needs_it_no_more(folder):
+    config = load_config(folder / "map.yaml")
+    (folder / "points.csv").unlink()
+    again = parse_config(config.to_yaml())
+    assert again == config
+    assert again.friction.fit == "points.csv"
+
+
+def test_the_file_is_looked_for_beside_the_configuration(folder, monkeypatch):
+    monkeypatch.chdir("/")
+    assert load_config(folder / "map.yaml").friction.a4 == pytest.approx(0.1, rel=1e-3)
+
+
+def test_a_curve_its_points_do_not_bear_out_is_used_with_a_warning(folder):
+    mu = [1.0, 1.4, 0.9, 1.3, 1.1, 0.8, 1.5, 1.0, 1.2]
+    (folder / "points.csv").write_text("\n".join(["speed [mm/s], mu", *map("{}, {}".format, SPEED, mu)]))
+    with pytest.warns(FitWarning, match=r"points\.csv: "):
+        load_config(folder / "map.yaml")
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        done = call("validate", folder / "map.yaml")
+    assert done.exit_code == 0
+    assert done.stderr.startswith("warning: points.csv: ")
+
+
+BAD = {
+    "no file": ("friction: {fit: none.csv}", "none.csv"),
+    "no csv": ("friction: {fit: points.txt}", "map.yaml:2:17: friction.fit: got 'points.txt', expected a file name"),
+    "another law": ("friction: {fit: points.csv, law: cubic}", "that of the law stribeck"),
+    "and a coefficient": ("friction: {fit: points.csv, a1: 1}", "friction.a2: missing"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("line", "message"), BAD.values(), ids=BAD)
+def test_points_that_will_not_do_are_explained(folder, line, message):
+    (folder / "map.yaml").write_text(CONFIG.replace("friction: {fit: points.csv}", line))
+    with pytest.raises(ConfigError) as caught:
+        load_config(folder / "map.yaml")
+    assert message in str(caught.value)
+
+
+def test_a_wrong_number_in_the_points_is_named_by_line(folder):
+    (folder / "points.csv").write_text("speed [mm/s], mu\n1, 0.3\n2, x\n")
+    with pytest.raises(ConfigError, match=r"points\.csv:3:4: mu: got 'x', expected"):
+        load_config(folder / "map.yaml")
+
+
+def test_too_few_points_are_refused(folder):
+    (folder / "points.csv").write_text("speed [mm/s], mu\n1, 0.3\n2, 0.2\n")
+    with pytest.raises(ConfigError, match=r"points\.csv: .*expected at least 4"):
+        load_config(folder / "map.yaml")
+
+
+def test_the_command_fits_a_curve_with_its_intervals(folder):
+    done = call("fit", folder / "points.csv")
+    assert done.exit_code == 0, done.output
+    row = next(line.split() for line in done.stdout.splitlines() if line.strip().startswith("a4"))
+    assert float(row[1]) == pytest.approx(0.1, rel=1e-3)
+    assert row[2] == "m/s" and row[3] == "95"
+
+
+def test_the_command_fits_ageing_and_ranks_lubricants(folder):
+    waits = np.array([1, 10, 60, 300, 1000])
+    for name, level, slope in (("dry", 0.2, 0.03), ("grease", 0.1, 0.01)):
+        rows = [f"{t}, {level + slope * np.log10(1 + t):.6f}" for t in waits]
+        (folder / f"{name}.csv").write_text("\n".join(["time [s], mu", *rows]))
+    done = call("fit", folder / "dry.csv", folder / "grease.csv", "--at", "5 min")
+    assert done.exit_code == 0, done.output
+    assert "by static friction after 300 s: grease (0.125), dry (0.274)" in done.stdout
+    assert "by growth per decade: grease (0.010), dry (0.030)" in done.stdout
+
+
+@pytest.mark.parametrize("name", ["none.csv", "map.yaml"])
+def test_the_command_explains_a_file_that_will_not_do(folder, name):
+    done = call("fit", folder / name)
+    assert done.exit_code == 2 and name in done.stderr
+    assert "Traceback" not in done.output
+
+
+def test_the_command_makes_figures_of_the_article(folder):
+    done = call("article", "fig2", "-o", folder / "figures")
+    assert done.exit_code == 0, done.output
+    assert {p.name for p in (folder / "figures").iterdir()} == {"fig2.png", "fig2.nc"}
+    wrong = call("article", "fig99", "-o", folder)
+    assert wrong.exit_code == 2 and "there are fig2" in wrong.stderr
