@@ -121,22 +121,11 @@ def test_upper_edge_balances_the_energy_of_a_slip_that_touches_the_belt(g):
     assert gained == pytest.approx(g * z * math.pi / 2, rel=1e-7)
 
 
-def test_edges_that_do_not_exist():
-    assert theory.stick_slip_limit([0.0, 1.0, 2.0, 0.1, 0.0], [1, 1, 1, 0, 0], 1.0, 0.0, 1.0).tolist() == [
-        math.inf,
-        0,
-        0,
-        0,
-        0,
-    ]
-    assert theory.loss_of_stability([0.0, 1.0, 2.0, 0.1, 0.0], [1, 1, 1, 0, 0], 1.0, 0.0, 1.0).tolist() == [
-        math.inf,
-        0,
-        0,
-        0,
-        0,
-    ]
-    assert theory.stick_slip_limit(np.full((2, 3), 0.1), 0.3, np.full(3, 0.1), 0.0, 1.0).shape == (2, 3)
+@pytest.mark.parametrize("edge", [theory.loss_of_stability, theory.stick_slip_limit])
+def test_edges_that_do_not_exist(edge):
+    found = edge([0.0, 1.0, 2.0, 0.1, 0.0], [1, 1, 1, 0, 0], 1.0, 0.0, 1.0)
+    assert found.tolist() == [math.inf, 0.0, 0.0, 0.0, 0.0]
+    assert edge(np.full((2, 3), 0.1), 0.3, np.full(3, 0.1), 0.0, 1.0).shape == (2, 3)
 
 
 @pytest.mark.parametrize(("damping", "load"), [(0.0, 1.0), (2.0, 4.0), (0.3, 0.5)])
