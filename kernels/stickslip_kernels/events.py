@@ -99,10 +99,14 @@ def find_event(law, s, i, rtol):
     h, side, level = s[TAKEN + i], s[SIDE + i], s[LEVEL + i]
     w0, w1, dw1 = s[W + i], s[W_NEW + i], s[DW_NEW + i]
     d0, d1 = side * s[DW + i], side * dw1
-    p = hermite(h, w0, s[DW + i], s[JERK + i], w1, dw1, s[JERK_NEW + i])
     reached = side * w1 >= side * level
+    # An extremum inside the step is no further out than the nearer end plus h times the smaller slope there.
+    grazed = d0 > 0.0 and d1 <= 0.0 and max(side * w0, side * w1) + h * min(d0, -d1) >= side * level
+    if not (reached or grazed or s[TURN + i] > 0.0):
+        return NO_EVENT, h, s[Y_NEW + i], w1, dw1, s[WORK + i]
+    p = hermite(h, w0, s[DW + i], s[JERK + i], w1, dw1, s[JERK_NEW + i])
     bound = 1.0  # the level, if reached, is reached before this
-    if s[TURN + i] > 0.0 or (not reached and d0 > 0.0 and d1 <= 0.0):
+    if s[TURN + i] > 0.0 or (grazed and not reached):
         theta = guess_turn(scaled(p, side), d1)
         if theta >= 0.0:
             end, y, w, dw, work = locate_turn(law, s, i, theta * h, h, rtol)

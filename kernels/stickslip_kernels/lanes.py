@@ -11,10 +11,10 @@ two of them, and left it waiting (measured on Zen 3: 50 ns a lane and step again
 from .bits import select
 from .jit import compiled
 from .layout import (
-    B, BAND2, DROP, DW, DW_NEW, DW_NEXT, ERROR_LOG, ERROR_LOG_NEXT, ERROR_W, ERROR_Y, EXPONENT, FACTOR, FLAG, FLOOR,
-    G, GOOD, HEAT, HEAT_NEXT, JERK, JERK_NEW, JERK_NEXT, K_2, K_3, K_4, K_5, K_6, LEVEL, MARK, OFFSET, RADIUS2,
-    RATE, SIDE, SLOPE, STATE_NUMBERS, STEP, TAKEN, TAU, TAU_END, TAU_NEXT, TRIED, TURN, W, WIDTH, WORK, W_2, W_3,
-    W_4, W_5, W_6, W_NEW, W_NEXT, Y, Y_NEW, Y_NEXT, Y_STAR,
+    B, BAND2, DROP, DW, DW_NEW, DW_NEXT, DW_TOP, ERROR_LOG, ERROR_LOG_NEXT, ERROR_W, ERROR_Y, EXPONENT, FACTOR,
+    FLAG, FLOOR, G, GOOD, HEAT, HEAT_NEXT, JERK, JERK_NEW, JERK_NEXT, K_2, K_3, K_4, K_5, K_6, LEVEL, MARK, OFFSET,
+    RADIUS2, RATE, SIDE, SLOPE, STATE_NUMBERS, STEP, TAKEN, TAU, TAU_END, TAU_NEXT, TRIED, TURN, W, WIDTH, WORK,
+    W_2, W_3, W_4, W_5, W_6, W_NEW, W_NEXT, W_TOP, Y, Y_NEW, Y_NEXT, Y_STAR,
 )  # fmt: skip
 from .rk import (
     A71, A72, A73, A74, A75, A76, embedded_errors, friction_power, slip_acceleration, slip_jerk, squared_error,
@@ -146,7 +146,10 @@ def watch_and_commit(s, max_steps):
         # An extremum inside the step is no higher than the nearer end plus h times the smaller slope there.
         grazed = (d0 > 0.0) & (d1 <= 0.0) & (max(side * w0, side * w) + h * min(d0, -d1) >= level)
         turned = (d1 <= 0.0) | ((j0 < 0.0) & (j1 > 0.0) & (min(d0, d1) - h * min(-j0, j1) <= 0.0))
-        extremum = ((w0 > b) != (w > b)) | (dw0 * dw < 0.0) | (jerk0 * jerk < 0.0)
+        # Extrema: of u each, for they are counted; of w and w' only those that can be the largest so far.
+        peak = (dw0 * dw < 0.0) & (max(w0, w) + h * min(abs(dw0), abs(dw)) >= s[W_TOP + i])
+        steepest = (jerk0 * jerk < 0.0) & (max(abs(dw0), abs(dw)) + h * min(abs(jerk0), abs(jerk)) >= s[DW_TOP + i])
+        extremum = ((w0 > b) != (w > b)) | peak | steepest
         p, q = y - s[Y_STAR + i], w - b
         p0, q0, distance2 = s[Y + i] - s[Y_STAR + i], w0 - b, p * p + q * q
         entered = (p0 * p0 + q0 * q0 >= s[BAND2 + i]) & (distance2 < s[BAND2 + i])

@@ -112,6 +112,8 @@ WIDTH = 32
     BAND2,  # square of the settling band, 0 once the regime is known
     FLOOR,  # slip speed below which errors are absolute
     MARK,  # 1 while extrema are recorded
+    W_TOP,  # largest w recorded so far; peaks that stay below are not looked at (-inf: look at all)
+    DW_TOP,  # the same for |w'|
     TAU_END,
     # the step being tried: size, stages, end, errors
     TAKEN,
@@ -135,8 +137,8 @@ WIDTH = 32
     GOOD,  # 1 where the error is within tolerance
     FACTOR,  # next step over this step
     FLAG,  # 0: committed or rejected; 1: good, but the scalar code must look first; 2: no step can be taken
-) = range(0, 53 * WIDTH, WIDTH)
-LANE_NUMBERS = 53 * WIDTH
+) = range(0, 55 * WIDTH, WIDTH)
+LANE_NUMBERS = 55 * WIDTH
 STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
 
 # --- slow state: columns of `book` (WIDTH, BOOK_COLUMNS), one row a lane --------------------------------------------

@@ -19,7 +19,8 @@ from .layout import (
     STEP_UNDERFLOW, TAKEN, TAU, TAU_END, TRIED, UNRESOLVED, W, W_MIN, W_STABLE, XI_START, Y,
 )  # fmt: skip
 from .regimes import (
-    check_settling, damping_ratio, finish, note_ends, note_entry, note_peak, note_side, record_extrema, start_book,
+    check_settling, damping_ratio, finish, note_ends, note_entry, note_peak, note_side, record_extrema, show_tops,
+    start_book,
 )  # fmt: skip
 from .rest import DONE, RUNNING, come_to_rest
 from .hysteresis import fall
@@ -86,6 +87,7 @@ def attend(law, s, i, book, cells, results, control, log):
     jerk = stage_jerk(law, s, i, y, w, dw)
     if s[MARK + i] > 0.0:
         record_extrema(law, s, i, book, results, h, y, w, dw, jerk)
+        show_tops(s, i, book)
     if s[BAND2 + i] > 0.0:
         note_entry(law, s, i, book, h, y, w, dw)
     finished_step = s[TAKEN + i]

@@ -7,6 +7,8 @@ follow from a polynomial of degree five, without another evaluation of the frict
 
 from .jit import compiled
 
+RESOLVED = 1e-6  # of the step; what is left then is about its square, below the polynomial's own error
+
 
 @compiled(inline=True)
 def hermite(h, f0, d0, s0, f1, d1, s1):
@@ -63,10 +65,10 @@ def root(p, low, high):
     so this happens within rounding of the end.
     """
     slope = derivative(p)
-    at_low = value(p, low)
-    if at_low * value(p, high) > 0.0:
+    at_low, at_high = value(p, low), value(p, high)
+    if at_low * at_high > 0.0:
         return high
-    theta = 0.5 * (low + high)
+    theta = low + (high - low) * at_low / (at_low - at_high) if at_low != at_high else low
     for _ in range(60):
         f = value(p, theta)
         if f * at_low > 0.0:
@@ -75,9 +77,9 @@ def root(p, low, high):
             high = theta
         step = f / value(slope, theta)
         new = theta - step
-        if not (low < new < high):  # also where the slope vanishes: NaN fails the comparison
+        if not (low <= new <= high):  # also where the slope vanishes: NaN fails the comparison
             new = 0.5 * (low + high)
-        if abs(new - theta) < 1e-14:
+        if abs(new - theta) < RESOLVED:
             return new
         theta = new
     return theta

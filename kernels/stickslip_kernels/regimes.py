@@ -13,12 +13,12 @@ from .jit import compiled
 from .laws import inflection, shape, weakening_slope
 from .layout import (
     A1, A3, A4, ACCELERATION_MAX, B, BAND, BAND2, BELT, CELL, CREEP, CROSSED, CROSSINGS, CYCLE_CLOSED, CYCLE_HEAT,
-    CYCLE_START, CYCLE_STICK_TIME, DAMPED, DECIDED, DECIDED_BY, DROP, DW, DW_HIGH, ENTERED, ETA_END, EXPONENT, G,
-    GAMMA, HEAT, HEAT_START, JERK, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_DECREMENT, LOOP_HEAT, LOOP_TAU, MARK, MODE,
-    MU_REVERSAL, MU_TURN, OFFSET, OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD, RADIUS2, RATE, REGIME,
-    RELEASE_CHANGE, RISE, SETTLED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START, SLOPE, SPEED_MAX, STATUS, STEPS,
-    STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, SUSTAINED, TAU, TRIED, W, W_HIGH, W_MIN, W_STABLE,
-    XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_STAR,
+    CYCLE_START, CYCLE_STICK_TIME, DAMPED, DECIDED, DECIDED_BY, DROP, DW, DW_HIGH, DW_TOP, ENTERED, ETA_END,
+    EXPONENT, G, GAMMA, HEAT, HEAT_START, JERK, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_DECREMENT, LOOP_HEAT, LOOP_TAU,
+    MARK, MODE, MU_REVERSAL, MU_TURN, OFFSET, OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD, RADIUS2, RATE,
+    REGIME, RELEASE_CHANGE, RISE, SETTLED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START, SLOPE, SPEED_MAX, STATUS,
+    STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, SUSTAINED, TAU, TRIED, W, W_HIGH, W_MIN,
+    W_STABLE, W_TOP, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_STAR,
 )  # fmt: skip
 from .polynomial import derivative, hermite, minus, root, value
 from .lanes import stage_jerk
@@ -76,12 +76,12 @@ def record_extrema(law, s, i, book, results, h, y1, w1, dw1, jerk1):
     """Extrema of u, w and w' between the start of the step of lane i and the state after h."""
     y0, w0, dw0, jerk0, b = s[Y + i], s[W + i], s[DW + i], s[JERK + i], s[B + i]
     p = hermite(h, w0, dw0, jerk0, w1, dw1, jerk1)
-    if dw0 * dw1 < 0.0:
+    if dw0 * dw1 < 0.0 and max(w0, w1) + h * min(abs(dw0), abs(dw1)) >= s[W_TOP + i]:
         top = value(p, root(derivative(p), 0.0, 1.0))
         book[i, W_HIGH] = max(book[i, W_HIGH], top)
         if dw0 > 0.0:
             note_peak(book, i, top - b)
-    if jerk0 * jerk1 < 0.0:
+    if jerk0 * jerk1 < 0.0 and max(abs(dw0), abs(dw1)) + h * min(abs(jerk0), abs(jerk1)) >= s[DW_TOP + i]:
         slope = derivative(p)
         steepest = value(slope, root(derivative(slope), 0.0, 1.0)) / h
         book[i, DW_HIGH] = max(book[i, DW_HIGH], abs(steepest))
@@ -92,6 +92,13 @@ def record_extrema(law, s, i, book, results, h, y1, w1, dw1, jerk1):
         if note_turn(book, i, book[i, SIGMA] * u):
             heat = s[HEAT + i] + step_again(law, s, i, theta * h)[4]
             compare_loops(s, i, book, results, s[TAU + i] + theta * h, heat, book[i, SIGMA] * u)
+
+
+@compiled
+def show_tops(s, i, book):
+    """Tell the lanes which extrema are worth a look; on a hysteretic curve every peak is, for `is_shrinking`."""
+    s[W_TOP + i] = book[i, W_HIGH] if book[i, W_MIN] == 0.0 else -inf
+    s[DW_TOP + i] = book[i, DW_HIGH]
 
 
 @compiled

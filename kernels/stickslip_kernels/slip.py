@@ -10,7 +10,7 @@ from .layout import (
     A1, A2, A3, A4, B, CELL, DELTA, DROP, DW, ERROR_LOG, G, GAMMA, JERK, LEVEL, MODE, OFFSET, RADIUS2, RISE, SIDE,
     SIDE_LAST, SIGMA, SLIP_START, SLOPE, STEP, TAU, TURN, W, W_MIN, XI_STAR, Y, Y_STAR,
 )  # fmt: skip
-from .regimes import note_ends, note_side, proven_radius
+from .regimes import note_ends, note_side, proven_radius, show_tops
 from .trace import log_slip
 
 
@@ -46,6 +46,7 @@ def enter_curve(law, s, i, book, cells, mode, u, w, b, turning):
     s[Y_STAR + i] = book[i, SIGMA] * book[i, XI_STAR] + s[G + i] * b - offset
     s[RADIUS2 + i] = proven_radius(law, s, i, book, mode, b) ** 2
     book[i, MODE] = mode
+    show_tops(s, i, book)
 
 
 @compiled
