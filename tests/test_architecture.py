@@ -21,7 +21,10 @@ FLOORS = (
         {"quantities", "yaml_source", "models", "checks", "cells", "pick"}
         | {"units", "grid", "config", "schema", "starter", "resources", "theory", "fit", "dataset"},
     ),
-    ("what is computed, kept and shown", {"engine", "measured", "screen", "store", "summary", "palette", "mapaxis", "plots"}),
+    (
+        "what is computed, kept and shown",
+        {"engine", "measured", "screen", "store", "summary", "palette", "mapaxis", "plots"},
+    ),
     ("the Python calls", {"api", "__init__"}),
     ("the article, recomputed", {"article"}),
     ("the command", {"cli", "__main__"}),
