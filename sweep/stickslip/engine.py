@@ -14,6 +14,7 @@ from itertools import islice
 from math import ceil, inf, isinf
 from numbers import Integral
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from stickslip_kernels import block, jit, laws, layout, trace
 from .cells import Cells
 from .variables import LAWS, STATUS_MESSAGES, STATUSES, VARIABLES
 
-Results = dict[str, NDArray[np.float64]]
+Results = dict[str, NDArray[Any]]
 Progress = Callable[[int, int], None]
 
 RTOL_RANGE = (1e-12, 1e-2)
@@ -254,7 +255,8 @@ def bytes_per_cell(options: Options) -> int:
 def _blank_results(size: int, options: Options) -> Results:
     """What is known of cells nobody has computed: zeros for flags and counts, NaN for the rest."""
     names = [v.name for v in VARIABLES.values() if v.when == "always" or not options.early_stop]
-    return {name: np.full(size, 0.0 if name in ("regime", "status", "steps") else np.nan) for name in names}
+    whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
+    return {name: np.zeros(size, whole[name]) if name in whole else np.full(size, np.nan) for name in names}
 
 
 def _run_block(part: Cells, options: Options, stop: NDArray[np.int64]) -> tuple[NDArray[np.float64], int]:
