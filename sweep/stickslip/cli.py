@@ -116,7 +116,7 @@ def run(config: Path, output: Path | None, plot: Path | None, no_plot: bool) -> 
     Writes the file and the picture named in its `output` section, or by the options. Ctrl-C stops at once and keeps
     what is finished in FILE.partial.nc.
     """
-    from . import api, plots, store
+    from . import api, store
     from .config import load_config
     from .grid import build_grid
 
@@ -144,6 +144,8 @@ def run(config: Path, output: Path | None, plot: Path | None, no_plot: bool) -> 
         click.echo(str(interrupted), err=True)
         sys.exit(INCOMPLETE)
     if picture is not None and grid.dims:
+        from . import plots  # Matplotlib takes its time, and the first block need not wait for it
+
         plots.save(plots.plot_map(ds), picture)
     screen.report(ds, finished - began, api.options_of(loaded), output, picture)
 
@@ -153,10 +155,10 @@ def _path(name: str | Path | None) -> Path | None:
 
 
 def _check_picture(picture: Path) -> None:
-    from . import plots
+    from .models import PLOT_SUFFIXES
 
-    if picture.suffix.lower() not in plots.PICTURES:
-        fail(f"{picture}: pictures end in {', '.join(plots.PICTURES)}")
+    if picture.suffix.lower() not in PLOT_SUFFIXES:
+        fail(f"{picture}: pictures end in {', '.join(PLOT_SUFFIXES)}")
     if not picture.absolute().parent.is_dir():
         fail(f"{picture}: no folder {picture.parent}")
 

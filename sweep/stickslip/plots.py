@@ -35,7 +35,6 @@ BORDERS: dict[float, tuple[Literal["solid", "dashed"], str]] = {
     1.0: ("dashed", "damping ratio 1 (linear)"),
 }
 MAX_PANELS = 16
-PICTURES = (".png", ".svg", ".pdf")
 
 _MAX_PANEL_COLUMNS = 4
 _MAX_DRAWN = 2000  # cells along an axis; a page cannot show more
