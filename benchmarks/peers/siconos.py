@@ -1,4 +1,4 @@
-"""Siconos: listed, not run. Its strength is time-stepping of many contacts with Coulomb friction."""
+"""Siconos: listed, not tried yet."""
 
 from __future__ import annotations
 
@@ -15,6 +15,6 @@ PEERS = [
         "time-stepping",
         solve,
         {},
-        lambda: "not modelled: no wheel on PyPI, and its cones know no Stribeck curve",
+        lambda: "not tried yet: nobody has written this model for it here",
     )
 ]
