@@ -105,3 +105,9 @@ def test_a_curve_that_only_rises_has_its_minimum_at_rest():
 def test_the_line_of_equation_2a_joins_reversal_and_stop():
     slope = friction.line_slope(0.3, 1.05, 1.2)
     assert 1.2 + slope * 0.3 == pytest.approx(1.05)
+
+
+def test_a_slope_of_almost_nothing_ends_the_search():
+    """Near the smallest double the exponential has a floor, under which no slope can be found."""
+    for a2 in (5e-324, 1e-308, 1e-295):
+        assert speed_of_slope(LAWS["stribeck_delta"], block_of(cell(0.1, (1.0, a2, 0.3, 0.1), delta=3.0)), 0.0) > 0.0

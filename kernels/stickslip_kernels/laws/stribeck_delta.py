@@ -19,6 +19,8 @@ class StribeckDelta(NamedTuple):
 
 
 TAG = StribeckDelta(1)
+FLATTEST = 1e-290  # slopes nearer to zero are lost in the smallest value of the exponential
+MOST_DOUBLINGS = 60
 
 
 @compiled(inline=True)
@@ -43,13 +45,15 @@ def slope_at(z, delta):
 @compiled
 def speed_of_slope(slope, delta):
     """By bisection on the convex part, where the slope grows from its least value to zero."""
-    if slope >= 0.0:
+    if slope >= -FLATTEST:
         return inf
     low = inflection(delta)
     if slope <= (slope_at(low, delta) if low > 0.0 else -1.0):
         return 0.0
     high = max(2.0 * low, 1.0)
-    while slope_at(high, delta) < slope:
+    for _ in range(MOST_DOUBLINGS):
+        if slope_at(high, delta) >= slope:
+            break
         high *= 2.0
     for _ in range(200):
         middle = 0.5 * (low + high)
