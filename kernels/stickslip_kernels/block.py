@@ -52,20 +52,16 @@ def run_block(law, cells, results, control, log, stop):
     """
     lanes = np.zeros(LANE_NUMBERS)
     book = np.zeros((WIDTH, BOOK_COLUMNS))
-    following = 0
+    following, busy = 0, 0
     for i in range(WIDTH):
         following = next_cell(law, lanes, i, book, cells, following, results, control, log)
-    while stop[0] == 0:
+        busy += book[i, CELL] >= 0.0
+    while stop[0] == 0 and busy > 0:
         step_lanes(law, lanes, control[RTOL], control[MAX_STEPS])
-        busy = False
         for i in range(WIDTH):
-            if book[i, CELL] < 0.0:
-                continue
-            busy = True
-            if lanes[FLAG + i] != 0.0:
+            if lanes[FLAG + i] != 0.0 and book[i, CELL] >= 0.0:
                 if attend(law, lanes, i, book, cells, results, control, log) == DONE:
                     following = next_cell(law, lanes, i, book, cells, following, results, control, log)
-            elif log.shape[0] > 0:
+                    busy -= book[i, CELL] < 0.0
+            elif log.shape[0] > 0 and book[i, CELL] >= 0.0:
                 log_slip(log, lanes, i, book[i, MODE], book[i, SIGMA])
-        if not busy:
-            break

@@ -83,18 +83,20 @@ WIDTH = 32
     W,  # slip speed
     DW,  # its derivative
     JERK,  # its second derivative
+    WEAK,  # drop shape(rate w), the weakening part of friction (kept by the Taylor step only)
     TAU,
     HEAT,  # friction work so far
     ERROR_LOG,  # log2 of the squared error norm of the last accepted step (PI control)
-    # the same seven after the step, copied back when it is committed
+    # the same eight after the step, copied back when it is committed
     Y_NEXT,
     W_NEXT,
     DW_NEXT,
     JERK_NEXT,
+    WEAK_NEXT,
     TAU_NEXT,
     HEAT_NEXT,
     ERROR_LOG_NEXT,
-    STEP,  # size of the step to try next
+    STEP,  # the step to try next (Runge-Kutta); the most it may be (Taylor)
     TRIED,  # steps tried so far
     # law and guards of the present mode
     B,  # belt speed in the frame
@@ -115,8 +117,17 @@ WIDTH = 32
     W_TOP,  # largest w recorded so far; peaks that stay below are not looked at (-inf: look at all)
     DW_TOP,  # the same for |w'|
     TAU_END,
-    # the step being tried: size, stages, end, errors
+    # the step being tried: size, end, verdict
     TAKEN,
+    Y_NEW,
+    W_NEW,
+    DW_NEW,
+    JERK_NEW,
+    WEAK_NEW,
+    WORK,
+    GOOD,  # 1 where the error is within tolerance
+    FLAG,  # 0: committed or rejected; 1: good, but the scalar code must look first; 2: no step can be taken
+    # inside a Runge-Kutta step: stages and errors
     W_2,
     W_3,
     W_4,
@@ -127,18 +138,14 @@ WIDTH = 32
     K_4,
     K_5,
     K_6,
-    Y_NEW,
-    W_NEW,
-    DW_NEW,
-    JERK_NEW,
-    WORK,
     ERROR_Y,
     ERROR_W,
-    GOOD,  # 1 where the error is within tolerance
-    FACTOR,  # next step over this step
-    FLAG,  # 0: committed or rejected; 1: good, but the scalar code must look first; 2: no step can be taken
-) = range(0, 55 * WIDTH, WIDTH)
-LANE_NUMBERS = 55 * WIDTH
+    SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
+) = range(0, 58 * WIDTH, WIDTH)
+ORDER = 12  # of the Taylor step
+SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'
+SERIES_WEAK = SERIES_DW + ORDER * WIDTH  # the same of the weakening part of friction
+LANE_NUMBERS = SERIES_WEAK + ORDER * WIDTH
 STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
 
 # --- slow state: columns of `book` (WIDTH, BOOK_COLUMNS), one row a lane --------------------------------------------

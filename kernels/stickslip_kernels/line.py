@@ -41,7 +41,9 @@ def turn_time(q, v, drag):
     if discriminant < 0.0:
         omega = (-discriminant) ** 0.5
         phase = atan2(omega * v, q + half * v)
-        return (phase if phase > 0.0 else phase + pi) / omega
+        if phase <= 0.0:  # half a turn on, without rounding by adding pi: near critical damping it is tiny
+            phase = atan2(-omega * v, -(q + half * v))
+        return (phase if phase > 0.0 else pi) / omega
     root = discriminant**0.5
     fast = half + root if half > 0.0 else half - root
     gap = fast - 1.0 / fast

@@ -12,12 +12,13 @@ from math import isfinite, isnan, nan
 from .events import LEVEL_REACHED, NO_EVENT, TURNED, find_event
 from .friction import speed_of_slope
 from .jit import compiled
-from .lanes import SMALLEST_STEP, stage_jerk
+from .equations import jerk_in_lane
+from .lanes import SMALLEST_STEP, begin_stepping, interpolate, restart
 from .layout import (
-    A4, B, BAND, BAND2, BELT, CELL, CELL_ROWS, DAMPING_RATIO, DECIDED, DECIDED_BY, DELTA, DW, EARLY_STOP, ERROR_LOG,
-    ETA_START, EXPONENT, FAILED, FAST, FLAG, FLOOR, G, GAMMA, HEAT, HORIZON, HORIZON_REACHED, JERK, LEVEL, MARK,
-    MODE, MU_STOP, NOT_FINITE, OFFSET, RATE, REGIME, RISE, RTOL, SIGMA, SLIP_START, STATUS, STEP, STEP_LIMIT,
-    STEP_UNDERFLOW, TAKEN, TAU, TAU_END, TRIED, UNRESOLVED, W, W_MIN, W_STABLE, XI_START, Y,
+    A4, B, BAND, BAND2, BELT, CELL, CELL_ROWS, DAMPING_RATIO, DECIDED, DECIDED_BY, DELTA, DW, EARLY_STOP, ETA_START,
+    EXPONENT, FAILED, FAST, FLAG, FLOOR, G, GAMMA, HEAT, HORIZON, HORIZON_REACHED, JERK, LEVEL, MARK, MODE, MU_STOP,
+    NOT_FINITE, OFFSET, RATE, REGIME, RISE, SIGMA, SLIP_START, STATUS, STEP, STEP_LIMIT, STEP_UNDERFLOW, TAKEN, TAU,
+    TAU_END, TRIED, UNRESOLVED, W, WEAK, WEAK_NEW, W_MIN, W_STABLE, XI_START, Y,
 )  # fmt: skip
 from .regimes import (
     check_settling, damping_ratio, finish, note_ends, note_entry, note_peak, note_side, record_extrema, show_tops,
@@ -25,7 +26,7 @@ from .regimes import (
 )  # fmt: skip
 from .rest import DONE, RUNNING, come_to_rest
 from .hysteresis import fall
-from .slip import enter_curve, first_step
+from .slip import enter_curve
 from .trace import log_slip
 
 ROUNDING = 1e-12  # motion smaller than this is lost beside forces of the size of the load
@@ -46,7 +47,7 @@ def start_cell(law, s, i, book, cells, c, results, control, log):
     gamma, belt = cells[GAMMA, c], cells[BELT, c]
     book[i, W_MIN] = 0.0 if isnan(cells[MU_STOP, c]) else speed_of_slope(law, cells, c, 0.0)
     book[i, W_STABLE] = speed_of_slope(law, cells, c, -gamma)
-    s[TAU + i], s[HEAT + i], s[TRIED + i], s[ERROR_LOG + i] = 0.0, 0.0, 0.0, 0.0
+    s[TAU + i], s[HEAT + i], s[TRIED + i] = 0.0, 0.0, 0.0
     s[G + i], s[RATE + i], s[EXPONENT + i] = gamma, 1.0 / cells[A4, c], cells[DELTA, c]
     s[TAU_END + i], s[MARK + i] = cells[HORIZON, c], 1.0
     s[FLOOR + i], s[BAND2 + i] = 1e-3 * abs(belt) + ROUNDING, book[i, BAND] ** 2
@@ -66,7 +67,7 @@ def start_sliding(law, s, i, book, cells, results, control, log, xi, relative):
     u, w, b = sigma * xi, abs(relative), sigma * cells[BELT, c]
     book[i, SIGMA], book[i, SLIP_START] = sigma, 0.0
     note_side(book, i, xi)
-    first_step(law, s, i, cells, c)
+    begin_stepping(law, s, i, cells, c)
     enter_curve(law, s, i, book, cells, FAST if w >= book[i, W_MIN] > 0.0 else RISE, u, w, b, False)
     dw = s[DW + i]
     note_ends(book, i, u, w, dw)
@@ -79,27 +80,27 @@ def start_sliding(law, s, i, book, cells, results, control, log, xi, relative):
 # --- attending to a flagged lane ------------------------------------------------------------------------------------
 
 
-@compiled
+@compiled(inline=True)
 def attend(law, s, i, book, cells, results, control, log):
     """Look at lane i, whose last step was flagged: record what it met, change the mode, or finish the cell."""
     if s[FLAG + i] == 2.0:
         return give_up(s, i, book, results, control)
-    kind, h, y, w, dw, work = find_event(law, s, i, control[RTOL])
-    jerk = stage_jerk(law, s, i, y, w, dw)
+    interpolate(law, s, i)
+    kind, h, y, w, dw, work = find_event(law, s, i)
+    jerk = jerk_in_lane(law, s, i, y, w, dw)
     if s[MARK + i] > 0.0:
-        record_extrema(law, s, i, book, results, h, y, w, dw, jerk)
+        record_extrema(s, i, book, results, h, y, w, dw, jerk)
         show_tops(s, i, book)
     if s[BAND2 + i] > 0.0:
-        note_entry(law, s, i, book, h, y, w, dw)
-    finished_step = s[TAKEN + i]
+        note_entry(s, i, book, h, y, w)
     s[TAU + i] += h
     s[HEAT + i] += work
-    s[Y + i], s[W + i], s[DW + i], s[JERK + i] = y, w, dw, jerk
+    s[Y + i], s[W + i], s[DW + i], s[JERK + i], s[WEAK + i] = y, w, dw, jerk, s[WEAK_NEW + i]
     if kind == NO_EVENT:
         check_settling(law, s, i, book, results)
         log_slip(log, s, i, book[i, MODE], book[i, SIGMA])
     else:
-        s[STEP + i] = finished_step
+        restart(law, s, i, s[TAKEN + i])
         if change_mode(law, s, i, book, cells, results, control, log, kind) == DONE:
             return DONE
     if book[i, DECIDED] > 0.0 and control[EARLY_STOP] > 0.0:
@@ -109,7 +110,7 @@ def attend(law, s, i, book, cells, results, control, log):
     return RUNNING
 
 
-@compiled
+@compiled(inline=True)
 def close(s, i, book, results, status):
     """Finish a cell that is slipping."""
     sigma, b = book[i, SIGMA], s[B + i]
@@ -118,7 +119,7 @@ def close(s, i, book, results, status):
     return DONE
 
 
-@compiled
+@compiled(inline=True)
 def give_up(s, i, book, results, control):
     """No further step: the budget is spent, or the step size fell below rounding."""
     finite = isfinite(s[Y + i]) and isfinite(s[W + i]) and isfinite(s[DW + i])
@@ -128,7 +129,7 @@ def give_up(s, i, book, results, control):
     return DONE
 
 
-@compiled
+@compiled(inline=True)
 def change_mode(law, s, i, book, cells, results, control, log, kind):
     """The mode of lane i ends at its present state."""
     mode, b, w = book[i, MODE], s[B + i], s[W + i]

@@ -6,7 +6,7 @@ cell whose horizon or budget runs out first is `unresolved`. Functions change `b
 
 from math import atan2, cos, inf, log, nan, pi, sin
 
-from .events import step_again
+from .dense import FOR_A_VALUE, TO_ROUNDING, crossing, rise_and_work, speed
 from .exponential import exp
 from .friction import coefficient, coefficient_slope
 from .jit import compiled
@@ -20,8 +20,6 @@ from .layout import (
     STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, SUSTAINED, TAU, TRIED, W, W_HIGH, W_MIN,
     W_STABLE, W_TOP, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_STAR,
 )  # fmt: skip
-from .polynomial import derivative, hermite, minus, root, value
-from .lanes import stage_jerk
 
 BAND_SHARE = 1e-4  # settling band in units of mu_start
 LOOPS = 10  # cycles over which the log decrement is taken
@@ -39,7 +37,7 @@ def damping_ratio(law, cells, c):
     return 0.5 * (cells[GAMMA, c] + coefficient_slope(law, cells, c, belt))
 
 
-@compiled
+@compiled(inline=True)
 def start_book(law, book, i, cells, c):
     """Fresh slow state for cell c in lane i."""
     book[i, :] = 0.0
@@ -63,7 +61,7 @@ def reset_extrema(book, i):
 # --- extrema --------------------------------------------------------------------------------------------------------
 
 
-@compiled
+@compiled(inline=True)
 def note_ends(book, i, u, w, dw):
     """Let a state that begins or ends a phase count towards the extrema."""
     xi = book[i, SIGMA] * u
@@ -71,30 +69,27 @@ def note_ends(book, i, u, w, dw):
     book[i, W_HIGH], book[i, DW_HIGH] = max(book[i, W_HIGH], w), max(book[i, DW_HIGH], abs(dw))
 
 
-@compiled
-def record_extrema(law, s, i, book, results, h, y1, w1, dw1, jerk1):
+@compiled(inline=True)
+def record_extrema(s, i, book, results, h, y1, w1, dw1, jerk1):
     """Extrema of u, w and w' between the start of the step of lane i and the state after h."""
-    y0, w0, dw0, jerk0, b = s[Y + i], s[W + i], s[DW + i], s[JERK + i], s[B + i]
-    p = hermite(h, w0, dw0, jerk0, w1, dw1, jerk1)
-    if dw0 * dw1 < 0.0 and max(w0, w1) + h * min(abs(dw0), abs(dw1)) >= s[W_TOP + i]:
-        top = value(p, root(derivative(p), 0.0, 1.0))
+    w0, dw0, jerk0, b = s[W + i], s[DW + i], s[JERK + i], s[B + i]
+    if dw0 * dw1 < 0.0 and max(w0, w1) + h * max(abs(dw0), abs(dw1)) >= s[W_TOP + i]:
+        top = speed(s, i, crossing(s, i, 1, 0.0, h, dw1, FOR_A_VALUE))[0]
         book[i, W_HIGH] = max(book[i, W_HIGH], top)
         if dw0 > 0.0:
             note_peak(book, i, top - b)
-    if jerk0 * jerk1 < 0.0 and max(abs(dw0), abs(dw1)) + h * min(abs(jerk0), abs(jerk1)) >= s[DW_TOP + i]:
-        slope = derivative(p)
-        steepest = value(slope, root(derivative(slope), 0.0, 1.0)) / h
+    if jerk0 * jerk1 < 0.0 and max(abs(dw0), abs(dw1)) + h * max(abs(jerk0), abs(jerk1)) >= s[DW_TOP + i]:
+        steepest = speed(s, i, crossing(s, i, 2, 0.0, h, jerk1, FOR_A_VALUE))[1]
         book[i, DW_HIGH] = max(book[i, DW_HIGH], abs(steepest))
     if (w0 > b) != (w1 > b):  # u' = b - w changes sign
-        theta = root(minus(p, b), 0.0, 1.0)
-        y = value(hermite(h, y0, b - w0, -dw0, y1, b - w1, -dw1), theta)
-        u = y - s[G + i] * b + s[OFFSET + i]
+        t = crossing(s, i, 0, b, h, w1, TO_ROUNDING)
+        rise, work = rise_and_work(s, i, t, b)
+        u = s[Y + i] + rise - s[G + i] * b + s[OFFSET + i]
         if note_turn(book, i, book[i, SIGMA] * u):
-            heat = s[HEAT + i] + step_again(law, s, i, theta * h)[4]
-            compare_loops(s, i, book, results, s[TAU + i] + theta * h, heat, book[i, SIGMA] * u)
+            compare_loops(s, i, book, results, s[TAU + i] + t, s[HEAT + i] + work, book[i, SIGMA] * u)
 
 
-@compiled
+@compiled(inline=True)
 def show_tops(s, i, book):
     """Tell the lanes which extrema are worth a look; on a hysteretic curve every peak is, for `is_shrinking`."""
     s[W_TOP + i] = book[i, W_HIGH] if book[i, W_MIN] == 0.0 else -inf
@@ -143,7 +138,7 @@ def compare_loops(s, i, book, results, tau, heat, xi):
     book[i, LOOP_COUNT] = 0.0
 
 
-@compiled
+@compiled(inline=True)
 def note_side(book, i, xi):
     """Remember on which side of the equilibrium a slip starts."""
     distance = xi - book[i, XI_STAR]
@@ -154,7 +149,7 @@ def note_side(book, i, xi):
 # --- settling -------------------------------------------------------------------------------------------------------
 
 
-@compiled
+@compiled(inline=True)
 def proven_radius(law, s, i, book, mode, b):
     """Radius of the disc about steady sliding, in the plane (u, u'), from which the motion provably settles.
 
@@ -195,7 +190,7 @@ def creeps_in(law, s, i):
     return q >= fast * p
 
 
-@compiled
+@compiled(inline=True)
 def check_settling(law, s, i, book, results):
     """Inside the disc of `proven_radius` the motion has settled; where the mode may yet change, if it creeps in."""
     p, q = s[Y + i] - s[Y_STAR + i], s[W + i] - s[B + i]
@@ -208,23 +203,27 @@ def check_settling(law, s, i, book, results):
 # --- the settling band ----------------------------------------------------------------------------------------------
 
 
-@compiled
-def note_entry(law, s, i, book, h, y1, w1, dw1):
+@compiled(inline=True)
+def note_entry(s, i, book, h, y1, w1):
     """Note when, between the start of the step of lane i and the state after h, the motion came into the band."""
     b, band2 = s[B + i], s[BAND2 + i]
     p0, p1, q0, q1 = s[Y + i] - s[Y_STAR + i], y1 - s[Y_STAR + i], s[W + i] - b, w1 - b
     if not (p0 * p0 + q0 * q0 >= band2 and p1 * p1 + q1 * q1 < band2):
         return
-    p = hermite(h, p0, -q0, -s[DW + i], p1, -q1, -dw1)
-    q = hermite(h, q0, s[DW + i], s[JERK + i], q1, dw1, stage_jerk(law, s, i, y1, w1, dw1))
-    outside, inside = 0.0, 1.0
-    for _ in range(50):
-        theta = 0.5 * (outside + inside)
-        if value(p, theta) ** 2 + value(q, theta) ** 2 < band2:
-            inside = theta
+    outside, inside, t = 0.0, h, h
+    for _ in range(60):
+        w, dw, _, _ = speed(s, i, t)
+        p, q = p0 + rise_and_work(s, i, t, w)[0], w - b
+        excess, slope = p * p + q * q - band2, 2.0 * q * (dw - p)  # p' = b - w = -q
+        if excess < 0.0:
+            inside = t
         else:
-            outside = theta
-    book[i, ENTERED] = s[TAU + i] + inside * h
+            outside = t
+        new = t - excess / slope
+        if abs(new - t) <= 1e-9 * h:
+            break
+        t = new if outside < new < inside else 0.5 * (outside + inside)
+    book[i, ENTERED] = s[TAU + i] + t
 
 
 @compiled
@@ -308,7 +307,7 @@ def decide_settled(s, i, book, results, entered):
     decide(s, i, book, results, DAMPED if book[i, CROSSED] >= 2.0 else CREEP, SETTLED)
 
 
-@compiled
+@compiled(inline=True)
 def decide_cycle(s, i, book, results, tau, stick_time):
     """Break-away to break-away: stick-slip, with one stick phase in the cycle."""
     c = int(book[i, CELL])

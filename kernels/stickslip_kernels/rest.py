@@ -74,7 +74,7 @@ def come_to_rest(law, s, i, book, cells, results, control, log, u, b, starting):
     return RUNNING
 
 
-@compiled
+@compiled(inline=True)
 def close_cycle(s, i, book, cells, results, control, tau, dwell, load):
     """A break-away at tau under `load`, after a stick phase: the first starts the cycle, the second closes it.
 

@@ -1,13 +1,12 @@
 """One step of slip: embedded Runge-Kutta pair, error norm, step-size factor.
 
-Every function here is straight-line code on plain numbers, so the same step serves the vectorised loop (`lanes.py`),
-event location (`events.py`) and sampling (`trace.py`). The equations are those of the frame in `layout.py`.
+Straight-line code on plain numbers, for the vectorised loops of `rk_lanes.py`. The equations are those of the frame in
+`layout.py`.
 """
 
 from .bits import select
 from .exponential import rough_exp2, rough_log2
 from .jit import compiled
-from .laws import shape, weakening_slope
 from .tableau import TSITOURAS_54
 
 # The tableau by the textbook's names, so that the compiler sees constants.
@@ -29,24 +28,6 @@ LOG2_SAFETY = -0.152003093445  # log2(0.9)
 SHRINK_MOST, GROW_MOST = 0.2, 6.0
 TINIEST_ERROR2 = 1e-16
 ERROR_SHARE = 0.5  # of the tolerance that one step may spend, so that a whole slip stays within it
-
-
-@compiled(inline=True)
-def slip_acceleration(law, y, w, drag, drop, rate, exponent):
-    """w' in the frame of slip; drag = gamma + slope."""
-    return y - drag * w - drop * shape(law, rate * w, exponent)
-
-
-@compiled(inline=True)
-def slip_jerk(law, y, w, dw, b, drag, drop, rate, exponent):
-    """w'' from w', which tells the weakening without computing it again: drop shape = y - drag w - w'."""
-    return (b - w) - (drag + rate * weakening_slope(law, rate * w, y - drag * w - dw, drop, exponent)) * dw
-
-
-@compiled(inline=True)
-def friction_power(y, w, dw, gamma, offset):
-    """mu w, with the friction coefficient taken from the equation of motion: mu = offset + y - gamma w - w'."""
-    return w * (offset + y - gamma * w - dw)
 
 
 # Stages. y' = b - w is linear, so y needs only the stages of w: sum_j a_ij (b - w_j) = c_i b - sum_j a_ij w_j.
@@ -98,36 +79,6 @@ def embedded_errors(h, w, w2, w3, w4, w5, w6, w7, k, k2, k3, k4, k5, k6, k7):
     error_y = -h * (E1 * w + E2 * w2 + E3 * w3 + E4 * w4 + E5 * w5 + E6 * w6 + E7 * w7)
     error_w = h * (E1 * k + E2 * k2 + E3 * k3 + E4 * k4 + E5 * k5 + E6 * k6 + E7 * k7)
     return error_y, error_w
-
-
-@compiled
-def rk_step(law, h, y, w, k, b, gamma, offset, slope, drop, rate, exponent):
-    """One step of size h from (y, w), k being w' there: y, w, w' at the end and the friction work done.
-
-    The scalar twin of `lanes.try_step`, for event location and sampling; the stages are the same functions.
-    """
-    drag = gamma + slope
-    y2, w2 = stage_2(h, y, b, w, k)
-    k2 = slip_acceleration(law, y2, w2, drag, drop, rate, exponent)
-    y3, w3 = stage_3(h, y, b, w, w2, k, k2)
-    k3 = slip_acceleration(law, y3, w3, drag, drop, rate, exponent)
-    y4, w4 = stage_4(h, y, b, w, w2, w3, k, k2, k3)
-    k4 = slip_acceleration(law, y4, w4, drag, drop, rate, exponent)
-    y5, w5 = stage_5(h, y, b, w, w2, w3, w4, k, k2, k3, k4)
-    k5 = slip_acceleration(law, y5, w5, drag, drop, rate, exponent)
-    y6, w6 = stage_6(h, y, b, w, w2, w3, w4, w5, k, k2, k3, k4, k5)
-    k6 = slip_acceleration(law, y6, w6, drag, drop, rate, exponent)
-    y7, w7 = stage_7(h, y, b, w, w2, w3, w4, w5, w6, k, k2, k3, k4, k5, k6)
-    k7 = slip_acceleration(law, y7, w7, drag, drop, rate, exponent)
-    work = h * (
-        A71 * friction_power(y, w, k, gamma, offset)
-        + A72 * friction_power(y2, w2, k2, gamma, offset)
-        + A73 * friction_power(y3, w3, k3, gamma, offset)
-        + A74 * friction_power(y4, w4, k4, gamma, offset)
-        + A75 * friction_power(y5, w5, k5, gamma, offset)
-        + A76 * friction_power(y6, w6, k6, gamma, offset)
-    )
-    return y7, w7, k7, work
 
 
 @compiled(inline=True)

@@ -2,28 +2,18 @@
 
 from math import isnan
 
-from .friction import coefficient_slope
 from .jit import compiled
-from .lanes import stage_jerk, stage_slope
-from .laws import inflection
+from .equations import jerk_in_lane, weakening_in_lane
+from .lanes import begin_stepping
 from .layout import (
-    A1, A2, A3, A4, B, CELL, DELTA, DROP, DW, ERROR_LOG, G, GAMMA, JERK, LEVEL, MODE, OFFSET, RADIUS2, RISE, SIDE,
-    SIDE_LAST, SIGMA, SLIP_START, SLOPE, STEP, TAU, TURN, W, W_MIN, XI_STAR, Y, Y_STAR,
+    A1, A2, A3, B, CELL, DROP, DW, G, JERK, LEVEL, MODE, OFFSET, RADIUS2, RISE, SIDE, SIDE_LAST, SIGMA, SLIP_START,
+    SLOPE, TAU, TURN, W, WEAK, W_MIN, XI_STAR, Y, Y_STAR,
 )  # fmt: skip
 from .regimes import note_ends, note_side, proven_radius, show_tops
 from .trace import log_slip
 
 
-@compiled
-def first_step(law, s, i, cells, c):
-    """Size of the first step of a slip from rest, where the slip speed may grow as fast as the curve falls."""
-    steepest = cells[A4, c] * inflection(law, cells[DELTA, c])
-    growth = abs(coefficient_slope(law, cells, c, steepest)) + cells[GAMMA, c]
-    s[STEP + i] = 0.05 / (1.0 + growth)
-    s[ERROR_LOG + i] = 0.0
-
-
-@compiled
+@compiled(inline=True)
 def enter_curve(law, s, i, book, cells, mode, u, w, b, turning):
     """Enter RISE or FAST at (u, w). RISE without hysteresis is the plain curve, which ends only at w = 0.
 
@@ -40,8 +30,9 @@ def enter_curve(law, s, i, book, cells, mode, u, w, b, turning):
     s[B + i] = b
     s[Y + i] = u + s[G + i] * b - offset
     s[W + i] = w
-    s[DW + i] = 0.0 if turning else stage_slope(law, s, i, s[Y + i], w)
-    s[JERK + i] = stage_jerk(law, s, i, s[Y + i], w, s[DW + i])
+    s[WEAK + i] = weakening_in_lane(law, s, i, w)
+    s[DW + i] = 0.0 if turning else s[Y + i] - (s[G + i] + s[SLOPE + i]) * w - s[WEAK + i]
+    s[JERK + i] = jerk_in_lane(law, s, i, s[Y + i], w, s[DW + i])
     # Steady sliding; in a reverse slip (b < 0) that of the forward one.
     s[Y_STAR + i] = book[i, SIGMA] * book[i, XI_STAR] + s[G + i] * b - offset
     s[RADIUS2 + i] = proven_radius(law, s, i, book, mode, b) ** 2
@@ -49,7 +40,7 @@ def enter_curve(law, s, i, book, cells, mode, u, w, b, turning):
     show_tops(s, i, book)
 
 
-@compiled
+@compiled(inline=True)
 def begin_slip(law, s, i, book, cells, log, u, b, lifting_off):
     """Slip from rest at (u, b); `lifting_off` where the load equals the friction of the curve, so that w' is zero."""
     c = int(book[i, CELL])
@@ -57,7 +48,7 @@ def begin_slip(law, s, i, book, cells, log, u, b, lifting_off):
         book[i, SLIP_START] = s[TAU + i]
     if book[i, SIDE_LAST] == 0.0:
         note_side(book, i, book[i, SIGMA] * u)
-    first_step(law, s, i, cells, c)
+    begin_stepping(law, s, i, cells, c)
     enter_curve(law, s, i, book, cells, RISE, u, 0.0, b, lifting_off)
     note_ends(book, i, u, 0.0, s[DW + i])
     log_slip(log, s, i, RISE, book[i, SIGMA])

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from stickslip_kernels import layout as at
-from stickslip_kernels.lanes import try_step
+from stickslip_kernels.lanes import step_lanes
 from stickslip_kernels.laws import LAWS
-from stickslip_kernels.rk import rk_step, slip_acceleration
 
 # The widest vectors of the processor: the feature that brings them, and the packed multiply-adds on whole registers.
 WIDEST = (
@@ -26,31 +25,28 @@ SCALAR = {"neon": r"\b(?:fmadd|fmsub|fmul|fadd|fsub)\s+d\d+"}
 SCALAR_X86 = r"\bv?(?:fn?m(?:add|sub)\d+|mul|add|sub)sd\b"
 
 PRINT_ASSEMBLY = """
-from stickslip_kernels import block, lanes, laws, layout
+from stickslip_kernels import {module}, laws, layout
 import numpy as np
-lanes.{loop}({tag}*{arguments})
-print(next(iter(lanes.{loop}.inspect_asm().values())))
+{module}.{loop}({tag}*{arguments})
+print(next(iter({module}.{loop}.inspect_asm().values())))
 """
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_lanes_take_the_scalar_step(law):
+def test_every_lane_takes_the_step_it_would_take_alone(law):
+    """The step of a lane does not depend on what the others do, nor on which lane it is."""
     random = np.random.default_rng(1)
-    s = random.uniform(0.1, 1.0, at.LANE_NUMBERS)
-    s[at.TAU_END : at.TAU_END + at.WIDTH] = np.inf
-    rows = (at.Y, at.W, at.B, at.G, at.OFFSET, at.SLOPE, at.DROP, at.RATE, at.EXPONENT)
-    tag = LAWS[law]
-    for i in range(at.WIDTH):
-        y, w, b, gamma, offset, slope, drop, rate, exponent = (s[row + i] for row in rows)
-        s[at.DW + i] = slip_acceleration(tag, y, w, gamma + slope, drop, rate, exponent)
-    before = s.copy()
-    try_step(tag, s)
-    for i in range(at.WIDTH):
-        y, w, b, gamma, offset, slope, drop, rate, exponent = (before[row + i] for row in rows)
-        h, dw = before[at.STEP + i], before[at.DW + i]
-        expected = rk_step(tag, h, y, w, dw, b, gamma, offset, slope, drop, rate, exponent)
-        found = [s[row + i] for row in (at.Y_NEW, at.W_NEW, at.DW_NEW, at.WORK)]
-        assert found == pytest.approx(expected, rel=1e-14)
+    together = random.uniform(0.1, 1.0, at.LANE_NUMBERS)
+    together[at.TAU_END : at.TAU_END + at.WIDTH] = np.inf
+    alone = [np.zeros(at.LANE_NUMBERS) for _ in range(at.WIDTH)]
+    for i, s in enumerate(alone):
+        place = (i * 7) % at.WIDTH
+        s[place :: at.WIDTH] = together[i :: at.WIDTH]
+    step_lanes(LAWS[law], together, 1e-6, 1e6)
+    for i, s in enumerate(alone):
+        step_lanes(LAWS[law], s, 1e-6, 1e6)
+        place = (i * 7) % at.WIDTH
+        np.testing.assert_array_equal(s[place :: at.WIDTH], together[i :: at.WIDTH])
 
 
 def widest():
@@ -66,9 +62,9 @@ def assembly(tmp_path_factory):
     """Machine code of a loop, compiled afresh: Numba does not keep it for what comes from the cache."""
     folder = tmp_path_factory.mktemp("numba")
 
-    def of(loop, arguments, law):
+    def of(module, loop, arguments, law):
         tag = f"laws.LAWS['{law}'], " if law else ""
-        script = PRINT_ASSEMBLY.format(loop=loop, arguments=arguments, tag=tag)
+        script = PRINT_ASSEMBLY.format(module=module, loop=loop, arguments=arguments, tag=tag)
         kernels = str(Path(at.__file__).parents[1])
         environment = os.environ | {"NUMBA_CACHE_DIR": str(folder / f"{loop}-{law}"), "PYTHONPATH": kernels}
         return subprocess.run(
@@ -79,19 +75,25 @@ def assembly(tmp_path_factory):
 
 
 BUFFER = "(np.zeros(layout.LANE_NUMBERS),)"
+BUFFER_AND_RTOL = "(np.zeros(layout.LANE_NUMBERS), 1e-6)"
 
 
-@pytest.mark.parametrize(("loop", "arguments", "law", "least"), [
-    *(("try_step", BUFFER, law, 0.99) for law in LAWS),
-    ("control_step", "(np.zeros(layout.LANE_NUMBERS), 1e-6)", "stribeck", 0.99),
-    ("watch_and_commit", "(np.zeros(layout.LANE_NUMBERS), 1e6)", None, 0.9),
+@pytest.mark.parametrize(("module", "loop", "arguments", "law", "least"), [
+    ("taylor", "expand", BUFFER, None, 0.99),
+    ("taylor", "choose_step", BUFFER_AND_RTOL, None, 0.95),
+    ("taylor", "sum_series", BUFFER, None, 0.99),
+    ("taylor", "subtract_damper_work", BUFFER, None, 0.99),
+    ("taylor", "judge_step", BUFFER_AND_RTOL, None, 0.95),
+    *(("rk_lanes", "try_stages", BUFFER, law, 0.99) for law in LAWS if law != "stribeck"),
+    ("rk_lanes", "control_step", BUFFER_AND_RTOL, "rational", 0.99),
+    ("lanes", "watch_and_commit", "(np.zeros(layout.LANE_NUMBERS), 1e6)", None, 0.9),
 ])  # fmt: skip
-def test_hot_loop_is_packed_arithmetic_of_the_widest_vectors(assembly, loop, arguments, law, least):
+def test_hot_loop_is_packed_arithmetic_of_the_widest_vectors(assembly, module, loop, arguments, law, least):
     found = widest()
     if found is None:
         pytest.skip("this processor names no vector extension LLVM reports")
     feature, packed = found
-    text = assembly(loop, arguments, law)
+    text = assembly(module, loop, arguments, law)
     vector = len(re.findall(packed, text))
     scalar = len(re.findall(SCALAR.get(feature, SCALAR_X86), text))
     assert vector >= 10

@@ -1,73 +1,73 @@
-"""The step against SciPy at tight tolerance, and its order."""
+"""The Runge-Kutta step against SciPy at tight tolerance, its order, and its step sizes."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 
+from slip_step import DROP, GAMMA, OFFSET, RATE, SLOPE, W0, Y0, B, end_of_step, exact, lanes
+from stickslip_kernels import layout as at
+from stickslip_kernels import rk_lanes
+from stickslip_kernels.equations import friction_power, slip_acceleration, slip_jerk
 from stickslip_kernels.exponential import rough_log2
 from stickslip_kernels.laws import LAWS
-from stickslip_kernels.rk import (
-    GROW_MOST,
-    SHRINK_MOST,
-    friction_power,
-    rk_step,
-    slip_acceleration,
-    slip_jerk,
-    step_factor,
-)
+from stickslip_kernels.rk import GROW_MOST, SHRINK_MOST, step_factor
 
-B, GAMMA, OFFSET, SLOPE, DROP, RATE = 0.4, 0.05, 1.0, 0.1, 0.3, 3.0
-LAW = (B, GAMMA, OFFSET, SLOPE, DROP, RATE, 1.0)
-TAG = LAWS["stribeck"]
-Y0, W0 = 0.4, 0.3
-
-
-def slip(_, state):
-    """u' = b - w, w' = u + gamma u' - mu(w) written out, and the friction work."""
-    u, w, _ = state
-    mu = OFFSET + SLOPE * w + DROP * np.exp(-RATE * w)
-    return [B - w, u + GAMMA * (B - w) - mu, mu * w]
-
-
-def exact(t):
-    start = [Y0 - GAMMA * B + OFFSET, W0, 0.0]
-    u, w, work = solve_ivp(slip, (0.0, t), start, "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
-    return u + GAMMA * B - OFFSET, w, work
+LAW = "rational"
+TAG = LAWS[LAW]
+DRAG = GAMMA + SLOPE
 
 
 def steps(t, n):
-    """n equal steps to time t."""
+    """n equal steps to time t: y, w and the friction work."""
     y, w, work = Y0, W0, 0.0
-    k = slip_acceleration(TAG, y, w, GAMMA + SLOPE, DROP, RATE, 1.0)
     for _ in range(n):
-        y, w, k, done = rk_step(TAG, t / n, y, w, k, *LAW)
+        s = lanes(LAW, y, w, step=t / n)
+        rk_lanes.try_stages(TAG, s)
+        y, w, _, done = end_of_step(s)
         work += done
     return y, w, work
 
 
+def expected(t):
+    y, w, _, work = exact(t, LAW)
+    return y, w, work
+
+
 def test_error_falls_with_the_fifth_power_of_the_step():
-    errors = [np.linalg.norm(np.subtract(steps(5.0, n), exact(5.0))) for n in (40, 80, 160)]
+    errors = [np.linalg.norm(np.subtract(steps(5.0, n), expected(5.0))) for n in (60, 120, 240)]
     orders = np.log2(np.divide(errors[:-1], errors[1:]))
     assert orders == pytest.approx(5.0, abs=0.25)
 
 
 def test_many_steps_reach_the_answer_of_scipy():
-    assert steps(2.0, 400) == pytest.approx(exact(2.0), rel=1e-12)
+    assert steps(2.0, 400) == pytest.approx(expected(2.0), rel=1e-12)
+
+
+def test_between_its_ends_a_step_is_a_tenth_as_wrong_as_at_them():
+    h = 0.8
+    s = lanes(LAW, step=h)
+    rk_lanes.try_stages(TAG, s)
+    y, w, dw, _ = end_of_step(s)
+    s[at.JERK_NEW] = slip_jerk(TAG, y, w, dw, B, DRAG, DROP, RATE, 1.0)
+    rk_lanes.interpolate(s, 0)
+    polynomial = np.polynomial.Polynomial(s[at.SERIES :: at.WIDTH][: at.ORDER + 1])
+    assert [polynomial(h), polynomial.deriv()(h), polynomial.deriv(2)(h)] == pytest.approx([w, dw, s[at.JERK_NEW]])
+    end_error = abs(w - exact(h, LAW)[1])
+    inside = [abs(polynomial(t) - exact(t, LAW)[1]) for t in np.linspace(0.1, 0.7, 7)]
+    assert 1e-8 < end_error and max(inside) < 1.1 * end_error
 
 
 def test_jerk_is_the_derivative_of_the_acceleration():
-    k = slip_acceleration(TAG, Y0, W0, GAMMA + SLOPE, DROP, RATE, 1.0)
-    jerk = slip_jerk(TAG, Y0, W0, k, B, GAMMA + SLOPE, DROP, RATE, 1.0)
-    h = 1e-5
-    forward, backward = (rk_step(TAG, s, Y0, W0, k, *LAW)[2] for s in (h, -h))
-    assert jerk == pytest.approx((forward - backward) / (2 * h), rel=1e-8)
+    k = slip_acceleration(TAG, Y0, W0, DRAG, DROP, RATE, 1.0)
+    jerk = slip_jerk(TAG, Y0, W0, k, B, DRAG, DROP, RATE, 1.0)
+    h = 1e-4
+    assert jerk == pytest.approx((exact(h, LAW)[2] - k) / h, rel=1e-3)
 
 
 def test_power_is_the_friction_coefficient_times_the_slip_speed():
-    k = slip_acceleration(TAG, Y0, W0, GAMMA + SLOPE, DROP, RATE, 1.0)
-    mu = OFFSET + SLOPE * W0 + DROP * np.exp(-RATE * W0)
+    k = slip_acceleration(TAG, Y0, W0, DRAG, DROP, RATE, 1.0)
+    mu = OFFSET + SLOPE * W0 + DROP / (1.0 + RATE * W0)
     assert friction_power(Y0, W0, k, GAMMA, OFFSET) == pytest.approx(mu * W0, rel=1e-14)
 
 

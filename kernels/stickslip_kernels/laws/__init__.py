@@ -30,6 +30,11 @@ def shape(law, z, delta):
     raise NotImplementedError
 
 
+def is_exponential(law):
+    """Whether the law (its type) weakens as e^-z, so that a slip can be stepped by its Taylor series."""
+    return law.instance_class is stribeck.Stribeck
+
+
 def weakening_slope(law, z, x, drop, delta):
     """drop shape'(z), given x = drop shape(z) (compiled code only)."""
     raise NotImplementedError

@@ -1,0 +1,109 @@
+"""Dense output: the motion of one lane inside its step, and the times at which something happens there.
+
+Rows SERIES hold the coefficients of w over the step: the Taylor series, exact as the step itself, or the Hermite
+polynomial of a Runge-Kutta step (`lanes.interpolate`). y and the friction work follow by integration.
+"""
+
+from .equations import slope_in_lane
+from .jit import compiled
+from .layout import B, G, ORDER, SERIES, WIDTH, Y
+from .taylor import conservative_work, square_integral
+
+MOST_TRIES = 60
+# Newton's and Halley's method leave about the square and the cube of the last correction, relative to the step.
+TO_ROUNDING = 1e-5  # for the time of an event
+FOR_A_VALUE = 1e-3  # for the value at an extremum, which is flat there
+
+
+@compiled
+def speed(s, i, t):
+    """w, w', w'' and w''' of lane i at t after the start of its step."""
+    w, dw, half_jerk, sixth_snap = s[SERIES + ORDER * WIDTH + i], 0.0, 0.0, 0.0
+    for j in range(ORDER):
+        sixth_snap = sixth_snap * t + half_jerk
+        half_jerk = half_jerk * t + dw
+        dw = dw * t + w
+        w = w * t + s[SERIES + (ORDER - 1 - j) * WIDTH + i]
+    return w, dw, 2.0 * half_jerk, 6.0 * sixth_snap
+
+
+@compiled
+def rise_and_work(s, i, t, w):
+    """By how much y rises, and the friction work, until t, where the slip speed is w."""
+    once, twice = 0.0, 0.0
+    for j in range(ORDER + 1):
+        n = ORDER - j
+        c = s[SERIES + n * WIDTH + i]
+        once = once * t + c * (1.0 / (n + 1))
+        twice = twice * t + c * (1.0 / ((n + 1) * (n + 2)))
+    rise = t * (s[B + i] - once)
+    work = conservative_work(s, i, t, rise, w, t * t * twice)
+    if s[G + i] != 0.0:
+        work -= s[G + i] * square_integral(s, i, t)
+    return rise, work
+
+
+@compiled(inline=True)
+def state_at(law, s, i, t):
+    """y, w, w' and the friction work at t after the start of the step of lane i."""
+    w = speed(s, i, t)[0]
+    rise, work = rise_and_work(s, i, t, w)
+    y = s[Y + i] + rise
+    return y, w, slope_in_lane(law, s, i, y, w), work
+
+
+@compiled(inline=True)
+def chosen(order, level, motion):
+    """The derivative of w of this order less `level`, its slope and, for Halley's method, its second derivative."""
+    w, dw, jerk, snap = motion
+    if order == 0:
+        return w - level, dw, jerk
+    if order == 1:
+        return dw - level, jerk, snap
+    return jerk - level, snap, 0.0
+
+
+@compiled(inline=True)
+def at_start(s, i, order):
+    """The derivative of w of this order (0, 1, 2) at the start of the step."""
+    return s[SERIES + order * WIDTH + i] * (2.0 if order == 2 else 1.0)
+
+
+@compiled(inline=True)
+def sign_before(s, i, order, level):
+    """Sign of the derivative of w of this order, less `level`, just after the start of the step.
+
+    A zero the step starts on, as each slip from rest does, is passed over: its slope tells the sign.
+    """
+    start = at_start(s, i, order) - level
+    for n in range(order + 1, order + 3):
+        if start == 0.0:
+            start = s[SERIES + n * WIDTH + i]
+    return 1.0 if start > 0.0 else -1.0 if start < 0.0 else 0.0
+
+
+@compiled
+def crossing(s, i, order, level, end, at_end, resolved):
+    """The time in (0, end] at which the derivative of w of this order (0, 1, 2) passes `level`.
+
+    at_end : its value at `end`. By Halley's method inside a shrinking bracket; `end` where there is no change of sign.
+    """
+    before, f_start, f_end = sign_before(s, i, order, level), at_start(s, i, order) - level, at_end - level
+    if not f_end * before < 0.0:
+        return end
+    low, high, t = 0.0, end, end * max(f_start / (f_start - f_end), 0.1)
+    for _ in range(MOST_TRIES):
+        f, slope, bend = chosen(order, level, speed(s, i, t))
+        if f * before > 0.0:
+            low = t
+        else:
+            high = t
+        square, curving = slope * slope, 0.5 * f * bend
+        new = t - f * slope / (square - curving)
+        if abs(curving) < 0.5 * square and low <= new <= high:  # false where the slope vanishes, and for NaN
+            if abs(new - t) <= resolved * end:
+                return new
+            t = new
+        else:
+            t = 0.5 * (low + high)
+    return t

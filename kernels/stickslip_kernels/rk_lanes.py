@@ -1,0 +1,135 @@
+"""One step of slip by the Runge-Kutta pair in every lane: for any law, smooth or not.
+
+Loops over the lanes of one flat buffer, as in `lanes.py`; a loop a stage, rather than one long loop: a single chain of
+six exponentials is too long for the processor to overlap two of them (measured on Zen 3: 50 ns a lane and step against
+13).
+"""
+
+from .bits import select
+from .friction import coefficient_slope
+from .equations import jerk_in_lane, power_in_lane, slope_in_lane
+from .jit import compiled
+from .laws import inflection
+from .layout import (
+    A4, B, DELTA, DW, DW_NEW, ERROR_LOG, ERROR_LOG_NEXT, ERROR_W, ERROR_Y, FLOOR, GAMMA, GOOD, JERK, JERK_NEW, K_2,
+    K_3, K_4, K_5, K_6, SERIES, STEP, TAKEN, TAU, TAU_END, W, WIDTH, WORK, W_2, W_3, W_4, W_5, W_6, W_NEW, Y, Y_NEW,
+    Y_STAR,
+)  # fmt: skip
+from .rk import (
+    A71, A72, A73, A74, A75, A76, embedded_errors, squared_error, stage_2, stage_3, stage_4, stage_5, stage_6,
+    stage_7, step_factor,
+)  # fmt: skip
+
+
+@compiled
+def try_step(law, s, rtol):
+    """A step of the size STEP in every lane; nothing is committed."""
+    try_stages(law, s)
+    control_step(law, s, rtol)
+
+
+@compiled
+def try_stages(law, s):
+    """The stages of one step, a loop each; `s` is the buffer of lanes."""
+    for i in range(WIDTH):
+        h = min(s[STEP + i], s[TAU_END + i] - s[TAU + i])
+        y2, w2 = stage_2(h, s[Y + i], s[B + i], s[W + i], s[DW + i])
+        k2 = slope_in_lane(law, s, i, y2, w2)
+        s[TAKEN + i], s[W_2 + i], s[K_2 + i] = h, w2, k2
+        power = A71 * power_in_lane(s, i, s[Y + i], s[W + i], s[DW + i])
+        s[WORK + i] = power + A72 * power_in_lane(s, i, y2, w2, k2)
+    for i in range(WIDTH):
+        y3, w3 = stage_3(s[TAKEN + i], s[Y + i], s[B + i], s[W + i], s[W_2 + i], s[DW + i], s[K_2 + i])
+        k3 = slope_in_lane(law, s, i, y3, w3)
+        s[W_3 + i], s[K_3 + i] = w3, k3
+        s[WORK + i] += A73 * power_in_lane(s, i, y3, w3, k3)
+    for i in range(WIDTH):
+        y4, w4 = stage_4(
+            s[TAKEN + i], s[Y + i], s[B + i], s[W + i], s[W_2 + i], s[W_3 + i], s[DW + i], s[K_2 + i], s[K_3 + i]
+        )
+        k4 = slope_in_lane(law, s, i, y4, w4)
+        s[W_4 + i], s[K_4 + i] = w4, k4
+        s[WORK + i] += A74 * power_in_lane(s, i, y4, w4, k4)
+    for i in range(WIDTH):
+        y5, w5 = stage_5(
+            s[TAKEN + i], s[Y + i], s[B + i],
+            s[W + i], s[W_2 + i], s[W_3 + i], s[W_4 + i],
+            s[DW + i], s[K_2 + i], s[K_3 + i], s[K_4 + i],
+        )  # fmt: skip
+        k5 = slope_in_lane(law, s, i, y5, w5)
+        s[W_5 + i], s[K_5 + i] = w5, k5
+        s[WORK + i] += A75 * power_in_lane(s, i, y5, w5, k5)
+    for i in range(WIDTH):
+        y6, w6 = stage_6(
+            s[TAKEN + i], s[Y + i], s[B + i],
+            s[W + i], s[W_2 + i], s[W_3 + i], s[W_4 + i], s[W_5 + i],
+            s[DW + i], s[K_2 + i], s[K_3 + i], s[K_4 + i], s[K_5 + i],
+        )  # fmt: skip
+        k6 = slope_in_lane(law, s, i, y6, w6)
+        s[W_6 + i], s[K_6 + i] = w6, k6
+        s[WORK + i] = s[TAKEN + i] * (s[WORK + i] + A76 * power_in_lane(s, i, y6, w6, k6))
+    for i in range(WIDTH):
+        y7, w7 = stage_7(
+            s[TAKEN + i], s[Y + i], s[B + i],
+            s[W + i], s[W_2 + i], s[W_3 + i], s[W_4 + i], s[W_5 + i], s[W_6 + i],
+            s[DW + i], s[K_2 + i], s[K_3 + i], s[K_4 + i], s[K_5 + i], s[K_6 + i],
+        )  # fmt: skip
+        s[Y_NEW + i], s[W_NEW + i], s[DW_NEW + i] = y7, w7, slope_in_lane(law, s, i, y7, w7)
+
+
+@compiled
+def control_step(law, s, rtol):
+    """Error norm, verdict and size of the next step.
+
+    Errors are measured against the amplitude about steady sliding, so that a decaying oscillation keeps its relative
+    accuracy; the slip speed also against itself and its derivative, since at break-away, where it grows from zero, its
+    relative error is what delays the slip.
+    """
+    for i in range(WIDTH):
+        s[ERROR_Y + i], s[ERROR_W + i] = embedded_errors(
+            s[TAKEN + i],
+            s[W + i], s[W_2 + i], s[W_3 + i], s[W_4 + i], s[W_5 + i], s[W_6 + i], s[W_NEW + i],
+            s[DW + i], s[K_2 + i], s[K_3 + i], s[K_4 + i], s[K_5 + i], s[K_6 + i], s[DW_NEW + i],
+        )  # fmt: skip
+        s[JERK_NEW + i] = jerk_in_lane(law, s, i, s[Y_NEW + i], s[W_NEW + i], s[DW_NEW + i])
+    for i in range(WIDTH):
+        floor = s[FLOOR + i]
+        amplitude = max(abs(s[Y + i] - s[Y_STAR + i]), abs(s[W + i] - s[B + i])) + 1e-3 * floor
+        scale_w = min(amplitude, abs(s[W_NEW + i]) + abs(s[DW_NEW + i]) + floor)
+        error2 = squared_error(s[ERROR_Y + i], s[ERROR_W + i], rtol * amplitude, rtol * scale_w)
+        factor, error_log = step_factor(error2, s[ERROR_LOG + i])
+        good = error2 <= 1.0
+        s[GOOD + i] = select(good, 1.0, 0.0)
+        s[STEP + i] *= factor
+        s[ERROR_LOG_NEXT + i] = select(good, error_log, s[ERROR_LOG + i])
+
+
+@compiled
+def interpolate(s, i):
+    """The quintic Hermite polynomial over the step of lane i, as rows SERIES.
+
+    It meets w, w' and w'' at both ends; inside, its error is a hundredth of what the step itself allows: h^6 w^(6)
+    (theta (1 - theta))^3 / 6!.
+    """
+    h, w, dw, jerk = s[TAKEN + i], s[W + i], s[DW + i], s[JERK + i]
+    rise = s[W_NEW + i] - w - h * (dw + 0.5 * h * jerk)
+    slope = h * (s[DW_NEW + i] - dw - h * jerk)
+    bend = h * h * (s[JERK_NEW + i] - jerk)
+    s[SERIES + i], s[SERIES + WIDTH + i], s[SERIES + 2 * WIDTH + i] = w, dw, 0.5 * jerk
+    s[SERIES + 3 * WIDTH + i] = (10.0 * rise - 4.0 * slope + 0.5 * bend) / h**3
+    s[SERIES + 4 * WIDTH + i] = (-15.0 * rise + 7.0 * slope - bend) / h**4
+    s[SERIES + 5 * WIDTH + i] = (6.0 * rise - 3.0 * slope + 0.5 * bend) / h**5
+
+
+@compiled
+def restart(s, i, h):
+    """Let the next step of lane i be of size h, without a memory of errors."""
+    s[STEP + i], s[ERROR_LOG + i] = h, 0.0
+
+
+@compiled
+def begin_stepping(law, s, i, cells, c):
+    """Size of the first step of a slip from rest, where the slip speed may grow as fast as the curve falls."""
+    steepest = cells[A4, c] * inflection(law, cells[DELTA, c])
+    growth = abs(coefficient_slope(law, cells, c, steepest)) + cells[GAMMA, c]
+    restart(s, i, 0.05 / (1.0 + growth))

@@ -1,0 +1,200 @@
+"""One step of slip by the Taylor series of the motion, for laws whose weakening is exponential.
+
+With the weakening part x = drop e^(-rate w) of friction, the equations of the frame (`layout.py`) read
+
+    y' = b - w,      w' = y - drag w - x,      x' = -rate x w'
+
+so that the coefficients of y, w and x follow from each other, order by order, by products of series and a single
+exponential a step (G. Corliss, Y. F. Chang, Solving ordinary differential equations using Taylor series, ACM TOMS 8
+(1982) 114-144). A step of order 12 costs no more than one of the Runge-Kutta pair and reaches three times as far at a
+tolerance of 1e-6, six times at 1e-9; and its polynomial is the motion itself between the ends.
+
+Loops over the lanes of one flat buffer, as in `lanes.py`; a loop an order, so that the processor overlaps the lanes.
+"""
+
+from math import inf
+
+from .bits import select
+from .exponential import exp, rough_exp2, rough_log2
+from .jit import compiled
+from .layout import (
+    B, DROP, DW, DW_NEW, FLOOR, G, GOOD, JERK, JERK_NEW, OFFSET, ORDER, RATE, SERIES, SERIES_DW, SERIES_WEAK, SLOPE,
+    STEP, TAKEN, TAU, TAU_END, W, WEAK, WEAK_NEW, WIDTH, WORK, W_NEW, Y, Y_NEW, Y_STAR,
+)  # fmt: skip
+from .quadrature import NODES, WEIGHTS
+
+LONGEST = 1.0  # step; events inside a step are told from its ends, so it must stay well below half a turn
+SMALLEST = 1e-13  # step; what needs a smaller one cannot be integrated
+TINIEST = 1e-290  # of a coefficient, so that its logarithm is finite
+ERROR_SHARE = 0.02  # of the tolerance that each of the last two coefficients may spend
+
+
+def order_loop(n):
+    """The loop that finds the coefficients of order n of w', n + 1 of w and of the weakening, 1 < n < ORDER.
+
+    A function for each order: with n a constant the compiler unrolls the product of series and sees every row.
+    """
+    here, next_w = n * WIDTH, SERIES + (n + 1) * WIDTH
+    last = n == ORDER - 1
+
+    @compiled(inline=True)
+    def loop(s):
+        for i in range(WIDTH):
+            y = s[SERIES + here - WIDTH + i] * (-1.0 / n)
+            dw = y - (s[G + i] + s[SLOPE + i]) * s[SERIES + here + i] - s[SERIES_WEAK + here + i]
+            s[SERIES_DW + here + i] = dw
+            s[next_w + i] = dw * (1.0 / (n + 1))
+            if not last:
+                # Two sums, so that each addition need not wait for the one before.
+                even, odd = dw * s[SERIES_WEAK + i], 0.0
+                for j in range(0, n - n % 2, 2):
+                    even += s[SERIES_DW + j * WIDTH + i] * s[SERIES_WEAK + here - j * WIDTH + i]
+                    odd += s[SERIES_DW + (j + 1) * WIDTH + i] * s[SERIES_WEAK + here - (j + 1) * WIDTH + i]
+                if n % 2 == 1:
+                    odd += s[SERIES_DW + here - WIDTH + i] * s[SERIES_WEAK + WIDTH + i]
+                s[SERIES_WEAK + here + WIDTH + i] = (even + odd) * s[RATE + i] * (-1.0 / (n + 1))
+
+    return loop
+
+
+def orders_from(n):
+    """The loops of order n and above, one after the other."""
+    loop = order_loop(n)
+    if n == ORDER - 1:
+        return loop
+    rest = orders_from(n + 1)
+
+    @compiled(inline=True)
+    def loops(s):
+        loop(s)
+        rest(s)
+
+    return loops
+
+
+higher_orders = orders_from(2)
+
+
+@compiled
+def expand(s):
+    """The coefficients of w, w' and the weakening about the present state of every lane."""
+    for i in range(WIDTH):
+        dw, jerk, weak = s[DW + i], s[JERK + i], s[WEAK + i]
+        s[SERIES + i], s[SERIES + WIDTH + i], s[SERIES + 2 * WIDTH + i] = s[W + i], dw, 0.5 * jerk
+        s[SERIES_DW + i], s[SERIES_DW + WIDTH + i] = dw, jerk
+        rate = -s[RATE + i]
+        weak_1 = rate * (weak * dw)
+        s[SERIES_WEAK + i], s[SERIES_WEAK + WIDTH + i] = weak, weak_1
+        s[SERIES_WEAK + 2 * WIDTH + i] = 0.5 * rate * (weak_1 * dw + weak * jerk)
+    higher_orders(s)
+
+
+@compiled(inline=True)
+def speed_scale(s, i):
+    """What an error of w is measured against, and the amplitude about steady sliding."""
+    floor = s[FLOOR + i]
+    amplitude = max(abs(s[Y + i] - s[Y_STAR + i]), abs(s[W + i] - s[B + i])) + 1e-3 * floor
+    return min(amplitude, abs(s[W + i]) + abs(s[DW + i]) + floor)
+
+
+@compiled
+def choose_step(s, rtol):
+    """As long a step as the last two coefficients allow, each being within the tolerance (Jorba & Zou 2005)."""
+    for i in range(WIDTH):
+        allowed = rough_log2(ERROR_SHARE * rtol * speed_scale(s, i))
+        last = rough_log2(max(abs(s[SERIES + ORDER * WIDTH + i]), TINIEST))
+        before = rough_log2(max(abs(s[SERIES + (ORDER - 1) * WIDTH + i]), TINIEST))
+        h = rough_exp2(min((allowed - last) * (1.0 / ORDER), (allowed - before) * (1.0 / (ORDER - 1))))
+        h = min(h, LONGEST)
+        s[GOOD + i] = select(h >= SMALLEST, 1.0, 0.0)
+        s[TAKEN + i] = min(h, min(s[STEP + i], s[TAU_END + i] - s[TAU + i]))
+
+
+@compiled
+def sum_series(s):
+    """Both ends of the integrals the step needs: w, w', y and the friction work but for the damper's share."""
+    for i in range(WIDTH):
+        h = s[TAKEN + i]
+        w = s[SERIES + ORDER * WIDTH + i]
+        once, twice = w * (1.0 / (ORDER + 1)), w * (1.0 / ((ORDER + 1) * (ORDER + 2)))
+        dw = 0.0
+        for j in range(ORDER):
+            n = ORDER - 1 - j
+            c = s[SERIES + n * WIDTH + i]
+            w = w * h + c
+            once = once * h + c * (1.0 / (n + 1))
+            twice = twice * h + c * (1.0 / ((n + 1) * (n + 2)))
+            dw = dw * h + s[SERIES_DW + n * WIDTH + i]
+        rise = h * (s[B + i] - once)
+        s[W_NEW + i], s[DW_NEW + i], s[Y_NEW + i] = w, dw, s[Y + i] + rise
+        s[WORK + i] = conservative_work(s, i, h, rise, w, h * h * twice)
+
+
+@compiled(inline=True)
+def conservative_work(s, i, h, rise, w, fallen):
+    """Friction work over h without damper: y rises by `rise`, w ends at `w`, `fallen` is the double integral of w.
+
+    With mu = offset + y - gamma w - w' and w = b - y', mu w = b (offset + y) - ((offset + y)^2/2 + w^2/2)' - gamma w^2.
+    """
+    b, load = s[B + i], s[OFFSET + i] + s[Y + i]
+    return b * (h * (load + 0.5 * h * b) - fallen) - rise * (load + 0.5 * rise) - 0.5 * (w - s[W + i]) * (w + s[W + i])
+
+
+@compiled(inline=True)
+def series_speed(s, i, t):
+    """w of lane i at t after the start of its step."""
+    w = s[SERIES + ORDER * WIDTH + i]
+    for j in range(ORDER):
+        w = w * t + s[SERIES + (ORDER - 1 - j) * WIDTH + i]
+    return w
+
+
+@compiled(inline=True)
+def square_integral(s, i, h):
+    """Integral of w^2 over h."""
+    total = 0.0
+    for node in range(len(NODES)):
+        w = series_speed(s, i, NODES[node] * h)
+        total += WEIGHTS[node] * w * w
+    return h * total
+
+
+@compiled
+def subtract_damper_work(s):
+    """What the damper takes of the work, where any lane has one."""
+    damped = False
+    for i in range(WIDTH):
+        damped |= s[G + i] != 0.0
+    if damped:
+        for i in range(WIDTH):
+            s[WORK + i] -= s[G + i] * square_integral(s, i, s[TAKEN + i])
+
+
+@compiled
+def judge_step(s, rtol):
+    """State at the end by the equations themselves; the step is good if the series agrees with them (its defect)."""
+    for i in range(WIDTH):
+        y, w, drag = s[Y_NEW + i], s[W_NEW + i], s[G + i] + s[SLOPE + i]
+        weak = s[DROP + i] * exp(-s[RATE + i] * w)
+        dw = y - drag * w - weak
+        h, defect = s[TAKEN + i], abs(s[DW_NEW + i] - dw)
+        good = (s[GOOD + i] > 0.0) & (defect * h <= (ORDER + 1) * rtol * speed_scale(s, i))
+        s[WEAK_NEW + i], s[DW_NEW + i] = weak, dw
+        s[JERK_NEW + i] = (s[B + i] - w) - (drag - s[RATE + i] * weak) * dw
+        s[GOOD + i], s[STEP + i] = select(good, 1.0, 0.0), select(good, inf, 0.5 * h)
+
+
+@compiled
+def try_step(s, rtol):
+    """A step in every lane, as far as the series is good for; nothing is committed."""
+    expand(s)
+    choose_step(s, rtol)
+    sum_series(s)
+    subtract_damper_work(s)
+    judge_step(s, rtol)
+
+
+@compiled
+def restart(s, i):
+    """The series itself tells how far the next step of lane i may reach."""
+    s[STEP + i] = inf

@@ -1,0 +1,47 @@
+"""One slip in all lanes, for the tests of the step: set up, stepped, and solved exactly by SciPy."""
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from stickslip_kernels import layout as at
+from stickslip_kernels.equations import slip_acceleration, slip_jerk
+from stickslip_kernels.laws import LAWS
+
+B, GAMMA, OFFSET, SLOPE, DROP, RATE = 0.4, 0.05, 1.0, 0.1, 0.3, 3.0
+Y0, W0 = 0.4, 0.3
+WEAKENING = {"stribeck": lambda z: np.exp(-z), "rational": lambda z: 1.0 / (1.0 + z)}
+
+
+def lanes(law="stribeck", y=Y0, w=W0, gamma=GAMMA, step=np.inf, end=np.inf):
+    """A buffer with this slip in every lane."""
+    s = np.zeros(at.LANE_NUMBERS)
+    drag, tag = gamma + SLOPE, LAWS[law]
+    dw = slip_acceleration(tag, y, w, drag, DROP, RATE, 1.0)
+    rows = {
+        at.Y: y, at.W: w, at.DW: dw, at.JERK: slip_jerk(tag, y, w, dw, B, drag, DROP, RATE, 1.0),
+        at.WEAK: DROP * WEAKENING[law](RATE * w), at.B: B, at.G: gamma, at.OFFSET: OFFSET, at.SLOPE: SLOPE,
+        at.DROP: DROP, at.RATE: RATE, at.EXPONENT: 1.0, at.STEP: step, at.TAU_END: end, at.FLOOR: 1e-3,
+    }  # fmt: skip
+    for row, value in rows.items():
+        s[row : row + at.WIDTH] = value
+    return s
+
+
+def exact(t, law="stribeck", y=Y0, w=W0, gamma=GAMMA):
+    """y, w, w' and the friction work after t: u' = b - w, w' = u + gamma u' - mu(w) written out."""
+
+    def mu(w):
+        return OFFSET + SLOPE * w + DROP * WEAKENING[law](RATE * w)
+
+    def slip(_, state):
+        u, w, _ = state
+        return [B - w, u + gamma * (B - w) - mu(w), mu(w) * w]
+
+    start = [y - gamma * B + OFFSET, w, 0.0]
+    u, w, work = solve_ivp(slip, (0.0, t), start, "DOP853", rtol=1e-13, atol=1e-15).y[:, -1] if t else start
+    return u + gamma * B - OFFSET, w, u + gamma * (B - w) - mu(w), work
+
+
+def end_of_step(s, lane=0):
+    """y, w, w' and the friction work at the end of the tried step."""
+    return tuple(s[row + lane] for row in (at.Y_NEW, at.W_NEW, at.DW_NEW, at.WORK))
