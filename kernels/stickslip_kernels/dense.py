@@ -10,7 +10,8 @@ from .layout import B, G, ORDER, SERIES, WIDTH, Y
 from .taylor import conservative_work, square_integral
 
 MOST_TRIES = 60
-# Newton's and Halley's method leave about the square and the cube of the last correction, relative to the step.
+# Corrections at which a search ends, relative to the step: Halley's method leaves about the cube of the last one,
+# Newton's (order 2) the square.
 TO_ROUNDING = 1e-5  # for the time of an event
 FOR_A_VALUE = 1e-3  # for the value at an extremum, which is flat there
 

@@ -68,6 +68,8 @@ def level_time(q, v, drag, level, latest):
         else:
             high = t
         new = t - (q1 - level) / v1
+        if abs(new - t) <= 1e-9 * t:  # what Newton's method leaves is about the square of its last correction
+            return new
         if not low < new < high:
             new = 0.5 * (low + high)
         if new == t or high - low <= 1e-16 * high:

@@ -6,7 +6,7 @@ cell whose horizon or budget runs out first is `unresolved`. Functions change `b
 
 from math import atan2, cos, inf, log, nan, pi, sin
 
-from .dense import FOR_A_VALUE, TO_ROUNDING, crossing, rise_and_work, speed
+from .dense import FOR_A_VALUE, crossing, rise_and_work, speed
 from .exponential import exp
 from .friction import coefficient, coefficient_slope
 from .jit import compiled
@@ -82,7 +82,7 @@ def record_extrema(s, i, book, results, h, y1, w1, dw1, jerk1):
         steepest = speed(s, i, crossing(s, i, 2, 0.0, h, jerk1, FOR_A_VALUE))[1]
         book[i, DW_HIGH] = max(book[i, DW_HIGH], abs(steepest))
     if (w0 > b) != (w1 > b):  # u' = b - w changes sign
-        t = crossing(s, i, 0, b, h, w1, TO_ROUNDING)
+        t = crossing(s, i, 0, b, h, w1, FOR_A_VALUE)
         rise, work = rise_and_work(s, i, t, b)
         u = s[Y + i] + rise - s[G + i] * b + s[OFFSET + i]
         if note_turn(book, i, book[i, SIGMA] * u):
