@@ -1,9 +1,9 @@
 """The floor: what a step must cost at least on this machine, from its operations and the measured FMA rate.
 
-Operations of one Tsitouras step are counted from the tableau the kernels use, an operation being an addition, a
-multiplication, a fused multiply-add, a minimum or a maximum of doubles; the integer operations of the exponential run
-beside them on other ports and are left out, and so are event guards, heat and extrema, which are the product's, not the
-method's. The rate is that of packed fused multiply-adds on numbers in the first cache, compiled here by Numba.
+Operations of one Taylor step are counted from its order, an operation being an addition, a multiplication, a fused
+multiply-add, a minimum or a maximum of doubles; the integer operations of the exponential run beside them on other
+ports and are left out, and so are event guards, which are the product's, not the method's. The rate is that of packed
+fused multiply-adds on numbers in the first cache, compiled here by Numba.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from time import process_time
 import numpy as np
 from numba import njit
 
-from stickslip_kernels.tableau import TSITOURAS_54
+from stickslip_kernels.layout import ORDER
 
 EXPONENTIAL = {"clamp": 2, "reduction": 4, "polynomial of degree 12": 12}
 NUMBERS = 64  # in the first cache; eight operations between load and store, so that memory does not bound the rate
@@ -21,19 +21,16 @@ NUMBERS = 64  # in the first cache; eight operations between load and store, so 
 
 def operations() -> dict[str, int]:
     """Operations of a trial step by part."""
-    entries = [sum(a != 0.0 for a in row) for row in TSITOURAS_54.matrix[1:]]
-    stages = len(entries)
-    errors = sum(e != 0.0 for e in TSITOURAS_54.error_weights)
     parts = {
-        # sum_j a_ij k_j takes as many operations as entries; times h and onto w, one more
-        "stages of w": sum(entries) + stages,
-        # the same, and the node times b, since y' = b - w is linear
-        "stages of y": sum(entries) + 2 * stages,
-        "right-hand side but for the exponential": 3 * stages,  # y - drag w; - drop shape; rate w
-        "exponentials": sum(EXPONENTIAL.values()) * stages,
-        "two error estimates": 2 * (errors + 1),
-        "scales, norm, verdict": 12,
-        "next step size": 12,  # a rough log2 and exp2, clamped
+        # the coefficient of order n + 1 of the weakening is a sum of n + 1 products
+        "products of series": sum(n + 1 for n in range(ORDER - 1)),
+        # each order: that of y, y - drag w - x, over n + 1; minus rate, over n + 1
+        "the rest of the coefficients": 6 * ORDER,
+        "exponential": sum(EXPONENTIAL.values()),
+        "four sums: w, w' and two integrals": 4 * ORDER,
+        "state at the end, friction work": 14,
+        "scale, two logarithms, step size": 24,
+        "defect, verdict": 8,
     }
     return parts | {"all": sum(parts.values())}
 
