@@ -48,7 +48,7 @@ def say(text: str) -> None:
 def ours_as_peer() -> Peer:
     return Peer(
         OURS,
-        "step repeated to the root",
+        "root of the series of the step",
         problem.ours,
         dict.fromkeys(TOLERANCES, 10_000),
         solve_threads=problem.ours,

@@ -38,20 +38,8 @@ def next_cell(law, s, i, book, cells, first, results, control, log):
 
 
 @compiled
-def run_block(law, cells, results, control, log, stop):
-    """Integrate every cell of a block.
-
-    law : tag of the friction law, see `laws`.
-    cells : float64 (CELL_ROWS, n), kernel units, C-contiguous.
-    results : float64 (RESULT_ROWS, n) from `new_results`, filled in place.
-    control : RTOL, MAX_STEPS, EARLY_STOP. log : see `layout.py`; a log with rows wants n = 1.
-    stop : int64 (1,); when another thread sets it, the block is left, unfinished cells staying "not computed".
-
-    WIDTH cells are under way at a time; a finished lane takes the next cell of the queue. A cell's numbers do not
-    depend on its lane or its neighbours.
-    """
-    lanes = np.zeros(LANE_NUMBERS)
-    book = np.zeros((WIDTH, BOOK_COLUMNS))
+def run_lanes(law, lanes, book, cells, results, control, log, stop):
+    """`run_block` with its buffers: the lanes and the slow state of each."""
     following, busy = 0, 0
     for i in range(WIDTH):
         following = next_cell(law, lanes, i, book, cells, following, results, control, log)
@@ -65,3 +53,19 @@ def run_block(law, cells, results, control, log, stop):
                     busy -= book[i, CELL] < 0.0
             elif log.shape[0] > 0 and book[i, CELL] >= 0.0:
                 log_slip(log, lanes, i, book[i, MODE], book[i, SIGMA])
+
+
+@compiled(allocates=True)
+def run_block(law, cells, results, control, log, stop):
+    """Integrate every cell of a block.
+
+    law : tag of the friction law, see `laws`.
+    cells : float64 (CELL_ROWS, n), kernel units, C-contiguous.
+    results : float64 (RESULT_ROWS, n) from `new_results`, filled in place.
+    control : RTOL, MAX_STEPS, EARLY_STOP. log : see `layout.py`; a log with rows wants n = 1.
+    stop : int64 (1,); when another thread sets it, the block is left, unfinished cells staying "not computed".
+
+    WIDTH cells are under way at a time; a finished lane takes the next cell of the queue. A cell's numbers do not
+    depend on its lane or its neighbours.
+    """
+    run_lanes(law, np.zeros(LANE_NUMBERS), np.zeros((WIDTH, BOOK_COLUMNS)), cells, results, control, log, stop)

@@ -19,6 +19,7 @@ from .layout import (
 )  # fmt: skip
 
 SMALLEST_STEP = 1e-13
+UNCOUNTED = {"_nrt": False, "error_model": "numpy"}
 
 
 # --- the step: what a law is stepped by -----------------------------------------------------------------------------
@@ -44,28 +45,28 @@ def restart(law, s, i, h):
     raise NotImplementedError
 
 
-@overload(try_step)
+@overload(try_step, jit_options=UNCOUNTED)
 def _try_step(law, s, rtol):
     if is_exponential(law):
         return lambda law, s, rtol: taylor.try_step(s, rtol)
     return lambda law, s, rtol: rk_lanes.try_step(law, s, rtol)
 
 
-@overload(interpolate)
+@overload(interpolate, jit_options=UNCOUNTED)
 def _interpolate(law, s, i):
     if is_exponential(law):
         return lambda law, s, i: None
     return lambda law, s, i: rk_lanes.interpolate(s, i)
 
 
-@overload(begin_stepping)
+@overload(begin_stepping, jit_options=UNCOUNTED)
 def _begin_stepping(law, s, i, cells, c):
     if is_exponential(law):
         return lambda law, s, i, cells, c: taylor.restart(s, i)
     return lambda law, s, i, cells, c: rk_lanes.begin_stepping(law, s, i, cells, c)
 
 
-@overload(restart)
+@overload(restart, jit_options=UNCOUNTED)
 def _restart(law, s, i, h):
     if is_exponential(law):
         return lambda law, s, i, h: taylor.restart(s, i)

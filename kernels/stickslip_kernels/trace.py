@@ -87,7 +87,7 @@ def state_after(law, s, segment, dt, gamma, b):
     return y - gamma * b + segment[LOG_OFFSET], w, dw
 
 
-@compiled
+@compiled(allocates=True)
 def sample(law, log, cell, times, samples):
     """Fill in the motion at given times.
 

@@ -22,7 +22,7 @@ from . import cubic, rational, stribeck, stribeck_delta
 
 LAWS = {"stribeck": stribeck.TAG, "stribeck_delta": stribeck_delta.TAG, "rational": rational.TAG, "cubic": cubic.TAG}
 _FILES = {type(file.TAG): file for file in (stribeck, stribeck_delta, rational, cubic)}
-_HOT: Any = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract"}}
+_HOT: Any = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
 
 
 def shape(law, z, delta):
