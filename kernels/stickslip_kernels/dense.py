@@ -13,7 +13,8 @@ MOST_TRIES = 60
 # Corrections at which a search ends, relative to the step: Halley's method leaves about the cube of the last one,
 # Newton's (order 2) the square.
 TO_ROUNDING = 1e-5  # for the time of an event
-FOR_A_VALUE = 1e-3  # for the value at an extremum, which is flat there
+FOR_A_VALUE = 1e-2  # for the value at an extremum, which is flat there
+FOR_A_VALUE_BY_NEWTON = 1e-3
 
 
 @compiled
@@ -87,24 +88,28 @@ def sign_before(s, i, order, level):
 def crossing(s, i, order, level, end, at_end, resolved):
     """The time in (0, end] at which the derivative of w of this order (0, 1, 2) passes `level`.
 
-    at_end : its value at `end`. By Halley's method inside a shrinking bracket; `end` where there is no change of sign.
+    at_end : w and its first three derivatives at `end`; the third may be 0. By Halley's method inside a shrinking
+    bracket, from the end where that is near the crossing, else from the secant. `end` where there is no change of sign.
     """
-    before, f_start, f_end = sign_before(s, i, order, level), at_start(s, i, order) - level, at_end - level
-    if not f_end * before < 0.0:
+    before, f_start = sign_before(s, i, order, level), at_start(s, i, order) - level
+    f, slope, bend = chosen(order, level, at_end)
+    if not f * before < 0.0:
         return end
-    low, high, t = 0.0, end, end * max(f_start / (f_start - f_end), 0.1)
+    low, high, t, near = 0.0, end, end, 0.1
+    secant = end * max(f_start / (f_start - f), 0.1)
     for _ in range(MOST_TRIES):
+        square, curving = slope * slope, 0.5 * f * bend
+        new = t - f * slope / (square - curving)
+        if abs(curving) < near * square and low <= new <= high:  # false where the slope vanishes, and for NaN
+            if abs(new - t) <= resolved * end:
+                return new
+            t = new
+        else:
+            t = secant if near == 0.1 else 0.5 * (low + high)
+        near = 0.5
         f, slope, bend = chosen(order, level, speed(s, i, t))
         if f * before > 0.0:
             low = t
         else:
             high = t
-        square, curving = slope * slope, 0.5 * f * bend
-        new = t - f * slope / (square - curving)
-        if abs(curving) < 0.5 * square and low <= new <= high:  # false where the slope vanishes, and for NaN
-            if abs(new - t) <= resolved * end:
-                return new
-            t = new
-        else:
-            t = 0.5 * (low + high)
     return t

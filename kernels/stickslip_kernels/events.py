@@ -11,16 +11,22 @@ from .layout import DW, DW_NEW, JERK_NEW, LEVEL, SIDE, TAKEN, TURN, W, WORK, W_N
 NO_EVENT, LEVEL_REACHED, TURNED = range(3)
 
 
+@compiled(inline=True)
+def end_motion(s, i):
+    """w, w' and w'' at the end of the step of lane i, as `crossing` wants them."""
+    return s[W_NEW + i], s[DW_NEW + i], s[JERK_NEW + i], 0.0
+
+
 @compiled
 def turn_time(s, i):
     """When w' of lane i first vanishes within its step, w moving towards LEVEL before; -1 if it does not."""
-    h, dw = s[TAKEN + i], s[DW_NEW + i]
-    if s[SIDE + i] * dw <= 0.0:
-        return crossing(s, i, 1, 0.0, h, dw, TO_ROUNDING)
+    h, at_end = s[TAKEN + i], end_motion(s, i)
+    if s[SIDE + i] * at_end[1] <= 0.0:
+        return crossing(s, i, 1, 0.0, h, at_end, TO_ROUNDING)
     # Towards the level at both ends: the slope may still turn between them.
-    bottom = crossing(s, i, 2, 0.0, h, s[JERK_NEW + i], TO_ROUNDING)
-    dw = speed(s, i, bottom)[1]
-    return -1.0 if s[SIDE + i] * dw > 0.0 else crossing(s, i, 1, 0.0, bottom, dw, TO_ROUNDING)
+    bottom = crossing(s, i, 2, 0.0, h, at_end, TO_ROUNDING)
+    at_bottom = speed(s, i, bottom)
+    return -1.0 if s[SIDE + i] * at_bottom[1] > 0.0 else crossing(s, i, 1, 0.0, bottom, at_bottom, TO_ROUNDING)
 
 
 @compiled(inline=True)
@@ -35,13 +41,13 @@ def find_event(law, s, i):
     reached = side * w1 >= side * level
     # An extremum inside the step is taken to be no further out than the nearer end plus h times the larger slope there.
     grazed = d0 > 0.0 and d1 <= 0.0 and max(side * w0, side * w1) + h * max(d0, -d1) >= side * level
-    end, at_end = h, w1  # the level, if reached, is reached before this
+    end, at_end = h, end_motion(s, i)  # the level, if reached, is reached before this
     if s[TURN + i] > 0.0 or (grazed and not reached):
         turn = turn_time(s, i)
         if turn >= 0.0:
             y, w, dw, work = state_at(law, s, i, turn)
             if side * w >= side * level:
-                reached, end, at_end = True, turn, w
+                reached, end, at_end = True, turn, (w, 0.0, 0.0, 0.0)
             elif s[TURN + i] > 0.0:
                 return TURNED, turn, y, w, 0.0, work
     if not reached:

@@ -6,7 +6,7 @@ cell whose horizon or budget runs out first is `unresolved`. Functions change `b
 
 from math import atan2, cos, inf, log, nan, pi, sin
 
-from .dense import FOR_A_VALUE, crossing, rise_and_work, speed
+from .dense import FOR_A_VALUE, FOR_A_VALUE_BY_NEWTON, TO_ROUNDING, crossing, rise_and_work, speed
 from .exponential import exp
 from .friction import coefficient, coefficient_slope
 from .jit import compiled
@@ -72,20 +72,21 @@ def note_ends(book, i, u, w, dw):
 @compiled(inline=True)
 def record_extrema(s, i, book, results, h, y1, w1, dw1, jerk1):
     """Extrema of u, w and w' between the start of the step of lane i and the state after h."""
-    w0, dw0, jerk0, b = s[W + i], s[DW + i], s[JERK + i], s[B + i]
+    w0, dw0, jerk0, b, at_end = s[W + i], s[DW + i], s[JERK + i], s[B + i], (w1, dw1, jerk1, 0.0)
     if dw0 * dw1 < 0.0 and max(w0, w1) + h * max(abs(dw0), abs(dw1)) >= s[W_TOP + i]:
-        top = speed(s, i, crossing(s, i, 1, 0.0, h, dw1, FOR_A_VALUE))[0]
+        top = speed(s, i, crossing(s, i, 1, 0.0, h, at_end, FOR_A_VALUE))[0]
         book[i, W_HIGH] = max(book[i, W_HIGH], top)
         if dw0 > 0.0:
             note_peak(book, i, top - b)
     if jerk0 * jerk1 < 0.0 and max(abs(dw0), abs(dw1)) + h * max(abs(jerk0), abs(jerk1)) >= s[DW_TOP + i]:
-        steepest = speed(s, i, crossing(s, i, 2, 0.0, h, jerk1, FOR_A_VALUE))[1]
+        steepest = speed(s, i, crossing(s, i, 2, 0.0, h, at_end, FOR_A_VALUE_BY_NEWTON))[1]
         book[i, DW_HIGH] = max(book[i, DW_HIGH], abs(steepest))
     if (w0 > b) != (w1 > b):  # u' = b - w changes sign
-        t = crossing(s, i, 0, b, h, w1, FOR_A_VALUE)
-        rise, work = rise_and_work(s, i, t, b)
-        u = s[Y + i] + rise - s[G + i] * b + s[OFFSET + i]
+        t = crossing(s, i, 0, b, h, at_end, FOR_A_VALUE)
+        u = s[Y + i] + rise_and_work(s, i, t, b)[0] - s[G + i] * b + s[OFFSET + i]
         if note_turn(book, i, book[i, SIGMA] * u):
+            t = crossing(s, i, 0, b, h, at_end, TO_ROUNDING)
+            work = rise_and_work(s, i, t, b)[1]
             compare_loops(s, i, book, results, s[TAU + i] + t, s[HEAT + i] + work, book[i, SIGMA] * u)
 
 

@@ -46,7 +46,7 @@ def test_a_crossing_is_a_root_before_which_the_sign_does_not_change_for_good(p, 
     f = np.polynomial.Polynomial(p).deriv(order) if order else np.polynomial.Polynomial(p)
     s = holding(p)
     assume(sign_before(s, LANE, order, level) * (f(1.0) - level) < -1e-3)
-    t = crossing(s, LANE, order, level, 1.0, f(1.0), TO_ROUNDING)
+    t = crossing(s, LANE, order, level, 1.0, speed(s, LANE, 1.0), TO_ROUNDING)
     assert 0.0 <= t <= 1.0
     around = [f(max(t - 1e-7, 0.0)) - level, f(min(t + 1e-7, 1.0)) - level]
     assert abs(f(t) - level) < 1e-10 or around[0] * around[1] <= 0.0
@@ -54,20 +54,23 @@ def test_a_crossing_is_a_root_before_which_the_sign_does_not_change_for_good(p, 
 
 def test_without_a_change_of_sign_the_end_returns():
     s = holding([1.0, 0.0, 1.0])
-    assert crossing(s, LANE, 0, 0.0, 0.7, 1.49, TO_ROUNDING) == 0.7
+    assert crossing(s, LANE, 0, 0.0, 0.7, speed(s, LANE, 0.7), TO_ROUNDING) == 0.7
 
 
 @given(st.floats(0.1, 0.9), st.integers(1, 2))
 def test_the_zero_one_stands_on_is_not_the_crossing(where, multiplicity):
     """Every break-away starts on w = 0, and on w' = 0 too where static friction ends on the curve."""
     p = np.polynomial.Polynomial.fromroots([0.0] * multiplicity + [where])
-    assert crossing(holding(p.coef), LANE, 0, 0.0, 1.0, p(1.0), TO_ROUNDING) == pytest.approx(where, abs=1e-12)
+    s = holding(p.coef)
+    found = crossing(s, LANE, 0, 0.0, 1.0, speed(s, LANE, 1.0), TO_ROUNDING)
+    assert found == pytest.approx(where, abs=1e-12)
 
 
 def test_the_far_end_may_be_an_extremum_where_newton_fails():
     """A slip that dips below zero: the end of the search is its lowest point."""
-    p = np.polynomial.Polynomial([0.08, -0.6, 1.0])  # zero at 0.2 and 0.4, lowest at 0.3
-    assert crossing(holding(p.coef), LANE, 0, 0.0, 0.3, p(0.3), TO_ROUNDING) == pytest.approx(0.2, abs=1e-14)
+    s = holding([0.08, -0.6, 1.0])  # zero at 0.2 and 0.4, lowest at 0.3
+    found = crossing(s, LANE, 0, 0.0, 0.3, speed(s, LANE, 0.3), TO_ROUNDING)
+    assert found == pytest.approx(0.2, abs=1e-14)
 
 
 def test_a_value_at_an_extremum_needs_less():
@@ -75,7 +78,7 @@ def test_a_value_at_an_extremum_needs_less():
     taylor.try_step(s, 1e-10)
     assert s[at.DW] > 0.0 > s[at.DW_NEW]
     rough, fine = (
-        speed(s, 0, crossing(s, 0, 1, 0.0, s[at.TAKEN], s[at.DW_NEW], resolved))[0]
+        speed(s, 0, crossing(s, 0, 1, 0.0, s[at.TAKEN], speed(s, 0, s[at.TAKEN]), resolved))[0]
         for resolved in (FOR_A_VALUE, TO_ROUNDING)
     )
     assert rough == pytest.approx(fine, rel=1e-12) and fine > s[at.W] > s[at.W_NEW]
