@@ -13,9 +13,10 @@ from .bits import select
 from .jit import compiled
 from .laws import is_exponential
 from .layout import (
-    B, BAND2, DW, DW_NEW, DW_NEXT, DW_TOP, FLAG, GOOD, HEAT, HEAT_NEXT, JERK, JERK_NEW, JERK_NEXT, LEVEL, MARK,
-    RADIUS2, SIDE, STATE_NUMBERS, STEP, TAKEN, TAU, TAU_END, TAU_NEXT, TRIED, TURN, W, WEAK, WEAK_NEW, WEAK_NEXT,
-    WIDTH, WORK, W_NEW, W_NEXT, W_TOP, Y, Y_NEW, Y_NEXT, Y_STAR,
+    B, BAND2, DW, DW_NEW, DW_NEXT, DW_TOP, EXTREMUM, FLAG, GOOD, HEAT, HEAT_NEXT, JERK, JERK_NEW, JERK_NEXT, LEVEL,
+    MARK, QUIET, QUIET_NEXT, RADIUS2, SIDE, STATE_NUMBERS, STEP, TAKEN, TAU, TAU_END, TAU_NEXT, TRIED, TURN,
+    TURNED_QUIETLY, W, WEAK, WEAK_NEW, WEAK_NEXT, WIDTH, WORK, W_NEW, W_NEXT, W_TOP, Y, Y_HIGH, Y_LOW, Y_NEW,
+    Y_NEXT, Y_STAR,
 )  # fmt: skip
 
 SMALLEST_STEP = 1e-13
@@ -85,7 +86,38 @@ def step_lanes(law, lanes, rtol, max_steps):
     rtol : tolerance of a step relative to the amplitude. max_steps : trial steps a cell may take.
     """
     try_step(law, lanes, rtol)
+    watch_extrema(lanes)
     watch_and_commit(lanes, max_steps)
+
+
+@compiled(inline=True)
+def reach(a, b, h):
+    """How far beyond the nearer end an extremum within h may lie, its slopes at the ends being a and b.
+
+    A bound where the slope only falls, or only rises, on the way.
+    """
+    return h * min(abs(a), abs(b))
+
+
+@compiled
+def watch_extrema(s):
+    """Mark the lanes whose step holds an extremum to be looked at, and those in which u turns without need of it."""
+    for i in range(WIDTH):
+        y0, y, w0, w, h = s[Y + i], s[Y_NEW + i], s[W + i], s[W_NEW + i], s[TAKEN + i]
+        dw0, dw, jerk0, jerk = s[DW + i], s[DW_NEW + i], s[JERK + i], s[JERK_NEW + i]
+        # Extrema of w and w' are looked at where they can be the largest so far, those of u also near the equilibrium,
+        # where it is not plain from the ends of the step that u turns back from beyond the settling band.
+        peak = (dw0 * dw < 0.0) & (max(w0, w) + reach(dw0, dw, h) >= s[W_TOP + i])
+        steepest = (jerk0 * jerk < 0.0) & (max(abs(dw0), abs(dw)) + reach(jerk0, jerk, h) >= s[DW_TOP + i])
+        p0, p, q0, q = y0 - s[Y_STAR + i], y - s[Y_STAR + i], w0 - s[B + i], w - s[B + i]
+        # Sharper than `reach`, with a quarter to spare: it decides whether an oscillation that rings down is looked at.
+        turn, beyond = (q0 > 0.0) != (q > 0.0), 1.25 * h * abs(q0 * q) / (abs(q0) + abs(q))
+        known = (max(y0, y) + beyond < s[Y_HIGH + i]) & (min(y0, y) - beyond > s[Y_LOW + i])
+        outward = (q * p > 0.0) & (p * p0 > 0.0) & (min(p * p, p0 * p0) > s[BAND2 + i])
+        quiet = turn & known & outward & (s[QUIET + i] > 0.0)
+        marked = s[MARK + i] > 0.0
+        s[EXTREMUM + i] = select(marked & ((turn & (not quiet)) | peak | steepest), 1.0, 0.0)
+        s[TURNED_QUIETLY + i] = select(quiet, 1.0, 0.0)
 
 
 @compiled
@@ -102,14 +134,10 @@ def watch_and_commit(s, max_steps):
         # An extremum inside the step is taken to be no higher than the nearer end plus h times the larger slope there.
         grazed = (d0 > 0.0) & (d1 <= 0.0) & (max(side * w0, side * w) + h * max(d0, -d1) >= level)
         turned = (d1 <= 0.0) | ((j0 < 0.0) & (j1 > 0.0) & (min(d0, d1) - h * max(-j0, j1) <= 0.0))
-        # Extrema: of u each, for they are counted; of w and w' only those that can be the largest so far.
-        peak = (dw0 * dw < 0.0) & (max(w0, w) + h * max(abs(dw0), abs(dw)) >= s[W_TOP + i])
-        steepest = (jerk0 * jerk < 0.0) & (max(abs(dw0), abs(dw)) + h * max(abs(jerk0), abs(jerk)) >= s[DW_TOP + i])
-        extremum = ((w0 > b) != (w > b)) | peak | steepest
         p, q = y - s[Y_STAR + i], w - b
         p0, q0, distance2 = s[Y + i] - s[Y_STAR + i], w0 - b, p * p + q * q
         entered = (p0 * p0 + q0 * q0 >= s[BAND2 + i]) & (distance2 < s[BAND2 + i])
-        look = reached | grazed | ((s[TURN + i] > 0.0) & turned) | ((s[MARK + i] > 0.0) & extremum)
+        look = reached | grazed | ((s[TURN + i] > 0.0) & turned) | (s[EXTREMUM + i] > 0.0)
         look = look | entered | (distance2 < s[RADIUS2 + i]) | (s[TAU + i] + h >= s[TAU_END + i])
         good = s[GOOD + i] > 0.0
         look = look & good
@@ -126,6 +154,7 @@ def watch_and_commit(s, max_steps):
         s[WEAK_NEXT + i] = select(commit, s[WEAK_NEW + i], s[WEAK + i])
         s[TAU_NEXT + i] = s[TAU + i] + select(commit, h, 0.0)
         s[HEAT_NEXT + i] = s[HEAT + i] + select(commit, s[WORK + i], 0.0)
+        s[QUIET_NEXT + i] = s[QUIET + i] - select(commit, s[TURNED_QUIETLY + i], 0.0)
     # The state is copied back from rows of its own: storing a select where it was loaded from becomes a masked store,
     # at 40 cycles each on some processors (Zen 3).
     for i in range(STATE_NUMBERS):

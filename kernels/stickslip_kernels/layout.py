@@ -86,8 +86,9 @@ WIDTH = 32
     WEAK,  # drop shape(rate w), the weakening part of friction (kept by the Taylor step only)
     TAU,
     HEAT,  # friction work so far
+    QUIET,  # extrema of u that may still pass without a look
     ERROR_LOG,  # log2 of the squared error norm of the last accepted step (PI control)
-    # the same eight after the step, copied back when it is committed
+    # the same nine after the step, copied back when it is committed
     Y_NEXT,
     W_NEXT,
     DW_NEXT,
@@ -95,6 +96,7 @@ WIDTH = 32
     WEAK_NEXT,
     TAU_NEXT,
     HEAT_NEXT,
+    QUIET_NEXT,
     ERROR_LOG_NEXT,
     STEP,  # the step to try next (Runge-Kutta); the most it may be (Taylor)
     TRIED,  # steps tried so far
@@ -116,6 +118,8 @@ WIDTH = 32
     MARK,  # 1 while extrema are recorded
     W_TOP,  # largest w recorded so far; peaks that stay below are not looked at (-inf: look at all)
     DW_TOP,  # the same for |w'|
+    Y_HIGH,  # y at the largest and the least u recorded so far; extrema of u between them need no look
+    Y_LOW,
     TAU_END,
     # the step being tried: size, end, verdict
     TAKEN,
@@ -126,6 +130,8 @@ WIDTH = 32
     WEAK_NEW,
     WORK,
     GOOD,  # 1 where the error is within tolerance
+    EXTREMUM,  # 1 where the step holds an extremum to be looked at
+    TURNED_QUIETLY,  # 1 where u turns in it without need of a look
     FLAG,  # 0: committed or rejected; 1: good, but the scalar code must look first; 2: no step can be taken
     # inside a Runge-Kutta step: stages and errors
     W_2,
@@ -141,7 +147,7 @@ WIDTH = 32
     ERROR_Y,
     ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(0, 58 * WIDTH, WIDTH)
+) = range(0, 64 * WIDTH, WIDTH)
 ORDER = 12  # of the Taylor step
 SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'
 SERIES_WEAK = SERIES_DW + ORDER * WIDTH  # the same of the weakening part of friction
@@ -167,6 +173,7 @@ STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
     HEAT_START,  # friction work up to the start of the cycle
     SIDE_LAST,  # side of the equilibrium of the last extremum outside the band: +1, -1, 0 none yet
     CROSSED,  # crossings of the equilibrium so far
+    QUIET_GIVEN,  # what QUIET was when it was last set
     XI_HIGH,
     XI_LOW,
     W_HIGH,
@@ -181,8 +188,8 @@ STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
     LOOP_DECREMENT,  # size of the log decrement over the ten loops before
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(31)
-BOOK_COLUMNS = 31
+) = range(32)
+BOOK_COLUMNS = 32
 
 # --- trace log: rows of `log` (capacity, LOG_COLUMNS); row 0 is a header whose first number counts the segments met ---
 # The others hold one segment each, from LOG_TAU to the LOG_TAU of the next. A log without rows is switched off.

@@ -21,8 +21,8 @@ from .layout import (
     TAU_END, TRIED, UNRESOLVED, W, WEAK, WEAK_NEW, W_MIN, W_STABLE, XI_START, Y,
 )  # fmt: skip
 from .regimes import (
-    check_settling, damping_ratio, finish, note_ends, note_entry, note_peak, note_side, record_extrema, show_tops,
-    start_book,
+    check_settling, count_quiet_turns, damping_ratio, finish, note_ends, note_entry, note_peak, note_side,
+    record_extrema, show_tops, start_book,
 )  # fmt: skip
 from .rest import DONE, RUNNING, come_to_rest
 from .hysteresis import fall
@@ -83,6 +83,7 @@ def start_sliding(law, s, i, book, cells, results, control, log, xi, relative):
 @compiled(inline=True)
 def attend(law, s, i, book, cells, results, control, log):
     """Look at lane i, whose last step was flagged: record what it met, change the mode, or finish the cell."""
+    count_quiet_turns(s, i, book)
     if s[FLAG + i] == 2.0:
         return give_up(s, i, book, results, control)
     interpolate(law, s, i)

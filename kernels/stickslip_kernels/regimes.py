@@ -10,15 +10,16 @@ from .dense import FOR_A_VALUE, FOR_A_VALUE_BY_NEWTON, TO_ROUNDING, crossing, ri
 from .exponential import exp
 from .friction import coefficient, coefficient_slope
 from .jit import compiled
+from .lanes import reach
 from .laws import inflection, shape, weakening_slope
 from .layout import (
     A1, A3, A4, ACCELERATION_MAX, B, BAND, BAND2, BELT, CELL, CREEP, CROSSED, CROSSINGS, CYCLE_CLOSED, CYCLE_HEAT,
     CYCLE_START, CYCLE_STICK_TIME, DAMPED, DECIDED, DECIDED_BY, DROP, DW, DW_HIGH, DW_TOP, ENTERED, ETA_END,
     EXPONENT, G, GAMMA, HEAT, HEAT_START, JERK, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_DECREMENT, LOOP_HEAT, LOOP_TAU,
-    MARK, MODE, MU_REVERSAL, MU_TURN, OFFSET, OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD, RADIUS2, RATE,
-    REGIME, RELEASE_CHANGE, RISE, SETTLED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START, SLOPE, SPEED_MAX, STATUS,
-    STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, SUSTAINED, TAU, TRIED, W, W_HIGH, W_MIN,
-    W_STABLE, W_TOP, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_STAR,
+    MARK, MODE, MU_REVERSAL, MU_TURN, OFFSET, OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD, QUIET, QUIET_GIVEN,
+    RADIUS2, RATE, REGIME, RELEASE_CHANGE, RISE, SETTLED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START, SLOPE,
+    SPEED_MAX, STATUS, STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, SUSTAINED, TAU, TRIED, W,
+    W_HIGH, W_MIN, W_STABLE, W_TOP, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_HIGH, Y_LOW, Y_STAR,
 )  # fmt: skip
 
 BAND_SHARE = 1e-4  # settling band in units of mu_start
@@ -73,12 +74,12 @@ def note_ends(book, i, u, w, dw):
 def record_extrema(s, i, book, results, h, y1, w1, dw1, jerk1):
     """Extrema of u, w and w' between the start of the step of lane i and the state after h."""
     w0, dw0, jerk0, b, at_end = s[W + i], s[DW + i], s[JERK + i], s[B + i], (w1, dw1, jerk1, 0.0)
-    if dw0 * dw1 < 0.0 and max(w0, w1) + h * max(abs(dw0), abs(dw1)) >= s[W_TOP + i]:
+    if dw0 * dw1 < 0.0 and max(w0, w1) + reach(dw0, dw1, h) >= s[W_TOP + i]:
         top = speed(s, i, crossing(s, i, 1, 0.0, h, at_end, FOR_A_VALUE))[0]
         book[i, W_HIGH] = max(book[i, W_HIGH], top)
         if dw0 > 0.0:
             note_peak(book, i, top - b)
-    if jerk0 * jerk1 < 0.0 and max(abs(dw0), abs(dw1)) + h * max(abs(jerk0), abs(jerk1)) >= s[DW_TOP + i]:
+    if jerk0 * jerk1 < 0.0 and max(abs(dw0), abs(dw1)) + reach(jerk0, jerk1, h) >= s[DW_TOP + i]:
         steepest = speed(s, i, crossing(s, i, 2, 0.0, h, at_end, FOR_A_VALUE_BY_NEWTON))[1]
         book[i, DW_HIGH] = max(book[i, DW_HIGH], abs(steepest))
     if (w0 > b) != (w1 > b):  # u' = b - w changes sign
@@ -92,9 +93,29 @@ def record_extrema(s, i, book, results, h, y1, w1, dw1, jerk1):
 
 @compiled(inline=True)
 def show_tops(s, i, book):
-    """Tell the lanes which extrema are worth a look; on a hysteretic curve every peak is, for `is_shrinking`."""
+    """Tell the lanes which extrema are worth a look; on a hysteretic curve every peak is, for `is_shrinking`.
+
+    Extrema of u may pass until the next comparison of loops is due.
+    """
     s[W_TOP + i] = book[i, W_HIGH] if book[i, W_MIN] == 0.0 else -inf
     s[DW_TOP + i] = book[i, DW_HIGH]
+    to_y = s[G + i] * s[B + i] - s[OFFSET + i]
+    s[Y_HIGH + i], s[Y_LOW + i] = book[i, XI_HIGH] + to_y, book[i, XI_LOW] + to_y
+    may_pass = book[i, SIGMA] > 0.0 and book[i, LOOP_COUNT] >= 0.0
+    book[i, QUIET_GIVEN] = 2.0 * (LOOPS - 1.0 - book[i, LOOP_COUNT]) if may_pass else 0.0
+    s[QUIET + i] = book[i, QUIET_GIVEN]
+
+
+@compiled(inline=True)
+def count_quiet_turns(s, i, book):
+    """Count the extrema of u that passed without a look: in turn above and below the equilibrium, beyond the band."""
+    turns = book[i, QUIET_GIVEN] - s[QUIET + i]
+    if turns > 0.0:
+        last = 1.0 if s[W + i] > s[B + i] else -1.0
+        first = last if turns % 2.0 == 1.0 else -last
+        book[i, CROSSED] += turns if first * book[i, SIDE_LAST] < 0.0 else turns - 1.0
+        book[i, LOOP_COUNT] += 0.5 * turns if turns % 2.0 == 0.0 else 0.5 * (turns + last)
+        book[i, SIDE_LAST], book[i, QUIET_GIVEN] = last, s[QUIET + i]
 
 
 @compiled
