@@ -6,6 +6,8 @@ assembly). A step is tried by its Taylor series where the law allows it (`taylor
 lane's FLAG; the scalar code (`modes.py`) then looks at that lane before the step is committed.
 """
 
+from typing import Any
+
 from numba.extending import overload
 
 from . import rk_lanes, taylor
@@ -20,7 +22,7 @@ from .layout import (
 )  # fmt: skip
 
 SMALLEST_STEP = 1e-13
-UNCOUNTED = {"_nrt": False, "error_model": "numpy"}
+UNCOUNTED: Any = {"_nrt": False, "error_model": "numpy"}  # as in `jit.compiled`
 
 
 # --- the step: what a law is stepped by -----------------------------------------------------------------------------

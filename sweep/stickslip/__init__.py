@@ -9,18 +9,31 @@ from typing import TYPE_CHECKING, Any
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from .api import Interrupted, evaluate, open, run, simulate
+    from .api import (
+        ClusterError,
+        IncompleteError,
+        Interrupted,
+        collect,
+        evaluate,
+        open,
+        retry_failed,
+        run,
+        run_shard,
+        simulate,
+        status,
+    )
     from .config import Config, ConfigError, load_config
     from .engine import Options
 
 __all__ = [
-    "Config", "ConfigError", "Interrupted", "Options", "__version__",
-    "evaluate", "load_config", "open", "run", "simulate",
+    "ClusterError", "Config", "ConfigError", "IncompleteError", "Interrupted", "Options", "__version__",
+    "collect", "evaluate", "load_config", "open", "retry_failed", "run", "run_shard", "simulate", "status",
 ]  # fmt: skip
 
 _HOMES = {
     "Config": "config", "ConfigError": "config", "load_config": "config", "Options": "engine",
-    "Interrupted": "api", "evaluate": "api", "open": "api", "run": "api", "simulate": "api",
+    "ClusterError": "api", "IncompleteError": "api", "Interrupted": "api", "collect": "api", "evaluate": "api",
+    "open": "api", "retry_failed": "api", "run": "api", "run_shard": "api", "simulate": "api", "status": "api",
 }  # fmt: skip
 
 

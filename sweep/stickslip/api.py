@@ -1,97 +1,202 @@
-"""The calls of Python users: load, run, open, evaluate, simulate."""
+"""The calls of Python users: load, run (whole or in parts), open, evaluate, simulate."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from math import inf, isinf
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from . import store
+from .addresses import HERE
 from .cells import as_cells
 from .config import Config, load_config
 from .dataset import cell_dataset, map_dataset, provenance, trace_dataset
-from .engine import Computed, Options, Progress, compute, trajectory
-from .grid import Grid, build_grid
+from .engine import Options, Progress, compute, trajectory
+from .grid import build_grid
+from .runs import collecting, session
+from .runs.blocks import parse_shard
+from .runs.lock import Notice
+from .runs.request import ClusterError, IncompleteError, OnError, Outcome, Request, Stopped, request_for
+from .runs.work import options_of
+from .store import open
 
-open = store.open
+if TYPE_CHECKING:
+    from distributed import Client
+
+__all__ = [
+    "ClusterError", "IncompleteError", "Interrupted", "collect", "evaluate", "open", "options_of", "retry_failed",
+    "run", "run_shard", "simulate", "status",
+]  # fmt: skip
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a run. What was finished is in `dataset` and, if the run had an output, in the file `kept`."""
+    """Ctrl-C during a run: `done` of `cells` cells are finished.
 
-    def __init__(self, dataset: xr.Dataset, done: int, kept: Path | None):
-        self.dataset, self.done, self.kept = dataset, done, kept
-        where = f"kept in {kept}" if kept else "not written to a file"
-        super().__init__(f"interrupted: {done:,} of {dataset['regime'].size:,} cells are finished, {where}")
+    kept : the working store they are safe in, from which the same call goes on; None for a run without output.
+    dataset : they themselves, for a run without output; None for others.
+    """
+
+    def __init__(self, done: int, cells: int, kept: str | None = None, dataset: xr.Dataset | None = None):
+        self.done, self.cells, self.kept, self.dataset = done, cells, kept, dataset
+        where = f"safe in {kept}; the same command goes on from there" if kept else "finished, not written to a file"
+        super().__init__(f"interrupted: {done:,} of {cells:,} cells are {where}")
 
 
 def run(
     config_or_path: Config | str | os.PathLike[str],
     output: str | os.PathLike[str] | None = None,
     *,
+    store: str | os.PathLike[str] | None = None,
+    fresh: bool = False,
+    keep_parts: bool = False,
+    on_error: OnError = "continue",
     progress: Progress | None = None,
+    notice: Notice | None = None,
+    dask: str | Client | None = None,
 ) -> xr.Dataset:
     """Compute the map a configuration asks for.
 
-    output : file to write, .nc or .zarr; None writes nothing (the output section of the configuration is for the
-        command line).
+    output : file to write, .nc or .zarr; None computes in memory and writes nothing (the output section of the
+        configuration is for the command line).
+    store : path or URL of the working store that keeps finished blocks until the output is written; None lays it
+        beside the output, as FILE.parts. The same call goes on from it, and from an output whose axes were extended.
+    fresh : start over, and replace an output made from another configuration. keep_parts : leave the working store.
+    on_error : whether an exception in a block ends the run ("stop") or the others are computed first ("continue").
     progress : called with (cells done, cells in all) now and then.
+    notice : called with what is worth knowing, a line each: cells found finished, a damaged block, a stale lock.
+    dask : computes the blocks, instead of threads here: the address of a scheduler, its file, a `distributed.Client`,
+        or "local" for worker processes on this machine; "none" for threads whatever the configuration says. Needs an
+        output. Scripts that say "local" need `if __name__ == "__main__":`, since the processes import them.
 
-    Returns a dataset with a dimension per axis. Raises ConfigError for a bad configuration, StoreError for an output
-    that cannot be written (before anything is computed), and Interrupted on Ctrl-C, with what was finished by then.
+    Returns a dataset with a dimension per axis; with an output, the one in that file, read when it is used. Raises
+    ConfigError for a bad configuration, StoreError or ClusterError for an output, a store or a cluster that will not do
+    (before anything is computed), IncompleteError if not everything could be computed or written, and Interrupted on
+    Ctrl-C.
     """
-    config = config_or_path if isinstance(config_or_path, Config) else load_config(config_or_path)
+    config = _config(config_or_path)
+    if output is None:
+        if store is not None:
+            raise ValueError("store: needs an output; run_shard computes into a store alone")
+        check_in_memory(config, dask)
+        return _run_in_memory(config, progress)
+    request = Request(
+        config, Path(output), _text(store), None, fresh, keep_parts, on_error, progress,
+        notice=notice or _silent, dask=dask,
+    )  # fmt: skip
+    _resumable(session.run, request)
+    return open(output)
+
+
+def check_in_memory(config: Config, dask: str | Client | None) -> None:
+    """Raise ClusterError if a run without output is to be computed on a cluster."""
+    if (config.execution.dask if dask is None else dask) not in (None, HERE):
+        raise ClusterError(
+            "computing on a Dask cluster needs a place for finished blocks: name an output, or a store\n"
+            "hint: dask: none computes on this machine"
+        )
+
+
+def _run_in_memory(config: Config, progress: Progress | None) -> xr.Dataset:
     grid = build_grid(config)
-    if output is not None:
-        store.check_writable(output)
     computed = compute(grid.cells, grid.size, options_of(config), progress)
-    try:
-        return _finish(config, grid, computed, output)
-    except Interrupted:
-        raise
-    except KeyboardInterrupt:  # everything is computed: keep it all the same
-        _finish(config, grid, computed, output)
-        raise
-
-
-def _finish(config: Config, grid: Grid, computed: Computed, output: str | os.PathLike[str] | None) -> xr.Dataset:
-    """The dataset of a run, written if there is an output. Raises Interrupted if not all of it was computed."""
-    attributes = provenance(config.to_yaml(), title=config.title, action="run")
-    dataset = map_dataset(grid, computed.results, attributes)
+    dataset = map_dataset(grid, computed.results, provenance(config.to_yaml(), title=config.title, action="run"))
     if not computed.complete:
-        raise _interrupted(dataset, computed, output)
-    if output is not None:
-        store.write(dataset, output)
+        raise Interrupted(computed.done, grid.size, dataset=dataset)
     return dataset
 
 
-def options_of(config: Config) -> Options:
-    """How a configuration wants to be integrated."""
-    solver, execution = config.solver, config.execution
-    return Options(
-        law=config.friction.law,
-        rtol=solver.rtol,
-        horizon=inf if solver.horizon is None else solver.horizon,
-        max_steps=solver.max_steps,
-        early_stop=solver.early_stop,
-        threads=None if execution.threads == "auto" else execution.threads,
-        block=execution.block,
-    )
+# --- runs in parts ----------------------------------------------------------------------------------------------------
 
 
-def _interrupted(dataset: xr.Dataset, computed: Computed, output: str | os.PathLike[str] | None) -> Interrupted:
-    """Keep what was finished, beside the file asked for: a complete result of that name must survive."""
-    kept = None
-    if output is not None and computed.done:
-        target = Path(output)
-        kept = store.write(dataset, target.with_name(f"{target.stem}.partial{target.suffix}"))
-    return Interrupted(dataset, computed.done, kept)
+def run_shard(
+    config_or_path: Config | str | os.PathLike[str],
+    shard: str,
+    store: str | os.PathLike[str],
+    *,
+    on_error: OnError = "continue",
+    progress: Progress | None = None,
+    notice: Notice | None = None,
+    dask: str | Client | None = None,
+) -> Outcome:
+    """Compute one shard of a map, "2/8" say, into a working store that all shards share; `collect` merges them.
+
+    Raises as `run` does.
+    """
+    config = _config(config_or_path)
+    request = Request(
+        config, None, _text(store), parse_shard(shard), on_error=on_error, progress=progress,
+        notice=notice or _silent, dask=dask,
+    )  # fmt: skip
+    return _resumable(session.run, request)
+
+
+def collect(
+    config_or_store: str | os.PathLike[str],
+    output: str | os.PathLike[str] | None = None,
+    *,
+    store: str | os.PathLike[str] | None = None,
+    keep_parts: bool = False,
+    notice: Notice | None = None,
+) -> xr.Dataset:
+    """Write the map from the blocks that are finished; all other cells are "not computed".
+
+    config_or_store : a configuration file, whose store lies beside its output (or at `store`), or a store itself.
+    output : file to write; None takes that of the configuration. A store is removed once its map is complete.
+    """
+    request = request_for(config_or_store, output, _text(store))
+    collected = collecting.collect(replace(request, keep=keep_parts, notice=notice or _silent))
+    return open(collected.output)
+
+
+def status(
+    config_or_store: str | os.PathLike[str], *, store: str | os.PathLike[str] | None = None
+) -> collecting.Status:
+    """How far the run of a configuration file, or of a working store, has come, and who works on it."""
+    return collecting.status(request_for(config_or_store, None, _text(store)))
+
+
+def retry_failed(
+    config_or_store: str | os.PathLike[str],
+    output: str | os.PathLike[str] | None = None,
+    *,
+    store: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+    notice: Notice | None = None,
+    dask: str | Client | None = None,
+) -> Outcome:
+    """Compute blocks that failed again; the map is written if nothing is missing then. Raises as `run` does."""
+    request = request_for(config_or_store, output, _text(store))
+    return _resumable(session.retry_failed, replace(request, progress=progress, notice=notice or _silent, dask=dask))
+
+
+def _config(config_or_path: Config | str | os.PathLike[str]) -> Config:
+    return config_or_path if isinstance(config_or_path, Config) else load_config(config_or_path)
+
+
+def _text(place: str | os.PathLike[str] | None) -> str | None:
+    return None if place is None else os.fspath(place)
+
+
+def _silent(_: str) -> None:
+    """Take notice of nothing."""
+
+
+def _resumable(action: Callable[[Request], Outcome], request: Request) -> Outcome:
+    """Do it; Ctrl-C comes out as Interrupted."""
+    try:
+        return action(request)
+    except Stopped as stopped:
+        raise Interrupted(stopped.safe, stopped.cells, stopped.where) from None
+
+
+# --- cells and trajectories -------------------------------------------------------------------------------------------
 
 
 def evaluate(
@@ -132,7 +237,7 @@ def evaluate(
     attributes = provenance(text, title="Cells evaluated one by one", action="evaluate")
     dataset = cell_dataset(full, computed.results, attributes)
     if not computed.complete:
-        raise _interrupted(dataset, computed, None)
+        raise Interrupted(computed.done, size, dataset=dataset)
     return dataset
 
 

@@ -59,7 +59,8 @@ def findings(space: Space) -> Iterator[Finding]:
     cells = math.prod(axis.size for axis in space.axes)
     if cells > MOST_CELLS:
         shape = " x ".join(str(axis.size) for axis in space.axes)
-        got = f"{cells:.3g} cells ({shape})"
+        number = f"{cells:.3g}" if cells < 10**15 else f"10^{len(str(cells)) - 1}"  # no float is as large as some grids
+        got = f"{number} cells ({shape})"
         yield Finding(("axes",), f"at most {MOST_CELLS:.0e}", "use fewer points, or fewer axes", got)
     for axis in space.axes:
         if isinstance(axis, Values):

@@ -12,7 +12,7 @@ import re
 import warnings
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -32,13 +32,10 @@ from .models import (
     System,
     Values,
 )
-from .problems import ConfigError, Path, Place, Problem, dotted, listed, nearest
+from .problems import MOST_PROBLEMS, ConfigError, Path, Place, Problem, dotted, listed, nearest
 from .quantities import MEASURED, QUANTITIES, REPLACED, default
 from .variables import VARIABLES
 from .yaml_source import Document, parse_yaml, read_yaml
-
-if TYPE_CHECKING:
-    from .fit import CurveFit
 
 __all__ = ["Config", "ConfigError", "FitWarning", "load_config", "make_config", "parse_config"]
 
@@ -76,17 +73,6 @@ def make_config(data: Mapping[str, Any], name: str = "<data>") -> Config:
 
 class FitWarning(UserWarning):
     """A fitted curve is used that its points do not bear out; the message says what is wrong with it."""
-
-
-def fit_file(path: FilePath) -> CurveFit:
-    """The curve through the points of a CSV file. Raises ConfigError."""
-    from .fit import CURVE_COLUMNS, fit_curve, read_points  # SciPy takes its time
-
-    points = read_points(path, CURVE_COLUMNS)
-    try:
-        return fit_curve(**points)
-    except ValueError as error:
-        raise ConfigError(str(path), [Problem((), str(error))]) from None
 
 
 class _Reader:
@@ -131,6 +117,8 @@ class _Reader:
         """Note a problem with the value at `path`, or with its key."""
         path = self._written(path)
         self._problems.append(Problem(path, message, self._place(path, at_key), hint))
+        if len(self._problems) >= MOST_PROBLEMS:
+            raise ConfigError(self._document.name, self._problems)
 
     def _refuse(self, path: Path, expected: str, hint: str | None = None, found: str | None = None) -> None:
         """Note that the value at `path` is not what was expected; `found` says what kind of quantity it is."""
@@ -263,7 +251,7 @@ class _Reader:
     ) -> AnySection | None:
         """The model of `data`, which stands at `path`; None if something is wrong with it. `skipped`: see `_report`."""
         try:
-            return model.model_validate(data)
+            return model.model_validate(data, context=[MOST_PROBLEMS])
         except ValidationError as error:
             self._report(error, path, skipped)
             return None
@@ -301,11 +289,14 @@ class _Reader:
         if not isinstance(labels, list):
             self._refuse(path, "a list of names")
             return False
+        seen: set[str] = set()
         for i, label in enumerate(labels):
             if not isinstance(label, str) or not label.strip():
                 self._refuse((*path, i), "a name", "put it in quotes" if isinstance(label, int | float) else None)
-            elif label in labels[:i]:
+            elif label in seen:
                 self._refuse((*path, i), "a name that is not in the list yet")
+            else:
+                seen.add(label)
         return True
 
     def _check_lengths(self, lengths: Mapping[Path, int]) -> None:
@@ -377,6 +368,8 @@ class _Reader:
         if friction.get("law", "stribeck") != "stribeck":
             self._refuse(("friction", "fit"), "no points: the curve fitted to them is that of the law stribeck")
             return friction
+        from .fit import fit_file  # SciPy takes its time
+
         fit = fit_file(FilePath(self._document.name).parent / points)
         if not fit.good:
             warnings.warn(f"{points}: {fit.quality}", FitWarning, stacklevel=4)

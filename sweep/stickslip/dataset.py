@@ -50,17 +50,37 @@ def map_dataset(grid: Grid, results: Mapping[str, ArrayLike], attributes: Mappin
     Axes become coordinates, and so do the parameters that are equal in every cell (scalar coordinates). Axes that vary
     together share a dimension; if they have labels, the labels are its index.
     """
+    variables = {
+        variable.name: _variable(variable, grid.dims, np.asarray(results[variable.name]).reshape(grid.shape))
+        for variable in _known(results, VARIABLES)
+    }
+    return xr.Dataset(variables, _coordinates(grid), dict(attributes))
+
+
+def _coordinates(grid: Grid) -> dict[str, xr.Variable]:
+    """What varies, the labels of points, and what is equal in every cell."""
     coordinates = {c.name: _axis(c) for c in grid.coords}
     for c in grid.coords:
         if c.labels is not None:
             coordinates.setdefault(c.dim, _labels(grid, c.dim, c.labels))
     for name, value in grid.fixed.items():
         coordinates[name] = _parameter(name, (), value)
-    variables = {
-        variable.name: _variable(variable, grid.dims, np.asarray(results[variable.name]).reshape(grid.shape))
-        for variable in _known(results, VARIABLES)
-    }
-    return xr.Dataset(variables, coordinates, dict(attributes))
+    return coordinates
+
+
+def map_template(grid: Grid, columns: Mapping[str, np.dtype[Any]], attributes: Mapping[str, Any]) -> xr.Dataset:
+    """The dataset `map_dataset` would make, without its values: they are lazy, and to be written piece by piece.
+
+    columns : names of `VARIABLES` and their types.
+    """
+    import dask.array  # takes its time, and only large maps need it
+
+    whole = {}
+    for variable in _known(columns, VARIABLES):
+        one = _variable(variable, (), np.zeros((), columns[variable.name]))
+        values = dask.array.zeros(grid.shape, dtype=one.dtype, chunks=-1)
+        whole[variable.name] = xr.Variable(grid.dims, values, one.attrs, one.encoding)
+    return xr.Dataset(whole, _coordinates(grid), dict(attributes))
 
 
 def cell_dataset(
@@ -96,7 +116,7 @@ def trace_dataset(
     return xr.Dataset(variables, coordinates, without_claim)
 
 
-def _known(results: Mapping[str, ArrayLike], table: Mapping[str, Variable]) -> list[Variable]:
+def _known(results: Mapping[str, Any], table: Mapping[str, Variable]) -> list[Variable]:
     """The declarations of `results`, in the order of `table`. A name without declaration is a bug."""
     if unknown := set(results) - set(table):
         raise KeyError(f"not declared in variables.py: {', '.join(sorted(unknown))}")
@@ -171,7 +191,7 @@ def provenance(
         "history": f"{now} stickslip {__version__}: {action}",
         "references": REFERENCES,
         "date_created": now,
-        "software": _software(),
+        "software": software(),
         "configuration": configuration,
     }
     if institution:
@@ -193,7 +213,7 @@ def git_revision() -> str | None:
     return done.stdout.strip() or None
 
 
-def _software() -> str:
+def software() -> str:
     """Versions of what the numbers depend on, and the kind of machine."""
     found = [f"Python {platform.python_version()}"]
     for package in _REPORTED_PACKAGES:

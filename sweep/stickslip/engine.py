@@ -7,25 +7,29 @@ scales of a cell are the load N for forces, N/k for displacements, sqrt(m/k) for
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from itertools import islice
 from math import ceil, inf, isinf
 from numbers import Integral
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeVar
 
+import llvmlite.binding as llvm
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip_kernels import block, jit, laws, layout, trace
 
 from .cells import Cells
+from .compiling import compile_apart
 from .variables import LAWS, STATUS_MESSAGES, STATUSES, VARIABLES
 
 Results = dict[str, NDArray[Any]]
 Progress = Callable[[int, int], None]
+StopFlag = NDArray[np.int64]
+T = TypeVar("T")
 
 RTOL_RANGE = (1e-12, 1e-2)
 _SMALLEST_BLOCK = 256  # a few times the lanes; below, lanes idle at the end of each block
@@ -158,7 +162,14 @@ def will_compile(law: str = "stribeck") -> bool:
 
 
 def warm_up(law: str = "stribeck") -> None:
-    """Compile the kernels, or load them from the cache."""
+    """Load the kernels from the cache, and have them compiled into it before if need be."""
+    if jit.CACHE_FOLDER is not None and will_compile(law):
+        compile_apart(law, lambda: will_compile(law))
+    load(law)
+
+
+def load(law: str) -> None:
+    """Load the kernels, or compile them in this process: `compiling` says who should."""
     none, control = np.empty((layout.CELL_ROWS, 0)), np.array([1e-6, 1.0, 1.0])
     block.run_block(laws.LAWS[law], none, block.new_results(0), control, block.NO_LOG, np.zeros(1, np.int64))
     jit.mark_ready(law)
@@ -187,40 +198,99 @@ def compute(
     Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed".
     """
     warm_up(options.law)
-    results, step = _blank_results(size, options), block_size(size, options)
-    stop = np.zeros(1, np.int64)
+    results, step, stop = blank_results(size, options), block_size(size, options), stop_flag()
+    done = 0
 
     def compute_block(start: int) -> int:
-        end = min(start + step, size)
-        if stop[0]:
-            return 0
-        part = cells(start, end)
-        rows, done = _run_block(part, options, stop)
-        for name, values in to_si(rows, part, not options.early_stop).items():
-            results[name][start:end] = values
-        return done
+        return _fill(results, cells, range(start, min(start + step, size)), 0, options, stop)
 
-    done, pending, starts = 0, set[Future[int]](), iter(range(0, size, step))
-    threads = options.threads or processors()
+    def count(finished: list[int]) -> None:
+        nonlocal done
+        done += sum(finished)
+        if progress:
+            progress(done, size)
+
+    try:
+        spread(compute_block, range(0, size, step), options.threads, stop, count)
+    except KeyboardInterrupt:
+        done = int(np.count_nonzero(results["regime"]))  # finished blocks may not have been counted yet
+    return Computed(results, done)
+
+
+def compute_range(
+    cells: Callable[[int, int], Cells],
+    start: int,
+    end: int,
+    options: Options,
+    stop: StopFlag,
+    moved: Callable[[int], None] | None = None,
+) -> Computed:
+    """The cells from `start` to `end`, by this thread alone: the numbers of `compute`, cell for cell.
+
+    stop : once it is raised, what is left stays "not computed". moved : called with cells finished, now and then.
+    """
+    results, done = blank_results(end - start, options), 0
+    for first in range(start, end, options.block):
+        part = _fill(results, cells, range(first, min(first + options.block, end)), start, options, stop)
+        done += part
+        if moved:
+            moved(part)
+    return Computed(results, done)
+
+
+def stop_flag() -> StopFlag:
+    """What the kernels look at while they run; set it to 1 and they leave within milliseconds."""
+    return np.zeros(1, np.int64)
+
+
+def spread(
+    work: Callable[[int], T],
+    items: Iterable[int],
+    threads: int | None,
+    stop: StopFlag,
+    finished: Callable[[list[T]], None],
+) -> None:
+    """Call `work` with every item, on threads (None: one per processor), a few of them waiting at any time.
+
+    finished : called from this thread with what has come back, in no order, and now and then with nothing.
+
+    Ctrl-C, or an error in a thread, raises `stop`, waits for the threads to leave, and comes out as it is.
+    """
+    threads = threads or processors()
+    waiting, pending = iter(items), set[Future[T]]()
     with ThreadPoolExecutor(threads) as pool:
         try:
             while True:
-                # A few blocks wait in the queue, not all: what is looked at on each return stays short.
+                # A few items wait in the queue, not all: what is looked at on each return stays short.
                 room = _QUEUED_PER_THREAD * threads - len(pending)
-                pending |= {pool.submit(compute_block, start) for start in islice(starts, room)}
+                pending |= {pool.submit(work, item) for item in islice(waiting, room)}
                 if not pending:
-                    break
-                finished, pending = wait(pending, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
-                done += sum(future.result() for future in finished)
-                if progress:
-                    progress(done, size)
-        except BaseException as problem:
+                    return
+                done, pending = wait(pending, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
+                finished([future.result() for future in done])
+        except BaseException:
             stop[0] = 1
             pool.shutdown(wait=True, cancel_futures=True)
-            if not isinstance(problem, KeyboardInterrupt):
-                raise
-            done = int(np.count_nonzero(results["regime"]))  # finished blocks may not have been counted yet
-    return Computed(results, done)
+            raise
+
+
+def _fill(
+    results: Results,
+    cells: Callable[[int, int], Cells],
+    numbers: range,
+    origin: int,
+    options: Options,
+    stop: StopFlag,
+) -> int:
+    """Compute the cells of these numbers into `results`, which begins with cell `origin`; how many were finished."""
+    if stop[0]:
+        return 0
+    part = cells(numbers.start, numbers.stop)
+    rows, done = _run_block(part, options, stop)
+    known = np.s_[:] if done == len(numbers) else rows[layout.STATUS] != layout.NOT_RUN
+    for name, values in to_si(rows, part, not options.early_stop).items():
+        results[name][numbers.start - origin : numbers.stop - origin][known] = values[known]
+    return done
 
 
 @dataclass(frozen=True)
@@ -247,19 +317,34 @@ def probe(cells: Callable[[int, int], Cells], size: int, options: Options, most:
     return Probe(count, (perf_counter() - began) / count, options.threads or processors())
 
 
+def kernels_digest() -> str:
+    """Names the kernels by their sources: equal digests compute equal bits (on one kind of machine)."""
+    return jit.source_digest()
+
+
+def processor() -> str:
+    """The kind of processor the kernels are compiled for: another kind may round differently."""
+    return str(llvm.get_host_cpu_name())
+
+
+def columns(options: Options) -> dict[str, np.dtype[Any]]:
+    """Names and types of what `compute` gives, in its order."""
+    return {name: values.dtype for name, values in blank_results(0, options).items()}
+
+
 def bytes_per_cell(options: Options) -> int:
     """Memory the results of one cell take."""
-    return sum(values.nbytes for values in _blank_results(1, options).values())
+    return sum(values.nbytes for values in blank_results(1, options).values())
 
 
-def _blank_results(size: int, options: Options) -> Results:
-    """What is known of cells nobody has computed: zeros for flags and counts, NaN for the rest."""
+def blank_results(size: int, options: Options) -> Results:
+    """Results of cells nobody has computed: zeros for flags and counts, NaN for the rest."""
     names = [v.name for v in VARIABLES.values() if v.when == "always" or not options.early_stop]
     whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
     return {name: np.zeros(size, whole[name]) if name in whole else np.full(size, np.nan) for name in names}
 
 
-def _run_block(part: Cells, options: Options, stop: NDArray[np.int64]) -> tuple[NDArray[np.float64], int]:
+def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
     """One block through the kernels: the rows, and how many cells were finished."""
     rows = block.new_results(part["mass"].size)
     control = np.array([options.rtol, options.max_steps, options.early_stop], np.float64)

@@ -19,6 +19,7 @@ from .quantities import MEASURED, QUANTITIES, Coefficients, coefficients
 from .variables import PARAMETERS, VARIABLES, Parameter
 
 Floats = NDArray[np.float64]
+_OF_CURVE = "_of_curve"
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +127,12 @@ def _has_words(axis: Range | Values) -> bool:
 
 def _coordinate_name(name: str) -> str:
     """Name of a quantity in a dataset, where a result may have the plain name (mu_reversal as it occurred)."""
-    return f"{name}_of_curve" if name in VARIABLES else name
+    return name + _OF_CURVE if name in VARIABLES else name
+
+
+def quantity_of(coordinate: str) -> str:
+    """The quantity behind the name of a coordinate: the opposite of `_coordinate_name`."""
+    return coordinate.removesuffix(_OF_CURVE)
 
 
 def _coordinates(axis: Axis) -> list[Coordinate]:

@@ -11,6 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from .coarse import middles
+
 _MOST_TICKS = 12  # labels side by side
 _MOST_BESIDE = 3  # parameters that vary together and are still spelled out
 _CROWDED = 45  # characters of all tick labels of an x axis, from which on they are written at a slant
@@ -25,7 +27,7 @@ class MapAxis:
 
     def __init__(self, ds: xr.Dataset, dim: Hashable) -> None:
         self.dim = dim
-        self._length = ds.sizes[dim]
+        self.length = ds.sizes[dim]
         self._index = ds[dim] if dim in ds.coords else None
         self._beside = [ds[name] for name in ds.coords if name != dim and ds[name].dims == (dim,)]
         self.is_numeric = self._index is not None and self._index.dtype.kind in "fiu"
@@ -42,12 +44,20 @@ class MapAxis:
         """Where the points lie: at their values, or at 0, 1, 2 ... under labels."""
         if self._index is not None and self.is_numeric:
             return self._index.values.astype(np.float64)
-        return np.arange(self._length, dtype=np.float64)
+        return np.arange(self.length, dtype=np.float64)
 
     @cached_property
     def edges(self) -> NDArray[np.float64]:
         """Borders of the cells: half way between neighbours, on the scale of the axis."""
         return np.exp(_midpoints(np.log(self.centres))) if self.is_log else _midpoints(self.centres)
+
+    def block_edges(self, step: int) -> NDArray[np.float64]:
+        """Borders of blocks of `step` cells; the last may be shorter."""
+        return np.append(self.edges[:-1:step], self.edges[-1])
+
+    def block_points(self, step: int) -> NDArray[np.float64]:
+        """Where the cells in the middle of the blocks lie."""
+        return self.centres[middles(self.length, step)]
 
     @cached_property
     def is_log(self) -> bool:
@@ -81,8 +91,8 @@ class MapAxis:
         ax.set(**{f"{which}lim": (self.edges[0], self.edges[-1])})
         if self.is_numeric:
             return
-        wanted = MaxNLocator(_MOST_TICKS, integer=True).tick_values(0, self._length - 1)
-        ticks = [int(tick) for tick in wanted if 0 <= tick < self._length]
+        wanted = MaxNLocator(_MOST_TICKS, integer=True).tick_values(0, self.length - 1)
+        ticks = [int(tick) for tick in wanted if 0 <= tick < self.length]
         words = [self.text(tick) for tick in ticks]
         slanted = which == "x" and sum(map(len, words)) > _CROWDED
         axis = ax.xaxis if which == "x" else ax.yaxis

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from .config import fit_file
-from .fit import AGEING_COLUMNS, AgeingFit, CurveFit, Ranking, fit_ageing, rank, read_points
+from .fit import AGEING_COLUMNS, AgeingFit, CurveFit, Ranking, fit_ageing, fit_file, rank, read_points
 from .problems import ConfigError, Problem
 
 _CURVE = ("a1", "a2", "a3", "a4")

@@ -9,7 +9,6 @@ Field validators report what they refuse through `refused`, so that every messag
 
 from __future__ import annotations
 
-import io
 import math
 from pathlib import PurePath
 from typing import Annotated, Any, Literal
@@ -19,10 +18,11 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from . import units
+from . import addresses, units
 from .problems import listed
 from .quantities import HORIZON_UNITS, QUANTITIES, WORDS
 from .variables import LAW_MESSAGES, LAWS, Parameter
+from .yaml_source import write_yaml
 
 REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
 LONGEST_AXIS = 10_000_000  # points; the values of axes are held in memory, those of cells are not
@@ -66,10 +66,11 @@ def _fixed(value: object, info: ValidationInfo) -> float | str:
 
 def _whole(value: object, least: int, most: int) -> int:
     """A whole number within bounds; 1e6 is one, true is none."""
-    whole = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    if not whole or value != int(value) or not least <= value <= most:  # type: ignore[call-overload, operator]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value <= most:
         raise refused(f"a whole number from {least} to {most}")
-    return int(value)  # type: ignore[call-overload, no-any-return]
+    if value != int(value):
+        raise refused(f"a whole number from {least} to {most}")
+    return int(value)
 
 
 def _one_of(value: object, words: tuple[str, ...]) -> str:
@@ -205,6 +206,9 @@ class Execution(Section):
 
     threads: int | Literal["auto"] = Field("auto", description="threads; auto takes the processors of this machine")
     block: int = Field(4096, description="cells computed together")
+    dask: str | None = Field(
+        None, description=f"where blocks are computed, if not by threads of this process: {addresses.EXPECTED}"
+    )
 
     @field_validator("threads", mode="before")
     @classmethod
@@ -219,6 +223,13 @@ class Execution(Section):
     @classmethod
     def _block(cls, value: object) -> int:
         return _whole(value, 1, 1_000_000)
+
+    @field_validator("dask", mode="before")
+    @classmethod
+    def _dask(cls, value: object) -> str:
+        if not addresses.is_address(value):
+            raise refused(addresses.EXPECTED)
+        return str(value)
 
 
 class Output(Section):
@@ -242,7 +253,15 @@ class Output(Section):
 
 
 def _named(value: object, info: ValidationInfo) -> float | str:
-    return quantity(info.data["name"], value)
+    """One value of a list; the context holds how many more are worth explaining, which takes its time."""
+    left: list[int] = info.context or [1]
+    if left[0] <= 0:
+        return math.nan  # the list is refused already
+    try:
+        return quantity(info.data["name"], value)
+    except PydanticCustomError:
+        left[0] -= 1
+        raise
 
 
 class Values(Section):
@@ -376,13 +395,4 @@ class Config(Section):
 
     def to_yaml(self) -> str:
         """`resolved` as YAML text; what result files keep, and what `config.parse_config` reads."""
-        from ruamel.yaml import YAML
-
-        writer = YAML(typ="safe", pure=True)
-        writer.default_flow_style = None  # innermost lists and mappings on one line
-        writer.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
-        writer.width = 2**20  # no line breaks inside values
-        writer.allow_unicode = True
-        text = io.StringIO()
-        writer.dump(self.resolved(), text)
-        return text.getvalue()
+        return write_yaml(self.resolved())

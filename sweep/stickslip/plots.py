@@ -12,6 +12,7 @@ import os
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from itertools import product
 from math import ceil, prod
+from textwrap import fill
 from typing import Any, Literal
 
 import matplotlib.patheffects as patheffects
@@ -21,14 +22,20 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from . import coarse
+from .coarse import Block, block_for
 from .mapaxis import MapAxis
 from .mapaxis import title as array_title
-from .palette import BLACK, BLUE, FLAG_COLOURS, GREY, UNDEFINED_COLOUR, VERMILLION, paint
+from .palette import BLACK, BLUE, FLAG_COLOURS, GREY, UNDEFINED_COLOUR, VERMILLION, Entry, Paint, marked, paint
+from .selection import PlotError, ascending, selected
 from .variables import MODES
+
+__all__ = ["BORDERS", "MAX_PANELS", "PlotError", "plot_map", "plot_trace", "save"]
 
 BORDERS: dict[float, tuple[Literal["solid", "dashed"], str]] = {
     0.0: ("solid", "damping ratio 0 (linear)"),
@@ -37,12 +44,12 @@ BORDERS: dict[float, tuple[Literal["solid", "dashed"], str]] = {
 MAX_PANELS = 16
 
 _MAX_PANEL_COLUMNS = 4
-_MAX_DRAWN = 2000  # cells along an axis; a page cannot show more
+_NOTE_COLOUR = "#555555"
+_BAR_WIDTH = 45  # letters along a colour bar
+_PIXELS = (540, 720)  # rows and columns a lone map has on a page of 150 dpi
+_PANEL_PIXELS = (270, 340)  # and one of several
+_ROW = "row of a strip"  # the second dimension of a map that has one
 _HALO = [patheffects.Stroke(linewidth=3.0, foreground="white", alpha=0.8), patheffects.Normal()]
-
-
-class PlotError(ValueError):
-    """This dataset cannot be drawn as asked; the message says what is possible."""
 
 
 # --- maps -------------------------------------------------------------------------------------------------------------
@@ -62,12 +69,12 @@ def plot_map(
     dimension that has neither.
     borders : draw where linear theory puts the border of stability and that of overshoot.
     A map of one dimension becomes a strip of regimes with the variable below it (for a flag, the damping ratio).
-    Axes of more than 2000 points are thinned evenly, so a picture is no proof that a thin regime is absent.
-    Raises PlotError.
+    Maps of more cells than pixels are drawn block by block (`coarse.py`), which a note below says; no cell is skipped,
+    and memory stays small. Raises PlotError; StoreError where a file turns out to be damaged.
     """
     if variable not in ds.data_vars:
         raise PlotError(f"no variable {variable!r}; there are {', '.join(map(str, ds.data_vars))}")
-    ds = _thinned(_ascending(_selected(ds, select or {})))
+    ds = ascending(selected(ds, select or {}))
     title = str(ds.attrs.get("title", "")) if title is None else title
     dims = ds[variable].dims
     if not dims:
@@ -87,16 +94,17 @@ def _panels(ds: xr.Dataset, variable: str, title: str, borders: bool) -> Figure:
     figure = Figure(figsize=(1.3 + 2.6 * columns, 1.6 + 2.3 * rows) if outer else (7.6, 4.6), layout="constrained")
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
 
-    painted = paint(variable, ds[variable].values)
+    panels = [ds.isel(dict(zip(outer, combination, strict=True))) for combination in combinations]
+    block = block_for((y.length, x.length), _PANEL_PIXELS if outer else _PIXELS)
+    values, painted = _painted([panel[variable].transpose(y_dim, x_dim) for panel in panels], variable, block)
+    edges = x.block_edges(block[1]), y.block_edges(block[0])
     headings = [MapAxis(ds, dim) for dim in outer]
     drawn: set[float] = set()
-    for ax, combination in zip(grid.flat, combinations, strict=False):
-        panel = ds.isel(dict(zip(outer, combination, strict=True)))
-        values = np.ma.masked_invalid(panel[variable].transpose(y_dim, x_dim).values)
+    for ax, panel, cells, combination in zip(grid.flat, panels, values, combinations, strict=False):
         ax.set_facecolor(UNDEFINED_COLOUR)
-        ax.pcolormesh(x.edges, y.edges, values, cmap=painted.colours, norm=painted.norm, rasterized=True)
+        ax.pcolormesh(*edges, np.ma.masked_invalid(cells), cmap=painted.colours, norm=painted.norm, rasterized=True)
         if borders:
-            drawn |= _draw_borders(ax, panel, x, y)
+            drawn |= _draw_borders(ax, panel, x, y, block)
         if outer:
             ax.set_title("\n".join(h.heading(i) for h, i in zip(headings, combination, strict=True)), fontsize="small")
         x.apply(ax, "x")
@@ -105,10 +113,34 @@ def _panels(ds: xr.Dataset, variable: str, title: str, borders: bool) -> Figure:
 
     if not is_flag:
         bar = figure.colorbar(ScalarMappable(painted.norm, painted.colours), ax=grid, pad=0.02)
-        bar.set_label(array_title(ds[variable]))
-    _legend(figure, [*painted.handles(), *_border_handles(drawn)], at_right=is_flag and not outer)
+        bar.set_label(fill(array_title(ds[variable]), _BAR_WIDTH))
+    handles = [*painted.handles(), *_border_handles(drawn)]
+    _legend(figure, handles, at_right=is_flag and not outer, note=_note(block, is_flag))
     _entitle(figure, grid.flat[0], title, above_all=bool(outer))
     return figure
+
+
+def _painted(arrays: Sequence[xr.DataArray], variable: str, block: Block) -> tuple[list[NDArray[np.generic]], Paint]:
+    """The values of every panel, block by block, and one paint for all of them."""
+    if variable not in FLAG_COLOURS:
+        values: list[NDArray[np.generic]] = [coarse.numbers(array, block).values for array in arrays]
+        return values, paint(variable, np.concatenate(values, axis=None))
+    reduced = [coarse.flags(array, block) for array in arrays]
+    present = {code for one in reduced for code in one.present}
+    if unknown := present - set(range(len(FLAG_COLOURS[variable]))):
+        raise PlotError(f"{variable} has codes that this version does not know: {sorted(unknown)}")
+    values = [marked(variable, one) for one in reduced]
+    return values, paint(variable, np.concatenate(values, axis=None), present)
+
+
+def _note(block: Block, is_flag: bool) -> str | None:
+    """How many cells stand behind a pixel, unless it is one."""
+    if block == (1, 1):
+        return None
+    rows, columns = block
+    cells = f"{columns} x {rows} cells" if rows > 1 and columns > 1 else f"{rows * columns} cells"
+    what = "their most frequent value" if is_flag else "the mean of those that have a value"
+    return f"each pixel shows {cells}: {what}"
 
 
 def _panel_layout(ds: xr.Dataset, outer: Sequence[Hashable]) -> tuple[int, int]:
@@ -153,20 +185,22 @@ def _strip(ds: xr.Dataset, variable: str, title: str) -> Figure:
     grid = figure.subplots(len(shown), sharex=True, squeeze=False, height_ratios=heights)
     axes: dict[str, Axes] = dict(zip(shown, grid.flat, strict=True))
 
-    handles: list[Artist] = []
+    handles: list[Entry | Line2D] = []
     colours: dict[str, Any] = {"color": BLUE}
+    block = block_for((1, x.length), _PIXELS)
+    rows = {name: ds[name].expand_dims(_ROW) for name in shown}
     if flag in axes:
-        flags = ds[flag].values
-        painted = paint(flag, flags)
+        (codes,), painted = _painted([rows[flag]], flag, block)
         handles += painted.handles()
-        colours = {"c": flags, "cmap": painted.colours, "norm": painted.norm}
-        axes[flag].pcolormesh(x.edges, [0.0, 1.0], flags[np.newaxis], cmap=painted.colours, norm=painted.norm)
+        colours = {"c": codes[0], "cmap": painted.colours, "norm": painted.norm}
+        edges = x.block_edges(block[1]), [0.0, 1.0]
+        axes[flag].pcolormesh(*edges, codes, cmap=painted.colours, norm=painted.norm)
         axes[flag].set_yticks([])
         axes[flag].set_ylabel(flag, rotation=0, ha="right", va="center")
     if number in axes:
-        values = ds[number].values
-        axes[number].plot(x.centres, values, color="#888888", linewidth=0.8, zorder=1)
-        axes[number].scatter(x.centres, values, s=18, zorder=2, edgecolors="black", linewidths=0.3, **colours)
+        values, points = coarse.numbers(rows[number], block).values[0], x.block_points(block[1])
+        axes[number].plot(points, values, color="#888888", linewidth=0.8, zorder=1)
+        axes[number].scatter(points, values, s=18, zorder=2, edgecolors="black", linewidths=0.3, **colours)
         axes[number].set_ylabel(array_title(ds[number]))
         if number == "damping_ratio":
             inside = _levels_inside(values)
@@ -176,21 +210,25 @@ def _strip(ds: xr.Dataset, variable: str, title: str) -> Figure:
     for ax in axes.values():
         x.apply(ax, "x")
     axes[shown[-1]].set_xlabel(x.title)
-    _legend(figure, handles, at_right=True)
+    _legend(figure, handles, at_right=True, note=_note(block, variable in FLAG_COLOURS))
     _entitle(figure, axes[shown[0]], title)
     return figure
 
 
-def _draw_borders(ax: Axes, panel: xr.Dataset, x: MapAxis, y: MapAxis) -> set[float]:
-    """Contours of the linear damping ratio; returns the levels that lie inside the panel."""
+def _draw_borders(ax: Axes, panel: xr.Dataset, x: MapAxis, y: MapAxis, block: Block) -> set[float]:
+    """Contours of the linear damping ratio; returns the levels that lie inside the panel.
+
+    They go through the values at single cells, so that blocks do not blur or shift them.
+    """
     if not (x.is_numeric and y.is_numeric and "damping_ratio" in panel.data_vars):
         return set()
-    ratio = np.ma.masked_invalid(panel["damping_ratio"].transpose(y.dim, x.dim).values)
-    if min(ratio.shape) < 2:
+    if min(x.length, y.length) < 2:
         return set()
+    ratio = np.ma.masked_invalid(coarse.centres(panel["damping_ratio"].transpose(y.dim, x.dim), block))
+    points = x.block_points(block[1]), y.block_points(block[0])
     inside = _levels_inside(ratio)
     for level in inside:
-        lines = ax.contour(x.centres, y.centres, ratio, levels=[level], colors="black", linewidths=1.2,
+        lines = ax.contour(*points, ratio, levels=[level], colors="black", linewidths=1.2,
                            linestyles=[BORDERS[level][0]])  # fmt: skip
         lines.set_path_effects(_HALO)
     return inside
@@ -210,15 +248,22 @@ def _border_handles(levels: set[float]) -> list[Line2D]:
     ]
 
 
-def _legend(figure: Figure, handles: Sequence[Artist], *, at_right: bool) -> None:
-    """The legend, outside the axes: at the right of a lone map, else below."""
-    if not handles:
-        return
+def _legend(
+    figure: Figure, handles: Sequence[Artist | tuple[Artist, ...]], *, at_right: bool, note: str | None = None
+) -> None:
+    """The legend, outside the axes: at the right of a lone map, else below. The note stands below the picture."""
+    shown: list[Any] = list(handles)  # matplotlib's types know nothing of several artists for one label
+    labels = [str((handle[0] if isinstance(handle, tuple) else handle).get_label()) for handle in handles]
     looks: dict[str, Any] = {"frameon": False, "fontsize": "small"}
-    if at_right:
-        figure.legend(handles=handles, loc="outside right upper", **looks)
-    else:
-        figure.legend(handles=handles, loc="outside lower center", ncols=min(4, len(handles)), **looks)
+    looks["handler_map"] = {tuple: HandlerTuple(ndivide=None, pad=0.0)}
+    if note and (at_right or not shown):
+        figure.supxlabel(note, fontsize="x-small", color=_NOTE_COLOUR)
+    if shown and at_right:
+        figure.legend(shown, labels, loc="outside right upper", **looks)
+    elif shown:
+        columns = min(4, len(shown))
+        legend = figure.legend(shown, labels, loc="outside lower center", ncols=columns, title=note, **looks)
+        legend.get_title().set(fontsize="x-small", color=_NOTE_COLOUR)
 
 
 def _entitle(figure: Figure, top: Axes, title: str, *, above_all: bool = False) -> None:
@@ -227,46 +272,6 @@ def _entitle(figure: Figure, top: Axes, title: str, *, above_all: bool = False) 
         figure.suptitle(title, fontsize="large")
     else:
         top.set_title(title, fontsize="large")
-
-
-# --- which part of a dataset is drawn ---------------------------------------------------------------------------------
-
-
-def _selected(ds: xr.Dataset, select: Mapping[str, Any]) -> xr.Dataset:
-    """The dataset at the given places of some dimensions, which then are scalar coordinates."""
-    for dim, wanted in select.items():
-        if dim not in ds.dims:
-            raise PlotError(f"cannot select {dim!r}; dimensions are {', '.join(map(str, ds.dims))}")
-        ds = ds.isel({dim: _position(ds, dim, wanted)})
-    return ds
-
-
-def _position(ds: xr.Dataset, dim: str, wanted: Any) -> int:
-    """Where along `dim` the value, label or position `wanted` is."""
-    labels = [str(label) for label in ds[dim].values]
-    if dim in ds.coords and ds[dim].dtype.kind not in "fiu":
-        if str(wanted) not in labels:
-            raise PlotError(f"cannot select {dim}={wanted}; labels are {', '.join(labels)}")
-        return labels.index(str(wanted))
-    try:
-        number = float(wanted)
-    except (TypeError, ValueError) as error:
-        raise PlotError(f"cannot select {dim}={wanted}; expected a number in SI units") from error
-    if dim in ds.coords:
-        return int(np.abs(ds[dim].values - number).argmin())
-    if number not in range(ds.sizes[dim]):
-        raise PlotError(f"cannot select {dim}={wanted}; positions are 0 to {ds.sizes[dim] - 1}")
-    return int(number)
-
-
-def _ascending(ds: xr.Dataset) -> xr.Dataset:
-    """Numeric axes sorted, so that cells do not overlap."""
-    return ds.sortby([ds[dim] for dim in ds.dims if dim in ds.coords and ds[dim].dtype.kind in "fiu"])
-
-
-def _thinned(ds: xr.Dataset) -> xr.Dataset:
-    """Every n-th point of axes longer than can be seen."""
-    return ds.isel({dim: slice(None, None, ceil(n / _MAX_DRAWN)) for dim, n in ds.sizes.items()})
 
 
 # --- trajectories -----------------------------------------------------------------------------------------------------

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 Path = tuple[str | int, ...]
+MOST_PROBLEMS = 200  # nobody reads more, and looking for more in a file of nonsense takes minutes
+_LONGEST_KEY = 60  # characters
 
 
 class Place(NamedTuple):
@@ -39,7 +41,7 @@ class Problem:
         """`FILE:LINE:COL: key.path: message`, with the hint on a line of its own; `source` is the name of the file."""
         where = source if self.place is None else f"{source}:{self.place.line}:{self.place.column}"
         parts = [where, *([dotted(self.path)] if self.path else []), self.message]
-        return ": ".join(parts) + (f"\n  hint: {self.hint}" if self.hint else "")
+        return _printable(": ".join(parts)) + (f"\n  hint: {_printable(self.hint)}" if self.hint else "")
 
 
 class ConfigError(ValueError):
@@ -59,8 +61,17 @@ class ConfigError(ValueError):
 
 def dotted(path: Path) -> str:
     """A path as people write it: ``axes.mass.values[2]``; keys that are not plain words stand in quotes."""
-    words = [f"[{key}]" if isinstance(key, int) else f".{key if key.isprintable() else repr(key)}" for key in path]
-    return "".join(words).removeprefix(".")
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{_word(key)}" for key in path).removeprefix(".")
+
+
+def _word(key: str) -> str:
+    short = key if len(key) <= _LONGEST_KEY else f"{key[:_LONGEST_KEY]}..."
+    return short if short.isprintable() else repr(short)
+
+
+def _printable(text: str) -> str:
+    """The text with characters that a terminal might obey written out."""
+    return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def nearest(word: str, words: Iterable[str]) -> str | None:

@@ -10,6 +10,7 @@ import re
 from typing import Any
 
 from . import units
+from .addresses import LOCAL, PATTERN
 from .config import DEFAULT_TITLE, QUANTITY_SECTIONS
 from .models import LONGEST_AXIS, OUTPUT_SUFFIXES, PLOT_SUFFIXES, RTOL, Execution, Output, Section, Solver
 from .quantities import HORIZON_UNITS, QUANTITIES, WORDS, default
@@ -179,5 +180,6 @@ _SOLVER: Schema = {
 _EXECUTION: Schema = {
     "threads": {"anyOf": [{"const": "auto"}, {"type": "integer", "minimum": 1}]},
     "block": {"type": "integer", "minimum": 1},
+    "dask": {"type": "string", "pattern": PATTERN, "examples": ["tcp://host:8786", LOCAL]},
 }
 _OUTPUT: Schema = {"file": _file_name(OUTPUT_SUFFIXES), "plot": _file_name(PLOT_SUFFIXES)}

@@ -48,6 +48,11 @@ def duration_text(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
+def share_text(fraction: float) -> str:
+    """A share, for people; a few cells of very many are not "0.0%"."""
+    return "<0.1%" if 0.0 < fraction < 0.0005 else f"{fraction:.1%}"
+
+
 def describe(grid: Grid) -> str:
     """`57,600 cells: stiffness (240) x belt_speed (240)`."""
     axes = " x ".join(f"{dim} ({length})" for dim, length in zip(grid.dims, grid.shape, strict=True))
@@ -55,34 +60,63 @@ def describe(grid: Grid) -> str:
 
 
 @contextmanager
-def progress_bar(total: int) -> Iterator[Callable[[int, int], None]]:
-    """A bar of cells with the rate and the time left; gives the function that moves it."""
+def progress_bar(total: int, doing: str = "") -> Iterator[Callable[[int, int], None]]:
+    """A bar of cells with the rate and the time left; gives the function that moves it, and shows it.
+
+    What is done when it is first moved was found finished, and does not count for the rate.
+    """
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    counts = TextColumn("{task.completed:,.0f} of {task.total:,.0f} cells, {task.fields[rate]:,.0f} per second")
-    with Progress(BarColumn(), counts, TimeRemainingColumn(), console=terminal(stderr=True)) as bar:
-        task, began = bar.add_task("cells", total=total, rate=0.0), perf_counter()
-        yield lambda done, _: bar.update(task, completed=done, rate=done / (perf_counter() - began))
+    counts = TextColumn(
+        "{task.completed:,.0f} of {task.total:,.0f} cells" + doing + ", {task.fields[rate]:,.0f} per second"
+    )
+    bar = Progress(BarColumn(), counts, TimeRemainingColumn(), console=terminal(stderr=True))
+    task = bar.add_task("cells", total=total, rate=0.0)
+    first: list[tuple[int, float]] = []
+
+    def move(done: int, _: int) -> None:
+        if not first:
+            first.append((done, perf_counter()))
+            bar.reset(task, completed=done, rate=0.0)
+            bar.start()
+        found, began = first[0]
+        bar.update(task, completed=done, rate=(done - found) / max(perf_counter() - began, 1e-9))
+
+    try:
+        yield move
+    finally:
+        if first:
+            bar.stop()
 
 
-def report(ds: xr.Dataset, seconds: float, options: Options, output: Path | None, picture: Path | None) -> None:
-    """The summary a run ends with."""
+def threads(options: Options) -> str:
+    """`2 threads`: what a computation with these options runs on."""
+    from . import engine
+
+    count = options.threads or engine.processors()
+    return f"{count} thread{'s' if count != 1 else ''}"
+
+
+def report(
+    ds: xr.Dataset, computed: int, seconds: float, machines: str, output: Path | None, picture: Path | None
+) -> None:
+    """The summary a run ends with; `computed` is how many cells it computed in how many seconds, on which machines."""
     from rich.table import Table
 
-    from . import engine
-    from .summary import summary
+    from .summary import remark, summary
 
+    found = summary(ds)
     table = Table("regime", box=None, pad_edge=False, header_style="bold")
     table.add_column("cells", justify="right")
     table.add_column("share", justify="right")
-    for name, share in summary(ds).items():
-        table.add_row(name, f"{share.cells:,}", f"{share.fraction:.1%}")
+    for name, share in found.items():
+        table.add_row(name, f"{share.cells:,}", share_text(share.fraction))
     console = terminal()
     console.print(table)
-    threads = options.threads or engine.processors()
-    cells = ds["regime"].size
-    rate = f"{cells:,} cells in {duration_text(seconds)}, {cells / seconds:,.0f} cells/s"
-    console.print(f"{rate} on {threads} thread{'s' if threads != 1 else ''}")
+    if words := remark(found, None if output is None else str(output)):
+        console.print(words, markup=False)
+    rate = f"{computed:,} cells in {duration_text(seconds)}, {computed / max(seconds, 1e-9):,.0f} cells/s"
+    console.print(f"{rate} on {machines}")
     if output is not None:
         console.print(f"map      {output} ({size_of(output)})", markup=False)
     if picture is not None and ds["regime"].ndim:

@@ -58,6 +58,7 @@ solver:
 execution:
   threads: auto
   block: 4096           # cells computed together
+  # dask: tcp://head:8786   # a Dask cluster computes; local: processes of this machine
 
 # Where the result goes; relative names start at the folder the command is run in --------------------------------------
 

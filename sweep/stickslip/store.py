@@ -6,58 +6,79 @@ target first.) These files are results, not checkpoints.
 
 CF wants text labels beside a dimension, not as its index, so the index ``pad`` = felt, rubber lies in the file as
 ``pad_label``; `open` makes it the index again. Everything else is in the file as it is in memory.
+
+Every chunk carries a checksum, and a seal covers the rest (`seal.py`). `reading.py` is the other half.
 """
 
 from __future__ import annotations
 
+import glob
+import hashlib
 import os
 import shutil
 import uuid
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from math import prod
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
+
+from . import machine
+from .file_errors import StoreError, reason, require_zarr
+from .reading import open
+from .seal import NOBODY_WROTE, sealed
+
+__all__ = ["StoreError", "check_writable", "open", "write", "write_netcdf", "write_zarr"]
 
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
 _ZARR_MARKERS = ("zarr.json", ".zgroup")
 _LABEL = "_label"
+Fill = Callable[[Path], None]
+# Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
+_WHOLE: dict[str, Any] = {"zarr_format": 3, "write_empty_chunks": True}
 
 
-class StoreError(OSError):
-    """A dataset could not be written or read; the message names the path, the reason and, if there is one, a remedy."""
+def write(ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None) -> Path:
+    """Write to `path`: Zarr if it ends in ``.zarr``, netCDF if in ``.nc``. Returns the path.
+
+    fill : writes the values of a dataset that is lazy and has none yet; called with the temporary file, in which all
+        else is written.
+    """
+    return _writer(Path(path))(ds, path, fill)
 
 
-def write(ds: xr.Dataset, path: str | os.PathLike[str]) -> Path:
-    """Write to `path`: Zarr if it ends in ``.zarr``, netCDF if in ``.nc``. Returns the path."""
-    return _writer(Path(path))(ds, path)
-
-
-def write_netcdf(ds: xr.Dataset, path: str | os.PathLike[str]) -> Path:
+def write_netcdf(ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None) -> Path:
     """Write a compressed netCDF-4 file, replacing `path` only once the new file is whole and on the disk."""
     target = _target(path)
     with _temporary_neighbour(target) as temporary:
-        plain = _labels_beside_dimensions(ds)
-        plain.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=_netcdf_encoding(plain))
+        plain = sealed(_labels_beside_dimensions(ds.drop_encoding()))
+        encoding = _netcdf_encoding(plain)
+        plain.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding, compute=fill is None)
+        if fill:
+            fill(temporary)
         _flush(temporary)
         os.replace(temporary, target)
         _flush(target.parent)
     return Path(path)
 
 
-def write_zarr(ds: xr.Dataset, path: str | os.PathLike[str]) -> Path:
+def write_zarr(ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None) -> Path:
     """Write a Zarr store, a folder.
 
     Replacing an older one takes two renames. A crash between them leaves both, the old one named ``.NAME....old``.
     """
-    _require_zarr(path)
+    require_zarr(path)
     target = _target(path, zarr=True)
-    plain = _labels_beside_dimensions(ds.drop_encoding())  # without chunks and filters of a file it was read from
+    plain = sealed(_labels_beside_dimensions(ds.drop_encoding()))
     with _temporary_neighbour(target) as temporary:
-        plain.to_zarr(temporary, mode="w-", consolidated=False, encoding=_fill_encoding(plain))
+        options = {"mode": "w-", "consolidated": False, "encoding": _zarr_encoding(plain), **_WHOLE}
+        plain.to_zarr(temporary, compute=fill is None, **options)  # type: ignore[call-overload]
+        if fill:
+            fill(temporary)
+        _flush_files(temporary)
         if target.exists():
             old = temporary.with_suffix(".old")
             os.replace(target, old)
@@ -77,28 +98,9 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     """Raise StoreError now if `write` would fail there later: worth knowing before an hour of computing."""
     is_zarr = _writer(Path(path)) is write_zarr
     if is_zarr:
-        _require_zarr(path)
+        require_zarr(path)
     with _temporary_neighbour(_target(path, zarr=is_zarr)) as temporary:
         temporary.touch()
-
-
-def open(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a dataset that `write` wrote. Values are loaded when they are used."""
-    source = Path(path)
-    if not source.exists():
-        raise StoreError(f"{path}: no such file")
-    if source.is_dir():
-        _require_zarr(path)
-    options: dict[str, Any] = {"engine": "zarr", "consolidated": False} if source.is_dir() else {"engine": "netcdf4"}
-    try:
-        ds = xr.open_dataset(source, decode_times=False, decode_timedelta=False, chunks=None, **options)
-    except (OSError, ValueError, RuntimeError) as error:
-        kind = "Zarr" if source.is_dir() else "netCDF"
-        raise StoreError(f"{path}: cannot be read as {kind} ({_reason(error)})") from error
-    if not str(ds.attrs.get("source", "")).startswith("stickslip "):
-        ds.close()
-        raise StoreError(f"{path}: not written by stickslip (its attribute `source` does not say so)")
-    return _labels_as_index(_with_plain_flags(ds))
 
 
 def _labels_beside_dimensions(ds: xr.Dataset) -> xr.Dataset:
@@ -110,30 +112,16 @@ def _labels_beside_dimensions(ds: xr.Dataset) -> xr.Dataset:
     return ds
 
 
-def _labels_as_index(ds: xr.Dataset) -> xr.Dataset:
-    """The opposite of `_labels_beside_dimensions`."""
-    for dim in [str(dim) for dim in ds.dims]:
-        if (label := dim + _LABEL) in ds.coords and ds[label].dims == (dim,):
-            text = xr.Variable(dim, np.array([str(name) for name in ds[label].values]), ds[label].attrs)
-            ds = ds.drop_vars(label).assign_coords({dim: text})
-    return ds
-
-
-def _with_plain_flags(ds: xr.Dataset) -> xr.Dataset:
-    """`flag_values` as an array of the flag's own type, as netCDF gives it; Zarr gives a list."""
-    for variable in ds.variables.values():
-        if "flag_values" in variable.attrs:
-            variable.attrs["flag_values"] = np.atleast_1d(np.asarray(variable.attrs["flag_values"], variable.dtype))
-    return ds
-
-
 # --- how values are laid out ------------------------------------------------------------------------------------------
 
 
 def _fill_encoding(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Fill values: NaN for float data, none for flags, counts and coordinates (CF forbids the last)."""
+    """Fill values: a NaN for float data, none for flags, counts and coordinates (CF forbids the last).
+
+    The NaN has bits of its own (`seal.NOBODY_WROTE`), which tell values of a lost chunk from undefined ones.
+    """
     return {
-        str(name): {"_FillValue": np.nan if name in ds.data_vars and variable.dtype.kind == "f" else None}
+        str(name): {"_FillValue": NOBODY_WROTE if name in ds.data_vars and variable.dtype.kind == "f" else None}
         for name, variable in ds.variables.items()
         if variable.dtype.kind in "fiu"
     }
@@ -145,6 +133,20 @@ def _netcdf_encoding(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
     for name, options in encoding.items():
         if shape := ds[name].shape:
             options |= {"zlib": True, "complevel": 4, "shuffle": True, "chunksizes": _chunks(shape)}
+            options["fletcher32"] = True  # HDF5 refuses to read a chunk that does not match
+    return encoding
+
+
+def _zarr_encoding(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Fill values, chunks, and compression with a checksum over what it made."""
+    from zarr.codecs import BloscCodec, Crc32cCodec, ZstdCodec
+
+    encoding: dict[str, dict[str, Any]] = {str(name): {} for name in ds.variables} | _fill_encoding(ds)
+    for name, options in encoding.items():
+        variable = ds.variables[name]
+        is_number = variable.dtype.kind in "fiu"
+        squeeze = BloscCodec(cname="zstd", clevel=5, typesize=variable.dtype.itemsize) if is_number else ZstdCodec()
+        options |= {"compressors": (squeeze, Crc32cCodec()), "chunks": _chunks(variable.shape)}
     return encoding
 
 
@@ -160,7 +162,7 @@ def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
-def _writer(path: Path) -> Callable[[xr.Dataset, str | os.PathLike[str]], Path]:
+def _writer(path: Path) -> Callable[[xr.Dataset, str | os.PathLike[str], Fill | None], Path]:
     """The function that writes this kind of file."""
     if path.suffix == ".zarr":
         return write_zarr
@@ -185,27 +187,42 @@ def _target(path: str | os.PathLike[str], *, zarr: bool = False) -> Path:
 def _temporary_neighbour(target: Path) -> Iterator[Path]:
     """A free name in the folder of `target`, on the same disk so that a rename suffices; gone afterwards.
 
-    The folder is created if need be. Whatever the operating system or the netCDF library complains about becomes a
-    StoreError that names `target`.
+    So are those of processes that were killed. The folder is created if need be. Whatever the operating system or the
+    netCDF library complains about becomes a StoreError that names `target`.
     """
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
+    ours = f".{target.name}.{_machine()}-"
+    temporary = target.with_name(f"{ours}{os.getpid()}-{uuid.uuid4().hex[:8]}.part")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
+        _remove_left_over(target.parent, ours)
         yield temporary
+    except StoreError:
+        raise
     except (OSError, RuntimeError) as error:  # netCDF4 reports a full disk as RuntimeError("NetCDF: HDF error")
-        raise StoreError(f"{target}: cannot be written ({_reason(error)})") from error
+        raise StoreError(f"{target}: cannot be written ({reason(error)})") from error
     finally:
-        if temporary.is_dir():
-            shutil.rmtree(temporary, ignore_errors=True)
-        with suppress(OSError):
-            temporary.unlink()
+        _remove(temporary)
 
 
-def _reason(error: Exception) -> str:
-    """What went wrong, without the path, which the message names already."""
-    if isinstance(error, OSError) and error.strerror:
-        return str(error.strerror)
-    return str(error).splitlines()[0] if str(error) else type(error).__name__
+def _machine() -> str:
+    """This machine in a few characters: what others write may still be in use."""
+    return hashlib.sha256(f"{machine.host()} {machine.space()}".encode()).hexdigest()[:8]
+
+
+def _remove_left_over(folder: Path, beginning: str) -> None:
+    """Remove what processes of this machine left in a folder when they were killed."""
+    for path in folder.glob(f"{glob.escape(beginning)}*-*.part"):
+        pid = path.name.removeprefix(beginning).partition("-")[0]
+        if pid.isdigit() and not machine.is_alive(int(pid)):
+            _remove(path)
+
+
+def _remove(path: Path) -> None:
+    """Remove a file or a folder, if it is there."""
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    with suppress(OSError):
+        path.unlink()
 
 
 def _flush(path: Path) -> None:
@@ -222,12 +239,8 @@ def _flush(path: Path) -> None:
         os.close(descriptor)
 
 
-def _require_zarr(path: str | os.PathLike[str]) -> None:
-    """Zarr is an optional extra: say so before xarray says something longer."""
-    try:
-        import zarr  # noqa: F401
-    except ModuleNotFoundError as error:
-        raise StoreError(
-            f"{path}: Zarr stores need the optional package zarr\n"
-            "hint: pip install 'stickslip[zarr]', or give the file a name that ends in .nc"
-        ) from error
+def _flush_files(folder: Path) -> None:
+    """Put every file below a folder on the disk, several at a time: each waits for the disk."""
+    with ThreadPoolExecutor(8) as pool:
+        for _ in pool.map(_flush, [Path(parent) / name for parent, _, names in os.walk(folder) for name in names]):
+            pass

@@ -21,6 +21,8 @@ _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.ASCII | re.DOTALL)
 _COMMA = re.compile(r"\s*[-+]?\d+,\d+")
 _FACTOR = re.compile(r"\s*([*/·]?)\s*([A-Za-zµμΩ°%]+)(?:(?:\^|\*\*)?([-+]?[0-9])(?![0-9.]))?")
 
+_NO_UNIT = (AttributeError, ValueError, OverflowError)  # pint.UndefinedUnitError is the first; nan and inf are others
+
 _KINDS = {  # by unit: what such a quantity is, and how one writes it
     "kg": ("a mass", "250 g"),
     "N m-1": ("a stiffness", "5 N/mm"),
@@ -30,14 +32,14 @@ _KINDS = {  # by unit: what such a quantity is, and how one writes it
     "s m-1": ("a slope over speed", "0.1 s/m"),
     "m": ("a length", "10 mm"),
     "s": ("a time", "2 min"),
+    "m s-2": ("an acceleration", "50 mm/s2"),
+    "s-1": ("a frequency", "2 kHz"),
 }
 _OTHER_KINDS = {  # what else people may write by mistake
-    "m s-2": "an acceleration",
     "m2": "an area",
     "Pa": "a pressure",
     "J": "an energy or a torque",
     "W": "a power",
-    "s-1": "a frequency",
     "kg s": "a mass times a time",
     "K": "a temperature",
 }
@@ -156,13 +158,14 @@ def _factors(units: str) -> list[tuple[str, int]]:
     return found
 
 
+@lru_cache(maxsize=256)  # lists hold thousands of values in one unit
 def _factor(unit: str, units: str) -> Fraction:
     """What a number in `unit`, as people write it, is multiplied with to be in the SI `units`."""
     registry = _registry()
     powers = _written_factors(unit, units)
     try:
         written = _product(powers)
-    except AttributeError:  # pint.UndefinedUnitError is one
+    except _NO_UNIT:
         unknown = next(name for name, _ in powers if not _is_known(name))
         raise QuantityError(expected(units), f"no unit is called '{unknown}'") from None
     wanted = _product(_factors(units))
@@ -206,7 +209,11 @@ def _registry() -> Any:
 
 
 def _is_known(name: str) -> bool:
-    return name in _registry()
+    try:
+        _registry().Unit(name)
+    except _NO_UNIT:
+        return False
+    return True
 
 
 def _product(powers: list[tuple[str, int]]) -> Any:

@@ -6,6 +6,7 @@ aliases are refused: a configuration is plain data, and they are how YAML files 
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -26,9 +27,9 @@ from ruamel.yaml.events import (
 )
 from ruamel.yaml.reader import ReaderError
 
-from .problems import ConfigError, Path, Place, Problem
+from .problems import MOST_PROBLEMS, ConfigError, Path, Place, Problem
 
-_LARGEST = 10_000_000  # bytes; a configuration has a few hundred
+_LARGEST = 1_000_000  # bytes, which take seconds to read; a configuration has a few hundred
 _DEEPEST = 20  # levels; a configuration has four
 _INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
@@ -171,7 +172,7 @@ class _Builder:
                 continue
             line = self._document.keys[inner].line
             message = f"given twice, first on line {line}, expected once"
-            self._document.problems.append(Problem(inner, message, place, "remove one of the two"))
+            self._note(Problem(inner, message, place, "remove one of the two"))
             _Builder(Document(self._document.name), self._events)._value(next(self._events), inner)  # read past it
         return found
 
@@ -182,7 +183,7 @@ class _Builder:
         text = str(event.value)
         if event.implicit[0] and not isinstance(_plain(text), str):
             message = f"got the key {text or '(nothing)'}, expected a word"
-            self._document.problems.append(Problem(path, message, _place(event)))
+            self._note(Problem(path, message, _place(event)))
         return text
 
     def _sequence(self, path: Path) -> list[Any]:
@@ -196,6 +197,12 @@ class _Builder:
         value = _plain(text) if event.implicit[0] else text
         self._document.texts[path] = repr(text) if isinstance(value, str) else text or "nothing"
         return value
+
+    def _note(self, problem: Problem) -> None:
+        """Keep a problem; the last straw is raised."""
+        self._document.problems.append(problem)
+        if len(self._document.problems) >= MOST_PROBLEMS:
+            raise ConfigError(self._document.name, self._document.problems)
 
     def _refused(self, event: Any, message: str, hint: str | None, path: Path = ()) -> ConfigError:
         return ConfigError(self._document.name, [Problem(path, message, _place(event), hint)])
@@ -214,3 +221,15 @@ def _plain(text: str) -> Any:
     if _FLOAT.fullmatch(text):
         return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
     return text
+
+
+def write_yaml(plain: Any) -> str:
+    """Plain data as YAML text, which `parse_yaml` reads."""
+    writer = YAML(typ="safe", pure=True)
+    writer.default_flow_style = None  # innermost lists and mappings on one line
+    writer.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    writer.width = 2**20  # no line breaks inside values
+    writer.allow_unicode = True
+    text = io.StringIO()
+    writer.dump(plain, text)
+    return text.getvalue()

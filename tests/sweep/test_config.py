@@ -396,6 +396,11 @@ BAD = {
         GOOD + "execution: {threads: 0}\n",
         "map.yaml:12:22: execution.threads: got 0, expected auto or a whole number from 1 to 4096",
     ),
+    "no scheduler": (
+        GOOD + "execution: {dask: head:8786}\n",
+        "map.yaml:12:19: execution.dask: got 'head:8786', expected an address such as tcp://host:8786, "
+        "a scheduler file (.json), local or none",
+    ),
     "a table as output": (
         GOOD + "output: {file: map.csv}\n",
         "map.yaml:12:16: output.file: got 'map.csv', expected a file name that ends in .nc or .zarr",

@@ -57,6 +57,7 @@ def test_the_starter_is_valid():
         ({"axes": {"oil": {"zip": {"mas": [1]}}}}, "axes/oil/zip"),
         ({"solver": {"rtol": 1}}, "solver/rtol"),
         ({"execution": {"threads": "many"}}, "execution/threads"),
+        ({"execution": {"dask": "head:8786"}}, "execution/dask"),
         ({"output": {"file": "map.csv"}}, "output/file"),
         ({"title": 3}, "title"),
     ],

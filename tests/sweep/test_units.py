@@ -52,6 +52,8 @@ def test_conversion_gives_the_double_nearest_to_what_was_written(digits, decimal
     [
         ("1,5 mm", "m", "a length such as '10 mm' or a number in m; write a decimal point, not a comma: '1.5 mm'"),
         ("10 mm mm/s x", "m s-1", "a speed such as '10 mm/s' or a number in m/s; no unit is called 'x'"),
+        ("1 nan", "kg", "a mass such as '250 g' or a number in kg; no unit is called 'nan'"),
+        ("1 kg/inf", "kg", "a mass such as '250 g' or a number in kg; no unit is called 'inf'"),
         ("10", "m", "a length such as '10 mm' or a number in m; remove the quotes: 10 is read in m"),
         ("1e-3", "kg", "a mass such as '250 g' or a number in kg; remove the quotes: 1e-3 is read in kg"),
         ("0.3", "1", "a number (without unit); remove the quotes: 0.3"),

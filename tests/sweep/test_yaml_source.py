@@ -95,7 +95,7 @@ def test_a_huge_file_is_not_read(tmp_path):
     path = tmp_path / "map.yaml"
     with path.open("wb") as file:
         file.truncate(2_000_000_000)
-    assert file_message(path) == "DIR/map.yaml: larger than 10 MB, expected a configuration in YAML"
+    assert file_message(path) == "DIR/map.yaml: larger than 1 MB, expected a configuration in YAML"
 
 
 def test_a_key_that_is_a_number_is_a_problem():

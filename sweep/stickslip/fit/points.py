@@ -34,6 +34,7 @@ AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", None, 0.0), _
 _HEADING = re.compile(r"([^\[\]()]*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+", re.ASCII)
+_SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; nobody measures more or less, and squares must stay finite
 _PURE = ("", "1", "-")  # how people write "no unit"
 _MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
 
@@ -100,7 +101,11 @@ def _rows(name: str, text: str) -> Iterator[tuple[int, list[_Cell]]]:
             (fields,) = csv.reader([line], strict=True, skipinitialspace=True)
         except (csv.Error, ValueError) as error:
             raise ConfigError(name, [Problem((), f"not CSV: {error}", Place(number, 1))]) from None
-        yield number, [(f.strip(), start) for f, start in zip(fields, _starts(line), strict=True)]
+        starts = list(_starts(line))
+        if len(starts) != len(fields):
+            message = "not CSV: a quotation mark inside a cell"
+            raise ConfigError(name, [Problem((), message, Place(number, line.index('"') + 1))])
+        yield number, [(f.strip(), start) for f, start in zip(fields, starts, strict=True)]
 
 
 def _starts(line: str) -> Iterator[int]:
@@ -186,6 +191,8 @@ def _number(text: str, unit: str, column: Parameter) -> float:
     value = units.si_value(f"{text} {unit}", column.units) if unit else units.si_value(float(text), column.units)
     if value < column.minimum or (column.exclusive and value == column.minimum):
         raise units.QuantityError(f"a number {'>' if column.exclusive else '>='} {column.minimum:g}")
+    if value and not _SMALLEST <= value <= _LARGEST:
+        raise units.QuantityError(f"0 or a number from {_SMALLEST:g} to {_LARGEST:g} in SI")
     return value
 
 

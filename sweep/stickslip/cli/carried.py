@@ -1,0 +1,80 @@
+"""How the commands carry out a run in parts: with a progress bar, notices, and Ctrl-C told."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import click
+
+from stickslip import screen
+from stickslip.cli.common import incomplete, prepare_kernels
+
+if TYPE_CHECKING:
+    from stickslip.runs.request import Outcome, Request
+
+
+def carried_out(action: Callable[[Request], Outcome], request: Request, cells: int) -> tuple[Outcome, float]:
+    """What `action` came to, and the seconds it computed. Ctrl-C and SIGTERM end the command."""
+    from stickslip.runs.request import Stopped
+
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # what schedulers send before they kill
+    began = finished = perf_counter()
+    moving = False
+
+    def prepare(law: str) -> None:
+        nonlocal began, finished
+        prepare_kernels(law)
+        began = finished = perf_counter()
+
+    try:
+        with screen.progress_bar(cells) as move, screen.progress_bar(cells, " written") as write:
+
+            def note(done: int, of: int) -> None:
+                nonlocal began, finished, moving
+                finished = perf_counter()
+                if not moving and request.cluster is not None:
+                    began = finished  # finding the machines is no computing
+                moving = True
+                move(done, of)
+
+            told = replace(request, progress=note, assembling=write, notice=notice, prepare=prepare)
+            outcome = action(told)
+    except Stopped as stopped:
+        incomplete(f"interrupted: {stopped}")
+    return outcome, finished - began
+
+
+def notice(text: str) -> None:
+    """Something worth knowing, on standard error."""
+    click.echo(text, err=True)
+
+
+def report(outcome: Outcome, seconds: float, request: Request, picture: Path | None) -> None:
+    """The picture and the summary of a run that wrote its map; of one that had nothing to do, a picture that lacks."""
+    from stickslip import store
+    from stickslip.runs.work import options_of
+
+    if outcome.output is None:
+        return
+    if outcome.up_to_date:
+        click.echo(f"map      {outcome.output} is finished already; --fresh computes it again")
+        if picture is None or picture.exists():
+            return
+    with store.open(outcome.output) as ds:
+        if picture is not None and ds["regime"].ndim:
+            from stickslip import plots  # Matplotlib takes its time, and the first block need not wait for it
+
+            plots.save(plots.plot_map(ds), picture)
+        if outcome.up_to_date:
+            return click.echo(f"picture  {picture}")
+        machines = outcome.machines or screen.threads(options_of(request.config))
+        screen.report(ds, outcome.computed, seconds, machines, outcome.output, picture)
+    if outcome.reused:
+        click.echo(f"reused   {outcome.reused:,} cells of the map that was there")
+    if outcome.where:
+        click.echo(f"blocks   kept in {outcome.where}")

@@ -1,0 +1,107 @@
+"""What all commands share: exit codes, errors for people, the kernels made ready, names of files."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from time import perf_counter
+from typing import Any, NoReturn
+
+import click
+
+from stickslip import screen
+
+DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
+CONFIG = click.argument("config", type=click.Path(path_type=Path))
+DASK = click.option(
+    "--dask",
+    metavar="ADDRESS",
+    callback=lambda _context, _option, value: _dask(value),
+    help="Dask scheduler that computes blocks, its file, local (processes here), or none.",
+)
+EXIT_CODES = """\b
+Exit codes:
+  0  done
+  1  computed, but not to the end (Ctrl-C, a full disk, a failed block), or a bug (a traceback)
+  2  the input is wrong or the cluster is not there, and nothing was computed"""
+
+
+def fail(message: object) -> NoReturn:
+    """End with the exit code for wrong input."""
+    click.echo(message, err=True)
+    sys.exit(WRONG_INPUT)
+
+
+def incomplete(message: object) -> NoReturn:
+    """End with the exit code for what was computed, but not to the end."""
+    click.echo(message, err=True)
+    sys.exit(INCOMPLETE)
+
+
+def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
+    """Turn the errors meant for people into their text and an exit code; all others are bugs and show a traceback."""
+
+    @wraps(command)
+    def guarded(*args: Any, **kwargs: Any) -> None:
+        from stickslip.problems import ConfigError
+        from stickslip.store import StoreError
+
+        try:
+            command(*args, **kwargs)
+        except (ConfigError, StoreError) as error:
+            if getattr(error, "incomplete", False):
+                incomplete(error)
+            fail(error)
+        except Exception as error:
+            from stickslip.engine import NotReachedError
+            from stickslip.runs.request import ClusterError
+
+            if isinstance(error, ClusterError):
+                fail(error)
+            if not isinstance(error, NotReachedError):
+                raise
+            incomplete(error)
+
+    return guarded
+
+
+def _dask(value: str | None) -> str | None:
+    from stickslip.addresses import EXPECTED, is_address
+
+    if value is not None and not is_address(value):
+        raise click.BadParameter(f"got {value!r}, expected {EXPECTED}")
+    return value
+
+
+def prepare_kernels(law: str) -> None:
+    """Compile the kernels if that is still to do, and say so."""
+    from stickslip import engine
+
+    if not engine.will_compile(law):
+        return engine.warm_up(law)
+    console = screen.terminal(stderr=True)
+    began = perf_counter()
+    notice = "Compiling the kernels for this machine: once, about half a minute ..."
+    if not console.is_terminal:
+        console.print(notice)
+    with console.status(notice):
+        engine.warm_up(law)
+    seconds = screen.duration_text(perf_counter() - began)
+    console.print(f"Compiled the kernels in {seconds}; the next run finds them ready.")
+
+
+def path_or_none(name: str | Path | None) -> Path | None:
+    """A name as a path."""
+    return None if name is None else Path(name)
+
+
+def check_picture(picture: Path) -> None:
+    """End if no picture can be drawn there: a suffix nobody knows, or no folder."""
+    from stickslip.models import PLOT_SUFFIXES
+
+    if picture.suffix.lower() not in PLOT_SUFFIXES:
+        fail(f"{picture}: pictures end in {', '.join(PLOT_SUFFIXES)}")
+    if not picture.absolute().parent.is_dir():
+        fail(f"{picture}: no folder {picture.parent}")

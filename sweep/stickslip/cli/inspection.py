@@ -1,0 +1,74 @@
+"""`inspect`: what is in a map, and its cells one by one."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from stickslip import screen
+from stickslip.cli.common import reports_wrong_input
+
+if TYPE_CHECKING:
+    from stickslip.inspection import Survey
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip inspect map.nc
+  stickslip inspect map.nc --regime sustained --limit 5
+  stickslip inspect map.zarr --status step_limit"""
+)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--regime", "regimes", multiple=True, metavar="NAME", help="List cells of this regime.")
+@click.option("--status", "statuses", multiple=True, metavar="NAME", help="List cells whose integration ended so.")
+@click.option("--limit", type=click.IntRange(0), default=20, show_default=True, help="Most cells to list.")
+@reports_wrong_input
+def inspect(file: Path, regimes: tuple[str, ...], statuses: tuple[str, ...], limit: int) -> None:
+    """Count the cells of a result, and list bad ones.
+
+    Bad are those that failed, are unresolved or were not computed, unless --regime or --status say which to list. Each
+    comes as a line that computes this very cell over time, ready to paste.
+    """
+    from stickslip import inspection, store
+    from stickslip.pick import recipe_of
+
+    ds = store.open(file)
+    found = inspection.survey(ds, recipe_of(ds, str(file)), regimes=regimes, statuses=statuses, limit=limit)
+    _table(found)
+    what = "such cells" if regimes or statuses else "cells failed, are unresolved or were not computed"
+    if not found.cells:
+        click.echo(f"\n{found.wanted:,} {what}")
+    elif found.wanted > len(found.cells):
+        click.echo(f"\nThe first {len(found.cells):,} of {found.wanted:,} {what}:")
+    else:
+        click.echo(f"\n{found.wanted:,} {what}:")
+    _lines(found, str(file))
+
+
+def _table(found: Survey) -> None:
+    """Numbers of cells by regime and status."""
+    from rich.table import Table
+
+    table = Table("regime", "status", box=None, pad_edge=False, header_style="bold")
+    table.add_column("cells", justify="right")
+    table.add_column("share", justify="right")
+    total = max(1, sum(found.counts.values()))
+    for (regime, status), cells in found.counts.items():
+        table.add_row(regime, status, f"{cells:,}", screen.share_text(cells / total))
+    screen.terminal().print(table)
+
+
+def _lines(found: Survey, file: str) -> None:
+    """A command for each cell, under what became of it."""
+    from stickslip.variables import STATUS_MESSAGES
+
+    by_fate = sorted(found.cells, key=lambda cell: (cell.regime, cell.status))
+    for (regime, status), cells in groupby(by_fate, key=lambda cell: (cell.regime, cell.status)):
+        message = STATUS_MESSAGES.get(status, "a code that this version does not know")
+        click.echo(f"\n{regime}, {status}: {message}")
+        for cell in cells:
+            click.echo(cell.command(file))

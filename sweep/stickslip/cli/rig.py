@@ -1,0 +1,219 @@
+"""`rig-features` and `calibrate`: records of a test rig, and the risk model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from stickslip import screen
+from stickslip.cli.common import check_picture, fail, reports_wrong_input
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.table import Table
+
+    from stickslip.rig.settings import Settings
+
+CONFIG_OPTION = click.option(
+    "-c", "--config", type=click.Path(path_type=Path), help="YAML: columns, units, conditions, features, risk."
+)
+# Of the table on screen: feature, heading, factor from SI, and how it is written.
+_COLUMNS = (
+    ("sticks", "sticks", 1.0, ".0f"),
+    ("acceleration_max", "max |a|\nm/s2", 1.0, ".3g"),
+    ("acceleration_integral", "int |a|\nm/s", 1.0, ".3g"),
+    ("drops", "drops", 1.0, ".0f"),
+    ("drop_mean", "drop\nN", 1.0, ".3g"),
+    ("impulse_rate", "slips\nper mm", 1e-3, ".3g"),
+    ("static_friction", "static\nmu", 1.0, ".3f"),
+    ("dynamic_friction", "dynamic\nmu", 1.0, ".3f"),
+)
+_COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "white on red", "unknown": ""}
+
+
+@click.command(
+    "rig-features",
+    epilog="""\b
+Examples:
+  stickslip rig-features felt.csv fluid.csv
+  stickslip rig-features *.csv -c rig.yaml --plot traces.png --beside -o features.nc
+  stickslip rig-features dry.csv --bandwidth "2 kHz" --plot start.png --from 0 --to "2 s" """,
+)
+@click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
+@CONFIG_OPTION
+@click.option("--load", metavar="FORCE", help='Normal load, for friction coefficients ("10 N").')
+@click.option("--speed", metavar="SPEED", help='Speed of the drive, where files do not record it ("10 mm/s").')
+@click.option("--bandwidth", metavar="FREQUENCY", help='Of the sensor of acceleration ("2 kHz"); limits what is used.')
+@click.option("--plot", type=click.Path(path_type=Path), help="Picture to draw: .png, .svg or .pdf.")
+@click.option("--beside", is_flag=True, help="Draw records beside each other instead of over each other.")
+@click.option("--from", "begin", metavar="TIME", help="Draw only from this time of each record on.")
+@click.option("--to", "end", metavar="TIME", help="Draw only up to this time of each record.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write the features to, .nc or .zarr.")
+@reports_wrong_input
+def rig_features(
+    files: tuple[Path, ...],
+    config: Path | None,
+    load: str | None,
+    speed: str | None,
+    bandwidth: str | None,
+    plot: Path | None,
+    beside: bool,
+    begin: str | None,
+    end: str | None,
+    output: Path | None,
+) -> None:
+    """Read features and a risk number from records of a test rig.
+
+    Each FILE is a CSV with the columns time, force and acceleration, and, if known, drive_velocity or
+    drive_displacement; units stand in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.
+    """
+    from stickslip import rig, store
+
+    settings = _settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
+    if plot is not None:
+        check_picture(plot)
+    if output is not None:
+        store.check_writable(output)
+    window = _window(begin, end)
+    records = {}
+    for name, file in zip(_names(files), files, strict=True):
+        records[name] = rig.read_record(file, settings.record, settings.conditions)
+    try:
+        found = rig.feature_table(records, settings)
+    except ValueError as error:
+        fail(f"{', '.join(map(str, files))}: {error}")
+    console = screen.terminal()
+    console.print(_table(found))
+    console.print(f"RPN: {rig.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
+    if plot is not None:
+        from stickslip import plots
+        from stickslip.rig.drawing import plot_records
+
+        numbers = dict(zip(records, found["model_rpn"].values.tolist(), strict=True))
+        plots.save(plot_records(records, shifted=beside, numbers=numbers, window=window), plot)
+        click.echo(f"picture   {plot}")
+    if output is not None:
+        store.write(_with_provenance(found, settings, files), output)
+        click.echo(f"features  {output} ({screen.size_of(output)})")
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip calibrate pairs.csv > risk.yaml
+  stickslip calibrate pairs.csv --scales
+Columns of FILE:
+  sticks, acceleration_max [m/s2], acceleration_integral [m/s], rpn"""
+)
+@click.argument("file", type=click.Path(path_type=Path))
+@CONFIG_OPTION
+@click.option("--scales", is_flag=True, help="Fit the scales as well; needs pairs over several decades.")
+@reports_wrong_input
+def calibrate(file: Path, config: Path | None, scales: bool) -> None:
+    """Fit the risk model to measured pairs of features and RPN.
+
+    Prints the parameters ready to paste into a configuration; what they are worth goes to standard error.
+    """
+    from stickslip.rig.calibrate import calibrate_file
+
+    found = calibrate_file(file, _settings(config, {}, None).risk, scales)
+    click.echo(found.text())
+    click.echo(f"\n{'pair':>6}{'RPN':>7}{'fitted':>8}{'level':>8}{'residual':>10}", err=True)
+    for i, row in enumerate(zip(found.rpn, found.number, found.level, found.residuals, strict=True), 1):
+        rpn, number, level, residual = row
+        click.echo(f"{i:6}{rpn:7.3g}{number:8.0f}{level:8.2f}{residual:10.2f}", err=True)
+    click.echo(found.quality(), err=True)
+
+
+# --- what the options say ---------------------------------------------------------------------------------------------
+
+
+def _settings(config: Path | None, conditions: Mapping[str, str | None], bandwidth: str | None) -> Settings:
+    """The settings of a configuration, with those of the options in their place."""
+    from stickslip.rig.settings import Settings, load_settings
+
+    settings = load_settings(config) if config is not None else Settings()
+    given = {name: _quantity(name, text) for name, text in conditions.items() if text is not None}
+    settings = replace(settings, conditions=dict(settings.conditions) | given)
+    if bandwidth is None:
+        return settings
+    return replace(settings, features=replace(settings.features, bandwidth=_quantity("bandwidth", bandwidth)))
+
+
+def _quantity(name: str, text: str) -> float:
+    """An option in SI."""
+    from stickslip.problems import ConfigError, Problem
+    from stickslip.rig.quantities import CONDITIONS
+    from stickslip.rig.settings import FEATURE_PARAMETERS, within
+    from stickslip.units import QuantityError
+
+    try:
+        try:
+            value: float | str = float(text)
+        except ValueError:
+            value = text
+        return within((CONDITIONS | FEATURE_PARAMETERS)[name], value)
+    except QuantityError as error:
+        problem = Problem((name,), f"got {text!r}, expected {error.expected}", hint=error.hint)
+        raise ConfigError("options", [problem]) from None
+
+
+def _window(begin: str | None, end: str | None) -> tuple[float, float] | None:
+    from stickslip.pick import seconds
+
+    if begin is None and end is None:
+        return None
+    return (0.0 if begin is None or begin == "0" else seconds(begin), float("inf") if end is None else seconds(end))
+
+
+def _names(files: tuple[Path, ...]) -> list[str]:
+    """A name for each file: its stem, with the folder before it where stems repeat, or all of its path."""
+    if len(set(files)) < len(files):
+        fail("a file is named twice")
+    for parts in (1, 2):
+        names = ["/".join(file.with_suffix("").parts[-parts:]) for file in files]
+        if len(set(names)) == len(names):
+            return names
+    return list(map(str, files))
+
+
+def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, ...]) -> xr.Dataset:
+    from stickslip.dataset import provenance
+    from stickslip.rig.settings import as_text
+
+    action = f"rig-features {' '.join(map(str, files))}"
+    return found.assign_attrs(provenance(as_text(settings), title="Features of rig records", action=action))
+
+
+def _table(found: xr.Dataset) -> Table:
+    """The table on screen, the risk number on the colour of its band."""
+    import numpy as np
+    from rich.table import Table
+    from rich.text import Text
+
+    from stickslip.rig.risk import band_of
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("record", overflow="fold")
+    table.add_column("RPN", justify="right")
+    for _, heading, _, _ in _COLUMNS:
+        table.add_column(heading, justify="right")
+    for i, name in enumerate(found["record"].values.tolist()):
+        row = found.isel(record=i)
+        number = int(row["model_rpn"])
+        cells = [Text(str(name)), Text(f" {number or '?'} ", style=_COLOURS[band_of(number)])]
+        for feature, _, factor, form in _COLUMNS:
+            value = float(_best(row, feature)) * factor
+            cells.append(Text("-" if np.isnan(value) else format(value, form)))
+        table.add_row(*cells)
+    return table
+
+
+def _best(row: xr.Dataset, feature: str) -> xr.DataArray:
+    """The band-limited value where there is one: the one that the risk number uses."""
+    limited = row.get(f"{feature}_limited")
+    return row[feature] if limited is None or limited.isnull() else limited

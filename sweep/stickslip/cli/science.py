@@ -1,0 +1,58 @@
+"""`fit` and `article`: measured points, and the figures of the article."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from stickslip.cli.common import fail, prepare_kernels, reports_wrong_input
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip fit measured.csv                    # columns: speed [mm/s], mu
+  stickslip fit greaseA.csv greaseB.csv --at "5 min"   # columns: time [s], mu"""
+)
+@click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
+@click.option(
+    "--at", default="300", metavar="TIME", show_default=True, help="Waiting time at which lubricants are ranked."
+)
+@reports_wrong_input
+def fit(files: tuple[Path, ...], at: str) -> None:
+    """Fit friction curves, or ageing, to measured points.
+
+    Points of (speed, mu) give a1 to a4 of the Stribeck curve, points of (time, mu) the growth of static friction with
+    the waiting time; several files of the latter are ranked. The header of each file names columns and units.
+    """
+    from stickslip.measured import describe_ageing, describe_curve, describe_ranking, fit_points
+    from stickslip.pick import seconds
+
+    fits = {file.stem: fit_points(file) for file in files}
+    for name, found in fits.items():
+        click.echo(f"{name}\n{describe_curve(found.curve) if found.curve else describe_ageing(found.ageing)}\n")
+    ageing = {name: found.ageing for name, found in fits.items() if found.ageing}
+    if len(ageing) > 1:
+        click.echo(describe_ranking(ageing, seconds(at)))
+
+
+@click.command()
+@click.argument("figures", nargs=-1)
+@click.option("-o", "--output", type=click.Path(path_type=Path), default="article", show_default=True, help="Folder.")
+@reports_wrong_input
+def article(figures: tuple[str, ...], output: Path) -> None:
+    """Compute the figures of the article again.
+
+    Writes a picture and a netCDF file for each FIGURE (fig2 to fig11, fig19, eq3, eq3_box; all unless given), and
+    says what was found.
+    """
+    from stickslip.article import UnknownFigure, make
+
+    prepare_kernels("stribeck")
+    try:
+        made = make(figures, output, progress=lambda name: click.echo(f"{name} ...", err=True))
+    except UnknownFigure as error:
+        fail(error)
+    for figure in made:
+        click.echo(f"{figure.name:8} {figure.picture}  {figure.data}")

@@ -1,0 +1,117 @@
+"""`collect`, `status` and `retry-failed`: runs in parts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from stickslip import screen
+from stickslip.cli.carried import carried_out, notice, report
+from stickslip.cli.common import DASK, reports_wrong_input
+
+if TYPE_CHECKING:
+    from stickslip.runs.collecting import Status
+
+PLACE = click.argument("config_or_store")
+STORE = click.option("--store", metavar="PATH_OR_URL", help="Store of the configuration, if it is not OUTPUT.parts.")
+OUTPUT = click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip collect my.yaml
+  stickslip collect map.nc.parts -o so_far.nc"""
+)
+@PLACE
+@STORE
+@OUTPUT
+@click.option("--keep-parts", is_flag=True, help="Leave the finished blocks where they are.")
+@reports_wrong_input
+def collect(config_or_store: str, store: str | None, output: Path | None, keep_parts: bool) -> None:
+    """Write the map from the blocks that are finished.
+
+    Shards are merged; cells of blocks that are missing are "not computed", and those blocks can still be computed
+    later. Names a configuration, or the folder or URL of a store.
+    """
+    from stickslip.runs import collecting
+    from stickslip.runs.request import request_for
+
+    request = replace(request_for(config_or_store, output, store), keep=keep_parts, notice=notice)
+    collected = collecting.collect(request)
+    click.echo(f"map      {collected.output} ({screen.size_of(collected.output)})")
+    if collected.missing:
+        click.echo(f"missing  {collected.missing:,} of {collected.cells:,} cells are not computed")
+    if collected.where:
+        click.echo(f"blocks   kept in {collected.where}")
+
+
+@click.command()
+@PLACE
+@STORE
+@reports_wrong_input
+def status(config_or_store: str, store: str | None) -> None:
+    """Say how far a run is, and who works on it.
+
+    Names a configuration, or the folder or URL of a store.
+    """
+    from stickslip.runs import collecting
+    from stickslip.runs.request import request_for
+
+    request = request_for(config_or_store, None, store)
+    if request.place is None and request.output is not None and _is_finished(request.output, request.folder().names()):
+        click.echo(f"map      {request.output} is there, and no unfinished run beside it")
+        return
+    _show(collecting.status(request))
+
+
+def _is_finished(output: Path, names: list[str]) -> bool:
+    return output.exists() and not names
+
+
+def _show(found: Status) -> None:
+    missing = found.blocks - found.blocks_finished - len(found.failures)
+    share = f"{found.cells_finished:,} of {found.cells:,} cells ({found.cells_finished / max(found.cells, 1):.1%})"
+    click.echo(found.title)
+    click.echo(
+        f"store     {found.where} ({screen.memory(found.size)}), begun {found.begun} by stickslip {found.version}"
+    )
+    click.echo(f"finished  {share}")
+    click.echo(
+        f"blocks    {found.blocks_finished:,} finished, {missing:,} missing, {len(found.failures):,} failed, "
+        f"of {found.blocks:,}"
+    )
+    for holder in found.holders:
+        click.echo(f"held      by {holder}")
+    if not found.holders:
+        click.echo("held      by nobody: stickslip run goes on with it")
+    for failure in found.failures:
+        click.echo(f"failed    block {failure.block}: {failure.message}")
+    if found.failures and found.failures[0].traceback:
+        click.echo(f"\nWhat happened in block {found.failures[0].block}:\n{found.failures[0].traceback}")
+
+
+@click.command("retry-failed")
+@PLACE
+@STORE
+@OUTPUT
+@DASK
+@reports_wrong_input
+def retry_failed(config_or_store: str, store: str | None, output: Path | None, dask: str | None) -> None:
+    """Compute the blocks that failed once more.
+
+    The map is written if nothing is missing then. Names a configuration, or the folder or URL of a store.
+    """
+    from stickslip.grid import build_grid
+    from stickslip.runs import session
+    from stickslip.runs.request import request_for
+
+    request = replace(request_for(config_or_store, output, store), dask=dask)
+    outcome, seconds = carried_out(session.retry_failed, request, build_grid(request.config).size)
+    if outcome.output is not None:
+        report(outcome, seconds, request, None)
+    else:
+        click.echo(f"blocks   {outcome.computed:,} cells computed into {outcome.where}")

@@ -1,0 +1,73 @@
+"""`simulate`: one cell over time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from stickslip import screen
+from stickslip.cli.common import CONFIG, check_picture, fail, prepare_kernels, reports_wrong_input
+
+if TYPE_CHECKING:
+    from stickslip.pick import Recipe
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip simulate configs/quickstart.yaml \\
+      --at stiffness=5 --at belt_speed="10 cm/s" -t "1 min" -o trace.nc
+  stickslip simulate configs/lubricants.yaml \\
+      --at lubricant=grease --at belt_speed=0.1 -t 20 --plot trace.png"""
+)
+@CONFIG
+@click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
+@click.option("-t", "--duration", required=True, metavar="TIME", help='How long: seconds, or with a unit ("2 min").')
+@click.option("--samples", type=click.IntRange(2), default=2001, show_default=True, help="Points in time.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Picture to draw: .png, .svg or .pdf.")
+@reports_wrong_input
+def simulate(
+    config: Path, at: tuple[str, ...], duration: str, samples: int, output: Path | None, plot: Path | None
+) -> None:
+    """Compute one cell of a configuration over time.
+
+    CONFIG is a YAML file, or a result (.nc, .zarr), which holds its configuration. The axes need a value each (--at);
+    everything else is as in the file.
+    """
+    from stickslip import api, plots, store
+    from stickslip.pick import cell_of, config_at, seconds
+
+    one = config_at(_recipe(config), at)
+    time, solver = seconds(duration), one.solver
+    if output is None and plot is None:
+        fail("nothing to do: name a file (--output trace.nc), a picture (--plot trace.png), or both")
+    if output is not None:
+        store.check_writable(output)
+    if plot is not None:
+        check_picture(plot)
+    law = one.friction.law
+    prepare_kernels(law)
+    cell = cell_of(one)
+    ds = api.simulate(duration=time, samples=samples, law=law, rtol=solver.rtol, max_steps=solver.max_steps, **cell)
+    if output is not None:
+        store.write(ds, output)
+        click.echo(f"trajectory  {output} ({screen.size_of(output)})")
+    if plot is not None:
+        plots.save(plots.plot_trace(ds, title=", ".join([one.title, *at])), plot)
+        click.echo(f"picture     {plot}")
+
+
+def _recipe(path: Path) -> Recipe:
+    """The configuration in a YAML file, or the one in a result."""
+    from stickslip import store
+    from stickslip.config import load_config
+    from stickslip.models import OUTPUT_SUFFIXES
+    from stickslip.pick import recipe_of
+
+    if path.suffix.lower() not in OUTPUT_SUFFIXES:
+        return load_config(path)
+    with store.open(path) as ds:
+        return recipe_of(ds, str(path))

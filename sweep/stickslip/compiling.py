@@ -1,0 +1,41 @@
+"""Compiling the kernels in a process of its own.
+
+A process that compiles goes on with what the compiler handed it piece by piece; one that loads the result from the
+cache gets the same code linked as a whole, and may differ from the first in last digits. So nobody computes with what
+it compiled itself: another process compiles, and all load. It also keeps the compiler's memory out of the run.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+def compile_apart(law: str, missing: Callable[[], bool]) -> None:
+    """Have another process put the kernels of a law into the cache, one at a time on this machine.
+
+    missing : whether they are not there yet, asked again once it is our turn. If that process fails, nothing is said:
+    the caller finds nothing in the cache, compiles itself, and meets what went wrong.
+    """
+    with _alone():
+        if missing():
+            code = f"import sys; sys.path[:] = {sys.path!r}; from stickslip import engine; engine.load({law!r})"
+            subprocess.run([sys.executable, "-c", code], check=False, capture_output=True)
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """One process of this user and machine at a time, where the system has such locks; they end with their process."""
+    try:
+        import fcntl
+    except ModuleNotFoundError:  # Windows
+        yield
+        return
+    with open(Path(tempfile.gettempdir()) / f"stickslip-compiling-{os.getuid()}", "a") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield

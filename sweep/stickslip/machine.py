@@ -1,0 +1,32 @@
+"""This machine and its processes: who wrote what lies here, and whether they are still alive."""
+
+from __future__ import annotations
+
+import os
+import socket
+
+
+def host() -> str:
+    """Name of this machine."""
+    return socket.gethostname()
+
+
+def space() -> str:
+    """Within which process numbers mean something: containers may share the name of their host."""
+    try:
+        return os.readlink("/proc/self/ns/pid")
+    except OSError:
+        return ""
+
+
+def is_alive(pid: int) -> bool:
+    """Whether a process of this machine runs; True where that cannot be asked without harm (Windows)."""
+    if os.name == "nt":
+        return True
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True

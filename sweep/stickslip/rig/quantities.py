@@ -1,0 +1,64 @@
+"""Every quantity of a rig record and of what is read from it, declared once."""
+
+from __future__ import annotations
+
+from stickslip.variables import PARAMETERS, Parameter, Variable
+
+TIME = Variable("time", "s", "time since the start of the record")
+_SIGNALS = (
+    Variable("spring_force", "N", "force on the specimen as the rig reads it, that of its spring"),
+    Variable("friction_force", "N", "friction force in the contact"),
+    Variable("acceleration", "m s-2", "acceleration of the specimen"),
+    Variable("drive_velocity", "m s-1", "velocity of the drive"),
+    Variable("drive_displacement", "m", "displacement of the drive"),
+    Variable("stick", "1", "contact sticks (1) or slips (0)"),
+)
+SIGNALS: dict[str, Variable] = {v.name: v for v in _SIGNALS}
+FORCES = ("spring_force", "friction_force")  # a record has one of them, or both
+
+_CONDITIONS = (
+    Parameter("drive_speed", "m s-1", "speed of the drive", "conditions", None, 0.0, True),
+    PARAMETERS["normal_load"],
+    Parameter("waiting_time", "s", "waiting time before the test", "conditions", None, 0.0),
+    PARAMETERS["mass"],
+    PARAMETERS["stiffness"],
+)
+MATERIAL = "material"  # the only condition that is a text
+CONDITIONS: dict[str, Parameter] = {p.name: p for p in _CONDITIONS}
+
+# What people call columns and conditions, besides the names above.
+COLUMN_WORDS = {
+    "t": "time", "force": "spring_force", "friction": "friction_force", "a": "acceleration",
+    "drive_speed": "drive_velocity", "velocity": "drive_velocity", "speed": "drive_velocity",
+    "displacement": "drive_displacement", "drive_position": "drive_displacement",
+}  # fmt: skip
+CONDITION_WORDS = {"load": "normal_load", "speed": "drive_speed", "waiting": "waiting_time", "wait": "waiting_time"}
+
+_FEATURES = (
+    Variable("sticks", "1", "number of stick phases"),
+    Variable("slips", "1", "number of break-aways: stick phases that end in sliding"),
+    Variable("stick_fraction", "1", "share of the time spent sticking"),
+    Variable("acceleration_max", "m s-2", "largest magnitude of the sampled acceleration"),
+    Variable("acceleration_max_limited", "m s-2", "largest magnitude of the band-limited acceleration"),
+    Variable("acceleration_integral", "m s-1", "integral of the magnitude of the acceleration over the record"),
+    Variable("acceleration_integral_limited", "m s-1", "the same of the band-limited acceleration"),
+    Variable("time_to_sliding", "s", "time from break-away to sliding, median"),
+    Variable("drops", "1", "number of drops of the friction force"),
+    Variable("drop_mean", "N", "mean size of the drops of the friction force"),
+    Variable("drop_max", "N", "largest drop of the friction force"),
+    Variable("impulse_rate", "m-1", "break-aways over the travel of the drive"),
+    Variable("static_force", "N", "force at break-away, median"),
+    Variable("static_force_first", "N", "force at the first break-away"),
+    Variable("dynamic_force", "N", "mean force while sliding"),
+    Variable("static_friction", "1", "static friction coefficient as the rig reads it"),
+    Variable("dynamic_friction", "1", "dynamic friction coefficient as the rig reads it"),
+    Variable("peak_frequency", "s-1", "frequencies of the peaks in the spectrum of the acceleration"),
+    Variable("peak_acceleration", "m s-2", "amplitudes of the peaks in the spectrum of the acceleration"),
+    Variable("energy_per_stroke", "J", "work of the drive per stroke"),
+    Variable("strokes", "1", "number of strokes of the drive"),
+    Variable("travel", "m", "way of the drive, to and fro"),
+    Variable("duration", "s", "duration of the record"),
+    Variable("sample_rate", "s-1", "sampling rate, mean"),
+)
+FEATURES: dict[str, Variable] = {v.name: v for v in _FEATURES}
+PER_PEAK = ("peak_frequency", "peak_acceleration")  # one value for each peak, the largest first

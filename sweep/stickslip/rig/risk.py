@@ -1,0 +1,108 @@
+"""A risk number from three features of a record: the model RPN, not the rig maker's.
+
+The rig maker's formula is not public; known are its three inputs, its range 1 to 10 and its bands. This model has the
+same inputs, range and bands:
+
+    level = base + sum over the features f of weight_f log10(1 + f/scale_f),   number = level rounded, within 1 to 10
+
+It rises with every feature, by decades, as loudness does. docs/rig.md says where the default values come from;
+`calibrate.py` fits them to measured numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip.variables import Parameter
+
+RPN_NAME = "model RPN, not the rig maker's"
+LOWEST, HIGHEST = 1, 10
+BANDS = {"green": (1, 3), "yellow": (4, 5), "red": (6, 10)}  # the article's, page 4
+INPUTS = ("sticks", "acceleration_max", "acceleration_integral")
+UNDEFINED = 0  # the number and the band where a feature is not known
+
+# One stick per stroke is what every pair has, hence 6; 1 m/s2 and 1 m/s are what such a pair stays about or below.
+# Friction that drops half as far sticks twice as often, accelerates half as much, and has the same integral: equal
+# weights would not see how strong stick-slip is, so the largest acceleration has twice the weight of the others. What
+# is left, the size of all weights, is set by the one public value: 7 for dry foamed PVC on PC-ABS. See docs/rig.md.
+PARAMETERS: dict[str, Parameter] = {
+    p.name: p
+    for p in (
+        Parameter("base", "1", "level of a record without any signal", "risk", 1.0),
+        Parameter("weight_sticks", "1", "levels per decade of sticks", "risk", 1.0, 0.0),
+        Parameter("weight_acceleration_max", "1", "levels per decade of the largest acceleration", "risk", 2.0, 0.0),
+        Parameter("weight_acceleration_integral", "1", "levels per decade of the integral of acceleration", "risk",
+                  1.0, 0.0),
+        Parameter("scale_sticks", "1", "number of sticks from which the level rises", "risk", 6.0, 0.0, True),
+        Parameter("scale_acceleration_max", "m s-2", "acceleration from which the level rises", "risk", 1.0, 0.0, True),
+        Parameter("scale_acceleration_integral", "m s-1", "integral of acceleration from which the level rises", "risk",
+                  1.0, 0.0, True),
+    )
+}  # fmt: skip
+_DEFAULTS = {name: float(p.default) for name, p in PARAMETERS.items() if p.default is not None}
+
+
+@dataclass(frozen=True)
+class Risk:
+    """The parameters of the model, in SI: see `PARAMETERS`. Raises ValueError for those that are out of bounds."""
+
+    base: float = _DEFAULTS["base"]
+    weight_sticks: float = _DEFAULTS["weight_sticks"]
+    weight_acceleration_max: float = _DEFAULTS["weight_acceleration_max"]
+    weight_acceleration_integral: float = _DEFAULTS["weight_acceleration_integral"]
+    scale_sticks: float = _DEFAULTS["scale_sticks"]
+    scale_acceleration_max: float = _DEFAULTS["scale_acceleration_max"]
+    scale_acceleration_integral: float = _DEFAULTS["scale_acceleration_integral"]
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            declared = PARAMETERS[name]
+            below = value < declared.minimum or (declared.exclusive and value == declared.minimum)
+            if below or not math.isfinite(value):
+                bound = f"{'>' if declared.exclusive else '>='} {declared.minimum:g}"
+                raise ValueError(f"{name}: got {value:g}, expected a finite number {bound}")
+
+    @property
+    def weights(self) -> tuple[float, ...]:
+        """In the order of `INPUTS`."""
+        return tuple(getattr(self, f"weight_{name}") for name in INPUTS)
+
+    @property
+    def scales(self) -> tuple[float, ...]:
+        """In the order of `INPUTS`, in SI."""
+        return tuple(getattr(self, f"scale_{name}") for name in INPUTS)
+
+    def level(self, inputs: Mapping[str, ArrayLike]) -> NDArray[np.float64]:
+        """The number before rounding and without ends, NaN where a feature is.
+
+        inputs : by names of `INPUTS`, in SI, >= 0; arrays that broadcast.
+        """
+        total = np.asarray(self.base, np.float64)
+        for name, weight, scale in zip(INPUTS, self.weights, self.scales, strict=True):
+            total = total + weight * decades(inputs[name], scale)
+        return np.asarray(total)
+
+    def number(self, inputs: Mapping[str, ArrayLike]) -> NDArray[np.int8]:
+        """The model RPN, a whole number from 1 to 10; 0 where a feature is not known."""
+        return number_of(self.level(inputs))
+
+
+def decades(values: ArrayLike, scale: float) -> NDArray[np.float64]:
+    """log10(1 + values/scale): 0 without a signal, linear in small ones, one for every factor of ten in large ones."""
+    return np.asarray(np.log1p(np.asarray(values, np.float64) / scale) / math.log(10.0))
+
+
+def number_of(level: ArrayLike) -> NDArray[np.int8]:
+    """Levels rounded (halves up) and held within 1 to 10; 0 for NaN."""
+    rounded = np.clip(np.floor(np.asarray(level, np.float64) + 0.5), LOWEST, HIGHEST)
+    return np.where(np.isnan(rounded), UNDEFINED, np.nan_to_num(rounded)).astype(np.int8)
+
+
+def band_of(number: int) -> str:
+    """The traffic light of a number: green, yellow or red; "unknown" for what is none."""
+    return next((band for band, (low, high) in BANDS.items() if low <= number <= high), "unknown")

@@ -1,0 +1,96 @@
+"""Evenly spaced samples, smoothed slopes and band-limited signals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import signal  # type: ignore[import-untyped]
+
+Floats = NDArray[np.float64]
+
+_EVEN = 0.02  # of the mean step: how far a step may differ, as it does when times were rounded
+_ORDER = 4  # of the Butterworth filter that stands for a sensor
+
+
+def sample_rate(time: Floats) -> float:
+    """Samples per second, mean."""
+    return (time.size - 1) / float(time[-1] - time[0])
+
+
+def is_even(time: Floats) -> bool:
+    """Whether the samples are evenly spaced, to a fiftieth of the step."""
+    step = 1.0 / sample_rate(time)
+    return bool(np.abs(np.diff(time) - step).max() <= _EVEN * step)
+
+
+def evenly(record: xr.Dataset) -> xr.Dataset:
+    """The record at as many, evenly spaced times: itself if they are, else with its signals interpolated linearly."""
+    time = record["time"].values
+    if is_even(time):
+        return record
+    even = np.linspace(time[0], time[-1], time.size)
+    signals = {
+        name: (variable.dims, _flag_or_number(np.interp(even, time, variable.values), variable), variable.attrs)
+        for name, variable in record.data_vars.items()
+    }
+    coordinates = {name: c for name, c in record.coords.items() if name != "time"}
+    return xr.Dataset(signals, {"time": ("time", even, record["time"].attrs), **coordinates}, record.attrs)
+
+
+def _flag_or_number(values: Floats, original: xr.DataArray) -> NDArray[np.generic]:
+    return np.rint(values).astype(np.int8) if original.dtype.kind in "iub" else values
+
+
+def noise_of(values: Floats) -> float:
+    """Standard deviation of white noise on a signal that is smooth most of the time.
+
+    The median magnitude of its second differences over 0.6745 sqrt(6); jumps and kinks, being rare, do not count.
+    """
+    return float(np.median(np.abs(np.diff(values, 2)))) / (0.6745 * math.sqrt(6.0))
+
+
+def slope(values: Floats, step: float, width: int) -> Floats:
+    """Rate of change of evenly spaced samples: that of a straight line through `width` (odd, >= 3) of them."""
+    return np.asarray(signal.savgol_filter(values, width, 1, deriv=1, delta=step, mode="interp"))
+
+
+def slope_noise(noise: float, step: float, width: int) -> float:
+    """Standard deviation of `slope` for white noise of the given one."""
+    return noise / step * math.sqrt(12.0 / (width * (width**2 - 1)))
+
+
+def band_limited(values: Floats, rate: float, bandwidth: float) -> Floats:
+    """What a sensor of a bandwidth (Hz, -3 dB) shows: a causal Butterworth low-pass of order 4.
+
+    rate : samples per second, more than twice the bandwidth. Raises ValueError.
+    """
+    if not 2.0 * bandwidth < rate:
+        raise ValueError(
+            f"a bandwidth of {bandwidth:g} Hz needs more than {2 * bandwidth:g} samples per second, not {rate:.4g}"
+        )
+    sections = signal.butter(_ORDER, bandwidth, fs=rate, output="sos")
+    start = signal.sosfilt_zi(sections) * values[0]  # as if the first value had lasted for ever
+    return np.asarray(signal.sosfilt(sections, values, zi=start)[0])
+
+
+def spectrum_peaks(values: Floats, rate: float, count: int) -> tuple[Floats, Floats]:
+    """Frequencies (Hz) and amplitudes of the `count` largest peaks of the amplitude spectrum; NaN if there are fewer.
+
+    The whole signal, its mean subtracted, under a Hann window; amplitudes are those of sines (1 for sin). A frequency
+    between two bins comes from a parabola through the logarithms around the peak.
+    """
+    frequencies, amplitudes = np.full(count, np.nan), np.full(count, np.nan)
+    window = signal.get_window("hann", values.size)
+    spectrum = np.abs(np.fft.rfft((values - values.mean()) * window)) * 2.0 / window.sum()
+    floor = 1e-9 * float(np.abs(values).max())
+    peaks, _ = signal.find_peaks(spectrum, height=max(floor, np.finfo(float).tiny), distance=4)
+    for i, peak in enumerate(sorted(peaks, key=lambda bin_: -spectrum[bin_])[:count]):
+        left, top, right = np.log(np.maximum(spectrum[peak - 1 : peak + 2], floor))
+        bend = left - 2.0 * top + right
+        shift = 0.5 * (left - right) / bend if bend < 0 else 0.0
+        frequencies[i] = (peak + shift) * rate / values.size
+        amplitudes[i] = math.exp(top - 0.25 * (left - right) * shift)
+    return frequencies, amplitudes

@@ -1,0 +1,133 @@
+"""Blocks put together into one dataset on disk, a chunk at a time: memory does not grow with the map."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+
+from stickslip import engine, store
+from stickslip.dataset import map_dataset, map_template, provenance
+from stickslip.engine import Progress, Results
+from stickslip.runs.boxes import aligned, boxes, extent
+from stickslip.runs.encoding import DamagedBlock
+from stickslip.runs.lock import Notice
+from stickslip.runs.parts import Parts
+from stickslip.runs.work import Work
+
+IN_MEMORY = 2**20  # cells; smaller maps are written at once, which spares loading dask
+_REMEMBERED = 2  # blocks; a chunk may begin in one and end in the next
+
+
+class Gathered:
+    """The results of any range of cells, from the blocks of a store.
+
+    A damaged block is said and removed; it is never used. What is missing or was damaged is computed by `repair`;
+    without it, cells that the work knows from an older result are taken from there, and others are "not computed".
+    missing : how many are not computed, by block.
+    """
+
+    def __init__(self, parts: Parts, work: Work, repair: Callable[[int], Results] | None, notice: Notice) -> None:
+        self._parts, self._work, self._repair, self._notice = parts, work, repair, notice
+        self._columns = engine.columns(work.options)
+        self._remembered: OrderedDict[int, Results] = OrderedDict()
+        self.missing: dict[int, int] = {}
+
+    def cells(self, cells: range) -> Results:
+        """The results of a range of cells."""
+        length = self._parts.blocks.length
+        pieces = []
+        for number in range(cells.start // length, -(-cells.stop // length)):
+            of_block = self._parts.blocks.cells(number)
+            start, stop = max(cells.start, of_block.start), min(cells.stop, of_block.stop)
+            part = slice(start - of_block.start, stop - of_block.start)
+            pieces.append({name: values[part] for name, values in self._block(number).items()})
+        if len(pieces) == 1:
+            return pieces[0]
+        return {name: np.concatenate([piece[name] for piece in pieces]) for name in self._columns}
+
+    def _block(self, number: int) -> Results:
+        if number not in self._remembered:
+            self._remembered[number] = self._load(number)
+            if len(self._remembered) > _REMEMBERED:
+                self._remembered.popitem(last=False)
+        return self._remembered[number]
+
+    def _load(self, number: int) -> Results:
+        try:
+            return self._parts.load(number, self._columns)
+        except FileNotFoundError:
+            pass
+        except DamagedBlock as damage:
+            again = "computed again" if self._repair else "left out"
+            self._notice(f"block {number} of {self._parts.where} is damaged: {damage}; {again}")
+            self._parts.drop(number)
+        if self._repair:
+            return self._repair(number)
+        results = self._work.known_only(number)
+        self.missing[number] = int((results["regime"] == 0).sum())
+        return results
+
+
+def assemble(gathered: Gathered, parts: Parts, work: Work, output: Path, progress: Progress | None) -> None:
+    """Write the map of a store to `output`, all or nothing. Raises StoreError."""
+    kernels = parts.manifest.kernels
+    action = "run" if len(kernels) == 1 else f"run, by kernels {' and '.join(kernels)}"
+    attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
+    size = work.grid.size
+    if size <= IN_MEMORY:
+        store.write(map_dataset(work.grid, gathered.cells(range(size)), attributes), output)
+        return
+    template = map_template(work.grid, engine.columns(work.options), attributes)
+    fill = _fill_zarr if output.suffix == ".zarr" else _fill_netcdf
+    store.write(template, output, lambda file: fill(file, gathered, work, progress))
+
+
+def _pieces(
+    gathered: Gathered, work: Work, chunks: tuple[int, ...], progress: Progress | None
+) -> Iterator[tuple[tuple[slice, ...], str, np.ndarray[Any, Any]]]:
+    """Boxes of the map with their values, variable by variable, chunk after chunk."""
+    shape, size = work.grid.shape, work.grid.size
+    for cells in aligned(shape, chunks):
+        results = gathered.cells(cells)
+        for box in boxes(cells.start, cells.stop, shape):
+            first = int(np.ravel_multi_index([side.start for side in box], shape)) - cells.start if shape else 0
+            count = int(np.prod(extent(box)))
+            for name, values in results.items():
+                yield box, name, values[first : first + count].reshape(extent(box))
+        if progress:
+            progress(cells.stop, size)
+
+
+def _fill_netcdf(file: Path, gathered: Gathered, work: Work, progress: Progress | None) -> None:
+    with netCDF4.Dataset(file, "a") as target:
+        target.set_auto_maskandscale(False)
+        chunks = tuple(target["regime"].chunking())
+        for name in engine.columns(work.options):
+            target[name].set_var_chunk_cache(0)  # whole chunks are written once; a cache would hold 16 MiB of each
+        for box, name, values in _pieces(gathered, work, chunks, progress):
+            target[name][box] = values
+
+
+def _fill_zarr(file: Path, gathered: Gathered, work: Work, progress: Progress | None) -> None:
+    """Chunks are files of their own, so that threads compress several at a time."""
+    import zarr
+
+    with zarr.config.set({"array.write_empty_chunks": True}):  # a chunk that is not there is a lost one
+        target = zarr.open_group(file, mode="r+")
+        arrays: dict[str, Any] = {name: target[name] for name in engine.columns(work.options)}
+    threads = work.options.threads or engine.processors()
+    chunks = tuple(arrays["regime"].chunks)
+    with ThreadPoolExecutor(threads) as pool:
+        pending = []
+        for box, name, values in _pieces(gathered, work, chunks, progress):
+            pending.append(pool.submit(arrays[name].__setitem__, box, values))
+            if len(pending) > 2 * len(arrays) + threads:
+                pending.pop(0).result()
+        for future in pending:
+            future.result()

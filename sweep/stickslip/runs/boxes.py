@@ -1,0 +1,52 @@
+"""Cells are numbered with the last dimension running fastest; files want hyper-rectangles. Here is the way between."""
+
+from __future__ import annotations
+
+from math import prod
+
+Box = tuple[slice, ...]
+
+
+def boxes(start: int, stop: int, shape: tuple[int, ...]) -> list[Box]:
+    """The cells from `start` to `stop` as hyper-rectangles of an array of this shape, in the order of the cells.
+
+    At most 2 n - 1 of them in n dimensions: a ragged beginning, what is whole, and a ragged end.
+    """
+    if start >= stop:
+        return []
+    if not shape:
+        return [()]
+    below = prod(shape[1:])
+    (first, skipped), (last, rest) = divmod(start, below), divmod(stop, below)
+    if first == last:
+        return _at(first, boxes(skipped, rest, shape[1:]))
+    head = _at(first, boxes(skipped, below, shape[1:])) if skipped else []
+    first += bool(skipped)
+    whole = [(slice(first, last), *(slice(0, length) for length in shape[1:]))] if first < last else []
+    return head + whole + _at(last, boxes(0, rest, shape[1:]))
+
+
+def _at(index: int, inner: list[Box]) -> list[Box]:
+    return [(slice(index, index + 1), *box) for box in inner]
+
+
+def extent(box: Box) -> tuple[int, ...]:
+    """Shape of a box."""
+    return tuple(side.stop - side.start for side in box)
+
+
+def aligned(shape: tuple[int, ...], chunks: tuple[int, ...]) -> list[range]:
+    """The cells of an array of this shape in ranges that are a chunk each, so that each chunk is compressed once.
+
+    Chunks are those of `store.write`: cut along one dimension, whole along those after it, one long along those before.
+    """
+    cuts = [i for i, (length, chunk) in enumerate(zip(shape, chunks, strict=True)) if chunk < length]
+    if not cuts:
+        return [range(0, prod(shape))]
+    below = prod(shape[cuts[-1] + 1 :])
+    step, plane = chunks[cuts[-1]] * below, shape[cuts[-1]] * below
+    return [
+        range(start, min(start + step, origin + plane))
+        for origin in range(0, prod(shape), plane)
+        for start in range(origin, origin + plane, step)
+    ]

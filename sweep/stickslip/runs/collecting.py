@@ -1,0 +1,94 @@
+"""What can be done with a store while it is, or stays, a part: look at it, and make a result of what is there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from stickslip.runs import earlier, parts
+from stickslip.runs.assembly import Gathered, assemble
+from stickslip.runs.lock import Holder, held, holders
+from stickslip.runs.parts import Failure
+from stickslip.runs.request import Request
+from stickslip.runs.work import Work
+from stickslip.store import StoreError, check_writable
+
+
+@dataclass(frozen=True)
+class Collected:
+    """What `collect` wrote: how many cells of the map are in it, and how many are "not computed"."""
+
+    output: Path
+    cells: int
+    missing: int
+    where: str | None
+
+
+def collect(request: Request) -> Collected:
+    """Write the result from the blocks that are there; the cells of others are "not computed".
+
+    A result that lies there already must be one of the same map, and keeps its cells. A complete result replaces its
+    store, unless that is kept or somebody works there. Raises StoreError.
+    """
+    if request.output is None:
+        raise StoreError("collect needs a file to write: name it with --output")
+    folder = request.folder()
+    store = parts.find(folder)
+    parts.check_same(store, Work(request.config))
+    check_writable(request.output)
+    if not store.finished():
+        raise StoreError(f"{store.where}: no finished blocks there, so there is nothing to collect")
+    with earlier.result(request.output, request.config, request.fresh) as old:
+        work = Work(request.config, old.known if old else None)
+        gathered = Gathered(store, work, None, request.notice)
+        assemble(gathered, store, work, request.output, request.assembling)
+    missing = sum(gathered.missing.values())
+    if missing or request.keep:
+        return Collected(request.output, store.blocks.size, missing, store.where)
+    try:
+        with held(folder, None, lambda: None, request.notice):
+            store.delete()
+    except StoreError:  # somebody works there; whoever comes last removes it
+        return Collected(request.output, store.blocks.size, 0, store.where)
+    folder.vanish()
+    return Collected(request.output, store.blocks.size, 0, None)
+
+
+@dataclass(frozen=True)
+class Status:
+    """How far a run has come, in cells and blocks.
+
+    holders : who works on it now; stale locks are not among them. versions : of stickslip that began it. size : bytes.
+    """
+
+    where: str
+    title: str
+    cells: int
+    cells_finished: int
+    blocks: int
+    blocks_finished: int
+    failures: tuple[Failure, ...]
+    holders: tuple[Holder, ...]
+    begun: str
+    version: str
+    size: int
+
+
+def status(request: Request) -> Status:
+    """How far the run of a store has come. Raises StoreError where there is none."""
+    folder = request.folder()
+    store = parts.find(folder)
+    finished = store.finished()
+    return Status(
+        where=store.where,
+        title=request.config.title,
+        cells=store.blocks.size,
+        cells_finished=store.cells(finished),
+        blocks=store.blocks.count,
+        blocks_finished=len(finished),
+        failures=tuple(store.failure(number) for number in sorted(store.failed() - finished)),
+        holders=tuple(holder for holder in holders(folder).values() if not holder.stale),
+        begun=store.manifest.created,
+        version=store.manifest.stickslip,
+        size=folder.size(),
+    )

@@ -1,0 +1,90 @@
+"""The result that lies where a run will write: finished, to be extended, or not to be touched."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from stickslip import store
+from stickslip._version import __version__
+from stickslip.config import Config, ConfigError, parse_config
+from stickslip.grid import build_grid
+from stickslip.runs.parts import refuse, same_major
+from stickslip.runs.reuse import KnownCells, points_of
+from stickslip.runs.settings import differences
+from stickslip.store import StoreError
+
+_FRESH = "hint: --fresh computes it anew and replaces it; --output names another file"
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """A result that this run goes on from. complete : there is nothing left to do."""
+
+    cells: int
+    complete: bool
+    known: KnownCells | None
+
+
+@contextmanager
+def result(output: Path | None, config: Config, fresh: bool) -> Iterator[Earlier | None]:
+    """What lies at `output`, open; None if nothing does or it does not matter.
+
+    Raises StoreError for what this run would destroy: results of another configuration or major version, results whose
+    cells are not all part of the new map, and what stickslip has not written.
+    """
+    if output is None or fresh or not output.exists():
+        yield None
+        return
+    try:
+        dataset = store.open(output)
+    except StoreError as error:
+        raise StoreError(f"{error}\n{_FRESH}") from error
+    with dataset:
+        yield _compared(output, dataset, config)
+
+
+def _compared(output: Path, dataset: xr.Dataset, config: Config) -> Earlier:
+    version = str(dataset.attrs["source"]).split()[1].rstrip(",")
+    if not same_major(version):
+        raise StoreError(f"{output}: made by stickslip {version}, and this is {__version__}\n{_FRESH}")
+    there = _config_of(output, dataset)
+    differing = differences(there, config)
+    if any(not name.startswith("axes.") for name in differing):
+        refuse(str(output), there, config)
+    old, new = build_grid(there), build_grid(config)
+    if [(c.name, _number(old.dims, c.dim)) for c in old.coords] != [
+        (c.name, _number(new.dims, c.dim)) for c in new.coords
+    ]:
+        refuse(str(output), there, config)
+    points = points_of(old, new)
+    lost = old.size - int(np.prod([np.unique(place[place >= 0]).size for place in points], dtype=np.int64))
+    if lost:
+        if lost == old.size:
+            refuse(str(output), there, config)
+        raise StoreError(f"{output}: holds {lost:,} cells that are not part of the new map and would be lost\n{_FRESH}")
+    whole = not differing and there.title == config.title and _missing(dataset) == 0
+    return Earlier(new.size, whole, None if whole else KnownCells(dataset, new.shape, points))
+
+
+def _number(dims: tuple[str, ...], dim: str) -> int:
+    return dims.index(dim)
+
+
+def _config_of(output: Path, dataset: xr.Dataset) -> Config:
+    try:
+        if "regime" not in dataset:
+            raise StoreError(f"{output}: exists and is not a map\n{_FRESH}")
+        return parse_config(str(dataset.attrs["configuration"]), str(output))
+    except (ConfigError, KeyError):
+        raise StoreError(f"{output}: exists, and its configuration cannot be read\n{_FRESH}") from None
+
+
+def _missing(dataset: xr.Dataset) -> int:
+    """How many cells nobody has computed."""
+    return int((dataset["regime"] == 0).sum())

@@ -1,0 +1,137 @@
+"""What is wanted of a run, what comes of it, and how it may end."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from stickslip.addresses import EXPECTED, HERE, is_address
+from stickslip.config import Config, load_config
+from stickslip.engine import Progress, warm_up
+from stickslip.runs import parts
+from stickslip.runs.blocks import Shard
+from stickslip.runs.folder import Folder, folder_at
+from stickslip.runs.lock import Notice
+from stickslip.store import StoreError
+
+OnError = Literal["continue", "stop"]
+
+
+class IncompleteError(StoreError):
+    """Not everything could be computed or written; what was is safe in the working store."""
+
+    incomplete = True  # for who catches StoreError, without loading this module
+
+
+class ClusterError(RuntimeError):
+    """The machines that blocks were to be computed on cannot be used, or are gone."""
+
+
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C: `safe` of `cells` cells are in the working store `where`."""
+
+    def __init__(self, safe: int, cells: int, where: str) -> None:
+        self.safe, self.cells, self.where = safe, cells, where
+        super().__init__(f"{safe:,} of {cells:,} cells are safe in {where}; the same command goes on from there")
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is wanted of a run.
+
+    output : result to write; None leaves the blocks in the store.
+    place : path or URL of the store; None lays it beside the output.
+    shard : compute only its blocks. fresh : start over. keep : leave the store once the result is written.
+    on_error : whether a block that fails ends the run or not.
+    progress, assembling : called with (cells done, cells in all) while computing and while writing the result.
+    notice : called with a line for people when something is worth knowing.
+    prepare : called with the friction law before the first block is computed here.
+    dask : address of a Dask scheduler, its file, `local` or `none`; or a `distributed.Client`; None takes what the
+        configuration says.
+    """
+
+    config: Config
+    output: Path | None = None
+    place: str | None = None
+    shard: Shard | None = None
+    fresh: bool = False
+    keep: bool = False
+    on_error: OnError = "continue"
+    progress: Progress | None = None
+    assembling: Progress | None = None
+    notice: Notice = lambda text: None  # noqa: E731
+    prepare: Callable[[str], None] = warm_up
+    dask: Any = None
+
+    def __post_init__(self) -> None:
+        if self.on_error not in ("continue", "stop"):
+            raise ValueError(f"on_error: got {self.on_error!r}, expected 'continue' or 'stop'")
+        if self.fresh and self.shard:
+            raise ValueError("fresh: a shard cannot start over, since other shards share its store")
+        if isinstance(self.dask, str) and not is_address(self.dask):
+            raise ValueError(f"dask: got {self.dask!r}, expected {EXPECTED}")
+
+    @property
+    def cluster(self) -> Any:
+        """The address or client of the cluster that computes; None for threads of this process."""
+        named = self.config.execution.dask if self.dask is None else self.dask
+        return None if isinstance(named, str) and named == HERE else named
+
+    def folder(self) -> Folder:
+        """Where the store lies. Raises StoreError if neither it nor an output is named."""
+        if self.place is None and self.output is None:
+            raise StoreError("a run needs a place: name an output file, or a store with --store")
+        return folder_at(self.place if self.place is not None else parts.beside(Path(self.output or "")))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run came to, in cells: of the map, found in the store, taken over from an older result, computed.
+
+    output : the result, if it was written or (`up_to_date`) was there already. where : the store, if it is still there.
+    machines : what computed, if not threads of this process.
+    """
+
+    cells: int
+    found: int = 0
+    reused: int = 0
+    computed: int = 0
+    output: Path | None = None
+    where: str | None = None
+    machines: str | None = None
+    up_to_date: bool = False
+
+
+def request_for(
+    place: str | os.PathLike[str], output: str | os.PathLike[str] | None = None, store: str | None = None
+) -> Request:
+    """The request behind a configuration file, or behind the path or URL of a store.
+
+    store : where the store of a configuration file lies, if not beside its output.
+    The output is the one named, else that of the configuration; a store called `FILE.parts` belongs to FILE.
+    Raises ConfigError or StoreError.
+    """
+    text = os.fspath(place)
+    if not _is_store(text):
+        config = load_config(text)
+        return Request(config, _output(output, config), store)
+    config = parts.config_of(parts.find(folder_at(text)))
+    return Request(config, _beside(text) if output is None and _beside(text) else _output(output, config), text)
+
+
+def _is_store(place: str) -> bool:
+    return "://" in place or os.path.isdir(place)
+
+
+def _output(named: str | os.PathLike[str] | None, config: Config) -> Path | None:
+    file = config.output.file if named is None else named
+    return None if file is None else Path(file)
+
+
+def _beside(place: str) -> Path | None:
+    """The file beside whose name a store was laid."""
+    path = Path(place)
+    return path.with_suffix("") if path.suffix == parts.SUFFIX and "://" not in place else None

@@ -1,0 +1,84 @@
+"""Cells of a finished result that a new run takes over: of the same map, or of one whose axes were extended since."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.grid import Grid
+from stickslip.runs.boxes import Box, boxes, extent
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class KnownCells:
+    """The cells of `dataset`, found from those of a new grid.
+
+    points : for each dimension, where the points of the new grid lie in the dataset; -1 for those it does not have.
+    """
+
+    dataset: xr.Dataset
+    shape: tuple[int, ...]
+    points: tuple[Indices, ...]
+
+    def cells(self, cells: range) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]] | None:
+        """Which cells of a range of the new grid are known, and their results; None if none is."""
+        parts = [self._box(box) for box in boxes(cells.start, cells.stop, self.shape)]
+        have = np.concatenate([part[0] for part in parts])
+        if not have.any():
+            return None
+        some = [part[1] for part in parts if part[1]]
+        return have, {name: np.concatenate([part[name] for part in some]) for name in some[0]}
+
+    def _box(self, box: Box) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]:
+        """The same for a box; without results where none are known."""
+        places = [points[side] for points, side in zip(self.points, box, strict=True)]
+        have = _outer([place >= 0 for place in places], extent(box))
+        if not have.any():
+            return have.ravel(), {}
+        indices = {dim: place[place >= 0] for dim, place in zip(self._dims, places, strict=True)}
+        part = self.dataset.drop_vars(self.dataset.coords).isel(indices).transpose(*self._dims).load()
+        computed = part["regime"].values.ravel() != 0
+        have = have.ravel()
+        have[have] = computed
+        return have, {str(name): part[name].values.ravel()[computed] for name in part.data_vars}
+
+    @property
+    def _dims(self) -> tuple[Any, ...]:
+        return self.dataset["regime"].dims
+
+
+def _outer(flags: Sequence[NDArray[np.bool_]], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Where all flags of all dimensions hold."""
+    whole = np.ones(shape, bool)
+    for i, flag in enumerate(flags):
+        whole &= flag.reshape([-1 if j == i else 1 for j in range(len(shape))])
+    return whole
+
+
+def points_of(old: Grid, new: Grid) -> tuple[Indices, ...]:
+    """For each dimension of `new`, where its points lie in that dimension of `old`, -1 for new ones.
+
+    Points are equal if all their quantities are, to the bit. Both grids have the same axes in the same order.
+    """
+    return tuple(_places(_quantities(old, i), _quantities(new, i)) for i in range(len(new.dims)))
+
+
+def _quantities(grid: Grid, dimension: int) -> NDArray[np.int64]:
+    """The bits of all quantities along a dimension: shape (points, quantities)."""
+    along = sorted((c for c in grid.coords if c.dim == grid.dims[dimension]), key=lambda c: c.name)
+    return np.stack([np.ascontiguousarray(c.values, np.float64).view(np.int64) for c in along], axis=1)
+
+
+def _places(old: NDArray[np.int64], new: NDArray[np.int64]) -> Indices:
+    _, numbered = np.unique(np.concatenate([old, new]), axis=0, return_inverse=True)
+    numbered = numbered.reshape(-1)
+    places = np.full(numbered.max() + 1, -1, np.int64)
+    places[numbered[: len(old)]] = np.arange(len(old))
+    return places[numbered[len(old) :]]

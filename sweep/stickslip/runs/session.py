@@ -1,0 +1,197 @@
+"""Runs that go on where they stopped: what is there is kept, what is missing computed, then the result written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from stickslip.engine import Results, StopFlag, stop_flag
+from stickslip.runs import earlier, parts
+from stickslip.runs.assembly import Gathered, assemble
+from stickslip.runs.execution import BlockFailed, Compute, Tally, compute_blocks
+from stickslip.runs.folder import Folder
+from stickslip.runs.lock import Lock, held
+from stickslip.runs.parts import Parts
+from stickslip.runs.request import ClusterError, IncompleteError, Outcome, Request, Stopped
+from stickslip.runs.settings import fingerprint
+from stickslip.runs.work import Work
+from stickslip.store import StoreError, check_writable
+
+Choice = Callable[[Parts, Request], set[int]]
+
+
+@dataclass(frozen=True)
+class Machines:
+    """What computes blocks. name : for people; None for threads of this process."""
+
+    compute: Compute
+    name: str | None = None
+
+
+def run(request: Request) -> Outcome:
+    """Compute what is missing, and write the result unless only a shard was asked for.
+
+    Raises StoreError before anything is computed if output or store will not do, ClusterError if the cluster will not,
+    IncompleteError if something could not be computed or written, and Stopped on Ctrl-C.
+    """
+    folder = request.folder()
+    parts.check_ours(folder)
+    if request.output is not None:
+        check_writable(request.output)
+    with earlier.result(request.output, request.config, request.fresh) as old:
+        if old and old.complete:
+            _remove_leftovers(folder, request)
+            return Outcome(old.cells, output=request.output, up_to_date=True)
+    with _machines(request, folder) as machines:
+        return _locked(request, folder, _missing, machines)
+
+
+def retry_failed(request: Request) -> Outcome:
+    """Compute the blocks that failed again, and write the result if nothing is missing then. Raises as `run` does."""
+    folder = request.folder()
+    parts.find(folder)
+    with _machines(request, folder) as machines:
+        return _locked(request, folder, _forgiven, machines)
+
+
+@contextmanager
+def _machines(request: Request, folder: Folder) -> Iterator[Machines]:
+    """What computes the blocks of a request, found before anything is changed; no cluster if there are none."""
+    if request.cluster is None or _has_all_blocks(request, folder):
+        yield Machines(compute_blocks)
+        return
+    from stickslip.runs.cluster import connecting, dispatch
+
+    with connecting.connected(request) as cluster:
+        yield Machines(partial(dispatch.compute_blocks, cluster), str(cluster))
+
+
+def _has_all_blocks(request: Request, folder: Folder) -> bool:
+    try:
+        store = parts.find(folder)
+    except StoreError:
+        return False
+    return not request.fresh and len(store.finished()) == store.blocks.count
+
+
+def _missing(store: Parts, request: Request) -> set[int]:
+    """The blocks this run is to compute: those that failed before are left to `retry_failed`."""
+    return _asked(store, request) - store.finished() - store.failed()
+
+
+def _forgiven(store: Parts, request: Request) -> set[int]:
+    """The blocks that failed, which is forgotten."""
+    failed = store.failed() & _asked(store, request)
+    for number in failed:
+        store.forgive(number)
+    return failed - store.finished()
+
+
+def _asked(store: Parts, request: Request) -> set[int]:
+    return set(request.shard.blocks(store.blocks) if request.shard else range(store.blocks.count))
+
+
+def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines) -> Outcome:
+    """Compute the blocks that `choose` names, and write the result, while nobody else works on the store."""
+    stop = stop_flag()
+
+    def lost() -> None:
+        stop[0] = 1
+
+    with held(folder, request.shard, lost, request.notice) as lock:
+        with earlier.result(request.output, request.config, request.fresh) as old:
+            work = Work(request.config, old.known if old else None)
+            store = parts.prepare(folder, work, request.fresh, request.notice)
+            outcome = _computed(request, store, work, choose, machines, stop)
+        _require_lock(lock, store)
+        _require_none_failed(store, _asked(store, request) & store.failed())
+        if request.shard or request.output is None or len(store.finished()) < store.blocks.count:
+            return outcome
+        _assembled(request, store, request.output)
+        if request.keep:
+            return replace(outcome, output=request.output)
+        _require_lock(lock, store)
+        store.delete()
+    folder.vanish()
+    return replace(outcome, output=request.output, where=None)
+
+
+def _computed(
+    request: Request, store: Parts, work: Work, choose: Choice, machines: Machines, stop: StopFlag
+) -> Outcome:
+    """Compute blocks, and tell people what ended that."""
+    if request.shard is None:
+        parts.sweep(store.folder)
+    found, wanted, tally = store.cells(store.finished()), choose(store, request), Tally()
+    if found and wanted:
+        request.notice(f"{found:,} of {work.grid.size:,} cells were found finished in {store.where}")
+    if wanted and machines.name is None:
+        request.prepare(work.options.law)
+    at_once = request.on_error == "stop"
+    try:
+        machines.compute(store, work, wanted, tally, stop, stop_on_error=at_once, progress=request.progress)
+    except KeyboardInterrupt:
+        raise _stopped(store) from None
+    except BlockFailed as failed:
+        _require_none_failed(store, {failed.number})
+    except (StoreError, ClusterError) as error:
+        raise IncompleteError(f"{error}\n{_stopped(store)}") from error
+    return Outcome(
+        work.grid.size, found, tally.reused, tally.cells - tally.reused, where=store.where, machines=machines.name
+    )  # fmt: skip
+
+
+def _stopped(store: Parts) -> Stopped:
+    return Stopped(store.cells(store.finished()), store.blocks.size, store.where)
+
+
+def _require_lock(lock: Lock, store: Parts) -> None:
+    if not lock.ours:
+        raise IncompleteError(f"{store.where}: another run took over\n{_stopped(store)}")
+
+
+def _require_none_failed(store: Parts, failed: Collection[int]) -> None:
+    if failed:
+        first = store.failure(min(failed))
+        count = f"{len(failed):,} block{'s' * (len(failed) > 1)} ({store.cells(failed):,} cells) failed"
+        raise IncompleteError(
+            f"{store.where}: {count}, the first, number {first.block}, with {first.message}\n"
+            "hint: stickslip status shows what happened, stickslip retry-failed computes them again, and "
+            f"stickslip collect writes a map without them\n{_stopped(store)}"
+        )
+
+
+def _assembled(request: Request, store: Parts, output: Path) -> None:
+    """Write the result; blocks that turn out damaged are computed again."""
+    work = Work(request.config)
+
+    def repair(number: int) -> Results:
+        block = work.compute(number)
+        store.save(number, block)
+        return block.results
+
+    gathered = Gathered(store, work, repair, request.notice)
+    try:
+        assemble(gathered, store, work, output, request.assembling)
+    except KeyboardInterrupt:
+        raise _stopped(store) from None
+    except StoreError as error:
+        raise IncompleteError(f"{error}\n{_stopped(store)}") from error
+
+
+def _remove_leftovers(folder: Folder, request: Request) -> None:
+    """A run that was killed between writing its result and removing its store leaves the latter."""
+    if request.keep or request.shard is not None or not folder.names():
+        return
+    try:
+        store = parts.find(folder)
+        if store.manifest.fingerprint != fingerprint(request.config):
+            return
+        with held(folder, None, lambda: None, request.notice):
+            store.delete()
+    except StoreError:  # not ours to remove, or in use
+        return
+    folder.vanish()

@@ -1,0 +1,229 @@
+"""Broken configurations, made from good ones: what people mistype, and what nobody would write but an attacker.
+
+Three ways: a tree is changed and written out again, a text is cut and glued, bytes are thrown in. Strategies are
+hypothesis's, so that what is found comes out small.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+from hypothesis import strategies as st
+
+from stickslip.config import SECTIONS
+from stickslip.quantities import QUANTITIES
+from stickslip.yaml_source import parse_yaml
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = int(os.environ.get("STICKSLIP_FUZZ", "0"))  # of each kind; 0: the few that continuous integration tries
+TRIPWIRE = "stickslip-fuzz-tripwire"  # a file that code smuggled into a configuration would make
+
+GOOD = [
+    *(path.read_text(encoding="utf-8") for path in sorted((ROOT / "configs").glob("*.yaml"))),
+    "system: {mass: 1, stiffness: 1, normal_load: 1, belt_speed: 0.1}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n",
+    """\
+title: measured
+system: {mass: 100 g, normal_load: 10 N, damping: 0.5 N s/m}
+friction: {mu_start: 1.3, mu_reversal: 1.044, v_reversal: 340 mm/s, a4: 100 mm/s, ageing_rate: 0.1}
+axes:
+  mu_stop: [none, 1.2, 1.1]
+  stiffness: {start: 1 N/m, stop: 10 N/mm, num: 20, spacing: log}
+  belt_speed: {start: 1 mm/s, stop: 1.2 m/s, num: 30}
+  velocity: [sticking, 0.2]
+start: {displacement: 1 mm}
+solver: {rtol: 1e-6, horizon: 10 s, early_stop: false, max_steps: 1000}
+execution: {threads: 2, block: 64}
+output: {file: map.nc, plot: map.png}
+""",
+    """\
+system: {stiffness: 1, belt_speed: 1}
+friction: {law: stribeck_delta, delta: 2, a1: 1}
+axes:
+  lubricant:
+    zip: {a2: [0, 0.1], a3: [0.1, 0.2], a4: [1 mm/s, 0.2], mass: [1, 2]}
+    labels: [dry, "µ-oil"]
+  normal_load: {values: [1, 2.5, 1e3]}
+""",
+]
+
+# --- single values ----------------------------------------------------------------------------------------------------
+
+NUMBERS = st.one_of(
+    st.sampled_from([0, -0.0, 1, -1, 10**12, 10**15, 2**63, 10**400, -(10**400), 1e308, -1e308, 5e-324, 1e-300]),
+    st.integers(),
+    st.floats(allow_nan=True, allow_infinity=True),
+)
+WORDS = st.sampled_from(
+    [*QUANTITIES, *SECTIONS, "title", "axes", "zip", "labels", "values", "start", "stop", "num", "spacing", "log"]
+    + ["none", "sticking", "auto", "linear", "cubic", "rational", "true", "null", "~", ".nan", ".inf", "-.inf", "1e999"]
+)
+UNITS = st.builds(
+    "{}{}{}{}".format,
+    st.sampled_from(["1", "1,5", "1.5", "1e5", "1e-400", "1e9999", "-0", "nan", "٣", "1_000", "0x10", "2**99", ""]),
+    st.sampled_from([" ", "", "\t", "\u00a0", "  "]),
+    st.sampled_from(["mm/s", "m/s", "N", "kg", "N/m", "degC", "m^9", "m^99", "µm", "N s/m", "s/m", "nan", "inf"]),
+    st.sampled_from(["", "", "", "/", "^", "**2", " ()", ";", "__class__", "²", "\x00"]),
+)
+TEXTS = st.one_of(
+    WORDS,
+    UNITS,
+    st.text(max_size=20),
+    st.sampled_from(["x" * 5000, "../../etc/passwd", "/dev/stdin", "\ud7ff", "a\0b"]),
+)
+SCALARS = st.one_of(NUMBERS, TEXTS, st.none(), st.booleans())
+TREES = st.recursive(
+    SCALARS,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(TEXTS, inner, max_size=4),
+    max_leaves=6,
+)
+
+# What YAML has beyond plain data, and what it is feared for.
+RAW = st.sampled_from(
+    [
+        f'!!python/object/apply:os.system ["touch {TRIPWIRE}"]',
+        f'!!python/object/new:os.system ["touch {TRIPWIRE}"]',
+        "!!python/name:os.system",
+        "!!binary aGVsbG8=", "!!set {a, b}", "!!timestamp 2001-01-01", "!local x", "!<tag:yaml.org,2002:str> x",
+        "&a [1, 2]", "*a", "&a *a", "<<: *a", "{<<: {a: 1}}", "? [complex, key] : value", "{1: 2}", "{null: 1}",
+        "|\n  text", ">-\n  text", "'it''s'", '"\\x41\\u00e9\\U0001F600"', '"\\ud800"', "---", "...", "%YAML 1.1",
+        "[" * 500, "{a: " * 100, "- " * 50, "]", "}", "\t- a", "#", "@", "`", "%", "017", "0o17", "0x1F", "1_000",
+        "12:30:00", "2001-01-01", "=", "1.5.2", "+.inf", "+1", "1.", ".5", "1e", "e5", "--1", "Infinity", "NaN",
+        "\x07", "\x85", "\u2028", "\ufeff", "\u202e", "\x00", "\x1b[31m", "é" * 300, "9" * 2000, "0." + "9" * 2000,
+    ]
+)  # fmt: skip
+
+
+# --- trees ------------------------------------------------------------------------------------------------------------
+
+
+class Raw(str):
+    """A piece of YAML that is written as it is."""
+
+
+def dump(value: object) -> str:
+    """A tree as YAML in flow style."""
+    if isinstance(value, Raw):
+        return str(value)
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{dump(key)}: {dump(inner)}" for key, inner in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(dump, value)) + "]"
+    if isinstance(value, float):
+        return repr(value).replace("inf", ".inf").replace("nan", ".nan")
+    if isinstance(value, int) and not isinstance(value, bool):
+        return f"{value:d}" if abs(value) < 10**4000 else "9" * 5000
+    return json.dumps(value, ensure_ascii=False)
+
+
+def dump_blocks(tree: object) -> str:
+    """A tree as YAML with a line per section, so that errors have lines to name."""
+    if not isinstance(tree, dict) or not tree:
+        return dump(tree) + "\n"
+    return "".join(f"{dump(key)}: {dump(value)}\n" for key, value in tree.items())
+
+
+def paths(value: object, path: tuple = ()) -> list[tuple]:
+    """Every place in a tree."""
+    found = [path]
+    if isinstance(value, dict | list):
+        for key in value if isinstance(value, dict) else range(len(value)):
+            found += paths(value[key], (*path, key))
+    return found
+
+
+def changed(tree: object, path: tuple, change) -> object:
+    """The tree with `change` applied to what stands at `path`."""
+    if not path:
+        return change(tree)
+    copy = dict(tree) if isinstance(tree, dict) else list(tree)  # type: ignore[call-overload]
+    copy[path[0]] = changed(copy[path[0]], path[1:], change)
+    return copy
+
+
+def at(tree: object, path: tuple) -> object:
+    """What stands at `path`."""
+    for key in path:
+        tree = tree[key]  # type: ignore[index]
+    return tree
+
+
+def replaced(new):
+    """A change into something else."""
+    return lambda value: new
+
+
+def inserted(name, new):
+    """A change that adds a key to a mapping, and makes a list of anything else."""
+    return lambda value: {**value, name: new} if isinstance(value, dict) else [value, new]
+
+
+def repeated(times):
+    """A change into a list of so many."""
+    return lambda value: [value] * times
+
+
+def without(key):
+    """A change that removes a key."""
+    return lambda value: {k: v for k, v in value.items() if k != key} if isinstance(value, dict) else value
+
+
+def renamed(key, name):
+    """A change that gives a key another name."""
+    return lambda value: {name if k == key else k: v for k, v in value.items()} if isinstance(value, dict) else value
+
+
+@st.composite
+def mutated_trees(draw) -> str:
+    """A good configuration with one to four changes."""
+    tree = parse_yaml(draw(st.sampled_from(GOOD))).data
+    for _ in range(draw(st.integers(1, 4))):
+        path = draw(st.sampled_from(paths(tree)))
+        kind = draw(st.sampled_from(["replace", "insert", "repeat", "move", "drop", "rename"]))
+        if kind == "insert":
+            tree = changed(tree, path, inserted(draw(TEXTS), draw(TREES | RAW.map(Raw))))
+        elif kind == "repeat":
+            tree = changed(tree, path, repeated(draw(st.integers(0, 3))))
+        elif kind == "move":
+            tree = changed(tree, path, replaced(at(tree, draw(st.sampled_from(paths(tree))))))
+        elif path and kind == "drop":
+            tree = changed(tree, path[:-1], without(path[-1]))
+        elif path and kind == "rename":
+            tree = changed(tree, path[:-1], renamed(path[-1], draw(TEXTS)))
+        else:
+            tree = changed(tree, path, replaced(draw(TREES | RAW.map(Raw))))
+    return dump_blocks(tree)
+
+
+# --- texts and bytes --------------------------------------------------------------------------------------------------
+
+
+@st.composite
+def mutated_texts(draw) -> str:
+    """A good configuration with pieces cut out, moved and glued in."""
+    text = draw(st.sampled_from(GOOD))
+    for _ in range(draw(st.integers(1, 5))):
+        start = draw(st.integers(0, len(text)))
+        stop = min(len(text), start + draw(st.integers(0, 30)))
+        piece = draw(st.one_of(RAW, TEXTS, st.just(text[start:stop] * 2), st.just(""), NUMBERS.map(str)))
+        text = text[:start] + piece + text[stop:]
+    return text
+
+
+@st.composite
+def mutated_bytes(draw) -> bytes:
+    """A good configuration with bytes of any value, or bytes alone."""
+    if draw(st.booleans()):
+        return draw(st.binary(max_size=200))
+    data = draw(st.sampled_from(GOOD)).encode()
+    for _ in range(draw(st.integers(1, 5))):
+        start = draw(st.integers(0, len(data)))
+        data = data[:start] + draw(st.binary(max_size=8)) + data[start + draw(st.integers(0, 8)) :]
+    return data
+
+
+def files() -> st.SearchStrategy[bytes]:
+    """Contents of configuration files, most of them broken."""
+    texts = st.one_of(mutated_trees(), mutated_trees(), mutated_texts())
+    return st.one_of(texts.map(lambda text: text.encode("utf-8", "surrogatepass")), mutated_bytes())

@@ -1,0 +1,158 @@
+"""The risk model: its properties, its anchors, and its calibration."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stickslip.rig import RPN_NAME, Risk, calibrate
+from stickslip.rig.calibrate import calibrate_file
+from stickslip.rig.risk import BANDS, INPUTS, band_of, decades, number_of
+from stickslip.rig.settings import load_settings
+
+SIZES = st.floats(0, 1e9)
+RISKS = st.builds(
+    Risk,
+    base=st.floats(-20, 20),
+    **{f"weight_{name}": st.floats(0, 10) for name in INPUTS},
+    **{f"scale_{name}": st.floats(1e-6, 1e6) for name in INPUTS},
+)
+
+
+def inputs(sticks, largest, integral):
+    return dict(zip(INPUTS, (sticks, largest, integral), strict=True))
+
+
+# --- the model --------------------------------------------------------------------------------------------------------
+
+
+@given(RISKS, st.tuples(SIZES, SIZES, SIZES), st.sampled_from(INPUTS), st.floats(1, 1e3), st.floats(0, 1e6))
+def test_the_number_rises_with_every_feature_and_stays_within_one_to_ten(risk, values, name, factor, more):
+    below = inputs(*values)
+    above = below | {name: below[name] * factor + more}
+    low, high = int(risk.number(below)), int(risk.number(above))
+    assert 1 <= low <= high <= 10
+    assert risk.level(below) <= risk.level(above) + 1e-9
+    assert band_of(low) in BANDS
+
+
+def test_the_bands_are_those_of_the_article():
+    assert [band_of(n) for n in range(1, 11)] == ["green"] * 3 + ["yellow"] * 2 + ["red"] * 5
+    assert band_of(0) == "unknown"
+
+
+def test_levels_are_rounded_halves_up_and_held_at_the_ends():
+    assert number_of([-3, 0.4, 1.49, 1.5, 5.5, 9.5, 12, np.nan]).tolist() == [1, 1, 1, 2, 6, 10, 10, 0]
+
+
+def test_without_any_signal_the_number_is_one():
+    assert Risk().number(inputs(0, 0, 0)) == 1
+
+
+def test_a_decade_counts_its_weight():
+    risk = Risk()
+    step = risk.level(inputs(6e6, 1, 1)) - risk.level(inputs(6e5, 1, 1))
+    assert step == pytest.approx(risk.weight_sticks, abs=1e-5)
+    assert decades(np.array([0.0, 9.0, 99.0]), 1.0) == pytest.approx([0, 1, 2])
+
+
+@pytest.mark.parametrize("name, value", [("weight_sticks", -0.1), ("scale_sticks", 0.0), ("base", np.nan)])
+def test_impossible_parameters_are_refused(name, value):
+    with pytest.raises(ValueError, match=name):
+        Risk(**{name: value})
+
+
+def test_drops_half_as_large_and_twice_as_frequent_are_a_smaller_risk():
+    """Twice the sticks, half the acceleration, the same integral: equal weights would not see the difference."""
+    risk = Risk()
+    assert risk.level(inputs(400, 5, 20)) < risk.level(inputs(200, 10, 20)) < risk.level(inputs(100, 20, 20))
+
+
+# --- calibration ------------------------------------------------------------------------------------------------------
+
+
+TRUE = Risk(base=0.5, weight_sticks=0.8, weight_acceleration_max=1.7, weight_acceleration_integral=0.6)
+
+
+def pairs(count, seed, risk=TRUE):
+    """Features over several decades, independent of each other."""
+    random = np.random.default_rng(seed)
+    logs = random.uniform([0, -1, -1.5], [2.7, 2.2, 2], (count, 3)).T
+    found = inputs(*(10.0**logs))
+    return found, risk
+
+
+def test_exact_levels_give_back_the_parameters():
+    found, risk = pairs(25, 1, Risk(-2.0, 1.6, 3.4, 1.2))
+    level = risk.level(found)
+    inside = (level > 1) & (level < 10)
+    assert 12 < inside.sum() < 25
+    fit = calibrate(found, np.clip(level, 1, 10))
+    for name in fit.fitted:
+        assert getattr(fit.risk, name) == pytest.approx(getattr(risk, name), abs=1e-5), name
+    assert np.abs(fit.residuals).max() < 1e-5
+
+
+def test_scales_are_recovered_too_if_asked_for():
+    found, risk = pairs(200, 2, Risk(0.5, 0.8, 1.7, 0.6, 3.0, 0.4, 2.5))
+    fit = calibrate(found, np.clip(risk.level(found), 1, 10), scales=True)
+    for name in fit.fitted:
+        assert getattr(fit.risk, name) == pytest.approx(getattr(risk, name), rel=1e-3), name
+
+
+def test_rounded_numbers_give_them_back_within_their_intervals():
+    hits = np.zeros(4)
+    trials = 60
+    for seed in range(trials):
+        found, risk = pairs(60, seed)
+        fit = calibrate(found, risk.number(found))
+        ends = [fit.interval[name] for name in fit.fitted]
+        hits += [low <= getattr(risk, n) <= high for n, (low, high) in zip(fit.fitted, ends, strict=True)]
+        assert np.mean(np.abs(fit.number - fit.rpn) <= 1) == 1.0
+    assert (hits / trials > 0.85).all(), hits / trials
+
+
+@settings(max_examples=20)
+@given(st.permutations(range(30)), st.floats(-3, 3), st.floats(0.01, 5))
+def test_the_answer_depends_neither_on_the_order_nor_on_the_start(order, base, weight):
+    found, risk = pairs(30, 4)
+    rpn = risk.number(found).astype(float)
+    one = calibrate(found, rpn)
+    shuffled = {name: values[list(order)] for name, values in found.items()}
+    start = Risk(base, weight, weight, weight)
+    two = calibrate(shuffled, rpn[list(order)], start)
+    for name in one.fitted:
+        assert getattr(two.risk, name) == pytest.approx(getattr(one.risk, name), abs=1e-4)
+
+
+def test_a_feature_that_never_varies_is_said_to_be_undetermined():
+    found, risk = pairs(30, 5)
+    found["sticks"] = np.zeros(30)
+    fit = calibrate(found, risk.number(found))
+    assert fit.unidentified == ("weight_sticks",)
+    assert "weight_sticks" in fit.quality() and "not determined by the pairs" in fit.text()
+
+
+@pytest.mark.parametrize(
+    "count, rpn, expected",
+    [(4, 5.0, "4 pairs for 4 parameters, expected at least 5"), (9, 11.0, "pair 1: got the RPN 11, expected 1 to 10")],
+)
+def test_pairs_that_cannot_be_used_are_refused(count, rpn, expected):
+    with pytest.raises(ValueError, match=expected):
+        calibrate(pairs(count, 6)[0], np.full(count, rpn))
+
+
+def test_what_calibrate_prints_is_a_configuration(tmp_path):
+    found, risk = pairs(40, 7)
+    rpn = risk.number(found)
+    rows = ["sticks, acceleration_max [mm/s2], acceleration_integral [m/s], rpn"]
+    rows += [f"{n!r}, {1e3 * a!r}, {i!r}, {r}" for n, a, i, r in zip(*(v.tolist() for v in found.values()), rpn,
+                                                                     strict=True)]  # fmt: skip
+    path = tmp_path / "pairs.csv"
+    path.write_text("\n".join(rows))
+    fit = calibrate_file(path)
+    config = tmp_path / "risk.yaml"
+    config.write_text(fit.text())
+    assert RPN_NAME in fit.text()
+    again = load_settings(config).risk
+    assert again.level(found) == pytest.approx(fit.level, abs=1e-4)

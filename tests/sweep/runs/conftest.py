@@ -1,0 +1,44 @@
+"""Runs of many small blocks, and what they compute counted."""
+
+import pytest
+
+import stickslip
+from stickslip.runs import blocks, work
+from support_configs import write_config
+
+SIDE, BLOCK = 30, 64  # 900 cells in 15 blocks
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    monkeypatch.setattr(blocks, "_FEWEST", BLOCK)
+
+
+@pytest.fixture
+def config(tmp_path, small_blocks):
+    return write_config(tmp_path, num=SIDE)
+
+
+@pytest.fixture
+def output(tmp_path):
+    return tmp_path / "map.nc"
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """Numbers of cells computed, one entry per call of the engine."""
+    counts = []
+    compute_range = work.compute_range
+
+    def counting(cells, start, end, *rest):
+        counts.append(end - start)
+        return compute_range(cells, start, end, *rest)
+
+    monkeypatch.setattr(work, "compute_range", counting)
+    return counts
+
+
+@pytest.fixture
+def whole(config):
+    """The map as computed in memory."""
+    return stickslip.run(config)

@@ -1,0 +1,214 @@
+"""Blocks computed by a real Dask scheduler and real workers, which are killed."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import stickslip
+from stickslip import engine
+from stickslip.cli import main
+from stickslip.runs import blocks
+from support_cluster import BLOCK, CLI, Cluster, environment, until
+from support_configs import write_config
+from support_runs import block_files, opened, same
+
+distributed = pytest.importorskip("distributed")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(os.name == "nt", reason="POSIX signals"),
+    pytest.mark.filterwarnings("default"),  # Dask's own
+]
+SIDE, COUNT = 60, 57  # 3,600 cells in 57 blocks
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory):
+    engine.warm_up()
+    cluster = Cluster(tmp_path_factory.mktemp("cluster"), 3)
+    yield cluster
+    cluster.close()
+
+
+@pytest.fixture
+def cluster(shared):
+    shared.forget()
+    with distributed.Client(shared.address, set_as_default=False) as client:
+        client.wait_for_workers(3, timeout=60)
+    return shared
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    monkeypatch.setattr(blocks, "_FEWEST", BLOCK)
+    monkeypatch.setattr(blocks, "_BLOCKS", 10**9)
+
+
+@pytest.fixture
+def config(tmp_path, small_blocks):
+    return write_config(tmp_path, num=SIDE)
+
+
+@pytest.fixture
+def output(tmp_path):
+    return tmp_path / "map µ.nc"
+
+
+@pytest.fixture
+def whole(config):
+    return stickslip.run(config)
+
+
+def started(folder, *arguments):
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment(folder)}
+    return subprocess.Popen([sys.executable, "-c", CLI, *map(str, arguments)], start_new_session=True, **pipes)
+
+
+def ended(process):
+    out, errors = process.communicate(timeout=120)
+    assert "Traceback" not in errors + out and "distributed." not in errors + out, errors
+    return process.returncode, out, errors.replace("\n", " ")
+
+
+def worker_pids(cluster):
+    with distributed.Client(cluster.address, set_as_default=False) as client:
+        return list(client.run(os.getpid).values())
+
+
+def test_a_worker_killed_in_mid_run_changes_no_bit(cluster, config, output, whole):
+    cluster.say("slow", "0.05")
+    pids = worker_pids(cluster)
+
+    def kill():
+        until(lambda: len(cluster.computed()) > 10)
+        os.kill(pids[0], signal.SIGKILL)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    notices = []
+    stickslip.run(config, output, dask=cluster.address, notice=notices.append).close()
+    killer.join()
+    assert pids[0] not in worker_pids(cluster)
+    assert notices == [], "workers wrote their blocks themselves"
+    same(opened(output), whole)
+    assert set(cluster.computed()) == set(range(COUNT))
+    assert not output.with_name("map µ.nc.parts").exists()
+
+
+def test_a_store_that_workers_do_not_see_is_written_by_the_client(cluster, config, output, whole):
+    notices = []
+    stickslip.run(config, output, store="memory://unseen", dask=cluster.address, notice=notices.append).close()
+    assert notices == ["workers do not write to memory://unseen: blocks come back here to be written"]
+    same(opened(output), whole)
+
+
+def test_of_an_extended_axis_workers_compute_the_new_cells_only(cluster, tmp_path, output, small_blocks):
+    text = "system: {{mass: 1, normal_load: 1}}\nfriction: {{a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}}\n"
+    text += "axes: {{stiffness: {0}, belt_speed: {{start: 0.05, stop: 1, num: 50}}}}\n"
+    config = tmp_path / "grows.yaml"
+    config.write_text(text.format([1, 2, 3, 4]))
+    stickslip.run(config, output).close()
+    config.write_text(text.format([0.5, 1, 2, 3, 4, 5]))
+    outcome = {}
+    stickslip.run(config, output, dask=cluster.address, progress=lambda *counts: outcome.update(counts=counts)).close()
+    assert outcome["counts"] == (300, 300)
+    assert cluster.computed() == [4], "the others have cells that are known"
+    same(opened(output), stickslip.run(config))
+
+
+def test_a_block_that_kills_every_worker_is_recorded_and_the_others_finish(cluster, config, output, whole):
+    cluster.say("deadly-20")
+    with pytest.raises(stickslip.IncompleteError, match=r"1 block \(64 cells\) failed, .* number 20, with Kille"):
+        stickslip.run(config, output, dask=cluster.address)
+    store = f"{output}.parts"
+    assert [failure.block for failure in stickslip.status(store).failures] == [20]
+    assert len(block_files(store)) == COUNT - 1
+    cluster.forget()
+    stickslip.retry_failed(store, dask=cluster.address)
+    assert cluster.computed() == [20]
+    same(opened(output), whole)
+
+
+def test_what_a_block_raises_is_recorded_with_its_traceback_after_retries(cluster, config, output):
+    cluster.say("broken-3")
+    with pytest.raises(stickslip.IncompleteError, match="ArithmeticError: broken on purpose"):
+        stickslip.run(config, output, dask=cluster.address, on_error="stop")
+    (failure,) = stickslip.status(f"{output}.parts").failures
+    assert failure.block == 3 and "worker_preload.py" in failure.traceback
+
+
+def test_workers_of_another_version_are_refused_by_name(cluster, config, output, monkeypatch):
+    from stickslip.runs.cluster import connecting, worker
+
+    there = worker.versions()
+    monkeypatch.setattr(connecting, "versions", lambda: there | {"numba": "0.1"})
+    with pytest.raises(stickslip.ClusterError) as caught:
+        stickslip.run(config, output, dask=cluster.address)
+    assert re.search(rf"3 of 3 workers .*\n  tcp://\S+ on \S+: numba {there['numba']} \(here 0.1\)", str(caught.value))
+    assert not output.with_name("map µ.nc.parts").exists()
+
+
+def test_a_worker_of_another_version_that_joins_later_ends_the_run(cluster, config, output, monkeypatch):
+    from stickslip.runs.cluster import dispatch, worker
+
+    monkeypatch.setattr(dispatch, "versions", lambda: worker.versions() | {"kernels": "edited"})
+    with pytest.raises(stickslip.IncompleteError, match=r"a worker on \S+: kernels \w+ \(here edited\)"):
+        stickslip.run(config, output, dask=cluster.address)
+
+
+def test_memory_does_not_grow_with_the_blocks(cluster, tmp_path):
+    """2,025 blocks, of which the last four fifths count; a block's results kept anywhere would be seen."""
+    config = write_config(tmp_path, num=360, more="solver: {rtol: 0.01}\n")
+    script = Path(__file__).with_name("cluster_memory.py")
+    command = [sys.executable, script, config, tmp_path / "many.parts", cluster.address]
+    done = subprocess.run(command, env=environment(cluster.folder), capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["blocks"] > 1500 and max(told["growth"].values()) < 30, told
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "tcp://nowhere", "gone.json"])
+def test_a_scheduler_that_is_not_there_is_told_before_anything_is_changed(config, output, monkeypatch, address):
+    from stickslip.runs.cluster import connecting
+
+    monkeypatch.setattr(connecting, "PATIENCE", 0.5)
+    monkeypatch.chdir(output.parent)
+    done = CliRunner().invoke(main, ["run", str(config), "-o", str(output), "--dask", address])
+    assert done.exit_code == 2, done.output
+    assert address in done.stderr and "Traceback" not in done.stderr
+    assert not output.with_name("map µ.nc.parts").exists()
+
+
+def test_ctrl_c_and_a_killed_scheduler_leave_a_run_that_goes_on(shared, config, output, whole):
+    """Last, since it ends the scheduler. What is finished is not computed again."""
+    shared.forget()
+    shared.say("slow", "0.1")
+    store = output.with_name("map µ.nc.parts")
+    for hit in (lambda run: os.killpg(run.pid, signal.SIGINT), lambda run: shared.scheduler.kill()):
+        count = len(finished(store))
+        run = started(shared.folder, "run", config, "-o", output, "--no-plot", "--dask", shared.address)
+        until(lambda: len(finished(store)) > count + 4)  # noqa: B023
+        hit(run)
+        code, _, errors = ended(run)
+        assert code == 1, errors
+        assert re.search(rf"[\d,]+ of 3,600 cells are safe in {store}; the same command goes on from there", errors)
+    assert f"{shared.address}: lost the connection to the Dask scheduler" in errors
+    shared.forget()
+    there = finished(store)
+    assert 8 < len(there) < COUNT
+    code, out, errors = ended(started(shared.folder, "run", config, "-o", output, "--no-plot", "--dask", "local"))
+    assert code == 0, errors
+    assert "cells were found finished" in errors and re.search(r"on \d Dask workers? \(this machine\)", out)
+    assert sorted(shared.computed()) == sorted(set(range(COUNT)) - there)
+    same(opened(output), whole)
+
+
+def finished(store):
+    return {int(path.name.removeprefix("block-")) for path in store.glob("block-*")}

@@ -1,0 +1,138 @@
+"""Shards, maps of what there is, and blocks that fail."""
+
+import os
+
+import numpy as np
+import pytest
+
+import stickslip
+from stickslip.runs import work
+from stickslip.runs.folder import folder_at
+from stickslip.store import StoreError
+from support_runs import FEW, block_files, same, stop_early, with_axes
+
+# --- shards, collect, status ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("place", ["{}/the store", "file://{}/the%20store", "memory://{}/store"])
+def test_shards_are_merged_to_the_map_of_one_run(config, output, whole, tmp_path, computed, place):
+    place = place.format(tmp_path)
+    done = [stickslip.run_shard(config, f"{i}/3", place) for i in (2, 3, 1)]
+    assert [outcome.computed for outcome in done] == [320, 260, 320] and sum(computed) == 900
+    assert done[0].output is None
+    same(stickslip.collect(place, output), whole)
+    assert folder_at(place).names() == []
+
+
+def test_two_runs_of_one_shard_compute_it_once(config, tmp_path, computed):
+    for _ in range(2):
+        stickslip.run_shard(config, "1/3", tmp_path / "s")
+    assert sum(computed) == 320
+
+
+def test_a_part_is_collected_and_its_other_cells_are_not_computed(config, output, whole):
+    stickslip.run_shard(config, "1/3", f"{output}.parts")
+    with stickslip.collect(config, output) as part:
+        finished = part["regime"].values.ravel() != 0
+        assert finished.sum() == 320
+        for name in whole.data_vars:
+            np.testing.assert_array_equal(part[name].values.ravel()[finished], whole[name].values.ravel()[finished])
+        assert np.isnan(part["period"].values.ravel()[~finished]).all()
+    assert len(block_files(f"{output}.parts")) == 5
+
+
+def test_a_run_goes_on_from_shards_and_from_what_was_collected(config, output, whole, computed):
+    stickslip.run_shard(config, "1/3", f"{output}.parts")
+    stickslip.collect(config, output).close()
+    del computed[:]
+    same(stickslip.run(config, output), whole)
+    assert sum(computed) == 900 - 320
+
+
+def test_collecting_keeps_the_cells_of_a_map_that_is_being_extended(tmp_path, small_blocks):
+    output, config = tmp_path / "map.nc", with_axes(tmp_path / "a.yaml", FEW, [0.1, 0.2])
+    stickslip.run(config, output).close()
+    with_axes(config, [float(k) for k in range(1, 200)], [0.1, 0.2])
+    stickslip.run_shard(config, "2/7", f"{output}.parts")
+    with stickslip.collect(config, output) as ds:
+        assert int((ds["regime"] != 0).sum()) == 64 + 6
+        assert (ds["regime"].sel(stiffness=FEW) != 0).all()
+
+
+def test_collecting_does_not_replace_another_map(config, output):
+    stickslip.run_shard(config, "1/3", f"{output}.parts")
+    stickslip.run(with_axes(config.with_name("b.yaml"), FEW, [0.1, 0.2]), output.with_name("b.nc")).close()
+    os.rename(output.with_name("b.nc"), output)
+    with pytest.raises(StoreError, match="made from another configuration"):
+        stickslip.collect(config, output)
+
+
+def test_nothing_to_collect_is_said(config, output):
+    with pytest.raises(StoreError, match="no working store there"):
+        stickslip.collect(config, output)
+
+
+@pytest.mark.parametrize("shard", ["0/3", "4/3", "1", "1/0", "a/b", "-1/3"])
+def test_shards_that_make_no_sense_are_refused(config, tmp_path, shard):
+    with pytest.raises(ValueError, match="expected a shard such as 1/8"):
+        stickslip.run_shard(config, shard, tmp_path / "s")
+
+
+def test_status_says_how_far_a_run_is(config, output):
+    stopped = stop_early(config, output)
+    for place in (config, f"{output}.parts"):
+        if place == config:
+            config.write_text(config.read_text() + f"output: {{file: {output}}}\n")
+        found = stickslip.status(place)
+        assert (found.cells, found.cells_finished, found.blocks) == (900, stopped.done, 15)
+        assert found.holders == () and found.failures == () and found.title == "A small map"
+
+
+# --- blocks that fail -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def fragile(monkeypatch):
+    """Blocks 2 and 5 fail until the list is emptied."""
+    bad, compute = [2, 5], work.Work.compute
+
+    def failing(self, number, *rest):
+        if number in bad:
+            raise ZeroDivisionError(f"in block {number}, µ")
+        return compute(self, number, *rest)
+
+    monkeypatch.setattr(work.Work, "compute", failing)
+    return bad
+
+
+def test_blocks_that_fail_are_recorded_and_the_others_computed(config, output, whole, computed, fragile):
+    told = r"2 blocks \(128 cells\) failed.*ZeroDivisionError: in block 2, µ"
+    with pytest.raises(stickslip.IncompleteError, match=told):
+        stickslip.run(config, output)
+    assert sum(computed) == 900 - 128
+    found = stickslip.status(f"{output}.parts")
+    assert [failure.block for failure in found.failures] == [2, 5]
+    assert "in failing" in found.failures[0].traceback
+    with pytest.raises(stickslip.IncompleteError, match="failed"):
+        stickslip.run(config, output)
+    assert sum(computed) == 900 - 128, "a failed block is left to retry_failed"
+    with pytest.raises(stickslip.IncompleteError, match="failed"):
+        stickslip.retry_failed(f"{output}.parts")
+    del fragile[:]
+    outcome = stickslip.retry_failed(f"{output}.parts")
+    assert outcome.computed == 128 and outcome.output == output
+    same(stickslip.open(output), whole)
+
+
+def test_a_map_without_the_blocks_that_failed_can_be_collected(config, output, fragile):
+    with pytest.raises(stickslip.IncompleteError):
+        stickslip.run(config, output)
+    with stickslip.collect(f"{output}.parts") as ds:
+        assert int((ds["regime"] == 0).sum()) == 128
+
+
+def test_on_error_stop_ends_the_run_at_the_first(config, output, fragile):
+    config.write_text(config.read_text().replace("block: 4096", "threads: 1"))
+    with pytest.raises(stickslip.IncompleteError, match="1 block "):
+        stickslip.run(config, output, on_error="stop")
+    assert len(block_files(f"{output}.parts")) == 2

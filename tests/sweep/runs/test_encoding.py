@@ -1,0 +1,96 @@
+"""The bytes of blocks and manifests: whole, or refused."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from stickslip.config import make_config
+from stickslip.runs import manifest as manifests
+from stickslip.runs.blocks import blocks_of
+from stickslip.runs.encoding import MAGIC, DamagedBlock, decode, encode
+from stickslip.runs.manifest import DamagedManifest
+
+PAIR = {"system": {"mass": 1, "stiffness": 1, "normal_load": 1}, "friction": {"a1": 1, "a2": 0, "a3": 0.1, "a4": 1}}
+columns = st.dictionaries(
+    st.text(min_size=1, max_size=9),
+    st.sampled_from(["i1", "<i4", "<f8"]).flatmap(lambda kind: arrays.arrays(kind, st.integers(0, 20))),
+    max_size=5,
+)
+
+
+@given(columns, st.dictionaries(st.text(max_size=5).filter(lambda k: k != "columns"), st.integers()))
+def test_a_block_comes_back_to_the_bit(given_columns, header):
+    found_header, found = decode(encode(header, given_columns))
+    assert found_header == header and list(found) == list(given_columns)
+    for name, values in given_columns.items():
+        assert found[name].dtype == values.dtype
+        assert found[name].tobytes() == values.tobytes()  # payloads of NaN included
+
+
+def test_a_column_of_one_value_takes_one_value():
+    few, many = (encode({}, {"period": np.full(n, np.nan)}) for n in (10, 10_000))
+    assert len(many) - len(few) < 10
+    mixed = np.array([0.0, -0.0, 0.0])
+    assert decode(encode({}, {"a": mixed}))[1]["a"].tobytes() == mixed.tobytes()
+
+
+@settings(max_examples=300)
+@given(st.data())
+def test_no_changed_bytes_pass_for_a_block(data):
+    good = encode({"block": 3}, {"regime": np.arange(9, dtype=np.int8), "period": np.linspace(0, 1, 9)})
+    place = data.draw(st.integers(0, len(good) - 1))
+    kind = data.draw(st.sampled_from(["flip", "cut", "add", "drop"]))
+    bad = {
+        "flip": good[:place] + bytes([good[place] ^ data.draw(st.integers(1, 255))]) + good[place + 1 :],
+        "cut": good[:place],
+        "add": good + b"\0",
+        "drop": good[:place] + good[place + 1 :],
+    }[kind]
+    with pytest.raises(DamagedBlock):
+        decode(bad)
+
+
+@given(st.binary(max_size=400))
+def test_arbitrary_bytes_with_a_good_checksum_are_refused_or_read(body):
+    """Whoever can write a checksum can write anything; nothing but DamagedBlock may come of it."""
+    import hashlib
+
+    for data in (MAGIC + body, MAGIC + len(body).to_bytes(4, "little") + body):
+        try:
+            decode(data + hashlib.sha256(data).digest())
+        except DamagedBlock:
+            pass
+
+
+def manifest():
+    config = make_config({**PAIR, "axes": {"belt_speed": [0.1, 0.2]}, "title": "µ"})
+    return manifests.make(config, (2,), blocks_of(2), "abc", "numpy")
+
+
+def test_a_manifest_comes_back():
+    made = manifest()
+    assert manifests.decode(manifests.encode(made)) == made
+    assert made.config("here").title == "µ"
+
+
+@given(st.data())
+def test_no_changed_bytes_pass_for_a_manifest(data):
+    good = manifests.encode(manifest())
+    place = data.draw(st.integers(0, len(good) - 1))
+    with pytest.raises(DamagedManifest):
+        manifests.decode(good[:place])
+    flipped = good[:place] + bytes([good[place] ^ 4]) + good[place + 1 :]
+    if json_of(flipped) != json_of(good):  # a changed blank changes nothing
+        with pytest.raises(DamagedManifest):
+            manifests.decode(flipped)
+
+
+def json_of(data):
+    try:
+        return json.loads(data)
+    except ValueError:
+        return None

@@ -1,0 +1,80 @@
+"""Two runs on one store."""
+
+import json
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+import stickslip
+from stickslip import machine
+from stickslip.runs import lock
+from stickslip.store import StoreError
+from support_runs import block_files, same
+
+
+def holding(output, **changes):
+    """A lock as another process writes it."""
+    folder = output.with_name("map.nc.parts")
+    folder.mkdir(exist_ok=True)
+    plain = {"token": "x", "host": "elsewhere", "space": "", "pid": 1, "user": "Ada", "since": time.time() - 300,
+             "seen": time.time()} | changes  # fmt: skip
+    (folder / "lock.json").write_text(json.dumps(plain))
+
+
+def test_a_second_run_is_refused_with_the_name_of_the_first(config, output):
+    holding(output)
+    with pytest.raises(StoreError, match="another run works there: Ada on elsewhere, process 1, since 20"):
+        stickslip.run(config, output)
+    with pytest.raises(StoreError, match="another run works there"):
+        stickslip.run_shard(config, "1/2", f"{output}.parts")
+    assert (output.with_name("map.nc.parts") / "lock.json").exists()
+
+
+def test_a_stale_lock_is_taken_over(config, output, whole):
+
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    for changes in ({"seen": time.time() - 1000}, {"host": machine.host(), "space": machine.space(), "pid": gone.pid}):
+        holding(output, **changes)
+        said = []
+        same(stickslip.run(config, output, fresh=True, notice=said.append), whole)
+        assert len(said) == 1 and "took over from a run that is gone: Ada on" in said[0]
+
+
+def test_a_lock_that_is_not_whole_is_nobodys(config, output):
+    output.with_name("map.nc.parts").mkdir()
+    (output.with_name("map.nc.parts") / "lock.json").write_text('{"pid": ')
+    stickslip.run(config, output).close()
+
+
+def test_a_run_whose_lock_was_taken_stops(config, output, monkeypatch):
+    monkeypatch.setattr(lock, "REFRESH", 0.01)
+    gate = threading.Event()
+
+    def rob(done, of):
+        if done:
+            holding(output)
+            gate.wait(0.2)
+
+    with pytest.raises(stickslip.IncompleteError, match="another run took over"):
+        stickslip.run(config, output, progress=rob)
+    assert not output.exists()
+
+
+def test_shards_work_at_once_and_a_whole_run_waits_for_them(config, output):
+    refused, merged = [], []
+
+    def meanwhile(done, of):
+        if done and not merged:
+            merged.append(stickslip.run_shard(config, "2/2", f"{output}.parts"))
+            try:
+                stickslip.run(config, output)
+            except StoreError as error:
+                refused.append(str(error))
+
+    stickslip.run_shard(config, "1/2", f"{output}.parts", progress=meanwhile)
+    assert merged[0].computed == 7 * 64 and "another run works there" in refused[0]
+    assert len(block_files(f"{output}.parts")) == 15

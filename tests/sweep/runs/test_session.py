@@ -1,0 +1,278 @@
+"""Runs in parts, in one process: resumed, refused, mended."""
+
+import os
+import re
+import sys
+
+import numpy as np
+import pytest
+
+import stickslip
+from stickslip.runs import assembly, parts
+from stickslip.store import StoreError
+from support_configs import write_config
+from support_runs import block_files, same, stop_early
+
+# --- the result -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+@pytest.mark.parametrize("streamed", [False, True])
+def test_a_run_in_parts_gives_the_dataset_of_a_run_in_memory(config, whole, tmp_path, monkeypatch, suffix, streamed):
+    if suffix == ".zarr":
+        pytest.importorskip("zarr")
+    if streamed:
+        monkeypatch.setattr(assembly, "IN_MEMORY", 0)
+        monkeypatch.setattr("stickslip.store._CHUNK_VALUES", 100)
+    target = tmp_path / f"map{suffix}"
+    same(stickslip.run(config, target), whole)
+    assert {p.name for p in tmp_path.iterdir()} == {config.name, target.name}
+
+
+def test_streamed_files_are_laid_out_like_files_written_at_once(config, whole, tmp_path, monkeypatch):
+    import netCDF4
+
+    monkeypatch.setattr("stickslip.store._CHUNK_VALUES", 100)
+    stickslip.run(config, tmp_path / "at_once.nc").close()
+    monkeypatch.setattr(assembly, "IN_MEMORY", 0)
+    stickslip.run(config, tmp_path / "streamed.nc").close()
+    with netCDF4.Dataset(tmp_path / "at_once.nc") as a, netCDF4.Dataset(tmp_path / "streamed.nc") as b:
+        assert list(a.variables) == list(b.variables)
+        for name in a.variables:
+            assert a[name].chunking() == b[name].chunking() and a[name].filters() == b[name].filters()
+            assert a[name].dtype == b[name].dtype and a[name].ncattrs() == b[name].ncattrs()
+
+
+def test_labels_and_words_survive_streaming(tmp_path, small_blocks, monkeypatch):
+    monkeypatch.setattr(assembly, "IN_MEMORY", 0)
+    config = tmp_path / "pads.yaml"
+    config.write_text(
+        "system: {mass: 1, stiffness: 1}\nfriction: {a2: 0.1, a3: 0.3, a4: 0.1}\naxes:\n"
+        "  pad: {zip: {normal_load: [1, 2], a1: [0.9, 1]}, labels: [felt, µ-foam]}\n"
+        "  mu_stop: [none, 0.9]\n  belt_speed: {start: 0.05, stop: 1, num: 50}\n"
+    )
+    same(stickslip.run(config, tmp_path / "map.nc"), stickslip.run(config))
+
+
+def test_a_map_of_one_cell_is_a_run_too(tmp_path):
+    config = tmp_path / "one.yaml"
+    config.write_text(
+        "system: {mass: 1, stiffness: 1, normal_load: 1, belt_speed: 0.1}\nfriction: {a1: 1, a2: 0, a3: 0.3, a4: 0.1}\n"
+    )
+    same(stickslip.run(config, tmp_path / "one.nc"), stickslip.run(config))
+
+
+def test_a_cluster_needs_a_place_for_blocks_and_its_package(config, output, monkeypatch):
+    with pytest.raises(stickslip.ClusterError, match="name an output, or a store"):
+        stickslip.run(config, dask="local")
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(stickslip.ClusterError, match=r"pip install 'stickslip\[dask\]'"):
+        stickslip.run(config, output, dask="local")
+    assert not output.with_name("map.nc.parts").exists()
+    stickslip.run(config, output, dask="none").close()
+
+
+def test_nothing_is_recomputed_once_a_result_is_finished(config, output, computed):
+    stickslip.run(config, output).close()
+    before = output.read_bytes()
+    del computed[:]
+    stickslip.run(config, output).close()
+    assert computed == [] and output.read_bytes() == before
+
+
+def test_threads_and_names_of_files_are_no_other_configuration(config, output, computed):
+    stickslip.run(config, output).close()
+    config.write_text(config.read_text().replace("block: 4096", "block: 100, threads: 1") + "output: {plot: a.png}\n")
+    del computed[:]
+    stickslip.run(config, output).close()
+    assert computed == []
+
+
+def test_another_title_is_written_without_computing(config, output, computed, whole):
+    stickslip.run(config, output).close()
+    config.write_text(config.read_text().replace("A small map", "Another title"))
+    del computed[:]
+    with stickslip.run(config, output) as ds:
+        assert ds.attrs["title"] == "Another title"
+        np.testing.assert_array_equal(ds["period"], whole["period"])
+    assert sum(computed) == 0
+
+
+# --- resuming ---------------------------------------------------------------------------------------------------------
+
+
+def test_the_same_call_goes_on_where_ctrl_c_stopped_it(config, output, whole, computed):
+    stopped = stop_early(config, output)
+    folder = f"{output}.parts"
+    assert stopped.kept == folder and not output.exists()
+    safe = len(block_files(folder)) * 64
+    assert 0 < stopped.done <= safe <= stopped.done + 4 and stopped.cells == 900
+    del computed[:]
+    said = []
+    same(stickslip.run(config, output, notice=said.append), whole)
+    assert sum(computed) == 900 - stopped.done
+    assert said == [f"{stopped.done} of 900 cells were found finished in {folder}"]
+    assert not os.path.exists(folder)
+
+
+def test_kept_parts_make_the_result_again(config, output, whole, computed):
+    stickslip.run(config, output, keep_parts=True).close()
+    output.unlink()
+    del computed[:]
+    same(stickslip.run(config, output), whole)
+    assert computed == []
+
+
+def test_fresh_computes_everything(config, output, computed):
+    stop_early(config, output)
+    del computed[:]
+    stickslip.run(config, output, fresh=True).close()
+    assert sum(computed) == 900
+    del computed[:]
+    stickslip.run(config, output, fresh=True).close()
+    assert sum(computed) == 900
+
+
+def test_parts_left_by_a_run_that_died_after_writing_are_removed(config, output):
+    stickslip.run(config, output, keep_parts=True).close()
+    assert os.path.isdir(f"{output}.parts")
+    stickslip.run(config, output).close()
+    assert not os.path.exists(f"{output}.parts")
+
+
+# --- refused ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("finished", [True, False])
+def test_another_configuration_is_refused_with_the_keys_that_differ(config, output, finished):
+    if finished:
+        stickslip.run(config, output).close()
+    else:
+        stop_early(config, output)
+    config.write_text(config.read_text().replace("mass: 1", "mass: 2") + "solver: {rtol: 1e-7}\n")
+    with pytest.raises(StoreError) as caught:
+        stickslip.run(config, output)
+    assert re.search(r"system.mass: 1.0 there, 2.0 here\n.*solver.rtol: 1e-06 there, 1e-07 here", str(caught.value))
+    assert "--fresh" in str(caught.value)
+    stickslip.run(config, output, fresh=True).close()
+
+
+def test_another_major_version_is_refused(config, output, monkeypatch):
+    stop_early(config, output)
+    monkeypatch.setattr(parts, "__version__", "9.0.0")
+    with pytest.raises(StoreError, match=r"made by stickslip 0\.\S+, and this is 9.0.0"):
+        stickslip.run(config, output)
+
+
+def test_a_result_of_another_major_version_is_refused(config, output, monkeypatch):
+    stickslip.run(config, output).close()
+    monkeypatch.setattr(parts, "__version__", "9.0.0")
+    with pytest.raises(StoreError, match=r"map.nc: made by stickslip 0\.\S+, and this is"):
+        stickslip.run(config, output)
+
+
+def test_other_kernels_go_on_and_are_named_in_the_history(config, output, monkeypatch):
+    stop_early(config, output)
+    monkeypatch.setattr(parts.engine, "kernels_digest", lambda: "feedc0de")
+    said = []
+    with stickslip.run(config, output, notice=said.append) as ds:
+        assert ds.attrs["history"].endswith(" and feedc0de")
+    assert any("kernels were changed" in text for text in said)
+
+
+def test_a_foreign_folder_is_left_alone(config, output):
+    folder = output.with_name("map.nc.parts")
+    folder.mkdir()
+    (folder / "thesis.tex").write_text("years of work")
+    for fresh in (False, True):
+        with pytest.raises(StoreError, match="holds other things .thesis.tex"):
+            stickslip.run(config, output, fresh=fresh)
+    assert (folder / "thesis.tex").read_text() == "years of work" and not output.exists()
+
+
+def test_a_file_that_is_no_result_is_left_alone(config, output):
+    output.write_text("not a map")
+    with pytest.raises(StoreError, match="map.nc: cannot be read as netCDF"):
+        stickslip.run(config, output)
+    assert output.read_text() == "not a map"
+
+
+def test_a_trajectory_is_not_taken_for_a_map(config, output):
+    stickslip.store.write(stickslip.simulate(duration=1.0, mass=1, stiffness=1, normal_load=1, belt_speed=0.1,
+                                             a1=1, a2=0, a3=0.1, a4=0.1), output)  # fmt: skip
+    with pytest.raises(StoreError, match="exists and is not a map"):
+        stickslip.run(config, output)
+
+
+# --- damaged ----------------------------------------------------------------------------------------------------------
+
+
+def broken(data, how):
+    return {"flipped": data[:500] + bytes([data[500] ^ 1]) + data[501:], "cut": data[:-40], "empty": b"",
+            "foreign": b"\x89PNG" + data}[how]  # fmt: skip
+
+
+@pytest.mark.parametrize("how", ["flipped", "cut", "empty", "foreign"])
+@pytest.mark.parametrize("streamed", [False, True])
+def test_a_damaged_block_is_said_and_computed_again(config, output, whole, computed, monkeypatch, how, streamed):
+    if streamed:
+        monkeypatch.setattr(assembly, "IN_MEMORY", 0)
+    stickslip.run(config, output, keep_parts=True).close()
+    output.unlink()
+    block = output.with_name("map.nc.parts") / "block-00000003"
+    block.write_bytes(broken(block.read_bytes(), how))
+    del computed[:]
+    said = []
+    same(stickslip.run(config, output, notice=said.append), whole)
+    assert sum(computed) == 64
+    assert len(said) == 1 and "block 3 of" in said[0] and "damaged" in said[0]
+
+
+def test_a_block_of_another_run_or_place_is_not_used(config, output, whole, tmp_path):
+    other = write_config(tmp_path, num=30, more="solver: {rtol: 1e-5}\n", name="other.yaml")
+    for path, target in ((config, output), (other, tmp_path / "other.nc")):
+        stickslip.run(path, target, keep_parts=True).close()
+    output.unlink()
+    folder = output.with_name("map.nc.parts")
+    (folder / "block-00000001").write_bytes((tmp_path / "other.nc.parts" / "block-00000001").read_bytes())
+    (folder / "block-00000002").write_bytes((folder / "block-00000004").read_bytes())
+    said = []
+    same(stickslip.run(config, output, notice=said.append), whole)
+    assert "its run is" in said[0] and "its block is 4" in said[1]
+
+
+def test_collecting_leaves_a_damaged_block_out_and_a_run_computes_it(config, output, whole, computed):
+    stickslip.run(config, output, keep_parts=True).close()
+    output.unlink()
+    block = output.with_name("map.nc.parts") / "block-00000003"
+    block.write_bytes(b"")
+    said = []
+    part = stickslip.collect(config, output, notice=said.append)
+    assert int((part["regime"] == 0).sum()) == 64 and "left out" in said[0]
+    part.close()
+    del computed[:]
+    same(stickslip.run(config, output), whole)
+    assert sum(computed) == 64
+
+
+@pytest.mark.parametrize("kept", [0, 100, -30])
+def test_a_truncated_manifest_is_written_again(config, output, whole, computed, kept):
+    stopped = stop_early(config, output)
+    manifest = output.with_name("map.nc.parts") / "manifest.json"
+    manifest.write_bytes(manifest.read_bytes()[:kept])
+    for call in (stickslip.status, stickslip.collect):
+        with pytest.raises(StoreError, match="manifest.json: damaged.*\n.*stickslip run"):
+            call(f"{output}.parts")
+    del computed[:]
+    said = []
+    same(stickslip.run(config, output, notice=said.append), whole)
+    assert "manifest.json was damaged" in said[0] and sum(computed) == 900 - stopped.done
+
+
+def test_a_truncated_manifest_does_not_let_another_configuration_in(config, output):
+    stop_early(config, output)
+    manifest = output.with_name("map.nc.parts") / "manifest.json"
+    manifest.write_bytes(manifest.read_bytes()[:100])
+    config.write_text(config.read_text().replace("mass: 1", "mass: 2"))
+    with pytest.raises(StoreError, match="damaged.*not one of this configuration"):
+        stickslip.run(config, output)

@@ -1,0 +1,68 @@
+"""Damaged results and odd tables of points: an error for people, or what was meant; see `fuzz_files.py`."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fuzzing import EXAMPLES
+from stickslip.measured import FileFit, describe_ageing, describe_curve, fit_points
+from stickslip.problems import ConfigError
+
+TESTS = Path(__file__).parents[1]
+
+CSV = [
+    "# felt\nspeed [mm/s], mu\n0.5, 0.61\n1, 0.58\n10, 0.5\n20, 0.45\n100, 0.4\n300, 0.41\n500, 0.43\n",
+    "time [s], mu\n1, 0.61\n10, 0.68\n100, 0.74\n1000, 0.81\n",
+    "mu, speed, sigma\n0.6, 0.1, 0.01\n0.5, 0.2, 0.01\n0.45, 0.4, 0.02\n0.46, 0.8, 0.02\n0.5, 1.2, 0.02\n0.5, 2, 0.1\n",
+]
+PIECES = st.one_of(
+    st.text(max_size=6),
+    st.sampled_from(["nan", "inf", "1e308", "1e-320", "-1", "0", "0, 0\n", "1,5; 2", "\t", '"', '""', "\x00", "[km/h]"])
+    | st.sampled_from(["[kg]", "speed", "time", "mu", "sigma", "\ufeff", "\r", "\x85", "\u2028", "1e99999", "٣", "#"]),
+    st.floats().map(repr),
+)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="every file is read in a forked process")
+@pytest.mark.parametrize(("kind", "count"), [("nc", 100), ("zarr", 40)])
+def test_damaged_results_are_refused_or_read_as_they_were_written(kind, count):
+    if kind == "zarr":
+        pytest.importorskip("zarr")
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(TESTS), *sys.path])}
+    command = [sys.executable, str(TESTS / "fuzz_files.py"), kind, str(min(EXAMPLES, 5000) or count), "1"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@st.composite
+def tables(draw) -> str:
+    """A table of points with pieces cut out and glued in."""
+    text = draw(st.sampled_from(CSV))
+    for _ in range(draw(st.integers(0, 4))):
+        start = draw(st.integers(0, len(text)))
+        text = text[:start] + draw(PIECES) + text[start + draw(st.integers(0, 12)) :]
+    return text
+
+
+@settings(max_examples=min(EXAMPLES, 5000) or 60, deadline=None, database=None, suppress_health_check=list(HealthCheck))
+@given(text=tables())
+def test_any_table_of_points_is_a_fit_or_a_config_error(text, tmp_path_factory):
+    path = tmp_path_factory.getbasetemp() / "points.csv"
+    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            found = fit_points(path)
+        except ConfigError as error:
+            assert str(error).startswith(str(path))
+            return
+    assert isinstance(found, FileFit)
+    assert describe_curve(found.curve) if found.curve else describe_ageing(found.ageing)
