@@ -87,7 +87,7 @@ class Calibration:
         said = f"{n} pairs: {exact} numbers met, {near} within one, {bands} in their band; residual rms "
         said += f"{rms(self.residuals):.2g} (rounding to whole numbers alone gives about 0.29)."
         if self.unidentified:
-            said += f"\nThe pairs do not determine {', '.join(self.unidentified)}: measure pairs in which they differ."
+            said += f"\nThe pairs do not determine {', '.join(self.unidentified)}: add pairs whose features vary apart."
         return said
 
 

@@ -68,7 +68,7 @@ def test_coulombs_cycle_has_its_closed_form():
 
 
 def test_strokes_to_and_fro_are_mirror_images():
-    """From the second stroke on, once the spring has been loaded: the fourth is the second again, the third mirrored."""
+    """From the second stroke on, once the spring is loaded: the fourth is the second again, the third mirrored."""
     _, signals = rig(SMOOTH, strokes=4).sample(2000)
     force = signals["spring_force"]
     one = force.size // 4
