@@ -15,7 +15,7 @@ KERNELS = ROOT / "kernels" / "stickslip_kernels"
 
 # From the ground up. A module imports modules of its own floor or of lower ones, and never in a circle.
 FLOORS = (
-    ("ground", {"_version", "variables", "problems", "file_errors", "machine", "addresses", "compiling"}),
+    ("ground", {"_version", "variables", "problems", "csv_file", "file_errors", "machine", "addresses", "compiling"}),
     (
         "what is asked, how it is labelled",
         {"quantities", "yaml_source", "models", "checks", "cells", "pick"}

@@ -363,6 +363,7 @@ def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Res
     The stepping is that of `compute`, with a log of what happened. Raises NotReachedError if the integration does not
     reach the last time.
     """
+    warm_up(options.law)
     horizon = max(float(times[-1]), np.finfo(float).tiny)
     column = to_kernel(cell, horizon)
     control = np.array([options.rtol, options.max_steps, 0.0])

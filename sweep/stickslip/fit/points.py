@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import units
+from stickslip.csv_file import read_text
 from stickslip.problems import ConfigError, Place, Problem, listed, nearest
 from stickslip.variables import NAN, Parameter
 
@@ -49,7 +50,7 @@ def read_points(path: str | Path, columns: Sequence[Parameter]) -> dict[str, NDA
     Raises ConfigError with everything that is wrong, by line and column.
     """
     name = str(path)
-    rows = list(_rows(name, _text(Path(path))))
+    rows = list(_rows(name, read_text(Path(path))))
     if not rows:
         raise ConfigError(name, [Problem((), "no line names the columns", hint=_example(columns))])
     (line, heading), *rest = rows
@@ -76,20 +77,6 @@ def read_points(path: str | Path, columns: Sequence[Parameter]) -> dict[str, NDA
 
 
 # --- the text ---------------------------------------------------------------------------------------------------------
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        raise ConfigError(str(path), [Problem((), "no such file")]) from None
-    except IsADirectoryError:
-        raise ConfigError(str(path), [Problem((), "this is a folder, expected a CSV file")]) from None
-    except OSError as error:
-        raise ConfigError(str(path), [Problem((), f"cannot be read: {error.strerror or error}")]) from None
-    except UnicodeDecodeError as error:
-        message = f"byte 0x{error.object[error.start]:02x} is not UTF-8 text"
-        raise ConfigError(str(path), [Problem((), message, hint="save the file as CSV in UTF-8")]) from None
 
 
 def _rows(name: str, text: str) -> Iterator[tuple[int, list[_Cell]]]:

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.csv_file import read_text
 from stickslip.problems import ConfigError, Place, Problem
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
@@ -51,7 +52,7 @@ class Table:
 def read_table(path: Path) -> Table:
     """The parts of a file. Raises ConfigError if it cannot be read or holds no table."""
     name = str(path)
-    numbered = [(number, line) for number, line in enumerate(_text(path).splitlines(), 1) if line.strip()]
+    numbered = [(number, line) for number, line in enumerate(read_text(path).splitlines(), 1) if line.strip()]
     remarks = tuple(_remark(number, line) for number, line in numbered if _is_remark(line))
     rows = [(number, line) for number, line in numbered if not _is_remark(line)]
     if not rows:
@@ -97,20 +98,6 @@ def line_of(table: Table, row: int) -> int:
 
 
 # --- the text ---------------------------------------------------------------------------------------------------------
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        raise ConfigError(str(path), [Problem((), "no such file")]) from None
-    except IsADirectoryError:
-        raise ConfigError(str(path), [Problem((), "this is a folder, expected a CSV file")]) from None
-    except OSError as error:
-        raise ConfigError(str(path), [Problem((), f"cannot be read: {error.strerror or error}")]) from None
-    except UnicodeDecodeError as error:
-        message = f"byte 0x{error.object[error.start]:02x} is not UTF-8 text"
-        raise ConfigError(str(path), [Problem((), message, hint="save the file as CSV in UTF-8")]) from None
 
 
 def _is_remark(line: str) -> bool:

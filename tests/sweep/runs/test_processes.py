@@ -14,18 +14,11 @@ from pathlib import Path
 import pytest
 
 import stickslip
-from stickslip import engine
 from support_configs import write_config
 
 ROOT = Path(__file__).parents[3]
 COMMAND = (sys.executable, "-m", "stickslip")
 posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals, limits and users")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled():
-    """The cache is warm before processes race for it."""
-    engine.warm_up()
 
 
 def environment():
