@@ -19,8 +19,8 @@ help:  ## this list
 demo: $(VENV)/.installed  ## install into .venv and compute the first map
 	$(BIN)/stickslip run configs/quickstart.yaml
 
-test: $(VENV)/.installed-test  ## run the tests
-	$(BIN)/python -m pytest $(ARGS)
+test: $(VENV)/.installed-test  ## run the tests, a module on each processor; the slow ones too: make test ARGS="-m ''"
+	$(BIN)/python -m pytest -n auto --dist loadscope -m "not slow" $(ARGS)
 
 lint: $(VENV)/.installed-test  ## lint, formatting and types
 	$(BIN)/ruff check .

@@ -103,6 +103,7 @@ def command(*arguments, **options):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends Ctrl-C to whole groups of processes")
+@pytest.mark.skipif(signal.getsignal(signal.SIGINT) is signal.SIG_IGN, reason="Ctrl-C is ignored, as by a shell's jobs")
 def test_ctrl_c_stops_promptly_and_says_what_is_safe(here):
     """A map of minutes, interrupted after seconds; later, should the program still be loading by then."""
     more = "solver: {horizon: 20000, early_stop: false}\noutput: {file: map.nc}\n"
