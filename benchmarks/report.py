@@ -147,6 +147,15 @@ def p2_table(results: dict[str, Any]) -> str:
     return markdown(header, rows)
 
 
+def p3_table(row: dict[str, Any]) -> str:
+    cells = [f"{row['rigs']:,}", number(row["samples_per_rig"]), f"{1e3 * row['seconds_per_rig']:.2f} ms"]
+    cells += [f"{1e3 * row['scipy_seconds_per_rig']:,.0f} ms", number(row["ratio"])]
+    cells += [f"{row['same_sticks']} of {row['scipy_rigs']}", f"{row['worst_breakaway_error']:.0e}"]
+    header = ["rigs", "samples each", "CPU time of one, ours", "SciPy", "over SciPy, core against core"]
+    header += ["as many sticks", "first break-away, apart", "our energy balance"]
+    return markdown(header, [[*cells, f"{row['worst_energy_error']:.0e}"]])
+
+
 def targets(results: dict[str, Any]) -> str:
     """What issue 4 asks for, beside what this run measured."""
     rows: list[list[str]] = []
@@ -177,6 +186,7 @@ def targets(results: dict[str, Any]) -> str:
     for row in results["p2"]:
         add(f"seconds for 1e6 cells, {row['curve']} curve", row["seconds"], 3, least=False)
         add(f"over a SciPy user per cell, {row['curve']} curve", row["ratio_all_threads_over_scipy"], 5000)
+    add("test rigs over a SciPy user, core against core", results["p3"]["ratio"], 200)
     for row in results["steps"]:
         add(f"step over its floor, rtol {row['rtol']:g}", row["ratio_to_floor"], 2, least=False)
         add(f"ns per event, rtol {row['rtol']:g}", row["ns_per_event"], 60, least=False)
@@ -243,6 +253,11 @@ The floor is {operations["all"]} operations per trial step over {rate / 1e9:.1f}
 ## P2, regime maps at rtol 1e-6
 
 {p2_table(results)}
+## P3, test rigs at rtol 1e-6
+
+Two strokes of 5 mm at 1 to 30 mm/s, on springs and curves that differ, with the motion 8,000 times a second.
+
+{p3_table(results["p3"])}
 ## Cost of many cells (plain map, all threads)
 
 {cost}

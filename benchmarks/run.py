@@ -25,6 +25,7 @@ from scipy.integrate import solve_ivp
 import floor
 import problem
 import report
+import rigs
 import startup
 import stickslip
 from measure import Job, Timings, interleave, machine, timed
@@ -304,6 +305,8 @@ def main() -> None:
     results["steps"] = where_the_time_goes()
     say("P2, regime maps")
     results["p2"] = regime_map(options.repeats, 40)
+    say("P3, test rigs")
+    results["p3"] = rigs.measure()
     results["cost"] = cost_of_cells(options.large, options.repeats)
     results["quickstart"] = quickstart(options.repeats)
     results["bench_seconds"] = perf_counter() - began

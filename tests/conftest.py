@@ -18,4 +18,4 @@ settings.load_profile("here")
 def compiled():
     """As in every run, kernels are compiled by a process of their own: tests compare bits with those of processes."""
     for law in LAWS:
-        compile_apart(law, lambda law=law: engine.will_compile(law))
+        compile_apart(f"load({law!r})", lambda law=law: engine.will_compile(law))

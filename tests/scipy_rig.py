@@ -60,6 +60,7 @@ class Rig:
     mu_static: float = np.nan  # mu(0) unless given
     beta: float = 0.0
     t0: float = 1.0
+    tolerance: dict = field(default_factory=lambda: TIGHT)
     phases: list = field(default_factory=list)
     breakaways: list = field(default_factory=list)  # times
     resticks: list = field(default_factory=list)
@@ -134,7 +135,8 @@ class Rig:
             if finish <= begin:
                 continue
             longest = np.inf if self.sticks else self.period / STEPS_PER_PERIOD
-            run = solve_ivp(motion, (begin, finish), self.y, events=guard, dense_output=True, max_step=longest, **TIGHT)
+            how = {"events": guard, "dense_output": True, "max_step": longest, **self.tolerance}
+            run = solve_ivp(motion, (begin, finish), self.y, **how)
             assert run.success, run.message
             at = float(run.t[-1])
             self.phases.append(Phase(begin, at, self.sticks, self.sigma, plate(begin), acceleration, run.sol))

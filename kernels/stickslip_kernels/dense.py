@@ -6,7 +6,7 @@ polynomial of a Runge-Kutta step (`lanes.interpolate`). y and the friction work 
 
 from .equations import slope_in_lane
 from .jit import compiled
-from .layout import B, G, ORDER, SERIES, WIDTH, Y
+from .layout import ALPHA, B, G, ORDER, SERIES, WIDTH, Y
 from .taylor import conservative_work, square_integral
 
 MOST_TRIES = 60
@@ -29,6 +29,18 @@ def speed(s, i, t):
     return w, dw, 2.0 * half_jerk, 6.0 * sixth_snap
 
 
+@compiled(inline=True)
+def load_and_speed(s, i, t):
+    """y and w of lane i at t after the start of its step."""
+    w = s[SERIES + ORDER * WIDTH + i]
+    once = w * (1.0 / (ORDER + 1))
+    for j in range(ORDER):
+        c = s[SERIES + (ORDER - 1 - j) * WIDTH + i]
+        w = w * t + c
+        once = once * t + c * (1.0 / (ORDER - j))
+    return s[Y + i] + t * (s[B + i] + 0.5 * t * s[ALPHA + i] - once), w
+
+
 @compiled
 def rise_and_work(s, i, t, w):
     """By how much y rises, and the friction work, until t, where the slip speed is w."""
@@ -38,7 +50,7 @@ def rise_and_work(s, i, t, w):
         c = s[SERIES + n * WIDTH + i]
         once = once * t + c * (1.0 / (n + 1))
         twice = twice * t + c * (1.0 / ((n + 1) * (n + 2)))
-    rise = t * (s[B + i] - once)
+    rise = t * (s[B + i] + 0.5 * t * s[ALPHA + i] - once)
     work = conservative_work(s, i, t, rise, w, t * t * twice)
     if s[G + i] != 0.0:
         work -= s[G + i] * square_integral(s, i, t)
@@ -95,18 +107,18 @@ def crossing(s, i, order, level, end, at_end, resolved):
     f, slope, bend = chosen(order, level, at_end)
     if not f * before < 0.0:
         return end
-    low, high, t, near = 0.0, end, end, 0.1
+    low, high, t = 0.0, end, end
     secant = end * max(f_start / (f_start - f), 0.1)
-    for _ in range(MOST_TRIES):
+    for n in range(MOST_TRIES):
         square, curving = slope * slope, 0.5 * f * bend
         new = t - f * slope / (square - curving)
+        near = 0.1 if n == 0 else 0.5  # the end of the step may be far from the crossing
         if abs(curving) < near * square and low <= new <= high:  # false where the slope vanishes, and for NaN
             if abs(new - t) <= resolved * end:
                 return new
             t = new
         else:
-            t = secant if near == 0.1 else 0.5 * (low + high)
-        near = 0.5
+            t = secant if n == 0 else 0.5 * (low + high)
         f, slope, bend = chosen(order, level, speed(s, i, t))
         if f * before > 0.0:
             low = t

@@ -2,7 +2,7 @@
 
 from .jit import compiled
 from .laws import shape, weakening_slope
-from .layout import B, DROP, EXPONENT, G, OFFSET, RATE, SLOPE
+from .layout import DROP, EXPONENT, G, OFFSET, RATE, SLOPE
 
 
 @compiled(inline=True)
@@ -36,10 +36,10 @@ def slope_in_lane(law, s, i, y, w):
 
 
 @compiled(inline=True)
-def jerk_in_lane(law, s, i, y, w, dw):
-    """w'' of lane i at (y, w) with w' = dw."""
+def jerk_in_lane(law, s, i, y, w, dw, b):
+    """w'' of lane i at (y, w) with w' = dw, the belt moving at b."""
     drag = s[G + i] + s[SLOPE + i]
-    return slip_jerk(law, y, w, dw, s[B + i], drag, s[DROP + i], s[RATE + i], s[EXPONENT + i])
+    return slip_jerk(law, y, w, dw, b, drag, s[DROP + i], s[RATE + i], s[EXPONENT + i])
 
 
 @compiled(inline=True)

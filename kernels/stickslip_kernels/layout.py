@@ -11,7 +11,14 @@ speed change sign. There, with u = sigma xi and b = sigma b_belt,
 and with y = u + gamma b - offset, which follows u exactly, all modes share one lean pair of equations:
 
     y' = b - w,      w' = y - (gamma + slope) w - drop shape(rate w)
+
+Where the belt accelerates at a rate a, b' = a (`rig/`), the same pair holds for y = u + gamma b + a - offset, with
+B = b + gamma a in place of b:
+
+    y' = B - w,      w' = y - (gamma + slope) w - drop shape(rate w),      B' = a,      u'' = a - w'
 """
+
+SMALLEST_STEP = 1e-13  # what needs a smaller one cannot be integrated
 
 # --- inputs of a cell: rows of `cells` (CELL_ROWS, n) ---------------------------------------------------------------
 (
@@ -101,7 +108,8 @@ WIDTH = 32
     STEP,  # the step to try next (Runge-Kutta); the most it may be (Taylor)
     TRIED,  # steps tried so far
     # law and guards of the present mode
-    B,  # belt speed in the frame
+    B,  # belt speed in the frame; plus gamma times its acceleration, at the start of the step, where there is one
+    ALPHA,  # acceleration of the belt in the frame; 0 in maps
     G,  # gamma
     OFFSET,
     SLOPE,
@@ -147,7 +155,7 @@ WIDTH = 32
     ERROR_Y,
     ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(0, 64 * WIDTH, WIDTH)
+) = range(0, 65 * WIDTH, WIDTH)
 ORDER = 12  # of the Taylor step
 SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'
 SERIES_WEAK = SERIES_DW + ORDER * WIDTH  # the same of the weakening part of friction
@@ -202,3 +210,48 @@ SAMPLE_ROWS = 5
 
 # --- how to integrate: numbers of `control` -------------------------------------------------------------------------
 RTOL, MAX_STEPS, EARLY_STOP = range(3)
+
+# --- rigs: a specimen on a belt that follows a drive, `rig/` --------------------------------------------------------
+# Columns of `segments` (any, SEGMENT_COLUMNS), in which the drive keeps its acceleration; true frame
+SEGMENT_TIME, SEGMENT_BELT, SEGMENT_ALPHA = range(3)  # duration > 0, belt speed at the start, its acceleration
+SEGMENT_COLUMNS = 3
+
+# Columns of `runs` (n, RUN_COLUMNS): where a rig finds its drive in `segments`, and puts its samples in `signals`; the
+# last ones are not included. The first sample is taken at SAMPLE_START, the others SAMPLE_STEP apart.
+FIRST_SEGMENT, LAST_SEGMENT, FIRST_SAMPLE, LAST_SAMPLE, SAMPLE_START, SAMPLE_STEP = range(6)
+RUN_COLUMNS = 6
+
+# Rows of `results` (RIG_ROWS, n), NaN until known
+(
+    RIG_STATUS,  # HORIZON_REACHED: to the end of the drive
+    RIG_STEPS,
+    RIG_STICKS,
+    RIG_SLIPS,  # breaks-away
+    RIG_STICK_TIME,
+    RIG_BREAKAWAY_TIME,  # the first one, and the load there
+    RIG_BREAKAWAY_LOAD,
+    RIG_ACCELERATION_MAX,
+    RIG_DRIVE_WORK,
+    RIG_FRICTION_HEAT,
+    RIG_DAMPER_HEAT,
+    RIG_XI_END,
+    RIG_ETA_END,
+) = range(13)
+RIG_ROWS = 13
+RIG_SUMS = (
+    RIG_STEPS, RIG_STICKS, RIG_SLIPS, RIG_STICK_TIME, RIG_ACCELERATION_MAX, RIG_DRIVE_WORK, RIG_FRICTION_HEAT,
+    RIG_DAMPER_HEAT,
+)  # fmt: skip
+
+# Rows of `signals` (SIGNAL_ROWS, any): true frame, SIGNAL_FRICTION in units of the load
+SIGNAL_XI, SIGNAL_ETA, SIGNAL_FRICTION, SIGNAL_MODE = range(4)
+SIGNAL_ROWS = 4
+
+# Columns of `stops` (capacity, STOP_COLUMNS); row 0 is a header whose first number counts the stick phases. Without
+# rows it is switched off.
+STOP_START, STOP_END, STOP_LOAD = range(3)  # of a stick phase; the load at its end
+STOP_COLUMNS = 3
+
+# Columns of the slow state of a rig, `book` (WIDTH, RIG_BOOK_COLUMNS); CELL, MODE, SIGMA and W_MIN are as above
+RIG_SEGMENT, RIG_SAMPLE, RIG_AGE = range(W_MIN + 1, W_MIN + 4)  # under way; next to be taken; time in contact
+RIG_BOOK_COLUMNS = W_MIN + 4

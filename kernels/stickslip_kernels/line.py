@@ -7,11 +7,10 @@ the line. Both kinds of roots are written so that nothing overflows or cancels.
 from math import atan2, cos, exp, expm1, inf, log1p, pi, sin
 
 from .jit import compiled
+from .quadrature import gauss
 
 MOST_HALVINGS = 200
-# Gauss-Legendre rule of ten points on [-1, 1]: exact to rounding for the square of a sine over half a turn.
-NODES = (0.14887433898163122, 0.4333953941292472, 0.6794095682990244, 0.8650633666889845, 0.9739065285171717)
-WEIGHTS = (0.29552422471475287, 0.26926671930999635, 0.21908636251598204, 0.1494513491505806, 0.06667134430868814)
+NODES, WEIGHTS = gauss(10)  # exact to rounding for the square of a sine over half a turn
 
 
 @compiled
@@ -108,7 +107,7 @@ def square_integral(q, v, drag, t):
     if abs(drag) > 1e-3:  # q^2 + (v + drag q)^2 loses 2 drag q^2 per time
         return 0.5 * (distance2(q, v, drag, 0.0) - distance2(q1, v1, drag, 0.0)) / drag
     total = 0.0
-    for i in range(5):
-        before, after = motion(q, v, drag, 0.5 * t * (1.0 - NODES[i])), motion(q, v, drag, 0.5 * t * (1.0 + NODES[i]))
-        total += WEIGHTS[i] * (before[0] * before[0] + after[0] * after[0])
-    return 0.5 * t * total
+    for node in range(len(NODES)):
+        q1 = motion(q, v, drag, NODES[node] * t)[0]
+        total += WEIGHTS[node] * q1 * q1
+    return t * total

@@ -13,12 +13,12 @@ from .events import LEVEL_REACHED, NO_EVENT, TURNED, find_event
 from .friction import speed_of_slope
 from .jit import compiled
 from .equations import jerk_in_lane
-from .lanes import SMALLEST_STEP, begin_stepping, interpolate, restart
+from .lanes import begin_stepping, interpolate, restart
 from .layout import (
     A4, B, BAND, BAND2, BELT, CELL, CELL_ROWS, DAMPING_RATIO, DECIDED, DECIDED_BY, DELTA, DW, EARLY_STOP, ETA_START,
     EXPONENT, FAILED, FAST, FLAG, FLOOR, G, GAMMA, HEAT, HORIZON, HORIZON_REACHED, JERK, LEVEL, MARK, MODE, MU_STOP,
-    NOT_FINITE, OFFSET, RATE, REGIME, RISE, SIGMA, SLIP_START, STATUS, STEP, STEP_LIMIT, STEP_UNDERFLOW, TAKEN, TAU,
-    TAU_END, TRIED, UNRESOLVED, W, WEAK, WEAK_NEW, W_MIN, W_STABLE, XI_START, Y,
+    NOT_FINITE, OFFSET, RATE, REGIME, RISE, SIGMA, SLIP_START, SMALLEST_STEP, STATUS, STEP, STEP_LIMIT,
+    STEP_UNDERFLOW, TAKEN, TAU, TAU_END, TRIED, UNRESOLVED, W, WEAK, WEAK_NEW, W_MIN, W_STABLE, XI_START, Y,
 )  # fmt: skip
 from .regimes import (
     check_settling, count_quiet_turns, damping_ratio, finish, note_ends, note_entry, note_peak, note_side,
@@ -88,7 +88,7 @@ def attend(law, s, i, book, cells, results, control, log):
         return give_up(s, i, book, results, control)
     interpolate(law, s, i)
     kind, h, y, w, dw, work = find_event(law, s, i)
-    jerk = jerk_in_lane(law, s, i, y, w, dw)
+    jerk = jerk_in_lane(law, s, i, y, w, dw, s[B + i])
     if s[MARK + i] > 0.0:
         record_extrema(s, i, book, results, h, y, w, dw, jerk)
         show_tops(s, i, book)

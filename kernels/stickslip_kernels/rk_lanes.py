@@ -11,13 +11,13 @@ from .equations import jerk_in_lane, power_in_lane, slope_in_lane
 from .jit import compiled
 from .laws import inflection
 from .layout import (
-    A4, B, DELTA, DW, DW_NEW, ERROR_LOG, ERROR_LOG_NEXT, ERROR_W, ERROR_Y, FLOOR, GAMMA, GOOD, JERK, JERK_NEW, K_2,
-    K_3, K_4, K_5, K_6, SERIES, STEP, TAKEN, TAU, TAU_END, W, WIDTH, WORK, W_2, W_3, W_4, W_5, W_6, W_NEW, Y, Y_NEW,
-    Y_STAR,
+    A4, ALPHA, B, DELTA, DW, DW_NEW, ERROR_LOG, ERROR_LOG_NEXT, ERROR_W, ERROR_Y, FLOOR, GAMMA, GOOD, JERK,
+    JERK_NEW, K_2, K_3, K_4, K_5, K_6, SERIES, STEP, TAKEN, TAU, TAU_END, W, WIDTH, WORK, W_2, W_3, W_4, W_5, W_6,
+    W_NEW, Y, Y_NEW, Y_STAR,
 )  # fmt: skip
 from .rk import (
-    A71, A72, A73, A74, A75, A76, embedded_errors, squared_error, stage_2, stage_3, stage_4, stage_5, stage_6,
-    stage_7, step_factor,
+    A71, A72, A73, A74, A75, A76, C2, C3, C4, C5, C6, embedded_errors, squared_error, stage_2, stage_3, stage_4,
+    stage_5, stage_6, stage_7, step_factor,
 )  # fmt: skip
 
 
@@ -28,31 +28,48 @@ def try_step(law, s, rtol):
     control_step(law, s, rtol)
 
 
+@compiled(inline=True)
+def mean_belt(s, i, t):
+    """The mean of the belt speed over the next time t, in lane i."""
+    return s[B + i] + 0.5 * t * s[ALPHA + i]
+
+
 @compiled
 def try_stages(law, s):
     """The stages of one step, a loop each; `s` is the buffer of lanes."""
     for i in range(WIDTH):
         h = min(s[STEP + i], s[TAU_END + i] - s[TAU + i])
-        y2, w2 = stage_2(h, s[Y + i], s[B + i], s[W + i], s[DW + i])
+        y2, w2 = stage_2(h, s[Y + i], mean_belt(s, i, C2 * h), s[W + i], s[DW + i])
         k2 = slope_in_lane(law, s, i, y2, w2)
         s[TAKEN + i], s[W_2 + i], s[K_2 + i] = h, w2, k2
         power = A71 * power_in_lane(s, i, s[Y + i], s[W + i], s[DW + i])
         s[WORK + i] = power + A72 * power_in_lane(s, i, y2, w2, k2)
     for i in range(WIDTH):
-        y3, w3 = stage_3(s[TAKEN + i], s[Y + i], s[B + i], s[W + i], s[W_2 + i], s[DW + i], s[K_2 + i])
+        b = mean_belt(s, i, C3 * s[TAKEN + i])
+        y3, w3 = stage_3(s[TAKEN + i], s[Y + i], b, s[W + i], s[W_2 + i], s[DW + i], s[K_2 + i])
         k3 = slope_in_lane(law, s, i, y3, w3)
         s[W_3 + i], s[K_3 + i] = w3, k3
         s[WORK + i] += A73 * power_in_lane(s, i, y3, w3, k3)
     for i in range(WIDTH):
+        b = mean_belt(s, i, C4 * s[TAKEN + i])
         y4, w4 = stage_4(
-            s[TAKEN + i], s[Y + i], s[B + i], s[W + i], s[W_2 + i], s[W_3 + i], s[DW + i], s[K_2 + i], s[K_3 + i]
+            s[TAKEN + i],
+            s[Y + i],
+            b,
+            s[W + i],
+            s[W_2 + i],
+            s[W_3 + i],
+            s[DW + i],
+            s[K_2 + i],
+            s[K_3 + i],
         )
         k4 = slope_in_lane(law, s, i, y4, w4)
         s[W_4 + i], s[K_4 + i] = w4, k4
         s[WORK + i] += A74 * power_in_lane(s, i, y4, w4, k4)
     for i in range(WIDTH):
+        b = mean_belt(s, i, C5 * s[TAKEN + i])
         y5, w5 = stage_5(
-            s[TAKEN + i], s[Y + i], s[B + i],
+            s[TAKEN + i], s[Y + i], b,
             s[W + i], s[W_2 + i], s[W_3 + i], s[W_4 + i],
             s[DW + i], s[K_2 + i], s[K_3 + i], s[K_4 + i],
         )  # fmt: skip
@@ -60,8 +77,9 @@ def try_stages(law, s):
         s[W_5 + i], s[K_5 + i] = w5, k5
         s[WORK + i] += A75 * power_in_lane(s, i, y5, w5, k5)
     for i in range(WIDTH):
+        b = mean_belt(s, i, C6 * s[TAKEN + i])
         y6, w6 = stage_6(
-            s[TAKEN + i], s[Y + i], s[B + i],
+            s[TAKEN + i], s[Y + i], b,
             s[W + i], s[W_2 + i], s[W_3 + i], s[W_4 + i], s[W_5 + i],
             s[DW + i], s[K_2 + i], s[K_3 + i], s[K_4 + i], s[K_5 + i],
         )  # fmt: skip
@@ -70,7 +88,7 @@ def try_stages(law, s):
         s[WORK + i] = s[TAKEN + i] * (s[WORK + i] + A76 * power_in_lane(s, i, y6, w6, k6))
     for i in range(WIDTH):
         y7, w7 = stage_7(
-            s[TAKEN + i], s[Y + i], s[B + i],
+            s[TAKEN + i], s[Y + i], mean_belt(s, i, s[TAKEN + i]),
             s[W + i], s[W_2 + i], s[W_3 + i], s[W_4 + i], s[W_5 + i], s[W_6 + i],
             s[DW + i], s[K_2 + i], s[K_3 + i], s[K_4 + i], s[K_5 + i], s[K_6 + i],
         )  # fmt: skip
@@ -91,7 +109,8 @@ def control_step(law, s, rtol):
             s[W + i], s[W_2 + i], s[W_3 + i], s[W_4 + i], s[W_5 + i], s[W_6 + i], s[W_NEW + i],
             s[DW + i], s[K_2 + i], s[K_3 + i], s[K_4 + i], s[K_5 + i], s[K_6 + i], s[DW_NEW + i],
         )  # fmt: skip
-        s[JERK_NEW + i] = jerk_in_lane(law, s, i, s[Y_NEW + i], s[W_NEW + i], s[DW_NEW + i])
+        b = s[B + i] + s[TAKEN + i] * s[ALPHA + i]
+        s[JERK_NEW + i] = jerk_in_lane(law, s, i, s[Y_NEW + i], s[W_NEW + i], s[DW_NEW + i], b)
     for i in range(WIDTH):
         floor = s[FLOOR + i]
         amplitude = max(abs(s[Y + i] - s[Y_STAR + i]), abs(s[W + i] - s[B + i])) + 1e-3 * floor

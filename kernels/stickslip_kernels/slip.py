@@ -32,7 +32,7 @@ def enter_curve(law, s, i, book, cells, mode, u, w, b, turning):
     s[W + i] = w
     s[WEAK + i] = weakening_in_lane(law, s, i, w)
     s[DW + i] = 0.0 if turning else s[Y + i] - (s[G + i] + s[SLOPE + i]) * w - s[WEAK + i]
-    s[JERK + i] = jerk_in_lane(law, s, i, s[Y + i], w, s[DW + i])
+    s[JERK + i] = jerk_in_lane(law, s, i, s[Y + i], w, s[DW + i], b)
     # Steady sliding; in a reverse slip (b < 0) that of the forward one.
     s[Y_STAR + i] = book[i, SIGMA] * book[i, XI_STAR] + s[G + i] * b - offset
     s[RADIUS2 + i] = proven_radius(law, s, i, book, mode, b) ** 2

@@ -64,7 +64,7 @@ def repeat_step(law, s, segment, duration, cell, b):
     s[B], s[G], s[OFFSET], s[SLOPE], s[DROP] = b, gamma, offset, slope, drop
     s[RATE], s[EXPONENT] = 1.0 / cell[A4], cell[DELTA]
     s[Y], s[W], s[DW] = segment[LOG_U] + gamma * b - offset, w, dw
-    s[JERK], s[WEAK] = jerk_in_lane(law, s, 0, s[Y], w, dw), weakening_in_lane(law, s, 0, w)
+    s[JERK], s[WEAK] = jerk_in_lane(law, s, 0, s[Y], w, dw, b), weakening_in_lane(law, s, 0, w)
     s[TAU_END], s[STEP] = inf, duration
     try_step(law, s, ANY_RTOL)
     interpolate(law, s, 0)

@@ -69,6 +69,7 @@ def findings(space: Space) -> Iterator[Finding]:
     yield from _stop(space, curve)
     yield from _static(space, curve)
     yield from _measured(space)
+    yield from _drive(space)
 
 
 def _order(axis: Values) -> Iterator[Finding]:
@@ -118,6 +119,24 @@ def _measured(space: Space) -> Iterator[Finding]:
         rest = ", ".join(f"{name} = {v[name]:.6g}" for name in ("mu_start", "mu_reversal", "a4"))
         expected = f"more: with {rest} it makes a1 = {cell.margin:.3g}, which is below 0"
         yield Finding(cell.paths["v_reversal"], expected, "raise v_reversal or lower a4")
+
+
+def _drive(space: Space) -> Iterator[Finding]:
+    """The belt of a rig moves, and comes up to its speed within a stroke, if it has a ramp."""
+    if "stroke" not in space.names():
+        return
+    moving = _worst(space, {"belt_speed": -1}, lambda p: p["belt_speed"])
+    if moving and moving.margin <= 0:
+        yield Finding(moving.paths["belt_speed"], "a speed above 0 m/s, that of the drive", "strokes go to and fro")
+        return
+    cell = _worst(
+        space, {"stroke": -1, "belt_speed": 1, "ramp": 1}, lambda p: p["stroke"] / p["belt_speed"] - p["ramp"]
+    )
+    if cell and cell.margin < -_ROUNDING * cell.values["ramp"]:
+        most = cell.values["stroke"] / cell.values["belt_speed"]
+        hint = "ramps up and down alone are longer than the stroke"
+        got = f"{cell.values['ramp']:.4g} s"  # which may be the default
+        yield Finding(cell.paths["ramp"], f"at most stroke/belt_speed = {most:.4g} s", hint, got)
 
 
 def _constant_part(p: Mapping[str, Floats]) -> Floats:

@@ -16,15 +16,16 @@ from contextlib import contextmanager
 from pathlib import Path
 
 
-def compile_apart(law: str, missing: Callable[[], bool]) -> None:
-    """Have another process put the kernels of a law into the cache, one at a time on this machine.
+def compile_apart(load: str, missing: Callable[[], bool]) -> None:
+    """Have another process put kernels into the cache, one at a time on this machine.
 
-    missing : whether they are not there yet, asked again once it is our turn. If that process fails, nothing is said:
-    the caller finds nothing in the cache, compiles itself, and meets what went wrong.
+    load : the call of `engine` that loads them. missing : whether they are not there yet, asked again once it is our
+    turn. If that process fails, nothing is said: the caller finds nothing in the cache, compiles itself, and meets what
+    went wrong.
     """
     with _alone():
         if missing():
-            code = f"import sys; sys.path[:] = {sys.path!r}; from stickslip import engine; engine.load({law!r})"
+            code = f"import sys; sys.path[:] = {sys.path!r}; from stickslip import engine; engine.{load}"
             subprocess.run([sys.executable, "-c", code], check=False, capture_output=True)
 
 

@@ -24,6 +24,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ._version import __version__
+from .quantities import QUANTITIES
 from .variables import FLAGS, PARAMETERS, TRACE_VARIABLES, VARIABLES, Variable
 
 if TYPE_CHECKING:
@@ -54,10 +55,10 @@ def map_dataset(grid: Grid, results: Mapping[str, ArrayLike], attributes: Mappin
         variable.name: _variable(variable, grid.dims, np.asarray(results[variable.name]).reshape(grid.shape))
         for variable in _known(results, VARIABLES)
     }
-    return xr.Dataset(variables, _coordinates(grid), dict(attributes))
+    return xr.Dataset(variables, grid_coordinates(grid), dict(attributes))
 
 
-def _coordinates(grid: Grid) -> dict[str, xr.Variable]:
+def grid_coordinates(grid: Grid) -> dict[str, xr.Variable]:
     """What varies, the labels of points, and what is equal in every cell."""
     coordinates = {c.name: _axis(c) for c in grid.coords}
     for c in grid.coords:
@@ -80,7 +81,7 @@ def map_template(grid: Grid, columns: Mapping[str, np.dtype[Any]], attributes: M
         one = _variable(variable, (), np.zeros((), columns[variable.name]))
         values = dask.array.zeros(grid.shape, dtype=one.dtype, chunks=-1)
         whole[variable.name] = xr.Variable(grid.dims, values, one.attrs, one.encoding)
-    return xr.Dataset(whole, _coordinates(grid), dict(attributes))
+    return xr.Dataset(whole, grid_coordinates(grid), dict(attributes))
 
 
 def cell_dataset(
@@ -139,7 +140,7 @@ def _variable(declared: Variable, dims: Sequence[Hashable], values: NDArray[Any]
 
 def _parameter(name: str, dims: Sequence[Hashable], values: ArrayLike) -> xr.Variable:
     """A coordinate that holds a parameter."""
-    declared = PARAMETERS[name]
+    declared = QUANTITIES[name]
     attributes = {"units": declared.units, "long_name": declared.long_name} | _comment(name)
     return xr.Variable(dims, np.array(values, np.float64), attributes, _NO_FILL)
 

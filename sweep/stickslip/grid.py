@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from . import units
 from .models import Axis, Config, Group, Range, Values
-from .quantities import MEASURED, QUANTITIES, Coefficients, coefficients
+from .quantities import DRIVE, MEASURED, QUANTITIES, Coefficients, coefficients
 from .variables import PARAMETERS, VARIABLES, Parameter
 
 Floats = NDArray[np.float64]
@@ -72,8 +72,8 @@ class Grid:
     def cells(self, start: int, stop: int) -> dict[str, Floats]:
         """The parameters of the cells from `start` up to, not including, `stop`.
 
-        Every name of `PARAMETERS`, in SI, each an array of length stop - start that belongs to the caller.
-        Raises IndexError for cells outside the grid.
+        Every name of `PARAMETERS`, of a rig those of `DRIVE` too, in SI, each an array of length stop - start that
+        belongs to the caller. Raises IndexError for cells outside the grid.
         """
         if not 0 <= start <= stop <= self.size:
             raise IndexError(f"cells {start} to {stop} of a grid of {self.size}")
@@ -83,7 +83,7 @@ class Grid:
         known |= {name: column.values[points[column.dimension]] for name, column in self._columns.items()}
         if "mu_start" in known:
             known |= _curve(known)._asdict()
-        return {name: known[name] for name in PARAMETERS}
+        return {name: known[name] for name in (*PARAMETERS, *DRIVE) if name in known}
 
 
 def build_grid(config: Config) -> Grid:
@@ -104,7 +104,7 @@ def build_grid(config: Config) -> Grid:
         dims=tuple(_dimension(axis) for axis in config.axes),
         shape=tuple(axis.size for axis in config.axes),
         coords=tuple(coords),
-        fixed={name: fixed[name] for name in PARAMETERS if name in fixed},
+        fixed={name: fixed[name] for name in (*PARAMETERS, *DRIVE) if name in fixed},
         _measured=measured,
         _columns=columns,
     )

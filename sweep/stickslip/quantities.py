@@ -1,7 +1,8 @@
 """Every quantity a configuration may name, and the words that stand for "absent".
 
-These are the `PARAMETERS` of a cell and, for friction, what people measure instead of the coefficients of the curve:
-the friction coefficient at break-away, the one at the reversal point (the minimum of the curve), and the speed there.
+These are the `PARAMETERS` of a cell; for friction, what people measure instead of the coefficients of the curve (the
+friction coefficient at break-away, the one at the reversal point, which is the minimum of the curve, and the speed
+there); and what moves the belt of a test rig.
 """
 
 from __future__ import annotations
@@ -20,9 +21,28 @@ _MEASURED = (
     Parameter("v_reversal", "m s-1", "speed at the minimum of the Stribeck curve", "friction", None, 0.0, True),
 )
 
+# What moves the belt of a test rig, whose top speed is the belt speed.
+_DRIVE = (
+    Parameter("stroke", "m", "stroke of the drive", "drive", None, 0.0, True),
+    Parameter("ramp", "s", "time in which the drive comes up to speed, and to rest", "drive", 0.02, 0.0, True),
+    Parameter("dwell", "s", "rest of the drive after each stroke", "drive", 0.0, 0.0),
+    Parameter("waiting_time", "s", "rest in contact before the first stroke", "drive", 0.0, 0.0),
+)
+_SENSOR = (
+    Parameter("rate", "s-1", "samples per second", "sensor", None, 0.0, True),
+    Parameter("bandwidth", "s-1", "bandwidth of the sensors", "sensor", None, 0.0, True),
+    Parameter("force_noise", "N", "standard deviation of the noise of the force", "sensor", None, 0.0),
+    Parameter(
+        "acceleration_noise", "m s-2", "standard deviation of the noise of the acceleration", "sensor", None, 0.0
+    ),
+)
+PROFILES = ("trapezoid", "sine")
+
+DRIVE: dict[str, Parameter] = {p.name: p for p in _DRIVE}
+SENSOR: dict[str, Parameter] = {p.name: p for p in _SENSOR}
 MEASURED: dict[str, Parameter] = {p.name: p for p in _MEASURED}
 REPLACED = ("a1", "a2", "a3")  # the coefficients that MEASURED stands for
-QUANTITIES: dict[str, Parameter] = PARAMETERS | MEASURED
+QUANTITIES: dict[str, Parameter] = PARAMETERS | MEASURED | DRIVE
 HORIZON_UNITS = "s"
 
 # Where NaN means "absent", people write what then holds.

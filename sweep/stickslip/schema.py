@@ -12,8 +12,9 @@ from typing import Any
 from . import units
 from .addresses import LOCAL, PATTERN
 from .config import DEFAULT_TITLE, QUANTITY_SECTIONS
-from .models import LONGEST_AXIS, OUTPUT_SUFFIXES, PLOT_SUFFIXES, RTOL, Execution, Output, Section, Solver
-from .quantities import HORIZON_UNITS, QUANTITIES, WORDS, default
+from .models import LONGEST_AXIS
+from .quantities import HORIZON_UNITS, PROFILES, QUANTITIES, SENSOR, WORDS, default
+from .sections import OUTPUT_SUFFIXES, PLOT_SUFFIXES, RTOL, Execution, Output, Section, Sensor, Solver
 from .variables import LAWS
 
 Schema = dict[str, Any]
@@ -26,7 +27,7 @@ def json_schema() -> Schema:
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "stickslip configuration",
-        "description": "Regimes of a friction oscillator. Quantities are numbers in SI or texts with a unit.",
+        "description": "A friction oscillator, or with a drive a rig. Quantities: numbers in SI, texts with units.",
         "type": "object",
         "additionalProperties": False,
         "properties": {
@@ -41,6 +42,8 @@ def json_schema() -> Schema:
             "solver": _section(Solver, _SOLVER),
             "execution": _section(Execution, _EXECUTION),
             "output": _section(Output, _OUTPUT),
+            "sensor": _section(Sensor, _SENSOR),
+            **{key: {"type": ["object", "null"], "description": what} for key, what in _JUDGED.items()},
         },
     }
 
@@ -85,14 +88,15 @@ def _described(name: str) -> str:
 
 
 def _quantity_section(model: type[Section]) -> Schema:
-    """A section that fixes quantities; friction also names its law, or the points it is fitted to."""
+    """A section that fixes quantities; friction also names its law, or the points it is fitted to, a drive its
+    profile."""
     properties: dict[str, Schema] = {}
     for name, field in model.model_fields.items():
         if name == "law":
             properties[name] = {"description": field.description, "enum": list(LAWS), "default": field.default}
             continue
-        if name == "fit":
-            properties[name] = {"description": field.description, "type": "string"}
+        if name in _OTHERS:
+            properties[name] = {"description": field.description, **_OTHERS[name]}
             continue
         properties[name] = {"description": _described(name), **_quantity(name)}
         if default(name) is not None:
@@ -166,6 +170,15 @@ def _file_name(suffixes: tuple[str, ...]) -> Schema:
     return {"type": "string", "pattern": f"({'|'.join(map(re.escape, suffixes))})$"}
 
 
+_OTHERS: Schema = {
+    "fit": {"type": "string"},
+    "profile": {"enum": list(PROFILES)},
+    "strokes": {"type": "integer", "minimum": 1},
+}
+_JUDGED = {
+    "features": "How the features of a record are read (docs/rig.md).",
+    "risk": "Parameters of the model RPN (docs/rig.md).",
+}
 _SOLVER: Schema = {
     "rtol": {"type": "number", "minimum": RTOL[0], "maximum": RTOL[1]},
     "horizon": {
@@ -181,5 +194,18 @@ _EXECUTION: Schema = {
     "threads": {"anyOf": [{"const": "auto"}, {"type": "integer", "minimum": 1}]},
     "block": {"type": "integer", "minimum": 1},
     "dask": {"type": "string", "pattern": PATTERN, "examples": ["tcp://host:8786", LOCAL]},
+}
+_SENSOR: Schema = {
+    **{
+        name: {
+            "anyOf": [
+                _number(declared.units, declared.minimum, declared.exclusive),
+                {"type": "string", "pattern": _WITH_UNIT, "examples": [units.example(declared.units)]},
+            ]
+        }
+        for name, declared in SENSOR.items()
+    },
+    "seed": {"type": "integer", "minimum": 0},
+    "oversampling": {"type": "integer", "minimum": 1, "maximum": 64},
 }
 _OUTPUT: Schema = {"file": _file_name(OUTPUT_SUFFIXES), "plot": _file_name(PLOT_SUFFIXES)}

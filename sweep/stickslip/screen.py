@@ -60,15 +60,15 @@ def describe(grid: Grid) -> str:
 
 
 @contextmanager
-def progress_bar(total: int, doing: str = "") -> Iterator[Callable[[int, int], None]]:
-    """A bar of cells with the rate and the time left; gives the function that moves it, and shows it.
+def progress_bar(total: int, doing: str = "", of: str = "cells") -> Iterator[Callable[[int, int], None]]:
+    """A bar of cells, or what else is counted, with the rate and the time left; gives the function that moves it.
 
-    What is done when it is first moved was found finished, and does not count for the rate.
+    It is shown once it moves. What is done by then was found finished, and does not count for the rate.
     """
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     counts = TextColumn(
-        "{task.completed:,.0f} of {task.total:,.0f} cells" + doing + ", {task.fields[rate]:,.0f} per second"
+        f"{{task.completed:,.0f}} of {{task.total:,.0f}} {of}{doing}" + ", {task.fields[rate]:,.0f} per second"
     )
     bar = Progress(BarColumn(), counts, TimeRemainingColumn(), console=terminal(stderr=True))
     task = bar.add_task("cells", total=total, rate=0.0)

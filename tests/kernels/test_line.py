@@ -68,9 +68,3 @@ def test_square_integral_is_the_integral(state, drag, t):
     q, v = state
     expected = quad(lambda s: line.motion(q, v, drag, s)[0] ** 2, 0.0, t, epsabs=1e-13, epsrel=1e-12)[0]
     assert line.square_integral(q, v, drag, t) == pytest.approx(expected, rel=1e-7, abs=1e-9)
-
-
-def test_the_rule_of_ten_points_is_legendres():
-    nodes, weights = np.polynomial.legendre.leggauss(10)
-    np.testing.assert_allclose(nodes[5:], line.NODES, rtol=1e-15)
-    np.testing.assert_allclose(weights[5:], line.WEIGHTS, rtol=1e-14)

@@ -77,7 +77,7 @@ def test_a_step_whose_series_disagrees_with_the_equations_is_refused_and_halved(
 def test_what_is_not_a_number_is_never_good():
     s = lanes(w=np.nan)
     taylor.try_step(s, RTOL)
-    assert s[at.GOOD] == 0.0 and not s[at.STEP] >= taylor.SMALLEST
+    assert s[at.GOOD] == 0.0 and not s[at.STEP] >= at.SMALLEST_STEP
 
 
 @given(st.floats(0.0, 2.0), st.floats(-1.0, 1.0), st.sampled_from([1e-5, 1e-8]))

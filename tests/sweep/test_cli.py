@@ -247,7 +247,7 @@ def test_validate_lists_the_mistakes_of_every_file(here):
 
 
 def test_every_configuration_that_ships_is_valid():
-    done = call("validate", *sorted((ROOT / "configs").glob("*.yaml")))
+    done = call("validate", *sorted((ROOT / "configs").rglob("*.yaml")))
     assert done.exit_code == 0, done.output
 
 

@@ -7,9 +7,11 @@ from hypothesis import strategies as st
 
 from stickslip.checks import MOST_CELLS
 from stickslip.config import ConfigError, load_config, make_config, parse_config
-from stickslip.models import Friction, Range, Start, System, Values
+from stickslip.models import Range, Values
 from stickslip.quantities import MEASURED, QUANTITIES
 from stickslip.resources import config_names, config_path
+from stickslip.rig.config import is_rig, load_rig, parse_rig
+from stickslip.sections import Friction, Start, System
 from stickslip.variables import LAWS, PARAMETERS
 
 GOOD = """\
@@ -117,9 +119,10 @@ def test_configurations_cannot_be_changed():
 
 @pytest.mark.parametrize("name", config_names())
 def test_configurations_that_ship_are_good(name):
-    config = load_config(config_path(name))
-    assert config.output.file == f"{name.rpartition('/')[2]}.nc"
-    assert parse_config(config.to_yaml()) == config
+    load, parse = (load_rig, parse_rig) if is_rig(config_path(name)) else (load_config, parse_config)
+    config = load(config_path(name))
+    assert parse(config.to_yaml()) == config
+    assert getattr(config, "config", config).output.file == f"{name.rpartition('/')[2]}.nc"
 
 
 # --- every bad input, with its message --------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from stickslip import engine
 from stickslip.cells import as_cells
-from stickslip.engine import Options, compute
+from stickslip.engine import Options, compute, maps
 
 PAIR = {"mass": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 
@@ -101,7 +101,7 @@ def test_a_kernel_under_way_leaves_within_a_moment_of_being_told():
     stop = np.zeros(1, np.int64)
     options = Options(horizon=1e9, early_stop=False, max_steps=10**12)
     rows = []
-    worker = threading.Thread(target=lambda: rows.append(engine._run_block(cell, options, stop)))
+    worker = threading.Thread(target=lambda: rows.append(maps._run_block(cell, options, stop)))
     worker.start()
     time.sleep(0.2)
     assert worker.is_alive()
@@ -112,7 +112,7 @@ def test_a_kernel_under_way_leaves_within_a_moment_of_being_told():
 
 
 def test_an_interrupted_probe_is_no_probe(monkeypatch):
-    monkeypatch.setattr(engine, "compute", lambda *_: engine.Computed({"regime": np.zeros(9)}, 3))
+    monkeypatch.setattr(maps, "compute", lambda *_: engine.Computed({"regime": np.zeros(9)}, 3))
     with pytest.raises(KeyboardInterrupt):
         engine.probe(source(mixed(9)), 9, Options())
 

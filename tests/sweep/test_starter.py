@@ -2,8 +2,8 @@ import re
 
 from stickslip.config import Config, make_config, parse_config
 from stickslip.grid import build_grid
-from stickslip.models import Execution, Solver, Start
 from stickslip.quantities import QUANTITIES
+from stickslip.sections import Execution, Solver, Start
 from stickslip.starter import STARTER
 
 

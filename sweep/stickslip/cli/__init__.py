@@ -11,7 +11,7 @@ import warnings
 import click
 
 from stickslip._version import __version__
-from stickslip.cli import configs, inspection, maps, results, rig, science, stores, trajectories
+from stickslip.cli import configs, inspection, maps, results, rig, rig_tests, science, stores, trajectories
 from stickslip.cli.common import EXIT_CODES
 
 COMMANDS = (
@@ -20,7 +20,7 @@ COMMANDS = (
     *(stores.collect, stores.retry_failed, stores.status),
     *(results.plot, inspection.inspect, trajectories.simulate),
     *(science.article, science.fit),
-    *(rig.rig_features, rig.calibrate),
+    *(rig_tests.rig, rig.rig_features, rig.calibrate),
 )
 
 

@@ -75,19 +75,19 @@ def _dask(value: str | None) -> str | None:
     return value
 
 
-def prepare_kernels(law: str) -> None:
+def prepare_kernels(law: str, rigs: bool = False) -> None:
     """Compile the kernels if that is still to do, and say so."""
     from stickslip import engine
 
-    if not engine.will_compile(law):
-        return engine.warm_up(law)
+    if not engine.will_compile(law, rigs):
+        return engine.warm_up(law, rigs)
     console = screen.terminal(stderr=True)
     began = perf_counter()
     notice = "Compiling the kernels for this machine: once, about half a minute ..."
     if not console.is_terminal:
         console.print(notice)
     with console.status(notice):
-        engine.warm_up(law)
+        engine.warm_up(law, rigs)
     seconds = screen.duration_text(perf_counter() - began)
     console.print(f"Compiled the kernels in {seconds}; the next run finds them ready.")
 
@@ -99,7 +99,7 @@ def path_or_none(name: str | Path | None) -> Path | None:
 
 def check_picture(picture: Path) -> None:
     """End if no picture can be drawn there: a suffix nobody knows, or no folder."""
-    from stickslip.models import PLOT_SUFFIXES
+    from stickslip.sections import PLOT_SUFFIXES
 
     if picture.suffix.lower() not in PLOT_SUFFIXES:
         fail(f"{picture}: pictures end in {', '.join(PLOT_SUFFIXES)}")

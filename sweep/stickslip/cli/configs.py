@@ -22,11 +22,13 @@ def validate(configs: tuple[Path, ...]) -> None:
     from stickslip.config import load_config
     from stickslip.grid import build_grid
     from stickslip.problems import ConfigError
+    from stickslip.rig.config import is_rig, load_rig
 
     wrong = False
     for path in configs:
         try:
-            click.echo(f"{path}: good, {screen.describe(build_grid(load_config(path)))}")
+            config = load_rig(path).config if is_rig(path) else load_config(path)
+            click.echo(f"{path}: good, {screen.describe(build_grid(config))}")
         except ConfigError as error:
             click.echo(str(error), err=True)
             wrong = True

@@ -29,8 +29,9 @@ _COLUMNS = (
     ("drops", "drops", 1.0, ".0f"),
     ("drop_mean", "drop\nN", 1.0, ".3g"),
     ("impulse_rate", "slips\nper mm", 1e-3, ".3g"),
-    ("static_friction", "static\nmu", 1.0, ".3f"),
-    ("dynamic_friction", "dynamic\nmu", 1.0, ".3f"),
+    ("static_friction_first", "mu_s\nfirst", 1.0, ".3f"),
+    ("static_friction", "mu_s", 1.0, ".3f"),
+    ("dynamic_friction", "mu_d", 1.0, ".3f"),
 )
 _COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "white on red", "unknown": ""}
 
@@ -78,7 +79,7 @@ def rig_features(
         check_picture(plot)
     if output is not None:
         store.check_writable(output)
-    window = _window(begin, end)
+    window = time_window(begin, end)
     records = {}
     for name, file in zip(_names(files), files, strict=True):
         records[name] = rig.read_record(file, settings.record, settings.conditions)
@@ -87,7 +88,7 @@ def rig_features(
     except ValueError as error:
         fail(f"{', '.join(map(str, files))}: {error}")
     console = screen.terminal()
-    console.print(_table(found))
+    console.print(feature_screen_table(found))
     console.print(f"RPN: {rig.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
     if plot is not None:
         from stickslip import plots
@@ -162,7 +163,8 @@ def _quantity(name: str, text: str) -> float:
         raise ConfigError("options", [problem]) from None
 
 
-def _window(begin: str | None, end: str | None) -> tuple[float, float] | None:
+def time_window(begin: str | None, end: str | None) -> tuple[float, float] | None:
+    """The part of a record that two options ask for, in s."""
     from stickslip.pick import seconds
 
     if begin is None and end is None:
@@ -189,8 +191,8 @@ def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, .
     return found.assign_attrs(provenance(as_text(settings), title="Features of rig records", action=action))
 
 
-def _table(found: xr.Dataset) -> Table:
-    """The table on screen, the risk number on the colour of its band."""
+def feature_screen_table(found: xr.Dataset) -> Table:
+    """Features of records (dimension `record`) for the screen, the risk number on the colour of its band."""
     import numpy as np
     from rich.table import Table
     from rich.text import Text

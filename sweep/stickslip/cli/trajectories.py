@@ -64,8 +64,8 @@ def _recipe(path: Path) -> Recipe:
     """The configuration in a YAML file, or the one in a result."""
     from stickslip import store
     from stickslip.config import load_config
-    from stickslip.models import OUTPUT_SUFFIXES
     from stickslip.pick import recipe_of
+    from stickslip.sections import OUTPUT_SUFFIXES
 
     if path.suffix.lower() not in OUTPUT_SUFFIXES:
         return load_config(path)

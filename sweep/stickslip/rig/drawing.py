@@ -21,6 +21,7 @@ SERIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)  # of records, in this o
 LIGHTS = {"green": GREEN, "yellow": ORANGE, "red": VERMILLION, "unknown": GREY}
 _GAP = 0.04  # of the longest record, between records beside each other
 _PIXELS = 3000  # across; more samples than that are drawn as the range of each pixel
+_LEGEND = 130  # characters across the figure
 _ROOM = 2.2  # times its range: the right axis, so that the acceleration leaves the force readable
 
 
@@ -55,16 +56,24 @@ def plot_records(
         _draw(acceleration_axis, time + shift, part["acceleration"].values, alpha=0.55, **thin)
         offset += float(np.ptp(time)) + _GAP * longest
         number = (numbers or {}).get(name)
-        handles.append(Line2D([], [], color=colour, label=name if number is None else f"{name}: {number}"))
+        handles.append(Line2D([], [], color=colour, label=_plain(name if number is None else f"{name}: {number}")))
     first = next(iter(parts.values()))
     _name_axes(force_axis, acceleration_axis, first, shifted)
     _share_zero(force_axis, acceleration_axis)
-    legend = figure.legend(handles=handles, loc="outside lower center", ncols=min(4, len(handles)), frameon=False)
+    longest_name = max(len(str(handle.get_label())) for handle in handles)
+    columns = max(1, min(4, len(handles), _LEGEND // (longest_name + 8)))
+    legend = figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
     if numbers:
         legend.set_title(RPN_NAME)
     if heading:
         figure.suptitle(heading, fontsize="large")
     return figure
+
+
+def _plain(label: str) -> str:
+    """A label as it is: no mathematics between dollars, and not left out of the legend for a leading underscore."""
+    label = label.replace("$", r"\$")
+    return f" {label}" if label.startswith("_") else label
 
 
 def _part(record: xr.Dataset, window: tuple[float, float] | None) -> xr.Dataset:

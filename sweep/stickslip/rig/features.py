@@ -41,6 +41,13 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
     return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
 
 
+def missing_features() -> xr.Dataset:
+    """The features of a record that is not there: NaN."""
+    size = {name: (PEAKS,) if name in PER_PEAK else () for name in FEATURES}
+    dims = {name: ("peak",) if name in PER_PEAK else () for name in FEATURES}
+    return xr.Dataset({n: xr.Variable(dims[n], np.full(size[n], np.nan), _attributes(n)) for n in FEATURES})
+
+
 def feature_table(records: Mapping[str, xr.Dataset], settings: Settings | None = None) -> xr.Dataset:
     """Features and model RPN of several records along the dimension `record`, whose index are their names.
 
@@ -127,8 +134,8 @@ def _contact(sticks: Sticks, load: float | None) -> Numbers:
         "dynamic_force": dynamic,
         "time_to_sliding": _median([_time_to_sliding(force[s], time[s]) for s in spans]),
     }
-    for name in ("static", "dynamic"):
-        found[f"{name}_friction"] = float(found[f"{name}_force"]) / load if load else np.nan
+    for force_name in ("static_force", "static_force_first", "dynamic_force"):
+        found[force_name.replace("force", "friction")] = float(found[force_name]) / load if load else np.nan
     return found
 
 

@@ -15,6 +15,7 @@ from scipy.optimize import least_squares  # type: ignore[import-untyped]
 
 from stickslip.fit.uncertainty import Floats, Interval, covariance, student
 from stickslip.rig.features import features
+from stickslip.rig.quantities import FORCES
 from stickslip.rig.settings import FeatureSettings
 
 Parameters = Mapping[str, float]
@@ -62,6 +63,7 @@ def identify(
     start : first guesses, > 0, in SI. bounds : (lowest, highest), > 0, of some. names : the features to compare; those
     that the measured record does not define are left out. sigma : standard deviations of measured features, from
     repetitions; 2 % of the feature where none is given, and then the errors are scaled by how well the fit ends.
+    Simulated records are judged by what the measured one has: no stick flags, for instance, if it has none.
     The search goes over logarithms of the parameters. Raises ValueError if there are fewer features than parameters or
     if the simulated record lacks one of them at the start.
     """
@@ -75,7 +77,8 @@ def identify(
     largest = np.ones(len(used))  # of residuals: what a feature that a trial record lacks is counted as
 
     def simulated(p: Floats) -> dict[str, float]:
-        return _vector(features(simulate(dict(zip(keys, np.exp(p).tolist(), strict=True))), settings), used)
+        found = simulate(dict(zip(keys, np.exp(p).tolist(), strict=True)))
+        return _vector(features(_as_measured(found, record), settings), used)
 
     def residuals(p: Floats) -> Floats:
         found = simulated(p)
@@ -113,6 +116,12 @@ def identify(
         evaluations=int(run.nfev),
         converged=bool(run.status > 0),
     )
+
+
+def _as_measured(found: xr.Dataset, record: xr.Dataset) -> xr.Dataset:
+    """What of a simulated record the measured one has as well: features depend on what is known."""
+    kept = () if any(name in found and name in record for name in FORCES) else FORCES
+    return found.drop_vars([name for name in found.variables if name not in record.variables and name not in kept])
 
 
 def _vector(found: xr.Dataset, names: Sequence[str]) -> dict[str, float]:

@@ -51,6 +51,7 @@ _FEATURES = (
     Variable("static_force_first", "N", "force at the first break-away"),
     Variable("dynamic_force", "N", "mean force while sliding"),
     Variable("static_friction", "1", "static friction coefficient as the rig reads it"),
+    Variable("static_friction_first", "1", "static friction coefficient at the first break-away"),
     Variable("dynamic_friction", "1", "dynamic friction coefficient as the rig reads it"),
     Variable("peak_frequency", "s-1", "frequencies of the peaks in the spectrum of the acceleration"),
     Variable("peak_acceleration", "m s-2", "amplitudes of the peaks in the spectrum of the acceleration"),
@@ -61,4 +62,20 @@ _FEATURES = (
     Variable("sample_rate", "s-1", "sampling rate, mean"),
 )
 FEATURES: dict[str, Variable] = {v.name: v for v in _FEATURES}
+# What the integration of a simulated rig says itself, without sensors and sampling.
+_EXACT = (
+    Variable("status", "1", "how the integration ended"),
+    Variable("steps", "1", "integration steps tried"),
+    Variable("sticks_exact", "1", "number of stick phases, event-exact"),
+    Variable("slips_exact", "1", "number of break-aways, event-exact"),
+    Variable("stick_time", "s", "time spent sticking, the waiting time included"),
+    Variable("breakaway_time", "s", "time of the first break-away, since the start of the waiting time"),
+    Variable("breakaway_force", "N", "load on the contact at the first break-away"),
+    Variable("acceleration_max_exact", "m s-2", "largest magnitude of the acceleration, event-exact"),
+    Variable("drive_work", "J", "work of the drive over the test"),
+    Variable("friction_heat", "J", "friction heat over the test"),
+    Variable("damper_heat", "J", "heat in the damper over the test"),
+    Variable("energy_error", "1", "work less heat and stored energy at the end, over the work"),
+)
+EXACT: dict[str, Variable] = {v.name: v for v in _EXACT}
 PER_PEAK = ("peak_frequency", "peak_acceleration")  # one value for each peak, the largest first

@@ -85,6 +85,24 @@ def read_record(
     return record.assign_attrs(title=str(said[MATERIAL]), record_file=Path(path).name)
 
 
+def write_record(record: xr.Dataset, path: Path) -> None:
+    """Write a record as CSV that `read_record` reads: the same signals and conditions, to nine digits; time, whose
+    steps are small, to twelve."""
+    columns = {"time": TIME, **{name: SIGNALS[name] for name in SIGNALS if name in record}}
+    heading = ", ".join(name if v.units == "1" else f"{name} [{units.spelled(v.units)}]" for name, v in columns.items())
+    remarks = [f"# {name}: {_said(record, name)}" for name in (MATERIAL, *CONDITIONS) if name in record.coords]
+    table = np.stack([np.asarray(record[name].values, np.float64) for name in columns], axis=1)
+    header, digits = "\n".join([*remarks, heading]), ["%.12g", *["%.9g"] * (len(columns) - 1)]
+    np.savetxt(path, table, digits, delimiter=", ", header=header, comments="", encoding="utf-8")
+
+
+def _said(record: xr.Dataset, name: str) -> str:
+    """A condition as a remark says it."""
+    if name == MATERIAL:
+        return " ".join(str(record[name].item()).split())
+    return f"{float(record[name]):.9g} {units.spelled(CONDITIONS[name].units)}".rstrip()
+
+
 def force_of(record: xr.Dataset) -> NDArray[np.float64]:
     """The force a rig reads (N): that of the spring; where only friction is known, friction less the inertia.
 

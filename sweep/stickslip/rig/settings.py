@@ -80,6 +80,11 @@ def load_settings(path: FilePath) -> Settings:
     return _Reader(read_yaml(path)).settings()
 
 
+def read_settings(document: Document) -> Settings:
+    """The settings in a document. Raises ConfigError."""
+    return _Reader(document).settings()
+
+
 def condition(name: str, text: object) -> Condition:
     """A condition in SI, or the name of a material. Raises QuantityError."""
     if name == MATERIAL:

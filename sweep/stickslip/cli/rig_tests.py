@@ -1,0 +1,197 @@
+"""`rig`: a test matrix on a rig in the computer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import click
+
+from stickslip import screen
+from stickslip.cli.common import (
+    CONFIG,
+    check_picture,
+    fail,
+    incomplete,
+    path_or_none,
+    prepare_kernels,
+    reports_wrong_input,
+)
+from stickslip.cli.rig import feature_screen_table, time_window
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from stickslip.rig.config import RigConfig
+    from stickslip.rig.simulation import RigTests
+
+_MOST_TRACES = 6  # drawn over each other
+_MOST_ROWS = 60  # on screen
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip rig configs/rig/materials.yaml
+  stickslip rig configs/rig/materials.yaml --test 0 --test 1 --from 0 --to "0.5 s"
+  stickslip rig configs/rig/test_matrix.yaml --report matrix.html
+  stickslip rig my.yaml --records signals       # CSV files, as a rig would write them"""
+)
+@CONFIG
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File of features to write, .nc or .zarr.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Picture: signals of up to six tests, else a heat map.")
+@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html): maps, traces, table.")
+@click.option("--records", type=click.Path(path_type=Path), help="Folder for the signals, a CSV file for each test.")
+@click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Draw this test; repeatable.")
+@click.option("--beside", is_flag=True, help="Draw signals beside each other instead of over each other.")
+@click.option("--from", "begin", metavar="TIME", help="Draw only from this time of each test on.")
+@click.option("--to", "end", metavar="TIME", help="Draw only up to this time of each test.")
+@reports_wrong_input
+def rig(
+    config: Path,
+    output: Path | None,
+    plot: Path | None,
+    report: Path | None,
+    records: Path | None,
+    chosen: tuple[int, ...],
+    beside: bool,
+    begin: str | None,
+    end: str | None,
+) -> None:
+    """Compute a test matrix on a rig in the computer.
+
+    A specimen on a flat spring, a plate that moves to and fro, sensors: CONFIG is that of a map with a drive. Prints
+    features and model RPN (not the rig maker's) of every test. Times count from the first stroke.
+    """
+    from stickslip import store
+    from stickslip.rig.config import load_rig
+    from stickslip.rig.matrix import run_matrix
+    from stickslip.rig.simulation import RigTests
+
+    asked = load_rig(config)
+    output, plot = output or path_or_none(asked.config.output.file), plot or path_or_none(asked.config.output.plot)
+    tests, window = RigTests(asked), time_window(begin, end)
+    drawn = _drawn(tests, chosen)
+    if chosen and plot is None and report is None:
+        fail("--test says what is drawn: name a picture with --plot, or a page with --report")
+    _check_targets(output, plot, report, records)
+    if output is not None:
+        store.check_writable(output)
+    prepare_kernels(asked.config.friction.law, rigs=True)
+    size = tests.grid.size
+    click.echo(f"{asked.config.title}\n{_counted(tests)}")
+    began = perf_counter()
+    try:
+        with screen.progress_bar(size, of="tests") as moved:
+            found = run_matrix(asked, moved)
+    except KeyboardInterrupt:
+        incomplete("interrupted: nothing was written; a matrix takes seconds, run it again")
+    _show(found, tests, perf_counter() - began)
+    if plot is not None:
+        _draw(plot, found, tests, drawn, beside, window)
+    if output is not None:
+        store.write(found, output)
+        click.echo(f"features  {output} ({screen.size_of(output)})")
+    if records is not None:
+        _write_records(records, tests)
+    if report is not None:
+        _write_report(report, found, asked, tests, drawn)
+
+
+def _drawn(tests: RigTests, chosen: tuple[int, ...]) -> list[int]:
+    """The tests whose signals are drawn; none where there are too many to choose for the user."""
+    size = tests.grid.size
+    for number in chosen:
+        if not 0 <= number < size:
+            fail(f"--test {number}: tests are numbered from 0 to {size - 1}")
+    return list(chosen) or (list(range(size)) if size <= _MOST_TRACES else [])
+
+
+def _check_targets(output: Path | None, plot: Path | None, report: Path | None, records: Path | None) -> None:
+    if plot is not None:
+        check_picture(plot)
+    if report is not None and (report.suffix.lower() not in (".html", ".htm") or not report.absolute().parent.is_dir()):
+        fail(f"{report}: expected a file name that ends in .html, in a folder that exists")
+    if records is not None:
+        try:
+            records.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            fail(f"{records}: expected a folder, or a name for a new one ({error.strerror})")
+
+
+def _counted(tests: RigTests) -> str:
+    """`108 tests: material (4) x belt_speed (3) x ...`."""
+    grid = tests.grid
+    along = " x ".join(f"{dim} ({size})" for dim, size in zip(grid.dims, grid.shape, strict=True))
+    return f"{grid.size:,} tests: {along}" if along else "one test"
+
+
+def _show(found: xr.Dataset, tests: RigTests, seconds: float) -> None:
+    """The table, tests that did not get to the end, and how long it took."""
+    import numpy as np
+
+    from stickslip import rig as rigs
+    from stickslip.rig.matrix import as_table
+    from stickslip.variables import STATUS_MESSAGES, STATUSES
+
+    console = screen.terminal()
+    table = as_table(found, [tests.name(n) for n in range(min(tests.grid.size, _MOST_ROWS))])
+    console.print(feature_screen_table(table))
+    if tests.grid.size > _MOST_ROWS:
+        console.print(f"... and {tests.grid.size - _MOST_ROWS:,} more", markup=False)
+    console.print(f"RPN: {rigs.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
+    status = found["status"].values
+    for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
+        number, message = int((status == code).sum()), STATUS_MESSAGES[STATUSES[code]]
+        many = "1 test" if number == 1 else f"{number:,} tests"
+        click.echo(f"warning: {many} did not get to the end: {message}", err=True)
+    console.print(f"{tests.grid.size:,} tests in {screen.duration_text(seconds)}", markup=False)
+
+
+def _draw(
+    plot: Path,
+    found: xr.Dataset,
+    tests: RigTests,
+    drawn: list[int],
+    beside: bool,
+    window: tuple[float, float] | None,
+) -> None:
+    """Signals where some were chosen or there are few tests, else the matrix."""
+    from stickslip import plots
+
+    records = _records(tests, drawn)
+    if records:
+        from stickslip.rig.drawing import plot_records
+
+        rpn = found["model_rpn"].values.ravel()
+        numbers = {tests.name(n): int(rpn[n]) for n in drawn}
+        figure = plot_records(records, shifted=beside, numbers=numbers, window=window, heading=tests.rig.config.title)
+    else:
+        from stickslip.rig.matrix_drawing import plot_matrix
+
+        figure = plot_matrix(found)
+    plots.save(figure, plot)
+    click.echo(f"picture   {plot}")
+
+
+def _records(tests: RigTests, numbers: list[int]) -> dict[str, xr.Dataset]:
+    """Records by name, of the tests that got to the end."""
+    return {test.name: test.record for test in tests.tests(numbers) if test.record is not None}
+
+
+def _write_records(folder: Path, tests: RigTests) -> None:
+    from stickslip.rig.records import write_record
+
+    digits = len(str(tests.grid.size - 1))
+    for test in tests.tests(range(tests.grid.size)):
+        if test.record is not None:
+            write_record(test.record, folder / f"test{test.number:0{digits}d}.csv")
+    click.echo(f"records   {folder}/test*.csv; stickslip rig-features reads them")
+
+
+def _write_report(report: Path, found: xr.Dataset, asked: RigConfig, tests: RigTests, drawn: list[int]) -> None:
+    from stickslip.rig.report import write_report
+
+    write_report(report, found, _records(tests, drawn or list(range(min(tests.grid.size, _MOST_TRACES)))), asked)
+    click.echo(f"report    {report} ({screen.size_of(report)})")

@@ -1,0 +1,38 @@
+"""The seam to the kernels: SI outside, kernel units inside.
+
+Only this package knows the kernels. `scales.py` converts, `maps.py` has blocks of cells on a pool of threads
+(`threads.py`), `trajectories.py` one cell over time, `rigs.py` specimens on a belt that follows a drive; `compiled.py`
+knows what is in the cache.
+"""
+
+from stickslip.engine.compiled import kernels_digest, load, processor, warm_up, will_compile
+from stickslip.engine.maps import (
+    Probe,
+    blank_results,
+    block_size,
+    bytes_per_cell,
+    columns,
+    compute,
+    compute_range,
+    probe,
+)
+from stickslip.engine.options import (
+    RTOL_RANGE,
+    Computed,
+    NotReachedError,
+    Options,
+    Progress,
+    Results,
+    StopFlag,
+)  # fmt: skip
+from stickslip.engine.rigs import RigRuns, Sampling, compute_rigs
+from stickslip.engine.scales import to_kernel, to_si
+from stickslip.engine.threads import processors, spread, stop_flag
+from stickslip.engine.trajectories import trajectory
+
+__all__ = [
+    "Computed", "NotReachedError", "Options", "Probe", "Progress", "RTOL_RANGE", "Results", "RigRuns",
+    "Sampling", "StopFlag", "blank_results", "block_size", "bytes_per_cell", "columns", "compute",
+    "compute_range", "compute_rigs", "kernels_digest", "load", "probe", "processor", "processors", "spread",
+    "stop_flag", "to_kernel", "to_si", "trajectory", "warm_up", "will_compile",
+]  # fmt: skip

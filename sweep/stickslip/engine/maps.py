@@ -1,0 +1,151 @@
+"""Many cells: blocks of them through the kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import ceil
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.cells import Cells
+from stickslip.engine.compiled import warm_up
+from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
+from stickslip.engine.scales import to_kernel, to_si
+from stickslip.engine.threads import processors, spread, stop_flag
+from stickslip.variables import VARIABLES
+from stickslip_kernels import block, laws, layout
+
+_SMALLEST_BLOCK = 256  # a few times the lanes; below, lanes idle at the end of each block
+_BLOCKS_PER_THREAD = 8  # so that no thread waits long for the last one
+
+
+def block_size(size: int, options: Options) -> int:
+    """Cells per block: `options.block`, less where that would leave a thread without work."""
+    threads = options.threads or processors()
+    share = ceil(size / (threads * _BLOCKS_PER_THREAD))
+    return min(options.block, max(share, _SMALLEST_BLOCK))
+
+
+def compute(
+    cells: Callable[[int, int], Cells], size: int, options: Options, progress: Progress | None = None
+) -> Computed:
+    """Every cell from 0 to `size`, on threads; the numbers do not depend on how the work is spread.
+
+    cells : gives the cells from start to stop; called from the threads.
+    progress : called with (cells done, cells in all) from this thread, now and then.
+
+    Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed".
+    """
+    warm_up(options.law)
+    results, step, stop = blank_results(size, options), block_size(size, options), stop_flag()
+    done = 0
+
+    def compute_block(start: int) -> int:
+        return _fill(results, cells, range(start, min(start + step, size)), 0, options, stop)
+
+    def count(finished: list[int]) -> None:
+        nonlocal done
+        done += sum(finished)
+        if progress:
+            progress(done, size)
+
+    try:
+        spread(compute_block, range(0, size, step), options.threads, stop, count)
+    except KeyboardInterrupt:
+        done = int(np.count_nonzero(results["regime"]))  # finished blocks may not have been counted yet
+    return Computed(results, done)
+
+
+def compute_range(
+    cells: Callable[[int, int], Cells],
+    start: int,
+    end: int,
+    options: Options,
+    stop: StopFlag,
+    moved: Callable[[int], None] | None = None,
+) -> Computed:
+    """The cells from `start` to `end`, by this thread alone: the numbers of `compute`, cell for cell.
+
+    stop : once it is raised, what is left stays "not computed". moved : called with cells finished, now and then.
+    """
+    results, done = blank_results(end - start, options), 0
+    for first in range(start, end, options.block):
+        part = _fill(results, cells, range(first, min(first + options.block, end)), start, options, stop)
+        done += part
+        if moved:
+            moved(part)
+    return Computed(results, done)
+
+
+def _fill(
+    results: Results,
+    cells: Callable[[int, int], Cells],
+    numbers: range,
+    origin: int,
+    options: Options,
+    stop: StopFlag,
+) -> int:
+    """Compute the cells of these numbers into `results`, which begins with cell `origin`; how many were finished."""
+    if stop[0]:
+        return 0
+    part = cells(numbers.start, numbers.stop)
+    rows, done = _run_block(part, options, stop)
+    known = np.s_[:] if done == len(numbers) else rows[layout.STATUS] != layout.NOT_RUN
+    for name, values in to_si(rows, part, not options.early_stop).items():
+        results[name][numbers.start - origin : numbers.stop - origin][known] = values[known]
+    return done
+
+
+@dataclass(frozen=True)
+class Probe:
+    """What a few cells, spread over all, took."""
+
+    cells: int
+    seconds_per_cell: float
+    threads: int
+
+
+def probe(cells: Callable[[int, int], Cells], size: int, options: Options, most: int = 8192) -> Probe:
+    """Time about `most` cells, in short runs spread evenly over all, to know beforehand what all of them take."""
+    length = 32
+    starts = np.unique(np.linspace(0, max(size - length, 0), max(most // length, 1)).astype(int))
+    parts = [cells(int(start), min(int(start) + length, size)) for start in starts]
+    sample = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    count = sample["mass"].size
+    warm_up(options.law)
+    began = perf_counter()
+    part = compute(lambda start, stop: {name: values[start:stop] for name, values in sample.items()}, count, options)
+    if not part.complete:
+        raise KeyboardInterrupt
+    return Probe(count, (perf_counter() - began) / count, options.threads or processors())
+
+
+def columns(options: Options) -> dict[str, np.dtype[Any]]:
+    """Names and types of what `compute` gives, in its order."""
+    return {name: values.dtype for name, values in blank_results(0, options).items()}
+
+
+def bytes_per_cell(options: Options) -> int:
+    """Memory the results of one cell take."""
+    return sum(values.nbytes for values in blank_results(1, options).values())
+
+
+def blank_results(size: int, options: Options) -> Results:
+    """Results of cells nobody has computed: zeros for flags and counts, NaN for the rest."""
+    names = [v.name for v in VARIABLES.values() if v.when == "always" or not options.early_stop]
+    whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
+    return {name: np.zeros(size, whole[name]) if name in whole else np.full(size, np.nan) for name in names}
+
+
+def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
+    """One block through the kernels: the rows, and how many cells were finished."""
+    rows = block.new_results(part["mass"].size)
+    control = np.array([options.rtol, options.max_steps, options.early_stop], np.float64)
+    block.run_block(laws.LAWS[options.law], to_kernel(part, options.horizon), rows, control, block.NO_LOG, stop)
+    unfinished = rows[layout.STATUS] == layout.NOT_RUN
+    rows[:, unfinished] = block.new_results(1)  # nothing half-known leaves this place
+    return rows, int((~unfinished).sum())

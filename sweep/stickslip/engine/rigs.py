@@ -1,0 +1,118 @@
+"""Test rigs: blocks of them through the kernels, with samples of their motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.cells import Cells
+from stickslip.engine.compiled import warm_up
+from stickslip.engine.options import Options, Results, StopFlag
+from stickslip.engine.scales import to_kernel
+from stickslip_kernels import laws, layout
+from stickslip_kernels.rig import block
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """When samples are taken: at `rate` (1/s), from `start` (s, one per rig) to the end of the drive."""
+
+    rate: float
+    start: Floats
+
+
+@dataclass(frozen=True)
+class RigRuns:
+    """What the kernels say of some rigs, in SI.
+
+    results : by names of `rig.quantities.EXACT`, one number per rig; NaN but for status and steps where it did not get
+        to the end.
+    signals : by rig, arrays over its samples by name: displacement, velocity, friction_force, mode (`MODES`).
+    """
+
+    results: Results
+    signals: list[Results]
+
+
+def compute_rigs(
+    cells: Cells, drives: Sequence[Floats], sampling: Sampling, options: Options, stop: StopFlag
+) -> RigRuns:
+    """Some rigs to the end of their drives, by this thread alone.
+
+    cells : as for maps; belt speed and starting velocity are not used. drives : by rig, segments of constant
+    acceleration, shape (m, 3): duration (s), speed at the start (m/s), acceleration (m/s2); the speed does not jump
+    between them. Once `stop` is raised, what is left has the status "not_run".
+    """
+    warm_up(options.law, rigs=True)
+    m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]
+    rate, speed = np.sqrt(k / m), load / np.sqrt(k * m)
+    counts = [_samples(drive, sampling.rate, start) for drive, start in zip(drives, sampling.start, strict=True)]
+    segments, runs = _tables(drives, counts, rate, speed, sampling)
+    rows = block.new_results(m.size)
+    signals = np.full((layout.SIGNAL_ROWS, sum(counts)), np.nan)
+    control = np.array([options.rtol, options.max_steps, 0.0])
+    columns = to_kernel(cells, np.inf)
+    block.run_rigs(laws.LAWS[options.law], columns, segments, runs, rows, signals, block.NO_STOPS, control, stop)
+    parts = np.split(signals, np.cumsum(counts)[:-1], axis=1)
+    return RigRuns(_results_to_si(rows, cells), [_signals_to_si(part, cells, i) for i, part in enumerate(parts)])
+
+
+def _samples(drive: Floats, rate: float, start: float) -> int:
+    """How many samples fit between `start` and the end of a drive."""
+    return max(0, int((float(drive[:, 0].sum()) - start) * rate + 1e-6) + 1)
+
+
+def _tables(
+    drives: Sequence[Floats], counts: Sequence[int], rate: Floats, speed: Floats, sampling: Sampling
+) -> tuple[Floats, Floats]:
+    """The drives in kernel units, one after the other, and where each rig finds its own and puts its samples."""
+    runs = np.empty((len(drives), layout.RUN_COLUMNS))
+    ends, filled = np.cumsum([len(drive) for drive in drives]), np.cumsum(counts)
+    runs[:, layout.LAST_SEGMENT], runs[:, layout.LAST_SAMPLE] = ends, filled
+    runs[:, layout.FIRST_SEGMENT], runs[:, layout.FIRST_SAMPLE] = np.r_[0, ends[:-1]], np.r_[0, filled[:-1]]
+    runs[:, layout.SAMPLE_START], runs[:, layout.SAMPLE_STEP] = sampling.start * rate, rate / sampling.rate
+    lengths = [len(drive) for drive in drives]
+    segments, each, unit = np.concatenate(drives), np.repeat(rate, lengths), np.repeat(speed, lengths)
+    table = np.empty((len(segments), layout.SEGMENT_COLUMNS))
+    table[:, layout.SEGMENT_TIME] = segments[:, 0] * each
+    table[:, layout.SEGMENT_BELT] = segments[:, 1] / unit
+    table[:, layout.SEGMENT_ALPHA] = segments[:, 2] / (unit * each)
+    return table, runs
+
+
+def _results_to_si(rows: Floats, cells: Cells) -> Results:
+    m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]
+    time, length = np.sqrt(m / k), load / k
+    work, heat, damper = rows[layout.RIG_DRIVE_WORK], rows[layout.RIG_FRICTION_HEAT], rows[layout.RIG_DAMPER_HEAT]
+    stored = 0.5 * (rows[layout.RIG_XI_END] ** 2 + rows[layout.RIG_ETA_END] ** 2)
+    stored -= 0.5 * (cells["displacement"] / length) ** 2
+    found = {
+        "sticks_exact": rows[layout.RIG_STICKS],
+        "slips_exact": rows[layout.RIG_SLIPS],
+        "stick_time": rows[layout.RIG_STICK_TIME] * time,
+        "breakaway_time": rows[layout.RIG_BREAKAWAY_TIME] * time,
+        "breakaway_force": rows[layout.RIG_BREAKAWAY_LOAD] * load,
+        "acceleration_max_exact": rows[layout.RIG_ACCELERATION_MAX] * load / m,
+        "drive_work": work * load * length,
+        "friction_heat": heat * load * length,
+        "damper_heat": damper * load * length,
+        "energy_error": (work - heat - damper - stored) / work,
+    }
+    status = rows[layout.RIG_STATUS]
+    found = {name: np.where(status == layout.HORIZON_REACHED, values, np.nan) for name, values in found.items()}
+    return {"status": status.astype(np.int8), "steps": rows[layout.RIG_STEPS], **found}
+
+
+def _signals_to_si(rows: Floats, cells: Cells, i: int) -> Results:
+    m, k, load = (float(cells[name][i]) for name in ("mass", "stiffness", "normal_load"))
+    return {
+        "displacement": rows[layout.SIGNAL_XI] * (load / k),
+        "velocity": rows[layout.SIGNAL_ETA] * (load / np.sqrt(k * m)),
+        "friction_force": rows[layout.SIGNAL_FRICTION] * load,
+        "mode": rows[layout.SIGNAL_MODE],
+    }

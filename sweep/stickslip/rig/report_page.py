@@ -1,0 +1,113 @@
+"""The frame of a report: a page with places `$name` to fill (string.Template; a dollar itself is written twice)."""
+
+from __future__ import annotations
+
+PAGE = """\
+<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<title>$title</title>
+<style>
+:root { color-scheme: light dark; --ink: #1c1c1c; --paper: #fff; --faint: #666; --line: #ddd; --shade: #f5f5f5; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e4e4e4; --paper: #181818; --faint: #a0a0a0; --line: #3c3c3c; --shade: #242424; }
+}
+* { box-sizing: border-box; }
+body { margin: 2rem auto; max-width: 70rem; padding: 0 1.2rem; background: var(--paper); color: var(--ink);
+  font: 15px/1.5 system-ui, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif; overflow-wrap: break-word; }
+h1 { font-size: 1.7rem; line-height: 1.2; margin: 0 0 .4rem; }
+h2 { font-size: 1.15rem; margin: 2.4rem 0 .7rem; padding-bottom: .2rem; border-bottom: 1px solid var(--line);
+  break-after: avoid; }
+p { margin: .5rem 0; max-width: 48rem; }
+figure { margin: 1rem 0; break-inside: avoid; }
+img { display: block; max-width: 100%; height: auto; background: #fff; border-radius: 4px; }
+.maps { display: flex; flex-wrap: wrap; gap: 0 2rem; align-items: flex-start; }
+.legend { max-width: none; }
+.legend span { display: inline-block; padding: .1rem .6rem; margin: .15rem .3rem .15rem 0; border-radius: 3px; }
+.warning { border-left: 4px solid $red; padding: .3rem .8rem; background: var(--shade); }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; font-size: .8rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .15rem .5rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
+thead th { vertical-align: bottom; border-bottom: 2px solid var(--faint); font-weight: 600; line-height: 1.25;
+  white-space: normal; }
+thead small, tbody th { color: var(--faint); font-weight: 400; }
+th.text, td.text { text-align: left; }
+td.text { white-space: normal; min-width: 7rem; }
+tr { break-inside: avoid; }
+dl { margin: .5rem 0; }
+dl div { display: flex; gap: 1rem; padding: .1rem 0; }
+dt { flex: 0 0 17rem; color: var(--faint); }
+dd { margin: 0; flex: 1; min-width: 0; }
+dl.short dt { flex-basis: 7rem; }
+dl.two { columns: 2 24rem; column-gap: 2.5rem; }
+dl.two div { break-inside: avoid; }
+pre { font: .78rem/1.4 ui-monospace, Consolas, Menlo, monospace; background: var(--shade); padding: .8rem 1rem;
+  border-radius: 4px; white-space: pre-wrap; overflow-wrap: anywhere; }
+$lights
+.green, .yellow, .red, .unknown { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
+td.green, td.yellow, td.red, td.unknown { text-align: center; font-weight: 600; }
+@page { margin: 15mm; }
+@media print {
+  :root { color-scheme: light; --ink: #000; --paper: #fff; --faint: #555; --line: #ccc; --shade: #f5f5f5; }
+  body { margin: 0; padding: 0; max-width: none; font-size: 10pt; }
+  img { max-height: 205mm; width: auto; }
+  table { font-size: 7.5pt; }
+  th, td { padding: .1rem .35rem; }
+  .wide { overflow: visible; }
+  .maps { display: block; }
+}
+</style>
+</head>
+<body>
+<header>
+<h1>$title</h1>
+<p>$summary</p>
+</header>
+$warnings
+<main>
+<section>
+<h2>The matrix</h2>
+<div class="maps">$maps</div>
+</section>
+<section>
+<h2>Traces</h2>
+$traces
+</section>
+<section>
+<h2>All tests</h2>
+<p class="legend">RPN: $rpn_name. $legend</p>
+$table
+</section>
+<section>
+<h2>What the numbers mean</h2>
+<p><strong>RPN</strong> is the $rpn_name: a number from 1 to 10 made of the number of sticks, the largest acceleration
+and the integral of the acceleration over the test. It has the inputs, the scale and the bands of the rig makers' risk
+priority number, whose formula is not public, and ranks tests on one rig. Sticks and integral grow with the length of a
+test, so compare tests of the same strokes and speeds.</p>
+<dl class="short">
+$meanings
+</dl>
+<p>The tests were simulated, sensors and their noise included. Friction coefficients are read from the force of the
+spring as the rig would read them, over the load. A dash stands where a number is not defined.</p>
+</section>
+<section>
+<h2>Equal in all tests</h2>
+<dl class="two">
+$same
+</dl>
+</section>
+<section>
+<h2>Where this comes from</h2>
+<dl class="short">
+$provenance
+</dl>
+<p>The full configuration; saved as a file, it gives the same matrix again:</p>
+<pre id="configuration">$configuration</pre>
+</section>
+</main>
+</body>
+</html>
+"""

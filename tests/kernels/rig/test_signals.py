@@ -1,0 +1,188 @@
+"""What a rig shows of its motion, against closed forms and against SciPy."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rig_runs import drive_of, outcome, random_contact, random_drive, strokes
+from scipy_rig import Rig, trapezoidal
+from stickslip_kernels import layout as at
+from stickslip_kernels.laws import LAWS
+
+# --- against SciPy --------------------------------------------------------------------------------------------------
+
+
+def random_rig(seed):
+    """A rig in SI: its drive and the other arguments of `Rig`."""
+    random = np.random.default_rng(seed)
+    stroke = 0.004 * 10.0 ** random.uniform(0.0, 0.5)
+    speed = min(10.0 ** random.uniform(-2.3, -1.0), stroke / 0.06)
+    segments = trapezoidal(stroke, speed, 0.05, random.choice([0.0, 0.1]), 2, random.choice([0.0, 0.2]))
+    a1, a3, a4 = random.uniform(0.1, 0.4), random.uniform(0.05, 0.4), 10.0 ** random.uniform(-2.0, -1.0)
+    contact = {
+        "mass": 10.0 ** random.uniform(-1.5, -0.5), "stiffness": 10.0 ** random.uniform(3.6, 4.3),
+        "damping": random.choice([0.0, 2.0]), "load": random.uniform(5.0, 20.0),
+        "curve": (a1, random.choice([0.0, 0.5]), a3, a4),
+    }  # fmt: skip
+    if random.random() < 0.5:
+        contact |= {"mu_static": a1 + a3 + random.uniform(0.0, 0.1), "beta": random.choice([0.0, 0.02]), "t0": 0.5}
+    return segments, contact
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_motion_is_that_of_scipy(seed):
+    segments, contact = random_rig(seed)
+    expected = Rig(segments, **contact)
+    frequency = math.sqrt(expected.stiffness / expected.mass)
+    impedance = math.sqrt(expected.stiffness * expected.mass)
+    speed = expected.load / impedance
+    a1, a2, a3, a4 = expected.curve
+    drive = np.array([(t * frequency, v / speed, a / (speed * frequency)) for t, v, a in segments])
+    samples = 2001
+    found = outcome(
+        drive, samples, rtol=1e-10, curve=(a1, a2 * speed, a3, a4 / speed), gamma=expected.damping / impedance,
+        mu_static=expected.mu_static, ageing=expected.beta / math.log(10.0), ageing_time=expected.t0 * frequency,
+    )  # fmt: skip
+    assert found.status == at.HORIZON_REACHED
+    assert (found.slips, found.sticks) == (len(expected.breakaways), len(expected.resticks) + 1)
+    assert found.slips > 0
+    np.testing.assert_allclose(found.breakaways / frequency, expected.breakaways, rtol=1e-8)
+    np.testing.assert_allclose(found.resticks / frequency, expected.resticks, rtol=1e-8)
+
+    _, signals = expected.sample(frequency * (samples - 1) / found.time_end)
+    for row, name, unit in (
+        (at.SIGNAL_XI, "spring_force", expected.load),
+        (at.SIGNAL_ETA, "velocity", speed),
+        (at.SIGNAL_FRICTION, "friction_force", expected.load),
+    ):
+        same, other = found.signals[row, :-1] * unit, signals[name][: samples - 1]  # SciPy leaves out the very end
+        apart = np.abs(same - other) > 1e-7 * np.abs(other).max()
+        assert apart.sum() <= (2 if row == at.SIGNAL_FRICTION else 0)  # a sample on a corner of the drive
+
+    work, heat, damped = expected.y[3:]
+    energy = expected.load * speed / frequency
+    kernel = np.array([found.drive_work, found.friction_heat, found.damper_heat]) * energy
+    np.testing.assert_allclose(kernel, [work, heat, damped], rtol=1e-7, atol=1e-9 * abs(work))
+    assert abs(expected.balance()) < 1e-9
+
+
+# --- closed forms ---------------------------------------------------------------------------------------------------
+
+
+def test_a_slow_drive_draws_the_loop_of_coulomb_friction():
+    """Over the way of the belt the force climbs with slope one, the stiffness, to the plateau at +-mu. Each stroke S
+    slides S - 2 mu, after 2 mu of climbing: the loop encloses 2 mu (S - 2 mu)."""
+    mu, speed, plateau, ramp = 0.4, 1e-3, 2000.0, 2.0
+    contact = {"curve": (mu, 0.0, 0.0, 1.0), "gamma": 0.3}
+    stroke = speed * (plateau + ramp)
+    first, whole = (outcome(strokes(speed, ramp, plateau, count=n), 8001, **contact) for n in (2, 4))
+    area = 2.0 * mu * (stroke - 2.0 * mu)
+    assert whole.drive_work - first.drive_work == pytest.approx(area, rel=3.0 * speed)
+    xi, _, friction, mode = whole.signals
+    assert (xi.max(), xi.min()) == pytest.approx((mu, -mu), abs=3.0 * speed)
+    last = whole.time > 0.5 * whole.time_end
+    climbing = last & (mode == at.STICK) & (np.abs(friction) < 0.9 * mu)
+    steps = np.diff(xi[climbing]) / np.diff(whole.time[climbing])
+    assert np.median(np.abs(steps)) == pytest.approx(speed, rel=1e-9)
+    sliding = last & (mode == at.RISE)
+    np.testing.assert_allclose(np.abs(xi[sliding]), mu, atol=3.0 * speed)
+
+
+@pytest.mark.parametrize("contact", [
+    {"curve": (0.4, 0.0, 0.0, 1.0), "gamma": 0.3},
+    {"curve": (0.4, 0.05, 0.2, 0.1), "gamma": 0.05},
+    {"curve": (0.4, 0.05, 0.2, 0.1), "gamma": 0.05, "mu_stop": 0.35},
+], ids=["Coulomb", "weakening", "hysteretic"])  # fmt: skip
+def test_symmetric_strokes_draw_symmetric_signals(contact):
+    """Once the motion has forgotten its start: after it has stuck in a dwell where it came to rest the same way."""
+    drive = strokes(0.3, 2.0, 30.0, dwell=14.0, count=20)
+    per_stroke = 96
+    found = outcome(drive, 20 * per_stroke + 1, rtol=1e-11, **contact)
+    there, back = (found.signals[:, -1 - n * per_stroke : -1 - (n - 1) * per_stroke] for n in (2, 1))
+    for row in (at.SIGNAL_XI, at.SIGNAL_ETA, at.SIGNAL_FRICTION):
+        np.testing.assert_allclose(back[row], -there[row], atol=1e-6)
+    np.testing.assert_array_equal(back[at.SIGNAL_MODE], there[at.SIGNAL_MODE])
+    assert np.abs(there[at.SIGNAL_XI]).max() > 0.3
+
+
+# --- the largest acceleration ---------------------------------------------------------------------------------------
+
+
+def test_largest_acceleration_of_a_coulomb_slip_is_the_closed_form():
+    """From the break-away on w' = d cos t + b sin t, d being mu_static - mu_kinetic: u'' = -w'."""
+    d, belt = 0.2, 0.05
+    found = outcome(drive_of((60.0, 0.0), start=belt), rtol=1e-10, curve=(0.4, 0.0, 0.0, 1.0), mu_static=0.4 + d)
+    assert found.acceleration_max == pytest.approx(math.hypot(d, belt), rel=1e-9)
+
+
+def test_the_jump_at_a_breakaway_counts_as_acceleration():
+    """Just after, w' is mu_static less what the curve starts with; a strong damper leaves it no time to grow."""
+    d, contact = 0.2, {"curve": (0.3, 0.0, 0.1, 10.0), "gamma": 1.0}
+    found = outcome(drive_of((30.0, 0.0), start=0.05), mu_static=0.4 + d, **contact)
+    assert found.acceleration_max == pytest.approx(d, rel=1e-12)
+
+
+def test_a_belt_that_runs_off_from_under_the_specimen_drags_it_no_faster_than_friction_can():
+    """Its own acceleration, 50, is never that of the specimen, which starts with mu(0)."""
+    found = outcome(drive_of((0.1, 50.0), (5.0, 0.0)), curve=(0.4, 0.0, 0.0, 1.0), samples=11)
+    assert found.acceleration_max == pytest.approx(0.4, rel=1e-9)
+    assert found.signals[at.SIGNAL_FRICTION, 0] == pytest.approx(0.4, rel=1e-12)
+
+
+@pytest.mark.parametrize("hysteretic", [False, True], ids=["plain", "hysteretic"])
+@pytest.mark.parametrize("law", LAWS)
+def test_largest_acceleration_is_that_of_a_dense_look(law, hysteretic):
+    """Never below it, beyond what the integration allows; above it by a jump between two samples at most."""
+    random = np.random.default_rng(9)
+    close = 0
+    for _ in range(15):
+        drive, contact = random_drive(random), random_contact(random, law, hysteretic)
+        found = outcome(drive, 40_001, rtol=1e-9, law=law, **contact)
+        xi, eta, friction, _ = found.signals
+        sampled = np.abs(friction - contact["gamma"] * eta - xi).max()
+        assert sampled <= found.acceleration_max * (1.0 + 1e-6) + 1e-9
+        close += sampled >= 0.99 * found.acceleration_max
+    assert close >= 13
+
+
+# --- samples --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("samples", [2, 7, 1000, 1001])
+@pytest.mark.parametrize("law", LAWS)
+def test_every_sample_is_taken_to_the_very_end(law, samples):
+    random = np.random.default_rng(10)
+    for n in range(20):
+        drive, contact = random_drive(random), random_contact(random, law, n % 2 == 0)
+        found = outcome(drive, samples, law=law, **contact)
+        assert not np.isnan(found.signals).any()
+        end = found.signals[:2, -1]
+        np.testing.assert_allclose(end, (found.xi_end, found.eta_end), atol=1e-9)
+
+
+def test_sampling_may_start_later():
+    drive, contact = strokes(0.3, 1.0, 12.0, dwell=2.0, count=3), {"gamma": 0.05}
+    start = 7.25
+    whole = outcome(drive, 193, **contact)
+    late = outcome(drive, 193 - 29, start=start, **contact)
+    assert whole.time[29] == pytest.approx(start)
+    np.testing.assert_allclose(late.signals, whole.signals[:, 29:], atol=1e-12)
+    np.testing.assert_array_equal(late.values, whole.values)
+
+
+def test_samples_do_not_disturb_the_motion():
+    drive, contact = strokes(0.3, 1.0, 12.0, count=3), {"gamma": 0.05, "mu_stop": 0.9}
+    np.testing.assert_array_equal(outcome(drive, **contact).values, outcome(drive, 5000, **contact).values)
+
+
+def test_energies_of_a_steady_slide_are_force_times_way():
+    """Coulomb friction, damped until it slides steadily: over one more minute the drive works mu b a time."""
+    mu, belt, gamma = 0.4, 0.3, 0.5
+    early, late = (
+        outcome(drive_of((t, 0.0), start=belt), rtol=1e-10, curve=(mu, 0.0, 0.0, 1.0), gamma=gamma)
+        for t in (100.0, 160.0)
+    )
+    assert late.drive_work - early.drive_work == pytest.approx(60.0 * mu * belt, rel=1e-9)
+    assert late.friction_heat - early.friction_heat == pytest.approx(60.0 * mu * belt, rel=1e-9)
+    assert late.damper_heat == pytest.approx(early.damper_heat, rel=1e-9)

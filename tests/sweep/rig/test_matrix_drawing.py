@@ -1,0 +1,176 @@
+"""Heat maps of test matrices."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_rgb
+
+from stickslip.palette import UNDEFINED_COLOUR
+from stickslip.plots import PlotError, save
+from stickslip.rig import RPN_NAME
+from stickslip.rig.drawing import LIGHTS
+from stickslip.rig.matrix_drawing import plot_matrix
+from stickslip.rig.risk import BANDS, band_of
+from stickslip.rig.words import along, name_of, number, quantity, unit_for
+
+COORDINATES = {
+    "material": ("material", ["dry", "felt", "fluid $A$"], {"long_name": "material"}),
+    "waiting_time": ("waiting_time", [10.0, 300.0], {"units": "s", "long_name": "rest before the first stroke"}),
+    "belt_speed": ("belt_speed", [0.001, 0.005, 0.01], {"units": "m s-1", "long_name": "belt speed"}),
+    "normal_load": ("normal_load", [10.0, 80.0], {"units": "N", "long_name": "normal load"}),
+}
+
+
+def matrix(*dims, lengths=None):
+    """A matrix over some of `COORDINATES` whose numbers are 0 to 10 in turn."""
+    coords = {dim: COORDINATES[dim] for dim in dims if not lengths}
+    shape = lengths or tuple(len(COORDINATES[dim][1]) for dim in dims)
+    rpn = (np.arange(np.prod(shape, dtype=int)) % 11).reshape(shape).astype(np.int8)
+    band = np.vectorize(lambda n: ("unknown", *BANDS).index(band_of(int(n))), otypes=[np.int8])(rpn)
+    largest = np.where(rpn == 0, np.nan, 3.5 * rpn)
+    variables = {
+        "model_rpn": (dims, rpn),
+        "model_rpn_band": (dims, band),
+        "acceleration_max": (dims, largest, {"units": "m s-2", "long_name": "largest acceleration"}),
+        "status": (dims, np.full(shape, 5, np.int8), {"long_name": "how the integration ended"}),
+        "peak_frequency": ((*dims, "peak"), np.ones((*shape, 3)), {"units": "s-1"}),
+    }
+    return xr.Dataset(variables, coords, {"title": "A $title$"})
+
+
+def mesh_of(figure):
+    return figure.axes[0].collections[0]
+
+
+def texts_of(figure):
+    return [text.get_text() for text in figure.axes[0].texts]
+
+
+def numbers_of(figure, shape):
+    """What is written in the cells, by their place."""
+    found = np.full(shape, "", dtype="U8")
+    for text in figure.axes[0].texts:
+        x, y = text.get_position()
+        if 0 < x < shape[1] and 0 < y < shape[0]:
+            found[int(y), int(x)] = text.get_text()
+    return found
+
+
+@pytest.mark.parametrize(
+    "dims, shape",
+    [
+        ((), (1, 1)),
+        (("belt_speed",), (1, 3)),
+        (("material",), (3, 1)),
+        (("material", "belt_speed"), (3, 3)),
+        (("material", "waiting_time", "belt_speed"), (6, 3)),
+        (("material", "waiting_time", "belt_speed", "normal_load"), (6, 6)),
+    ],
+)
+def test_a_matrix_of_any_number_of_dimensions_has_a_cell_for_each_test_in_the_order_of_the_dataset(dims, shape):
+    ds = matrix(*dims)
+    figure = plot_matrix(ds)
+    rpn = ds["model_rpn"].values.reshape(shape)
+    painted = mesh_of(figure).to_rgba(mesh_of(figure).get_array())
+    expected = np.array([[to_rgb(LIGHTS[band_of(int(n))]) for n in row] for row in rpn])
+    assert painted.shape[:2] == shape and np.allclose(painted[..., :3], expected)
+    assert (numbers_of(figure, shape) == np.where(rpn == 0, "?", rpn.astype(str))).all()
+
+
+def test_the_picture_says_whose_number_it_is_and_what_the_bands_mean():
+    figure = plot_matrix(matrix("material", "belt_speed"))
+    said = [text.get_text() for text in figure.texts] + [figure.legends[0].get_title().get_text()]
+    assert said.count(RPN_NAME) == 2 and "A $title$" in said
+    bands = [text.get_text() for text in figure.legends[0].texts]
+    assert [words.split(":")[0] for words in bands] == ["1–3", "4–5", "6–10", "?"]
+    colours = [patch.get_facecolor()[:3] for patch in figure.legends[0].get_patches()]
+    assert colours == [to_rgb(LIGHTS[name]) for name in ("green", "yellow", "red", "unknown")]
+
+
+def test_labels_and_names_stand_in_the_units_people_use():
+    said = texts_of(plot_matrix(matrix("material", "waiting_time", "belt_speed", "normal_load")))
+    for name in ("material", "waiting time (s)", "belt speed (mm/s)", "normal load (N)"):
+        assert said.count(name) == 1
+    assert said.count("fluid $A$") == 1  # as it is, no mathematics
+    assert said.count("300") == 3 and said.count("80") == 3  # nested: once for each outer group
+
+
+def test_a_number_gets_a_colour_bar_with_its_unit_and_cells_without_one_are_grey():
+    ds = matrix("material", "belt_speed")
+    figure = plot_matrix(ds, "acceleration_max")
+    assert figure.axes[-1].get_xlabel() == "largest acceleration (m/s²)"
+    assert numbers_of(figure, (3, 3)).ravel().tolist()[:3] == ["–", "3.5", "7"]
+    painted = mesh_of(figure).to_rgba(mesh_of(figure).get_array())
+    assert painted[0, 0, :3] == pytest.approx(to_rgb(UNDEFINED_COLOUR))
+
+
+def test_numbers_are_black_on_light_cells_and_white_on_dark_ones():
+    figure = plot_matrix(matrix("belt_speed", "normal_load"), "acceleration_max")
+    inks = {text.get_text(): text.get_color() for text in figure.axes[0].texts}
+    assert inks["3.5"] == "white" and inks["17.5"] == "black"
+
+
+def test_how_the_integration_ended_is_drawn_as_in_maps():
+    figure = plot_matrix(matrix("material"), "status")
+    assert [text.get_text() for text in figure.legends[0].texts] == ["horizon reached"]
+
+
+def test_numbers_fit_forty_cells_each_way_and_are_left_out_of_more_which_is_said():
+    shown, crowded = (plot_matrix(matrix("a", "b", lengths=(n, n))) for n in (40, 300))
+    assert (numbers_of(shown, (40, 40)) != "").all()
+    figure_width = shown.get_size_inches()[0] * 72
+    sizes = {text.get_fontsize() for text in shown.axes[0].texts}
+    assert min(sizes) >= 6 and figure_width < 1000
+    assert (numbers_of(crowded, (300, 300)) == "").all()
+    assert any("numbers are left out" in said for said in texts_of(crowded))
+
+
+def test_nothing_overlaps_and_nothing_is_cut_off():
+    ds = matrix("material", "waiting_time", "belt_speed", "normal_load")
+    ds = ds.assign_coords(material=["a rather long name of a pair", "b", "_c"], belt_speed=[0.001234, 0.02345, 0.3456])
+    figure = plot_matrix(ds)
+    figure.draw_without_rendering()
+    page = figure.bbox
+    boxes = [text.get_window_extent() for text in (*figure.axes[0].texts, *figure.texts)]
+    boxes.append(figure.legends[0].get_window_extent())
+    assert all(page.x0 <= b.x0 and b.x1 <= page.x1 and page.y0 <= b.y0 and b.y1 <= page.y1 for b in boxes)
+    crossing = [
+        (a, b) for i, a in enumerate(boxes) for b in boxes[:i] if a.shrunk(0.9, 0.9).overlaps(b.shrunk(0.9, 0.9))
+    ]
+    assert not crossing
+
+
+def test_a_matrix_can_be_saved_as_a_vector_picture(tmp_path):
+    save(plot_matrix(matrix("material", "belt_speed")), tmp_path / "matrix.svg")
+    assert (tmp_path / "matrix.svg").read_text().startswith("<?xml")
+
+
+@pytest.mark.parametrize(
+    "variable, expected",
+    [("loudness", "no variable 'loudness' of a test matrix; there are acc"), ("peak_frequency", "several values")],
+)
+def test_what_cannot_be_drawn_is_refused(variable, expected):
+    with pytest.raises(PlotError, match=expected):
+        plot_matrix(matrix("material"), variable)
+
+
+# --- words ------------------------------------------------------------------------------------------------------------
+
+
+def test_units_are_those_people_use():
+    assert unit_for("m s-1", [0.001, 0.01]) == ("mm/s", 1e3)
+    assert unit_for("m s-1", [20.0, np.nan]) == ("m/s", 1.0)
+    assert unit_for("m s-2", [0.1]) == ("m/s²", 1.0) and unit_for("1", [0.1]) == ("", 1.0)
+    assert quantity(5000.0, "N m-1") == "5 N/mm" and quantity(0.0, "m") == "0 m"
+
+
+def test_numbers_have_three_digits():
+    found = [number(v) for v in (0.0, 0.01234, 49.97, 12345.6, np.nan, 1e-7)]
+    assert found == ["0", "0.0123", "50", "12346", "–", "1e-7"]
+
+
+def test_tests_are_named_by_their_points():
+    ds = matrix("material", "belt_speed").assign_coords(load=("case", [1.0, 2.0]), mass=("case", [1.0, 2.0]))
+    dims = [along(ds, dim) for dim in ("material", "belt_speed", "case")]
+    assert name_of(dims, 17) == "fluid $A$, 10\N{NO-BREAK SPACE}mm/s, case 2"
+    assert name_of([], 0) == ""

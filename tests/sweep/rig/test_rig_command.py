@@ -1,0 +1,133 @@
+"""`stickslip rig`: a test matrix from a file to a table, pictures and records."""
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from stickslip import store
+from stickslip.cli import main
+from stickslip.rig import RPN_NAME, RigTests, features, load_rig, read_record
+
+TEXT = """\
+title: Three loads
+system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, belt_speed: 10 mm/s}
+friction: {a1: 0.28, a2: 0, a3: 0.12, a4: 20 mm/s}
+drive: {stroke: 4 mm, strokes: 2, waiting_time: 1 s}
+sensor: {rate: 1 kHz, force_noise: 5 mN, bandwidth: 300 Hz}
+features: {bandwidth: 200 Hz}
+axes: {normal_load: [5 N, 10 N, 2 kN]}
+"""
+
+
+@pytest.fixture
+def config(tmp_path):
+    path = tmp_path / "rig.yaml"
+    path.write_text(TEXT)
+    return path
+
+
+def invoke(*arguments):
+    done = CliRunner().invoke(main, [str(a) for a in arguments])
+    if done.exception and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return done
+
+
+def test_a_matrix_becomes_a_table_a_file_and_a_picture(tmp_path, config):
+    output, picture = tmp_path / "matrix.nc", tmp_path / "signals.png"
+    done = invoke("rig", config, "-o", output, "--plot", picture)
+    assert done.exit_code == 0, done.output
+    assert done.output.startswith("Three loads\n3 tests: normal_load (3)\n")
+    assert RPN_NAME in done.output and "2000 N" in done.output and "warning" not in done.output
+    assert picture.stat().st_size > 10_000
+    with store.open(output) as found:
+        assert found["normal_load"].values.tolist() == [5.0, 10.0, 2000.0]
+        assert found["sticks_exact"].values[2] == 1 and (found["model_rpn"] >= 1).all()
+        assert "rig" in found.attrs["history"] and '"stroke": 0.004' in found.attrs["configuration"]
+
+
+def test_the_names_of_files_may_stand_in_the_configuration(tmp_path, config, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    config.write_text(TEXT + "output: {file: found.zarr, plot: found.svg}\n")
+    assert invoke("rig", config).exit_code == 0
+    assert (tmp_path / "found.zarr").is_dir() and (tmp_path / "found.svg").is_file()
+
+
+def test_chosen_tests_are_drawn_in_a_window(tmp_path, config):
+    for name, more in (("over.png", []), ("beside.png", ["--beside", "--from", "0", "--to", "0.2 s"])):
+        done = invoke("rig", config, "--plot", tmp_path / name, "--test", 0, "--test", 2, *more)
+        assert done.exit_code == 0 and (tmp_path / name).stat().st_size > 10_000, done.output
+
+
+def test_records_read_back_with_the_features_of_the_matrix(tmp_path, config):
+    """To the nine digits of the files."""
+    folder, output = tmp_path / "new" / "signals", tmp_path / "read.nc"
+    done = invoke("rig", config, "--records", folder)
+    assert done.exit_code == 0, done.output
+    files = sorted(folder.iterdir())
+    assert [file.name for file in files] == ["test0.csv", "test1.csv", "test2.csv"]
+    assert invoke("rig-features", *files, "--bandwidth", "200 Hz", "-o", output).exit_code == 0
+    made = load_rig(config)
+    for test, file in zip(RigTests(made).tests(range(3)), files, strict=True):
+        expected = features(test.record, made.features)
+        record = read_record(file)
+        assert set(record.coords) == set(test.record.coords)
+        found = features(record, made.features)
+        for name in expected.data_vars:
+            assert found[name].values == pytest.approx(expected[name].values, rel=1e-6, nan_ok=True), name
+    with store.open(output) as table:
+        assert table["normal_load"].values.tolist() == [5.0, 10.0, 2000.0]
+        assert np.isfinite(table["acceleration_max_limited"]).all()
+
+
+def test_a_test_that_does_not_get_to_its_end_is_told(tmp_path, config):
+    config.write_text(TEXT + "solver: {max_steps: 20}\n")
+    done = invoke("rig", config, "--records", tmp_path / "signals")
+    assert done.exit_code == 0
+    assert "warning: 2 tests did not get to the end: the step budget ran out" in done.stderr
+    assert [file.name for file in (tmp_path / "signals").iterdir()] == ["test2.csv"]
+
+
+@pytest.mark.parametrize(
+    "arguments, expected",
+    [
+        (["--test", "3", "--plot", "a.png"], "--test 3: tests are numbered from 0 to 2"),
+        (["--test", "-1", "--plot", "a.png"], "--test -1: tests are numbered from 0 to 2"),
+        (["--test", "1"], "name a picture with --plot"),
+        (["--plot", "a.bmp"], "a.bmp: pictures end in"),
+        (["--plot", "nowhere/a.png"], "no folder nowhere"),
+        (["--report", "a.txt"], "a.txt: expected a file name that ends in .html"),
+        (["--report", "nowhere/a.html"], "a.html: expected a file name that ends in .html, in a folder that exists"),
+        (["-o", "a.txt"], "a.txt"),
+        (["--records", "file"], "file: expected a folder"),
+        (["--records", "file/inside"], "file/inside: expected a folder"),
+        (["--from", "soon"], "got 'soon', expected a time"),
+    ],
+)
+def test_what_is_wrong_ends_with_exit_code_2_before_anything_is_computed(
+    tmp_path, config, monkeypatch, arguments, expected
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("")
+    done = invoke("rig", config, *arguments)
+    assert done.exit_code == 2
+    assert expected in done.output
+    assert "tests:" not in done.output and {p.name for p in tmp_path.iterdir()} == {"rig.yaml", "file"}
+
+
+def test_configurations_are_checked_with_their_lines(tmp_path, config):
+    config.write_text(TEXT.replace("4 mm", "-4 mm"))
+    for command in ("rig", "validate"):
+        done = invoke(command, config)
+        assert done.exit_code == 2 and "rig.yaml:4:17: drive.stroke: got '-4 mm'" in done.output
+    assert "no such file" in invoke("rig", tmp_path / "nothing.yaml").output
+    config.write_text(TEXT)
+    assert invoke("validate", config).exit_code == 0
+    done = invoke("run", config)
+    assert done.exit_code == 2 and "stickslip rig computes rigs" in done.output
+
+
+def test_tests_of_nearly_equal_values_have_names_of_their_own(config):
+    config.write_text(TEXT.replace("[5 N, 10 N, 2 kN]", "[9.99999, 10, 10.00001]"))
+    tests = RigTests(load_rig(config))
+    assert [tests.name(n) for n in range(3)] == ["9.99999 N", "10 N", "10.00001 N"]
