@@ -18,7 +18,7 @@ FLOORS = (
     ("ground", {"_version", "variables", "problems", "csv_file", "file_errors", "machine", "addresses", "compiling"}),
     (
         "what is asked, how it is labelled",
-        {"quantities", "yaml_source", "sections", "models", "checks", "cells", "pick"}
+        {"quantities", "yaml_source", "sections", "kinds", "models", "checks", "cells", "pick"}
         | {"units", "grid", "config", "schema", "starter", "resources", "theory", "fit", "dataset"},
     ),
     (

@@ -42,26 +42,27 @@ def load_and_speed(s, i, t):
 
 
 @compiled
-def rise_and_work(s, i, t, w):
-    """By how much y rises, and the friction work, until t, where the slip speed is w."""
-    once, twice = 0.0, 0.0
-    for j in range(ORDER + 1):
-        n = ORDER - j
+def rise_and_work(s, i, t):
+    """w, by how much y rises, and the friction work, until t after the start of the step of lane i."""
+    w = s[SERIES + ORDER * WIDTH + i]
+    once, twice = w * (1.0 / (ORDER + 1)), w * (1.0 / ((ORDER + 1) * (ORDER + 2)))
+    for j in range(ORDER):
+        n = ORDER - 1 - j
         c = s[SERIES + n * WIDTH + i]
+        w = w * t + c
         once = once * t + c * (1.0 / (n + 1))
         twice = twice * t + c * (1.0 / ((n + 1) * (n + 2)))
     rise = t * (s[B + i] + 0.5 * t * s[ALPHA + i] - once)
     work = conservative_work(s, i, t, rise, w, t * t * twice)
     if s[G + i] != 0.0:
         work -= s[G + i] * square_integral(s, i, t)
-    return rise, work
+    return w, rise, work
 
 
 @compiled(inline=True)
 def state_at(law, s, i, t):
     """y, w, w' and the friction work at t after the start of the step of lane i."""
-    w = speed(s, i, t)[0]
-    rise, work = rise_and_work(s, i, t, w)
+    w, rise, work = rise_and_work(s, i, t)
     y = s[Y + i] + rise
     return y, w, slope_in_lane(law, s, i, y, w), work
 

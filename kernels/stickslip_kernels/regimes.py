@@ -84,10 +84,10 @@ def record_extrema(s, i, book, results, h, y1, w1, dw1, jerk1):
         book[i, DW_HIGH] = max(book[i, DW_HIGH], abs(steepest))
     if (w0 > b) != (w1 > b):  # u' = b - w changes sign
         t = crossing(s, i, 0, b, h, at_end, FOR_A_VALUE)
-        u = s[Y + i] + rise_and_work(s, i, t, b)[0] - s[G + i] * b + s[OFFSET + i]
+        u = s[Y + i] + rise_and_work(s, i, t)[1] - s[G + i] * b + s[OFFSET + i]
         if note_turn(book, i, book[i, SIGMA] * u):
             t = crossing(s, i, 0, b, h, at_end, TO_ROUNDING)
-            work = rise_and_work(s, i, t, b)[1]
+            work = rise_and_work(s, i, t)[2]
             compare_loops(s, i, book, results, s[TAU + i] + t, s[HEAT + i] + work, book[i, SIGMA] * u)
 
 
@@ -234,8 +234,9 @@ def note_entry(s, i, book, h, y1, w1):
         return
     outside, inside, t = 0.0, h, h
     for _ in range(60):
-        w, dw, _, _ = speed(s, i, t)
-        p, q = p0 + rise_and_work(s, i, t, w)[0], w - b
+        dw = speed(s, i, t)[1]
+        w, rise, _ = rise_and_work(s, i, t)
+        p, q = p0 + rise, w - b
         excess, slope = p * p + q * q - band2, 2.0 * q * (dw - p)  # p' = b - w = -q
         if excess < 0.0:
             inside = t

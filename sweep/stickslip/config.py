@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from . import checks, units
+from . import checks, kinds, units
 from .models import Axis, Config, Group, Range, Values
 from .problems import MOST_PROBLEMS, ConfigError, Path, Place, Problem, dotted, listed, nearest
 from .quantities import DRIVE, MEASURED, QUANTITIES, REPLACED, default
@@ -31,8 +31,6 @@ QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Fri
 SECTIONS: dict[str, type[Section]] = {
     **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output, "sensor": Sensor,
 }  # fmt: skip
-OF_RIGS = ("drive", "sensor")  # sections
-_COMPUTES_MAPS = "without a drive it is a map, which stickslip run computes"
 
 _AXIS_FORMS = "a list of values, or start, stop and num"
 COEFFICIENTS = (*REPLACED, "a4")
@@ -85,8 +83,12 @@ class _Reader:
         whole = self._mapping(self._document.data, ())
         if not isinstance(self._document.data, dict):  # everything else would be missing
             raise ConfigError(self._document.name, self._problems)
-        self._check_kind(whole)
-        data = self._known_keys(whole, (), [key for key in (*Config.model_fields, *self._others) if self._has(key)])
+        for found in kinds.misplaced(self._rig, whole):
+            self._meant |= DRIVE.keys() if found.path == ("drive",) else set()
+            self._add(*found, at_key=True)
+        data = self._known_keys(
+            whole, (), [key for key in (*Config.model_fields, *self._others) if kinds.has(self._rig, key)]
+        )
         title = self._title(data)
         raw = {key: self._mapping(data.get(key), (key,)) for key in SECTIONS}
         raw_axes = self._mapping(data.get("axes"), ("axes",))
@@ -97,8 +99,10 @@ class _Reader:
         self._check_once(given)
         self._check_curve(given)
         self._check_law(sections["friction"], given)
-        self._check_profile(sections["drive"], given)
-        fixed = self._ramped(_fixed(sections[key] for key in QUANTITY_SECTIONS), sections["drive"], given)
+        for found in kinds.ramp_of_no_use(sections["drive"], given):  # type: ignore[arg-type]
+            self._add(found.path, found.message, found.hint, at_key=True)
+        fixed = _fixed(sections[key] for key in QUANTITY_SECTIONS)
+        fixed = kinds.with_ramp(self._rig, fixed, sections["drive"], "ramp" in given)  # type: ignore[arg-type]
         for finding in checks.findings(checks.Space(fixed, axes)):
             got = finding.got or self._text(finding.path)
             self._add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
@@ -108,7 +112,7 @@ class _Reader:
             own = [name for name in type(sections[key]).model_fields if name in QUANTITIES]
             absent = {name: default(name) for name in own if name not in given}
             sections[key] = sections[key].model_copy(update=absent)
-        of_rigs = {} if self._rig else dict.fromkeys(OF_RIGS)
+        of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
         return Config(title=title, axes=tuple(axes), **{**sections, **of_rigs})  # type: ignore[arg-type]
 
     # --- problems -----------------------------------------------------------------------------------------------------
@@ -169,7 +173,8 @@ class _Reader:
         if isinstance(value, dict):
             return value
         if value is not None or not path:
-            keys = listed(SECTIONS[str(path[0])].model_fields if path and path[0] in SECTIONS else Config.model_fields)
+            whole = [key for key in Config.model_fields if kinds.has(self._rig, key)]
+            keys = listed(SECTIONS[str(path[0])].model_fields if path and path[0] in SECTIONS else whole)
             what = "names of quantities" if path == ("axes",) else f"the keys {keys}"
             self._refuse(path, f"a mapping with {what}")
         return {}
@@ -177,7 +182,7 @@ class _Reader:
     def _known_keys(self, data: Mapping[str, Any], path: Path, known: Collection[str]) -> dict[str, Any]:
         """`data` without keys that are not `known`, each of which is a problem."""
         for key in data:
-            if key not in known and (path or key not in OF_RIGS):
+            if key not in known and (path or key not in kinds.OF_RIGS):
                 self._unknown_key((*path, key), known)
         return {key: value for key, value in data.items() if key in known}
 
@@ -233,9 +238,8 @@ class _Reader:
         if isinstance(raw, dict) and ("zip" in raw or "labels" in raw):
             return self._group(path, self._known_keys(raw, path, ("zip", "labels")))
         if name not in QUANTITIES:
-            self._unknown_key(
-                path, [q for q in QUANTITIES if self._has(q)], "quantity", "a group of quantities needs the key zip"
-            )
+            known = [quantity for quantity in QUANTITIES if kinds.has(self._rig, quantity)]
+            self._unknown_key(path, known, "quantity", "a group of quantities needs the key zip")
             return None
         if isinstance(raw, list):
             return self._values(name, raw, path)
@@ -309,33 +313,6 @@ class _Reader:
                 expected = f"{lengths[first]} like {first[-1]}{self._line(first)}"
                 self._add(path, f"got {length} values, expected {expected}")
 
-    # --- maps and rigs ------------------------------------------------------------------------------------------------
-
-    def _check_kind(self, data: Mapping[str, Any]) -> None:
-        """What a test rig has, a map has not."""
-        start, axes = data.get("start"), data.get("axes")
-        varied = _varied(axes if isinstance(axes, dict) else {})
-        if self._rig:
-            moving = isinstance(start, dict) and start.get("velocity", "sticking") != "sticking"
-            given = [("start", "velocity")] if moving else [path for path in varied if path[-1] == "velocity"]
-            for path in given:
-                self._add(path, "expected none: a rig starts sticking", at_key=True)
-            if "drive" not in data:
-                self._meant |= DRIVE.keys()
-                self._add(("drive",), "missing, expected what moves the plate: drive: {stroke: 10 mm}", _COMPUTES_MAPS)
-            return
-        for key in OF_RIGS:
-            if key in data:
-                self._add((key,), "expected no drive or sensor in a map", "stickslip rig computes rigs", at_key=True)
-        for path in varied:
-            if path[-1] in DRIVE:
-                message = f"{path[-1]} belongs to the drive of a rig"
-                self._add(path, message, "stickslip rig has one", at_key=True)
-
-    def _has(self, name: str) -> bool:
-        """Whether a configuration of this kind may have a section, or a quantity, of this name."""
-        return self._rig or not (name in OF_RIGS or name in DRIVE)
-
     # --- every quantity exactly once ----------------------------------------------------------------------------------
 
     def _given(self, raw: Mapping[str, Mapping[str, Any]], axes: Mapping[str, Any]) -> dict[str, list[Path]]:
@@ -343,7 +320,7 @@ class _Reader:
         paths: list[Path] = [(key, name) for key, model in QUANTITY_SECTIONS.items()
                              for name in raw[key] if name in model.model_fields and name in QUANTITIES]  # fmt: skip
         given: dict[str, list[Path]] = {}
-        for path in [*paths, *_varied(axes)]:
+        for path in [*paths, *kinds.varied_paths(axes)]:
             given.setdefault(str(path[-1]), []).append(path)
         return given
 
@@ -354,7 +331,7 @@ class _Reader:
                 message = f"given twice, as {dotted(first)}{self._line(first)} already, expected once"
                 self._add(path, message, "keep the one you mean", at_key=True)
         for name, declared in QUANTITIES.items():
-            if declared.section not in ("friction", *(() if self._rig else OF_RIGS)) and default(name) is None:
+            if declared.section not in ("friction", *(() if self._rig else kinds.OF_RIGS)) and default(name) is None:
                 self._check_given(name, given)
 
     def _check_given(self, name: str, given: Collection[str]) -> None:
@@ -409,31 +386,6 @@ class _Reader:
         if law != "stribeck_delta" and "delta" in given and friction.delta != default("delta"):
             message = f"got an exponent with the law {law}, expected none"
             self._add(given["delta"][0], message, "the law stribeck_delta has one", at_key=True)
-
-    def _check_profile(self, drive: Any, given: Mapping[str, list[Path]]) -> None:
-        """What is given belongs to the profile."""
-        if drive.profile == "sine" and "ramp" in given and drive.ramp != default("ramp"):
-            message = "got a ramp with the profile sine, expected none"
-            self._add(given["ramp"][0], message, "the profile trapezoid has one", at_key=True)
-
-    def _ramped(self, fixed: Mapping[str, float], drive: Any, given: Collection[str]) -> dict[str, float]:
-        """`fixed` with the ramp that holds where none is mentioned, which must fit into the stroke as well; without a
-        ramp where the profile has none."""
-        if drive.profile == "sine":
-            return {name: value for name, value in fixed.items() if name != "ramp"}
-        return dict(fixed) if not self._rig or "ramp" in given else {**fixed, "ramp": float(default("ramp") or 0.0)}
-
-
-def _varied(axes: Mapping[str, Any]) -> list[Path]:
-    """Where the quantities along axes stand, whether they are right or wrong."""
-    paths: list[Path] = []
-    for name, axis in axes.items():
-        zipped = axis.get("zip") if isinstance(axis, dict) else None
-        if isinstance(zipped, dict):
-            paths += [("axes", name, "zip", member) for member in zipped if member in QUANTITIES]
-        elif name in QUANTITIES:
-            paths.append(("axes", name))
-    return paths
 
 
 def _fixed(sections: Iterable[Section]) -> dict[str, float]:

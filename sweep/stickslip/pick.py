@@ -16,7 +16,7 @@ from .config import make_config, parse_config
 from .grid import build_grid, quantity_of
 from .models import Axis, Config, Group, Range
 from .problems import ConfigError, Problem, listed, nearest
-from .quantities import HORIZON_UNITS, QUANTITIES, WORDS
+from .quantities import DRIVE, HORIZON_UNITS, QUANTITIES, WORDS
 from .yaml_source import parse_yaml
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
@@ -78,14 +78,14 @@ def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> 
     return [f"{name}={_text(name, float(given[name]))}" for name in QUANTITIES if name in given]
 
 
-def seconds(text: str) -> float:
+def seconds(text: str, option: str = "--duration") -> float:
     """A time on the command line: a number of seconds, or a text with a unit. Raises ConfigError."""
     try:
         time = units.si_value(_number_or_text(text), HORIZON_UNITS)
     except units.QuantityError as error:
-        raise ConfigError("--duration", [Problem((), f"got {text!r}, {error}")]) from None
+        raise ConfigError(option, [Problem((), f"got {text!r}, {error}")]) from None
     if time <= 0:
-        raise ConfigError("--duration", [Problem((), f"got {text!r}, expected a time above 0 s")])
+        raise ConfigError(option, [Problem((), f"got {text!r}, expected a time above 0 s")])
     return time
 
 
@@ -93,7 +93,8 @@ def _plain(recipe: Recipe) -> dict[str, Any]:
     """The recipe as plain data with every section that holds quantities."""
     if isinstance(recipe, Config):
         return recipe.resolved()
-    sections: dict[str, Any] = {quantity.section: {} for quantity in QUANTITIES.values()} | {"axes": {}}
+    sections: dict[str, Any] = {quantity.section: {} for quantity in QUANTITIES.values() if quantity.name not in DRIVE}
+    sections["axes"] = {}
     given = {name: {key: value for key, value in keys.items() if value is not None} for name, keys in recipe.items()}
     return sections | given
 

@@ -169,7 +169,11 @@ def time_window(begin: str | None, end: str | None) -> tuple[float, float] | Non
 
     if begin is None and end is None:
         return None
-    return (0.0 if begin is None or begin == "0" else seconds(begin), float("inf") if end is None else seconds(end))
+    start = 0.0 if begin is None or begin == "0" else seconds(begin, "--from")
+    stop = float("inf") if end is None else seconds(end, "--to")
+    if start >= stop:
+        fail(f"--from {begin} --to {end}: expected an end after the start")
+    return start, stop
 
 
 def _names(files: tuple[Path, ...]) -> list[str]:

@@ -63,8 +63,10 @@ def compute_rigs(
 
 
 def _samples(drive: Floats, rate: float, start: float) -> int:
-    """How many samples fit between `start` and the end of a drive."""
-    return max(0, int((float(drive[:, 0].sum()) - start) * rate + 1e-6) + 1)
+    """How many samples fit between `start` and the end of a drive; none at its very end, which rounding might miss."""
+    end = float(drive[:, 0].sum())
+    rounding = 1e-6 + 4.0 * np.finfo(float).eps * len(drive) * end * rate  # of a step
+    return max(0, int((end - start) * rate - rounding) + 1)
 
 
 def _tables(
@@ -101,7 +103,7 @@ def _results_to_si(rows: Floats, cells: Cells) -> Results:
         "drive_work": work * load * length,
         "friction_heat": heat * load * length,
         "damper_heat": damper * load * length,
-        "energy_error": (work - heat - damper - stored) / work,
+        "energy_error": (work - heat - damper - stored) / np.where(work == 0.0, np.nan, work),
     }
     status = rows[layout.RIG_STATUS]
     found = {name: np.where(status == layout.HORIZON_REACHED, values, np.nan) for name, values in found.items()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
@@ -113,12 +114,13 @@ def _lengths(rig: RigConfig) -> Iterator[Problem]:
         return
     durations = duration(rig.drive.profile, rig.drive.strokes, grid.cells(0, grid.size))
     longest, shortest = float(durations.max()), float(durations.min())
-    if (samples := longest * sensor.rate * sensor.oversampling) > MOST_SAMPLES:
+    fine = sensor.rate * sensor.oversampling
+    if (samples := longest * fine) > MOST_SAMPLES:
         got = f"the longest test ({longest:.4g} s) takes {samples:.3g} samples, {sensor.oversampling} for one kept"
         message = f"{got}, expected at most {MOST_SAMPLES:.0e}"
         yield Problem(("sensor", "rate"), message, hint="lower the rate, the oversampling or the strokes")
-    if (kept := shortest * sensor.rate) < FEWEST_SAMPLES:
-        got = f"the shortest test ({shortest:.4g} s) has {kept:.0f} samples"
+    if (kept := math.ceil((math.ceil(shortest * fine - 1e-6) - 1) / sensor.oversampling)) < FEWEST_SAMPLES:
+        got = f"the shortest test ({shortest:.4g} s) has {kept} samples"
         yield Problem(("sensor", "rate"), f"{got}, expected at least {FEWEST_SAMPLES}", hint="raise the rate")
 
 

@@ -96,7 +96,8 @@ class RigTests:
         samples = 0.0
         fine = self.rig.sensor.rate * self.rig.sensor.oversampling
         for number in numbers:
-            own = float(self.drive(self._one(number))[:, 0].sum()) * fine
+            cell = self._one(number)
+            own = (float(self.drive(cell)[:, 0].sum()) - cell["waiting_time"]) * fine
             if batch and (samples + own > _TOGETHER or len(batch) >= _MOST_TOGETHER):
                 yield batch
                 batch, samples = [], 0.0

@@ -77,7 +77,9 @@ def along(ds: xr.Dataset, dim: Hashable) -> Along:
     if named.dtype.kind not in "fiu":
         return Along(name, "", tuple(map(str, named.values.tolist())), True)
     unit, factor = unit_for(str(named.attrs.get("units", "1")), named.values)
-    return Along(name, unit, tuple(f"{value * factor:.4g}" for value in named.values.tolist()), False)
+    values = [value * factor for value in named.values.tolist()]
+    written = [tuple(f"{value:.{digits}g}" for value in values) for digits in (4, 6, 9, 17)]
+    return Along(name, unit, next((w for w in written if len(set(w)) == len(w)), written[-1]), False)
 
 
 def name_of(dims: Sequence[Along], number: int) -> str:
