@@ -238,8 +238,8 @@ class _Reader:
         if isinstance(raw, dict) and ("zip" in raw or "labels" in raw):
             return self._group(path, self._known_keys(raw, path, ("zip", "labels")))
         if name not in QUANTITIES:
-            known = [quantity for quantity in QUANTITIES if kinds.has(self._rig, quantity)]
-            self._unknown_key(path, known, "quantity", "a group of quantities needs the key zip")
+            quantities = [quantity for quantity in QUANTITIES if kinds.has(self._rig, quantity)]
+            self._unknown_key(path, quantities, "quantity", "a group of quantities needs the key zip")
             return None
         if isinstance(raw, list):
             return self._values(name, raw, path)
