@@ -83,7 +83,7 @@ def prepare_kernels(law: str, rigs: bool = False) -> None:
         return engine.warm_up(law, rigs)
     console = screen.terminal(stderr=True)
     began = perf_counter()
-    notice = "Compiling the kernels for this machine: once, about half a minute ..."
+    notice = "Compiling the kernels for this machine: once, about a minute ..."
     if not console.is_terminal:
         console.print(notice)
     with console.status(notice):

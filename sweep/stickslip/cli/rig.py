@@ -33,6 +33,7 @@ _COLUMNS = (
     ("static_friction", "mu_s", 1.0, ".3f"),
     ("dynamic_friction", "mu_d", 1.0, ".3f"),
 )
+_COLUMN_WIDTH = 8  # characters, at most
 _COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "white on red", "unknown": ""}
 
 
@@ -88,7 +89,7 @@ def rig_features(
     except ValueError as error:
         fail(f"{', '.join(map(str, files))}: {error}")
     console = screen.terminal()
-    console.print(feature_screen_table(found))
+    console.print(feature_screen_table(found, console.width))
     console.print(f"RPN: {rig.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
     if plot is not None:
         from stickslip import plots
@@ -195,8 +196,11 @@ def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, .
     return found.assign_attrs(provenance(as_text(settings), title="Features of rig records", action=action))
 
 
-def feature_screen_table(found: xr.Dataset) -> Table:
-    """Features of records (dimension `record`) for the screen, the risk number on the colour of its band."""
+def feature_screen_table(found: xr.Dataset, width: int) -> Table:
+    """Features of records (dimension `record`) for the screen, the risk number on the colour of its band.
+
+    width : of the screen, characters. Names stand on one line; columns that do not fit beside them are left out.
+    """
     import numpy as np
     from rich.table import Table
     from rich.text import Text
@@ -204,15 +208,18 @@ def feature_screen_table(found: xr.Dataset) -> Table:
     from stickslip.rig.risk import band_of
 
     table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("record", overflow="fold")
-    table.add_column("RPN", justify="right")
-    for _, heading, _, _ in _COLUMNS:
+    names = list(map(str, found["record"].values.tolist()))
+    longest = min(max(map(len, names)), width // 2)
+    shown = _COLUMNS[: max(2, (width - longest - 5) // _COLUMN_WIDTH)]
+    table.add_column("record", no_wrap=True, overflow="ellipsis", max_width=max(longest, 6))
+    table.add_column("RPN", justify="right", no_wrap=True)
+    for _, heading, _, _ in shown:
         table.add_column(heading, justify="right")
-    for i, name in enumerate(found["record"].values.tolist()):
+    for i, name in enumerate(names):
         row = found.isel(record=i)
         number = int(row["model_rpn"])
-        cells = [Text(str(name)), Text(f" {number or '?'} ", style=_COLOURS[band_of(number)])]
-        for feature, _, factor, form in _COLUMNS:
+        cells = [Text(name), Text(f" {number or '?'} ", style=_COLOURS[band_of(number)])]
+        for feature, _, factor, form in shown:
             value = float(_best(row, feature)) * factor
             cells.append(Text("-" if np.isnan(value) else format(value, form)))
         table.add_row(*cells)

@@ -137,7 +137,7 @@ def _show(found: xr.Dataset, tests: RigTests, seconds: float) -> None:
 
     console = screen.terminal()
     table = as_table(found, [tests.name(n) for n in range(min(tests.grid.size, _MOST_ROWS))])
-    console.print(feature_screen_table(table))
+    console.print(feature_screen_table(table, console.width))
     if tests.grid.size > _MOST_ROWS:
         console.print(f"... and {tests.grid.size - _MOST_ROWS:,} more", markup=False)
     console.print(f"RPN: {rigs.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
