@@ -16,12 +16,12 @@ HERE = Path(__file__).parent
 # The command `stickslip run configs/quickstart.yaml`, left when its first block is finished.
 FIRST_BLOCK = """
 import os, sys
-from stickslip import engine
-finished = engine.to_si
+from stickslip.engine import maps
+finished = maps.to_si
 def leave(*arguments):
     finished(*arguments)
     os._exit(0)
-engine.to_si = leave
+maps.to_si = leave
 from stickslip.cli import main
 sys.argv = ["stickslip", "run", {config!r}]
 main()
