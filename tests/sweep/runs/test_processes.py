@@ -62,7 +62,7 @@ def test_killed_at_twenty_moments_a_run_ends_with_the_same_bits_and_computes_not
     config = write_config(tmp_path, num=250, more="solver: {rtol: 0.01}\n")  # 62,500 cells in 16 blocks
     output = tmp_path / "a map µ.nc"
     command = [sys.executable, Path(__file__).with_name("kills.py"), config, output, "20", "5"]
-    done = subprocess.run(command, env=environment(), text=True, capture_output=True, timeout=300)
+    done = subprocess.run(command, env=environment(), text=True, capture_output=True, timeout=600)
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert told["killed"] == 20 and told["codes"] == [] and told["again"] == 0
