@@ -29,42 +29,55 @@ NODES, WEIGHTS = gauss(5)
 ERROR_SHARE = 0.02  # of the tolerance that each of the last two coefficients may spend
 
 
-def order_loop(n):
-    """The loop that finds the coefficients of order n of w', n + 1 of w and of the weakening, 1 < n < ORDER.
+def pair_loop(n):
+    """The loop that finds the coefficients of orders n and n + 1 (n even) of w', and one higher of w and the weakening.
 
-    A function for each order: with n a constant the compiler unrolls the product of series and sees every row.
+    A function for each pair: with n a constant the compiler unrolls the products of series and sees every row. Two
+    orders at a time, since it is the loads of a product that bound it, and two sums share them.
     """
-    here, next_w = n * WIDTH, SERIES + (n + 1) * WIDTH
-    last = n == ORDER - 1
+    w, dw, weak = SERIES + n * WIDTH, SERIES_DW + n * WIDTH, SERIES_WEAK + n * WIDTH
 
     @compiled(inline=True)
     def loop(s):
         for i in range(WIDTH):
-            y = s[SERIES + here - WIDTH + i] * (-1.0 / n)
+            drag, minus_rate = s[G + i] + s[SLOPE + i], -s[RATE + i]
+            w_n, weak_n = s[w + i], s[weak + i]
+            y_n = s[w - WIDTH + i] * (-1.0 / n)
             if n == 2:
-                y += 0.5 * s[ALPHA + i]
-            dw = y - (s[G + i] + s[SLOPE + i]) * s[SERIES + here + i] - s[SERIES_WEAK + here + i]
-            s[SERIES_DW + here + i] = dw
-            s[next_w + i] = dw * (1.0 / (n + 1))
-            if not last:
-                # Two sums, so that each addition need not wait for the one before.
-                even, odd = dw * s[SERIES_WEAK + i], 0.0
-                for j in range(0, n - n % 2, 2):
-                    even += s[SERIES_DW + j * WIDTH + i] * s[SERIES_WEAK + here - j * WIDTH + i]
-                    odd += s[SERIES_DW + (j + 1) * WIDTH + i] * s[SERIES_WEAK + here - (j + 1) * WIDTH + i]
-                if n % 2 == 1:
-                    odd += s[SERIES_DW + here - WIDTH + i] * s[SERIES_WEAK + WIDTH + i]
-                s[SERIES_WEAK + here + WIDTH + i] = (even + odd) * s[RATE + i] * (-1.0 / (n + 1))
+                y_n += 0.5 * s[ALPHA + i]
+            dw_n = y_n - drag * w_n - weak_n
+            w_1 = dw_n * (1.0 / (n + 1))
+            # Coefficients n and n + 1 of weakening times w', each in two sums so that no addition waits for the last.
+            even, odd, even_1, odd_1 = dw_n * s[SERIES_WEAK + i], 0.0, dw_n * s[SERIES_WEAK + WIDTH + i], 0.0
+            above = weak_n
+            for j in range(0, n, 2):
+                f, g = s[SERIES_DW + j * WIDTH + i], s[SERIES_DW + (j + 1) * WIDTH + i]
+                p, q = s[weak - j * WIDTH + i], s[weak - (j + 1) * WIDTH + i]
+                even += f * p
+                odd += g * q
+                odd_1 += g * p
+                if j > 0:
+                    even_1 += f * above
+                above = q
+            weak_1 = (even + odd) * (minus_rate * (1.0 / (n + 1)))
+            dw_1 = w_n * (-1.0 / (n + 1)) - drag * w_1 - weak_1
+            s[dw + i], s[dw + WIDTH + i] = dw_n, dw_1
+            s[w + WIDTH + i], s[w + 2 * WIDTH + i] = w_1, dw_1 * (1.0 / (n + 2))
+            s[weak + WIDTH + i] = weak_1
+            if n + 2 < ORDER:
+                even_1 += s[SERIES_DW + i] * weak_1
+                odd_1 += dw_1 * s[SERIES_WEAK + i]
+                s[weak + 2 * WIDTH + i] = (even_1 + odd_1) * (minus_rate * (1.0 / (n + 2)))
 
     return loop
 
 
-def orders_from(n):
+def pairs_from(n):
     """The loops of order n and above, one after the other."""
-    loop = order_loop(n)
-    if n == ORDER - 1:
+    loop = pair_loop(n)
+    if n + 2 == ORDER:
         return loop
-    rest = orders_from(n + 1)
+    rest = pairs_from(n + 2)
 
     @compiled(inline=True)
     def loops(s):
@@ -74,7 +87,7 @@ def orders_from(n):
     return loops
 
 
-higher_orders = orders_from(2)
+higher_orders = pairs_from(2)
 
 
 @compiled
