@@ -1,11 +1,11 @@
-"""Reading and writing the bits of a float inside a vectorised loop.
+"""What Numba has no word for and LLVM has one instruction for: bits of a float, a select, the lowest bit set."""
 
-Numba has no scalar bit-cast and no select; these intrinsics emit the one LLVM instruction, which vectorises.
-"""
-
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
+
+from .jit import compiled
 
 
 @intrinsic
@@ -40,3 +40,19 @@ def select(typing_context, condition, if_true, if_false):
         return builder.select(*arguments)
 
     return types.float64(types.boolean, types.float64, types.float64), generate
+
+
+@intrinsic
+def lowest_bit(typing_context, bits):
+    """The place, from 0, of the lowest bit set in an int64 other than 0."""
+
+    def generate(context, builder, signature, arguments):
+        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
+
+    return types.int64(types.int64), generate
+
+
+@compiled(inline=True)
+def as_index(i):
+    """i >= 0 as an unsigned index. A signed one may count from the end, which costs three instructions an access."""
+    return np.uint32(i)

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from .bits import as_index, lowest_bit
 from .jit import compiled
-from .lanes import step_lanes
+from .lanes import flagged_lanes, step_lanes
 from .layout import (
-    BOOK_COLUMNS, CELL, FLAG, LANE_NUMBERS, MAX_STEPS, MODE, NOT_COMPUTED, NOT_RUN, REGIME, RESULT_ROWS, RTOL,
-    SIGMA, STATUS, WIDTH,
+    CELL, LANE_NUMBERS, MAX_STEPS, MODE, NOT_COMPUTED, NOT_RUN, REGIME, RESULT_ROWS, RTOL, SIGMA, STATUS, WIDTH,
 )  # fmt: skip
 from .modes import attend, start_cell
 from .rest import DONE
@@ -23,7 +23,7 @@ def new_results(n):
 
 
 @compiled
-def next_cell(law, s, i, book, cells, first, results, control, log):
+def next_cell(law, s, i, cells, first, results, control, log):
     """Start the next cell, from number `first` on, that does not finish at once in lane i.
 
     Returns the number after it; the lane idles if there is none.
@@ -31,28 +31,30 @@ def next_cell(law, s, i, book, cells, first, results, control, log):
     c = first
     while c < cells.shape[1]:
         c += 1
-        if start_cell(law, s, i, book, cells, c - 1, results, control, log) != DONE:
+        if start_cell(law, s, i, cells, c - 1, results, control, log) != DONE:
             return c
-    book[i, CELL] = -1.0
+    s[CELL + i] = -1.0
     return c
 
 
 @compiled
-def run_lanes(law, lanes, book, cells, results, control, log, stop):
-    """`run_block` with its buffers: the lanes and the slow state of each."""
-    following, busy = 0, 0
+def run_lanes(law, lanes, cells, results, control, log, stop):
+    """`run_block` with its buffer, the lanes."""
+    following, busy = 0, 0  # cells started so far; bit i: lane i is under way
     for i in range(WIDTH):
-        following = next_cell(law, lanes, i, book, cells, following, results, control, log)
-        busy += book[i, CELL] >= 0.0
-    while stop[0] == 0 and busy > 0:
+        following = next_cell(law, lanes, as_index(i), cells, following, results, control, log)
+        busy |= (lanes[CELL + i] >= 0.0) << i
+    while stop[0] == 0 and busy != 0:
         step_lanes(law, lanes, control[RTOL], control[MAX_STEPS])
-        for i in range(WIDTH):
-            if lanes[FLAG + i] != 0.0 and book[i, CELL] >= 0.0:
-                if attend(law, lanes, i, book, cells, results, control, log) == DONE:
-                    following = next_cell(law, lanes, i, book, cells, following, results, control, log)
-                    busy -= book[i, CELL] < 0.0
-            elif log.shape[0] > 0 and book[i, CELL] >= 0.0:
-                log_slip(log, lanes, i, book[i, MODE], book[i, SIGMA])
+        flagged = flagged_lanes(lanes) & busy
+        if log.shape[0] > 0 and flagged == 0:
+            log_slip(log, lanes, as_index(0), lanes[MODE], lanes[SIGMA])
+        while flagged != 0:
+            i = lowest_bit(flagged)
+            flagged &= flagged - 1
+            if attend(law, lanes, as_index(i), cells, results, control, log) == DONE:
+                following = next_cell(law, lanes, as_index(i), cells, following, results, control, log)
+                busy ^= (lanes[CELL + i] < 0.0) << i
 
 
 @compiled(allocates=True)
@@ -68,4 +70,4 @@ def run_block(law, cells, results, control, log, stop):
     WIDTH cells are under way at a time; a finished lane takes the next cell of the queue. A cell's numbers do not
     depend on its lane or its neighbours.
     """
-    run_lanes(law, np.zeros(LANE_NUMBERS), np.zeros((WIDTH, BOOK_COLUMNS)), cells, results, control, log, stop)
+    run_lanes(law, np.zeros(LANE_NUMBERS), cells, results, control, log, stop)

@@ -6,10 +6,11 @@ polynomial of a Runge-Kutta step (`lanes.interpolate`). y and the friction work 
 
 from .equations import slope_in_lane
 from .jit import compiled
-from .layout import ALPHA, B, G, ORDER, SERIES, WIDTH, Y
+from .layout import ALPHA, B, G, ORDER, SERIES, SIDE, WIDTH, Y
 from .taylor import conservative_work, square_integral
 
 MOST_TRIES = 60
+NEAR = 1e-3  # of the step: a root this near is found to rounding from the value and three derivatives
 # Corrections at which a search ends, relative to the step: Halley's method leaves about the cube of the last one,
 # Newton's (order 2) the square.
 TO_ROUNDING = 1e-5  # for the time of an event
@@ -30,33 +31,59 @@ def speed(s, i, t):
 
 
 @compiled(inline=True)
+def motion(s, i, t):
+    """Coefficients 0 to 3 of the series of w about t after the start of the step, the integral and double integral of w
+    from the start to t. All in one pass: each sum waits for itself only.
+    """
+    w, dw, half_jerk, sixth_snap = s[SERIES + ORDER * WIDTH + i], 0.0, 0.0, 0.0
+    once, twice = w, w
+    for j in range(ORDER):
+        n = ORDER - 1 - j
+        c = s[SERIES + n * WIDTH + i]
+        sixth_snap = sixth_snap * t + half_jerk
+        half_jerk = half_jerk * t + dw
+        dw = dw * t + w
+        w = w * t + c
+        once = once * (t * ((n + 1) / (n + 2))) + c
+        twice = twice * (t * ((n + 1) / (n + 3))) + c
+    return w, dw, half_jerk, sixth_snap, t * once, 0.5 * t * t * twice
+
+
+@compiled(inline=True)
 def load_and_speed(s, i, t):
     """y and w of lane i at t after the start of its step."""
     w = s[SERIES + ORDER * WIDTH + i]
-    once = w * (1.0 / (ORDER + 1))
+    once = w
     for j in range(ORDER):
-        c = s[SERIES + (ORDER - 1 - j) * WIDTH + i]
+        n = ORDER - 1 - j
+        c = s[SERIES + n * WIDTH + i]
         w = w * t + c
-        once = once * t + c * (1.0 / (ORDER - j))
+        once = once * (t * ((n + 1) / (n + 2))) + c
     return s[Y + i] + t * (s[B + i] + 0.5 * t * s[ALPHA + i] - once), w
+
+
+@compiled(inline=True)
+def friction_work(s, i, t, rise, w, fallen):
+    """Friction work until t after the start of the step, in the words of `conservative_work`."""
+    work = conservative_work(s, i, t, rise, w, fallen)
+    if s[G + i] != 0.0:
+        work -= s[G + i] * square_integral(s, i, t)
+    return work
 
 
 @compiled
 def rise_and_work(s, i, t):
     """w, by how much y rises, and the friction work, until t after the start of the step of lane i."""
     w = s[SERIES + ORDER * WIDTH + i]
-    once, twice = w * (1.0 / (ORDER + 1)), w * (1.0 / ((ORDER + 1) * (ORDER + 2)))
+    once, twice = w, w
     for j in range(ORDER):
         n = ORDER - 1 - j
         c = s[SERIES + n * WIDTH + i]
         w = w * t + c
-        once = once * t + c * (1.0 / (n + 1))
-        twice = twice * t + c * (1.0 / ((n + 1) * (n + 2)))
+        once = once * (t * ((n + 1) / (n + 2))) + c
+        twice = twice * (t * ((n + 1) / (n + 3))) + c
     rise = t * (s[B + i] + 0.5 * t * s[ALPHA + i] - once)
-    work = conservative_work(s, i, t, rise, w, t * t * twice)
-    if s[G + i] != 0.0:
-        work -= s[G + i] * square_integral(s, i, t)
-    return w, rise, work
+    return w, rise, friction_work(s, i, t, rise, w, 0.5 * t * t * twice)
 
 
 @compiled(inline=True)
@@ -126,3 +153,31 @@ def crossing(s, i, order, level, end, at_end, resolved):
         else:
             high = t
     return t
+
+
+@compiled(inline=True)
+def arrival(s, i, level, end, at_end):
+    """When w passes `level` towards its side of it, `end` at the latest; by how much y rises till then; the work.
+
+    at_end : as for `crossing`, which is asked where the end of the step is no good guide. Else the series of w about a
+    point near the root is reverted, which leaves the fourth power of the distance.
+    """
+    w, dw, jerk, _ = at_end
+    v = (level - w) / dw
+    t = end + v / (1.0 + 0.5 * jerk / dw * v)
+    for _ in range(3):
+        if not 0.0 < t <= end:  # true for NaN
+            break
+        w, dw, a, b, once, twice = motion(s, i, t)
+        v, r = (level - w) / dw, a / dw
+        d = v * (1.0 - v * (r - v * (2.0 * r * r - b / dw)))
+        if abs(v) <= NEAR * end and t + d <= end and s[SIDE + i] * dw > 0.0:
+            twice += d * (once + d * (0.5 * w + d * (dw * (1.0 / 6.0) + d * a * (1.0 / 12.0))))
+            once += d * (w + d * (0.5 * dw + d * (a * (1.0 / 3.0) + d * b * 0.25)))
+            t += d
+            rise = t * (s[B + i] + 0.5 * t * s[ALPHA + i]) - once
+            return t, rise, friction_work(s, i, t, rise, level, twice)
+        t += d
+    t = crossing(s, i, 0, level, end, at_end, TO_ROUNDING)
+    _, rise, work = rise_and_work(s, i, t)
+    return t, rise, work

@@ -25,29 +25,29 @@ STANDSTILL = 1e-6
 
 
 @compiled
-def fall(law, s, i, book, cells, results, control, log, u, w, dw, b):
+def fall(law, s, i, cells, results, control, log, u, w, dw, b):
     """From (u, w) on, w' = dw <= 0, friction follows the line to (0, mu_stop), Eq. (2a), until w or w' is zero."""
-    c = int(book[i, CELL])
+    c = int(s[CELL + i])
     mu_reversal = coefficient(law, cells, c, w)
-    if isnan(book[i, MU_TURN]):
-        book[i, MU_TURN] = mu_reversal
+    if isnan(s[MU_TURN + i]):
+        s[MU_TURN + i] = mu_reversal
     slope = line_slope(w, mu_reversal, cells[MU_STOP, c])
     drag, q, left = s[G + i] + slope, w - b, s[TAU_END + i] - s[TAU + i]
-    log_fall(log, s[TAU + i], book[i, SIGMA], u, w, dw, cells[MU_STOP, c], slope)
+    log_fall(log, s[TAU + i], s[SIGMA + i], u, w, dw, cells[MU_STOP, c], slope)
     stops, duration = end_of_fall(q, dw, drag, b)
     at_trough = not stops and duration < inf
     q1, dw1 = motion(q, dw, drag, min(duration, left))
-    if duration == inf or (at_trough and duration < left and 0.0 <= -q1 < STANDSTILL * book[i, BAND]):
-        return stay_on_line(s, i, book, cells, results, control, u, q, dw, drag, slope, b)
-    along_line(s, i, book, results, u, q, dw, drag, slope, cells[MU_STOP, c], b, min(duration, left))
+    if duration == inf or (at_trough and duration < left and 0.0 <= -q1 < STANDSTILL * s[BAND + i]):
+        return stay_on_line(s, i, cells, results, control, u, q, dw, drag, slope, b)
+    along_line(s, i, results, u, q, dw, drag, slope, cells[MU_STOP, c], b, min(duration, left))
     u1 = cells[MU_STOP, c] + slope * (q1 + b) + s[G + i] * q1 + dw1  # the equation of motion, u' = -q
     s[TAU + i] += min(duration, left)
     if duration >= left:
-        finish(s, i, book, results, UNRESOLVED, HORIZON_REACHED, book[i, SIGMA] * u1, -book[i, SIGMA] * q1)
+        finish(s, i, results, UNRESOLVED, HORIZON_REACHED, s[SIGMA + i] * u1, -s[SIGMA + i] * q1)
         return DONE
     if stops:
-        return come_to_rest(law, s, i, book, cells, results, control, log, u1, b, False)
-    return leave_line(law, s, i, book, cells, results, control, log, u1, b + q1, b, slope)
+        return come_to_rest(law, s, i, cells, results, control, log, u1, b, False)
+    return leave_line(law, s, i, cells, results, control, log, u1, b + q1, b, slope)
 
 
 @compiled
@@ -70,26 +70,26 @@ def end_of_fall(q, v, drag, b):
 
 
 @compiled
-def along_line(s, i, book, results, u, q, v, drag, slope, mu_stop, b, duration):
+def along_line(s, i, results, u, q, v, drag, slope, mu_stop, b, duration):
     """Note extrema, crossings, the settling band and the friction work of a fall."""
-    tau, sigma = s[TAU + i], book[i, SIGMA]
+    tau, sigma = s[TAU + i], s[SIGMA + i]
     q1, v1 = motion(q, v, drag, duration)
     u1 = mu_stop + slope * (q1 + b) + s[G + i] * q1 + v1
     if s[MARK + i] > 0.0:
         steepest = turn_time(v, -q - drag * v, drag)
         if steepest < duration:
-            note_ends(book, i, u, 0.0, motion(q, v, drag, steepest)[1])
+            note_ends(s, i, u, 0.0, motion(q, v, drag, steepest)[1])
         if q > 0.0 > q1:
             t = level_time(q, v, drag, 0.0, duration)
             xi = sigma * (mu_stop + slope * b + motion(q, v, drag, t)[1])
-            if note_turn(book, i, xi):
+            if note_turn(s, i, xi):
                 heat = friction_work(q, v, drag, b, mu_stop, slope, t, sigma * xi - u)
-                compare_loops(s, i, book, results, tau + t, s[HEAT + i] + heat, xi)
-        note_ends(book, i, u1, b + q1, v1)
-    shift = mu_stop + slope * b - sigma * book[i, XI_STAR]
+                compare_loops(s, i, results, tau + t, s[HEAT + i] + heat, xi)
+        note_ends(s, i, u1, b + q1, v1)
+    shift = mu_stop + slope * b - sigma * s[XI_STAR + i]
     band2 = s[BAND2 + i]
     if distance2(q, v, drag, shift) >= band2 > distance2(q1, v1, drag, shift):
-        book[i, ENTERED] = tau + entry_time(q, v, drag, shift, band2, duration)
+        s[ENTERED + i] = tau + entry_time(q, v, drag, shift, band2, duration)
     s[HEAT + i] += friction_work(q, v, drag, b, mu_stop, slope, duration, u1 - u)
 
 
@@ -101,54 +101,54 @@ def friction_work(q, v, drag, b, mu_stop, slope, t, advance):
 
 
 @compiled
-def stay_on_line(s, i, book, cells, results, control, u, q, v, drag, slope, b):
+def stay_on_line(s, i, cells, results, control, u, q, v, drag, slope, b):
     """The slip sinks to the belt speed on the line and stays there: steady sliding, settled."""
-    c = int(book[i, CELL])
-    sigma, left = book[i, SIGMA], s[TAU_END + i] - s[TAU + i]
-    band2, u_star = book[i, BAND] ** 2, cells[MU_STOP, c] + slope * b
+    c = int(s[CELL + i])
+    sigma, left = s[SIGMA + i], s[TAU_END + i] - s[TAU + i]
+    band2, u_star = s[BAND + i] ** 2, cells[MU_STOP, c] + slope * b
     settled = 0.0
     if distance2(q, v, drag, 0.0) >= band2:
         latest = 1.0
         while distance2(*motion(q, v, drag, latest), drag, 0.0) >= band2 and latest < min(left, 1e300):
             latest *= 2.0
         settled = entry_time(q, v, drag, 0.0, band2, latest)
-    along_line(s, i, book, results, u, q, v, drag, slope, cells[MU_STOP, c], b, min(settled, left))
+    along_line(s, i, results, u, q, v, drag, slope, cells[MU_STOP, c], b, min(settled, left))
     status = HORIZON_REACHED
-    if settled < left and book[i, DECIDED] == 0.0:
-        note_ends(book, i, u_star, b, 0.0)
-        decide_settled(s, i, book, results, s[TAU + i] + settled)
+    if settled < left and s[DECIDED + i] == 0.0:
+        note_ends(s, i, u_star, b, 0.0)
+        decide_settled(s, i, results, s[TAU + i] + settled)
         if control[EARLY_STOP] > 0.0:
-            left, status = settled, book[i, DECIDED_BY]
+            left, status = settled, s[DECIDED_BY + i]
     q1, v1 = motion(q, v, drag, left)
-    finish(s, i, book, results, UNRESOLVED, status, sigma * (u_star + (drag * q1 + v1)), -sigma * q1)
+    finish(s, i, results, UNRESOLVED, status, sigma * (u_star + (drag * q1 + v1)), -sigma * q1)
     return DONE
 
 
 @compiled
-def leave_line(law, s, i, book, cells, results, control, log, u, w, b, slope):
+def leave_line(law, s, i, cells, results, control, log, u, w, b, slope):
     """A trough of w on the line. If the curve lies above, neither is consistent: the mass holds its speed meanwhile.
 
     On the line the speed would rise, on the curve it would fall; the exact (Filippov) solution keeps w constant while
     the load u + gamma u' climbs from the line to the curve.
     """
-    c = int(book[i, CELL])
-    if book[i, DECIDED] == 0.0 and is_shrinking(s, i, book, cells, u, w, b):
-        note_ends(book, i, book[i, SIGMA] * book[i, XI_STAR], b, 0.0)
-        decide_settled(s, i, book, results, book[i, ENTERED])
+    c = int(s[CELL + i])
+    if s[DECIDED + i] == 0.0 and is_shrinking(s, i, cells, u, w, b):
+        note_ends(s, i, s[SIGMA + i] * s[XI_STAR + i], b, 0.0)
+        decide_settled(s, i, results, s[ENTERED + i])
     mu_line, mu_curve = cells[MU_STOP, c] + slope * w, coefficient(law, cells, c, w)
     holds = mu_curve > mu_line
     if holds:
         left = s[TAU_END + i] - s[TAU + i]
         duration = (mu_curve - mu_line) / (b - w)
-        log_closed_form(log, s[TAU + i], HOLD, book[i, SIGMA], u, w)
-        if duration >= left and (book[i, DECIDED] == 0.0 or control[EARLY_STOP] == 0.0):
-            sigma = book[i, SIGMA]
-            finish(s, i, book, results, UNRESOLVED, HORIZON_REACHED, sigma * (u + (b - w) * left), sigma * (b - w))
+        log_closed_form(log, s[TAU + i], HOLD, s[SIGMA + i], u, w)
+        if duration >= left and (s[DECIDED + i] == 0.0 or control[EARLY_STOP] == 0.0):
+            sigma = s[SIGMA + i]
+            finish(s, i, results, UNRESOLVED, HORIZON_REACHED, sigma * (u + (b - w) * left), sigma * (b - w))
             return DONE
-        note_entry_at_constant_speed(s, i, book, s[TAU + i], u, w, b, duration)
+        note_entry_at_constant_speed(s, i, s[TAU + i], u, w, b, duration)
         s[TAU + i] += duration
         s[HEAT + i] += w * duration * 0.5 * (mu_line + mu_curve)
         u += (b - w) * duration
-    enter_curve(law, s, i, book, cells, RISE, u, w, b, holds)
-    log_slip(log, s, i, RISE, book[i, SIGMA])
+    enter_curve(law, s, i, cells, RISE, u, w, b, holds)
+    log_slip(log, s, i, RISE, s[SIGMA + i])
     return RUNNING

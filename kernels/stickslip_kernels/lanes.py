@@ -112,8 +112,9 @@ def watch_extrema(s):
         steepest = (jerk0 * jerk < 0.0) & (max(abs(dw0), abs(dw)) + reach(jerk0, jerk, h) >= s[DW_TOP + i])
         p0, p, q0, q = y0 - s[Y_STAR + i], y - s[Y_STAR + i], w0 - s[B + i], w - s[B + i]
         # Sharper than `reach`, with a quarter to spare: it decides whether an oscillation that rings down is looked at.
-        turn, beyond = (q0 > 0.0) != (q > 0.0), 1.25 * h * abs(q0 * q) / (abs(q0) + abs(q))
-        known = (max(y0, y) + beyond < s[Y_HIGH + i]) & (min(y0, y) - beyond > s[Y_LOW + i])
+        turn, slopes, beyond = (q0 > 0.0) != (q > 0.0), abs(q0) + abs(q), 1.25 * h * abs(q0 * q)
+        known = (s[Y_HIGH + i] - max(y0, y)) * slopes > beyond
+        known = known & ((min(y0, y) - s[Y_LOW + i]) * slopes > beyond)
         outward = (q * p > 0.0) & (p * p0 > 0.0) & (min(p * p, p0 * p0) > s[BAND2 + i])
         quiet = turn & known & outward & (s[QUIET + i] > 0.0)
         marked = s[MARK + i] > 0.0
@@ -160,3 +161,12 @@ def watch_and_commit(s, max_steps):
     # at 40 cycles each on some processors (Zen 3).
     for i in range(STATE_NUMBERS):
         s[i] = s[STATE_NUMBERS + i]
+
+
+@compiled
+def flagged_lanes(s):
+    """The lanes whose flag is up: bit i of an int64 for lane i."""
+    flagged = 0
+    for i in range(WIDTH):
+        flagged |= (s[FLAG + i] != 0.0) << i
+    return flagged

@@ -159,10 +159,10 @@ WIDTH = 32
 ORDER = 12  # of the Taylor step
 SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'
 SERIES_WEAK = SERIES_DW + ORDER * WIDTH  # the same of the weakening part of friction
-LANE_NUMBERS = SERIES_WEAK + ORDER * WIDTH
 STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
 
-# --- slow state: columns of `book` (WIDTH, BOOK_COLUMNS), one row a lane --------------------------------------------
+# --- slow state: further rows of `lanes`, which only the scalar code uses -------------------------------------------
+SLOW = SERIES_WEAK + ORDER * WIDTH
 (
     CELL,  # index of the cell in the block, -1: the lane is idle
     MODE,
@@ -196,8 +196,8 @@ STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
     LOOP_DECREMENT,  # size of the log decrement over the ten loops before
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(32)
-BOOK_COLUMNS = 32
+) = range(SLOW, SLOW + 32 * WIDTH, WIDTH)
+LANE_NUMBERS = SLOW + 32 * WIDTH
 
 # --- trace log: rows of `log` (capacity, LOG_COLUMNS); row 0 is a header whose first number counts the segments met ---
 # The others hold one segment each, from LOG_TAU to the LOG_TAU of the next. A log without rows is switched off.
@@ -252,6 +252,6 @@ SIGNAL_ROWS = 4
 STOP_START, STOP_END, STOP_LOAD = range(3)  # of a stick phase; the load at its end
 STOP_COLUMNS = 3
 
-# Columns of the slow state of a rig, `book` (WIDTH, RIG_BOOK_COLUMNS); CELL, MODE, SIGMA and W_MIN are as above
-RIG_SEGMENT, RIG_SAMPLE, RIG_AGE = range(W_MIN + 1, W_MIN + 4)  # under way; next to be taken; time in contact
-RIG_BOOK_COLUMNS = W_MIN + 4
+# The slow state of a rig: CELL, MODE, SIGMA and W_MIN as above, then (segment under way, next sample to be taken, time
+# in contact)
+RIG_SEGMENT, RIG_SAMPLE, RIG_AGE = range(W_MIN + WIDTH, W_MIN + 4 * WIDTH, WIDTH)

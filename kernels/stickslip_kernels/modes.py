@@ -36,44 +36,44 @@ ROUNDING = 1e-12  # motion smaller than this is lost beside forces of the size o
 
 
 @compiled
-def start_cell(law, s, i, book, cells, c, results, control, log):
+def start_cell(law, s, i, cells, c, results, control, log):
     """Put cell c into lane i and bring it to its first slip."""
     results[DAMPING_RATIO, c] = damping_ratio(law, cells, c)
     for row in range(CELL_ROWS):
         if isnan(cells[row, c]) and row != MU_STOP and row != ETA_START:
             results[REGIME, c], results[STATUS, c] = FAILED, NOT_FINITE
             return DONE
-    start_book(law, book, i, cells, c)
+    start_book(law, s, i, cells, c)
     gamma, belt = cells[GAMMA, c], cells[BELT, c]
-    book[i, W_MIN] = 0.0 if isnan(cells[MU_STOP, c]) else speed_of_slope(law, cells, c, 0.0)
-    book[i, W_STABLE] = speed_of_slope(law, cells, c, -gamma)
+    s[W_MIN + i] = 0.0 if isnan(cells[MU_STOP, c]) else speed_of_slope(law, cells, c, 0.0)
+    s[W_STABLE + i] = speed_of_slope(law, cells, c, -gamma)
     s[TAU + i], s[HEAT + i], s[TRIED + i] = 0.0, 0.0, 0.0
     s[G + i], s[RATE + i], s[EXPONENT + i] = gamma, 1.0 / cells[A4, c], cells[DELTA, c]
     s[TAU_END + i], s[MARK + i] = cells[HORIZON, c], 1.0
-    s[FLOOR + i], s[BAND2 + i] = 1e-3 * abs(belt) + ROUNDING, book[i, BAND] ** 2
+    s[FLOOR + i], s[BAND2 + i] = 1e-3 * abs(belt) + ROUNDING, s[BAND + i] ** 2
     xi, eta = cells[XI_START, c], cells[ETA_START, c]
     relative = 0.0 if isnan(eta) else belt - eta
     if relative == 0.0:
-        book[i, SIGMA] = 1.0
-        return come_to_rest(law, s, i, book, cells, results, control, log, xi, belt, True)
-    return start_sliding(law, s, i, book, cells, results, control, log, xi, relative)
+        s[SIGMA + i] = 1.0
+        return come_to_rest(law, s, i, cells, results, control, log, xi, belt, True)
+    return start_sliding(law, s, i, cells, results, control, log, xi, relative)
 
 
 @compiled
-def start_sliding(law, s, i, book, cells, results, control, log, xi, relative):
+def start_sliding(law, s, i, cells, results, control, log, xi, relative):
     """Begin in slip: the mode follows from the slip speed and the sign of its derivative on the curve."""
-    c = int(book[i, CELL])
+    c = int(s[CELL + i])
     sigma = 1.0 if relative > 0.0 else -1.0
     u, w, b = sigma * xi, abs(relative), sigma * cells[BELT, c]
-    book[i, SIGMA], book[i, SLIP_START] = sigma, 0.0
-    note_side(book, i, xi)
+    s[SIGMA + i], s[SLIP_START + i] = sigma, 0.0
+    note_side(s, i, xi)
     begin_stepping(law, s, i, cells, c)
-    enter_curve(law, s, i, book, cells, FAST if w >= book[i, W_MIN] > 0.0 else RISE, u, w, b, False)
+    enter_curve(law, s, i, cells, FAST if w >= s[W_MIN + i] > 0.0 else RISE, u, w, b, False)
     dw = s[DW + i]
-    note_ends(book, i, u, w, dw)
-    if w < book[i, W_MIN] and (dw < 0.0 or (dw == 0.0 and w > b)):
-        return fall(law, s, i, book, cells, results, control, log, u, w, dw, b)
-    log_slip(log, s, i, book[i, MODE], sigma)
+    note_ends(s, i, u, w, dw)
+    if w < s[W_MIN + i] and (dw < 0.0 or (dw == 0.0 and w > b)):
+        return fall(law, s, i, cells, results, control, log, u, w, dw, b)
+    log_slip(log, s, i, s[MODE + i], sigma)
     return RUNNING
 
 
@@ -81,68 +81,68 @@ def start_sliding(law, s, i, book, cells, results, control, log, xi, relative):
 
 
 @compiled(inline=True)
-def attend(law, s, i, book, cells, results, control, log):
+def attend(law, s, i, cells, results, control, log):
     """Look at lane i, whose last step was flagged: record what it met, change the mode, or finish the cell."""
-    count_quiet_turns(s, i, book)
+    count_quiet_turns(s, i)
     if s[FLAG + i] == 2.0:
-        return give_up(s, i, book, results, control)
+        return give_up(s, i, results, control)
     interpolate(law, s, i)
     kind, h, y, w, dw, work = find_event(law, s, i)
     jerk = jerk_in_lane(law, s, i, y, w, dw, s[B + i])
     if s[MARK + i] > 0.0:
-        record_extrema(s, i, book, results, h, y, w, dw, jerk)
-        show_tops(s, i, book)
+        record_extrema(s, i, results, h, y, w, dw, jerk)
+        show_tops(s, i)
     if s[BAND2 + i] > 0.0:
-        note_entry(s, i, book, h, y, w)
+        note_entry(s, i, h, y, w)
     s[TAU + i] += h
     s[HEAT + i] += work
     s[Y + i], s[W + i], s[DW + i], s[JERK + i], s[WEAK + i] = y, w, dw, jerk, s[WEAK_NEW + i]
     if kind == NO_EVENT:
-        check_settling(law, s, i, book, results)
-        log_slip(log, s, i, book[i, MODE], book[i, SIGMA])
+        check_settling(law, s, i, results)
+        log_slip(log, s, i, s[MODE + i], s[SIGMA + i])
     else:
         restart(law, s, i, s[TAKEN + i])
-        if change_mode(law, s, i, book, cells, results, control, log, kind) == DONE:
+        if change_mode(law, s, i, cells, results, control, log, kind) == DONE:
             return DONE
-    if book[i, DECIDED] > 0.0 and control[EARLY_STOP] > 0.0:
-        return close(s, i, book, results, book[i, DECIDED_BY])
+    if s[DECIDED + i] > 0.0 and control[EARLY_STOP] > 0.0:
+        return close(s, i, results, s[DECIDED_BY + i])
     if s[TAU + i] >= s[TAU_END + i]:
-        return close(s, i, book, results, HORIZON_REACHED)
+        return close(s, i, results, HORIZON_REACHED)
     return RUNNING
 
 
 @compiled(inline=True)
-def close(s, i, book, results, status):
+def close(s, i, results, status):
     """Finish a cell that is slipping."""
-    sigma, b = book[i, SIGMA], s[B + i]
+    sigma, b = s[SIGMA + i], s[B + i]
     u = s[Y + i] - s[G + i] * b + s[OFFSET + i]
-    finish(s, i, book, results, UNRESOLVED, status, sigma * u, sigma * (b - s[W + i]))
+    finish(s, i, results, UNRESOLVED, status, sigma * u, sigma * (b - s[W + i]))
     return DONE
 
 
 @compiled(inline=True)
-def give_up(s, i, book, results, control):
+def give_up(s, i, results, control):
     """No further step: the budget is spent, or the step size fell below rounding."""
     finite = isfinite(s[Y + i]) and isfinite(s[W + i]) and isfinite(s[DW + i])
     if finite and s[STEP + i] >= SMALLEST_STEP:
-        return close(s, i, book, results, STEP_LIMIT)
-    finish(s, i, book, results, FAILED, STEP_UNDERFLOW if finite else NOT_FINITE, nan, nan)
+        return close(s, i, results, STEP_LIMIT)
+    finish(s, i, results, FAILED, STEP_UNDERFLOW if finite else NOT_FINITE, nan, nan)
     return DONE
 
 
 @compiled(inline=True)
-def change_mode(law, s, i, book, cells, results, control, log, kind):
+def change_mode(law, s, i, cells, results, control, log, kind):
     """The mode of lane i ends at its present state."""
-    mode, b, w = book[i, MODE], s[B + i], s[W + i]
+    mode, b, w = s[MODE + i], s[B + i], s[W + i]
     u = s[Y + i] - s[G + i] * b + s[OFFSET + i]
     if s[MARK + i] > 0.0:
-        note_ends(book, i, u, w, s[DW + i])
+        note_ends(s, i, u, w, s[DW + i])
     if kind == LEVEL_REACHED and s[LEVEL + i] == 0.0:
-        return come_to_rest(law, s, i, book, cells, results, control, log, u, b, False)
+        return come_to_rest(law, s, i, cells, results, control, log, u, b, False)
     if kind == LEVEL_REACHED and mode == RISE:
-        enter_curve(law, s, i, book, cells, FAST, u, w, b, False)
-        log_slip(log, s, i, FAST, book[i, SIGMA])
+        enter_curve(law, s, i, cells, FAST, u, w, b, False)
+        log_slip(log, s, i, FAST, s[SIGMA + i])
         return RUNNING
     if kind == TURNED:
-        note_peak(book, i, w - b)
-    return fall(law, s, i, book, cells, results, control, log, u, w, s[DW + i], b)
+        note_peak(s, i, w - b)
+    return fall(law, s, i, cells, results, control, log, u, w, s[DW + i], b)

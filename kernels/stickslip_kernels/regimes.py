@@ -1,7 +1,7 @@
 """What a motion means: extrema, crossings and cycles as they pass, and the regime once it is certain.
 
 Nothing is guessed: stick-slip is a closed cycle, settling is proven by a Lyapunov function or by shrinking peaks, and a
-cell whose horizon or budget runs out first is `unresolved`. Functions change `book` (slow state) and `results`.
+cell whose horizon or budget runs out first is `unresolved`. Functions change the slow state and `results`.
 """
 
 from math import atan2, cos, inf, log, nan, pi, sin
@@ -15,11 +15,12 @@ from .laws import inflection, shape, weakening_slope
 from .layout import (
     A1, A3, A4, ACCELERATION_MAX, B, BAND, BAND2, BELT, CELL, CREEP, CROSSED, CROSSINGS, CYCLE_CLOSED, CYCLE_HEAT,
     CYCLE_START, CYCLE_STICK_TIME, DAMPED, DECIDED, DECIDED_BY, DROP, DW, DW_HIGH, DW_TOP, ENTERED, ETA_END,
-    EXPONENT, G, GAMMA, HEAT, HEAT_START, JERK, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_DECREMENT, LOOP_HEAT, LOOP_TAU,
-    MARK, MODE, MU_REVERSAL, MU_TURN, OFFSET, OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD, QUIET, QUIET_GIVEN,
-    RADIUS2, RATE, REGIME, RELEASE_CHANGE, RISE, SETTLED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START, SLOPE,
-    SPEED_MAX, STATUS, STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, SUSTAINED, TAU, TRIED, W,
-    W_HIGH, W_MIN, W_STABLE, W_TOP, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_HIGH, Y_LOW, Y_STAR,
+    EXPONENT, G, GAMMA, HEAT, HEAT_START, JERK, LANE_NUMBERS, LOOP_AMPLITUDE, LOOP_COUNT, LOOP_DECREMENT, LOOP_HEAT,
+    LOOP_TAU, MARK, MODE, MU_REVERSAL, MU_TURN, OFFSET, OSCILLATION_SUSTAINED, PEAK, PEAK_BEFORE, PERIOD, QUIET,
+    QUIET_GIVEN, RADIUS2, RATE, REGIME, RELEASE_CHANGE, RISE, SETTLED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START,
+    SLOPE, SLOW, SPEED_MAX, STATUS, STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, SUSTAINED, TAU,
+    TRIED, W, WIDTH, W_HIGH, W_MIN, W_STABLE, W_TOP, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_HIGH,
+    Y_LOW, Y_STAR,
 )  # fmt: skip
 
 BAND_SHARE = 1e-4  # settling band in units of mu_start
@@ -39,140 +40,141 @@ def damping_ratio(law, cells, c):
 
 
 @compiled(inline=True)
-def start_book(law, book, i, cells, c):
+def start_book(law, s, i, cells, c):
     """Fresh slow state for cell c in lane i."""
-    book[i, :] = 0.0
+    for row in range(SLOW, LANE_NUMBERS, WIDTH):
+        s[row + i] = 0.0
     belt = cells[BELT, c]
     mu_belt = coefficient(law, cells, c, abs(belt))
-    book[i, CELL] = c
-    book[i, XI_STAR] = mu_belt if belt >= 0.0 else -mu_belt
-    book[i, BAND] = BAND_SHARE * (cells[A1, c] + cells[A3, c])
-    book[i, SLIP_START], book[i, CYCLE_START], book[i, MU_TURN], book[i, ENTERED] = nan, nan, nan, -inf
-    book[i, PEAK], book[i, PEAK_BEFORE], book[i, LOOP_COUNT], book[i, LOOP_DECREMENT] = inf, inf, -1.0, -inf
-    book[i, RELEASE_CHANGE] = inf
-    reset_extrema(book, i)
+    s[CELL + i] = c
+    s[XI_STAR + i] = mu_belt if belt >= 0.0 else -mu_belt
+    s[BAND + i] = BAND_SHARE * (cells[A1, c] + cells[A3, c])
+    s[SLIP_START + i], s[CYCLE_START + i], s[MU_TURN + i], s[ENTERED + i] = nan, nan, nan, -inf
+    s[PEAK + i], s[PEAK_BEFORE + i], s[LOOP_COUNT + i], s[LOOP_DECREMENT + i] = inf, inf, -1.0, -inf
+    s[RELEASE_CHANGE + i] = inf
+    reset_extrema(s, i)
 
 
 @compiled
-def reset_extrema(book, i):
+def reset_extrema(s, i):
     """Forget the extrema so far."""
-    book[i, XI_HIGH], book[i, XI_LOW], book[i, W_HIGH], book[i, DW_HIGH] = -inf, inf, 0.0, 0.0
+    s[XI_HIGH + i], s[XI_LOW + i], s[W_HIGH + i], s[DW_HIGH + i] = -inf, inf, 0.0, 0.0
 
 
 # --- extrema --------------------------------------------------------------------------------------------------------
 
 
 @compiled(inline=True)
-def note_ends(book, i, u, w, dw):
+def note_ends(s, i, u, w, dw):
     """Let a state that begins or ends a phase count towards the extrema."""
-    xi = book[i, SIGMA] * u
-    book[i, XI_HIGH], book[i, XI_LOW] = max(book[i, XI_HIGH], xi), min(book[i, XI_LOW], xi)
-    book[i, W_HIGH], book[i, DW_HIGH] = max(book[i, W_HIGH], w), max(book[i, DW_HIGH], abs(dw))
+    xi = s[SIGMA + i] * u
+    s[XI_HIGH + i], s[XI_LOW + i] = max(s[XI_HIGH + i], xi), min(s[XI_LOW + i], xi)
+    s[W_HIGH + i], s[DW_HIGH + i] = max(s[W_HIGH + i], w), max(s[DW_HIGH + i], abs(dw))
 
 
 @compiled(inline=True)
-def record_extrema(s, i, book, results, h, y1, w1, dw1, jerk1):
+def record_extrema(s, i, results, h, y1, w1, dw1, jerk1):
     """Extrema of u, w and w' between the start of the step of lane i and the state after h."""
     w0, dw0, jerk0, b, at_end = s[W + i], s[DW + i], s[JERK + i], s[B + i], (w1, dw1, jerk1, 0.0)
     if dw0 * dw1 < 0.0 and max(w0, w1) + reach(dw0, dw1, h) >= s[W_TOP + i]:
         top = speed(s, i, crossing(s, i, 1, 0.0, h, at_end, FOR_A_VALUE))[0]
-        book[i, W_HIGH] = max(book[i, W_HIGH], top)
+        s[W_HIGH + i] = max(s[W_HIGH + i], top)
         if dw0 > 0.0:
-            note_peak(book, i, top - b)
+            note_peak(s, i, top - b)
     if jerk0 * jerk1 < 0.0 and max(abs(dw0), abs(dw1)) + reach(jerk0, jerk1, h) >= s[DW_TOP + i]:
         steepest = speed(s, i, crossing(s, i, 2, 0.0, h, at_end, FOR_A_VALUE_BY_NEWTON))[1]
-        book[i, DW_HIGH] = max(book[i, DW_HIGH], abs(steepest))
+        s[DW_HIGH + i] = max(s[DW_HIGH + i], abs(steepest))
     if (w0 > b) != (w1 > b):  # u' = b - w changes sign
         t = crossing(s, i, 0, b, h, at_end, FOR_A_VALUE)
         u = s[Y + i] + rise_and_work(s, i, t)[1] - s[G + i] * b + s[OFFSET + i]
-        if note_turn(book, i, book[i, SIGMA] * u):
+        if note_turn(s, i, s[SIGMA + i] * u):
             t = crossing(s, i, 0, b, h, at_end, TO_ROUNDING)
             work = rise_and_work(s, i, t)[2]
-            compare_loops(s, i, book, results, s[TAU + i] + t, s[HEAT + i] + work, book[i, SIGMA] * u)
+            compare_loops(s, i, results, s[TAU + i] + t, s[HEAT + i] + work, s[SIGMA + i] * u)
 
 
 @compiled(inline=True)
-def show_tops(s, i, book):
+def show_tops(s, i):
     """Tell the lanes which extrema are worth a look; on a hysteretic curve every peak is, for `is_shrinking`.
 
     Extrema of u may pass until the next comparison of loops is due.
     """
-    s[W_TOP + i] = book[i, W_HIGH] if book[i, W_MIN] == 0.0 else -inf
-    s[DW_TOP + i] = book[i, DW_HIGH]
+    s[W_TOP + i] = s[W_HIGH + i] if s[W_MIN + i] == 0.0 else -inf
+    s[DW_TOP + i] = s[DW_HIGH + i]
     to_y = s[G + i] * s[B + i] - s[OFFSET + i]
-    s[Y_HIGH + i], s[Y_LOW + i] = book[i, XI_HIGH] + to_y, book[i, XI_LOW] + to_y
-    may_pass = book[i, SIGMA] > 0.0 and book[i, LOOP_COUNT] >= 0.0
-    book[i, QUIET_GIVEN] = 2.0 * (LOOPS - 1.0 - book[i, LOOP_COUNT]) if may_pass else 0.0
-    s[QUIET + i] = book[i, QUIET_GIVEN]
+    s[Y_HIGH + i], s[Y_LOW + i] = s[XI_HIGH + i] + to_y, s[XI_LOW + i] + to_y
+    may_pass = s[SIGMA + i] > 0.0 and s[LOOP_COUNT + i] >= 0.0
+    s[QUIET_GIVEN + i] = 2.0 * (LOOPS - 1.0 - s[LOOP_COUNT + i]) if may_pass else 0.0
+    s[QUIET + i] = s[QUIET_GIVEN + i]
 
 
 @compiled(inline=True)
-def count_quiet_turns(s, i, book):
+def count_quiet_turns(s, i):
     """Count the extrema of u that passed without a look: in turn above and below the equilibrium, beyond the band."""
-    turns = book[i, QUIET_GIVEN] - s[QUIET + i]
+    turns = s[QUIET_GIVEN + i] - s[QUIET + i]
     if turns > 0.0:
         last = 1.0 if s[W + i] > s[B + i] else -1.0
         first = last if turns % 2.0 == 1.0 else -last
-        book[i, CROSSED] += turns if first * book[i, SIDE_LAST] < 0.0 else turns - 1.0
-        book[i, LOOP_COUNT] += 0.5 * turns if turns % 2.0 == 0.0 else 0.5 * (turns + last)
-        book[i, SIDE_LAST], book[i, QUIET_GIVEN] = last, s[QUIET + i]
+        s[CROSSED + i] += turns if first * s[SIDE_LAST + i] < 0.0 else turns - 1.0
+        s[LOOP_COUNT + i] += 0.5 * turns if turns % 2.0 == 0.0 else 0.5 * (turns + last)
+        s[SIDE_LAST + i], s[QUIET_GIVEN + i] = last, s[QUIET + i]
 
 
 @compiled
-def note_peak(book, i, height):
+def note_peak(s, i, height):
     """A peak of the slip speed, `height` above the belt speed."""
-    book[i, PEAK_BEFORE], book[i, PEAK] = book[i, PEAK], height
+    s[PEAK_BEFORE + i], s[PEAK + i] = s[PEAK + i], height
 
 
 @compiled
-def note_turn(book, i, xi):
+def note_turn(s, i, xi):
     """An extremum of xi: the range, the crossing of the equilibrium, the loop. Whether to compare loops now."""
-    book[i, XI_HIGH], book[i, XI_LOW] = max(book[i, XI_HIGH], xi), min(book[i, XI_LOW], xi)
-    distance = xi - book[i, XI_STAR]
-    if abs(distance) > book[i, BAND]:
+    s[XI_HIGH + i], s[XI_LOW + i] = max(s[XI_HIGH + i], xi), min(s[XI_LOW + i], xi)
+    distance = xi - s[XI_STAR + i]
+    if abs(distance) > s[BAND + i]:
         side = 1.0 if distance > 0.0 else -1.0
-        if side * book[i, SIDE_LAST] < 0.0:
-            book[i, CROSSED] += 1.0
-        book[i, SIDE_LAST] = side
+        if side * s[SIDE_LAST + i] < 0.0:
+            s[CROSSED + i] += 1.0
+        s[SIDE_LAST + i] = side
     if distance <= 0.0:
         return False
-    book[i, LOOP_COUNT] += 1.0
-    return book[i, LOOP_COUNT] == 0.0 or book[i, LOOP_COUNT] == LOOPS
+    s[LOOP_COUNT + i] += 1.0
+    return s[LOOP_COUNT + i] == 0.0 or s[LOOP_COUNT + i] == LOOPS
 
 
 @compiled
-def compare_loops(s, i, book, results, tau, heat, xi):
+def compare_loops(s, i, results, tau, heat, xi):
     """At the first maximum of xi, and ten loops after each look: sustained if the log decrement is zero and stays so.
 
     A motion that leaves an unstable cycle also starts with a decrement near zero, which then grows: two looks in a row
     tell them apart.
     """
-    amplitude = xi - book[i, XI_STAR]
-    decrement = abs(log(book[i, LOOP_AMPLITUDE] / amplitude)) / LOOPS if book[i, LOOP_COUNT] == LOOPS else inf
-    if decrement < SUSTAINED_DECREMENT and decrement <= book[i, LOOP_DECREMENT] + DECREMENT_NOISE:
-        c = int(book[i, CELL])
-        results[PERIOD, c] = (tau - book[i, LOOP_TAU]) / LOOPS
+    amplitude = xi - s[XI_STAR + i]
+    decrement = abs(log(s[LOOP_AMPLITUDE + i] / amplitude)) / LOOPS if s[LOOP_COUNT + i] == LOOPS else inf
+    if decrement < SUSTAINED_DECREMENT and decrement <= s[LOOP_DECREMENT + i] + DECREMENT_NOISE:
+        c = int(s[CELL + i])
+        results[PERIOD, c] = (tau - s[LOOP_TAU + i]) / LOOPS
         results[CYCLE_STICK_TIME, c] = 0.0
-        results[CYCLE_HEAT, c] = (heat - book[i, LOOP_HEAT]) / LOOPS
-        decide(s, i, book, results, SUSTAINED, OSCILLATION_SUSTAINED)
-    book[i, LOOP_DECREMENT] = decrement if decrement < SUSTAINED_DECREMENT else -inf
-    book[i, LOOP_AMPLITUDE], book[i, LOOP_TAU], book[i, LOOP_HEAT] = amplitude, tau, heat
-    book[i, LOOP_COUNT] = 0.0
+        results[CYCLE_HEAT, c] = (heat - s[LOOP_HEAT + i]) / LOOPS
+        decide(s, i, results, SUSTAINED, OSCILLATION_SUSTAINED)
+    s[LOOP_DECREMENT + i] = decrement if decrement < SUSTAINED_DECREMENT else -inf
+    s[LOOP_AMPLITUDE + i], s[LOOP_TAU + i], s[LOOP_HEAT + i] = amplitude, tau, heat
+    s[LOOP_COUNT + i] = 0.0
 
 
 @compiled(inline=True)
-def note_side(book, i, xi):
+def note_side(s, i, xi):
     """Remember on which side of the equilibrium a slip starts."""
-    distance = xi - book[i, XI_STAR]
-    if abs(distance) > book[i, BAND]:
-        book[i, SIDE_LAST] = 1.0 if distance > 0.0 else -1.0
+    distance = xi - s[XI_STAR + i]
+    if abs(distance) > s[BAND + i]:
+        s[SIDE_LAST + i] = 1.0 if distance > 0.0 else -1.0
 
 
 # --- settling -------------------------------------------------------------------------------------------------------
 
 
 @compiled(inline=True)
-def proven_radius(law, s, i, book, mode, b):
+def proven_radius(law, s, i, mode, b):
     """Radius of the disc about steady sliding, in the plane (u, u'), from which the motion provably settles.
 
     With V = (u - u*)^2 + u'^2, V' = -2 u'^2 (gamma + mu'(somewhere between w and b)). As mu' grows with w, V falls for
@@ -180,11 +182,11 @@ def proven_radius(law, s, i, book, mode, b):
     hysteretic curve below its minimum the mode changes where w' = 0, and the disc only tells when to ask
     `creeps_in`.
     """
-    if b <= 0.0 or book[i, DECIDED] > 0.0 or drag_at(law, s, i, b) <= 0.0:
+    if b <= 0.0 or s[DECIDED + i] > 0.0 or drag_at(law, s, i, b) <= 0.0:
         return 0.0
-    if mode == RISE and book[i, W_MIN] > 0.0:
-        return min(book[i, BAND], b) if book[i, W_MIN] > b and drag_at(law, s, i, b) >= 2.0 else 0.0
-    return max(0.0, min(book[i, BAND], b - max(book[i, W_STABLE], book[i, W_MIN])))
+    if mode == RISE and s[W_MIN + i] > 0.0:
+        return min(s[BAND + i], b) if s[W_MIN + i] > b and drag_at(law, s, i, b) >= 2.0 else 0.0
+    return max(0.0, min(s[BAND + i], b - max(s[W_STABLE + i], s[W_MIN + i])))
 
 
 @compiled
@@ -213,20 +215,20 @@ def creeps_in(law, s, i):
 
 
 @compiled(inline=True)
-def check_settling(law, s, i, book, results):
+def check_settling(law, s, i, results):
     """Inside the disc of `proven_radius` the motion has settled; where the mode may yet change, if it creeps in."""
     p, q = s[Y + i] - s[Y_STAR + i], s[W + i] - s[B + i]
-    may_change = book[i, MODE] == RISE and book[i, W_MIN] > 0.0
+    may_change = s[MODE + i] == RISE and s[W_MIN + i] > 0.0
     if p * p + q * q < s[RADIUS2 + i] and (not may_change or creeps_in(law, s, i)):
-        note_ring_down(law, s, i, book)
-        decide_settled(s, i, book, results, book[i, ENTERED])
+        note_ring_down(law, s, i)
+        decide_settled(s, i, results, s[ENTERED + i])
 
 
 # --- the settling band ----------------------------------------------------------------------------------------------
 
 
 @compiled(inline=True)
-def note_entry(s, i, book, h, y1, w1):
+def note_entry(s, i, h, y1, w1):
     """Note when, between the start of the step of lane i and the state after h, the motion came into the band."""
     b, band2 = s[B + i], s[BAND2 + i]
     p0, p1, q0, q1 = s[Y + i] - s[Y_STAR + i], y1 - s[Y_STAR + i], s[W + i] - b, w1 - b
@@ -246,29 +248,29 @@ def note_entry(s, i, book, h, y1, w1):
         if abs(new - t) <= 1e-9 * h:
             break
         t = new if outside < new < inside else 0.5 * (outside + inside)
-    book[i, ENTERED] = s[TAU + i] + t
+    s[ENTERED + i] = s[TAU + i] + t
 
 
 @compiled
-def note_entry_at_constant_speed(s, i, book, tau, u, w, b, duration):
+def note_entry_at_constant_speed(s, i, tau, u, w, b, duration):
     """The same for a stick or hold phase that starts at tau: u moves at b - w >= 0."""
-    p0, q2 = u - book[i, SIGMA] * book[i, XI_STAR], (w - b) ** 2
+    p0, q2 = u - s[SIGMA + i] * s[XI_STAR + i], (w - b) ** 2
     p1, band2 = p0 + (b - w) * duration, s[BAND2 + i]
     if p0 * p0 + q2 >= band2 and p1 * p1 + q2 < band2:
-        book[i, ENTERED] = tau - (p0 + (band2 - q2) ** 0.5) / (b - w)
+        s[ENTERED + i] = tau - (p0 + (band2 - q2) ** 0.5) / (b - w)
 
 
 @compiled
-def is_shrinking(s, i, book, cells, u, w, b):
+def is_shrinking(s, i, cells, u, w, b):
     """Whether a trough below v_min, with its peak, lies inside the band and the peaks shrink.
 
     Near steady sliding on the hysteretic curve the motion is a chain of straight pieces, the same at every scale: peaks
     then shrink by a constant factor. Small against b and a4 so that the curve is straight over the loop.
     """
-    small = min(book[i, BAND], 0.05 * min(b, cells[A4, int(book[i, CELL])]))
-    near = (u - book[i, SIGMA] * book[i, XI_STAR]) ** 2 + (w - b) ** 2 < s[BAND2 + i]
-    near = near and b - w < small and book[i, PEAK] < small
-    return near and book[i, PEAK] < SHRINKING * book[i, PEAK_BEFORE]
+    small = min(s[BAND + i], 0.05 * min(b, cells[A4, int(s[CELL + i])]))
+    near = (u - s[SIGMA + i] * s[XI_STAR + i]) ** 2 + (w - b) ** 2 < s[BAND2 + i]
+    near = near and b - w < small and s[PEAK + i] < small
+    return near and s[PEAK + i] < SHRINKING * s[PEAK_BEFORE + i]
 
 
 @compiled
@@ -290,7 +292,7 @@ def ring_extremum(p, dp, zeta):
 
 
 @compiled
-def note_ring_down(law, s, i, book):
+def note_ring_down(law, s, i):
     """Extrema still to come once the motion has settled, where it is the linear oscillator to one part in 10^4.
 
     An approach that stays inside the settling band may yet overshoot there, and its limit belongs to the range.
@@ -298,55 +300,55 @@ def note_ring_down(law, s, i, book):
     b = s[B + i]
     zeta = 0.5 * drag_at(law, s, i, b)
     u_star = s[Y_STAR + i] - s[G + i] * b + s[OFFSET + i]
-    note_ends(book, i, u_star, b, 0.0)
+    note_ends(s, i, u_star, b, 0.0)
     p = ring_extremum(s[Y + i] - s[Y_STAR + i], b - s[W + i], zeta)
     q = ring_extremum(s[W + i] - b, s[DW + i], zeta)
-    note_ends(book, i, u_star + p, b + q, 0.0)
-    note_ends(book, i, u_star + ring_extremum(p, 0.0, zeta), b + ring_extremum(q, 0.0, zeta), 0.0)
+    note_ends(s, i, u_star + p, b + q, 0.0)
+    note_ends(s, i, u_star + ring_extremum(p, 0.0, zeta), b + ring_extremum(q, 0.0, zeta), 0.0)
 
 
 # --- verdicts -------------------------------------------------------------------------------------------------------
 
 
 @compiled
-def decide(s, i, book, results, regime, status):
+def decide(s, i, results, regime, status):
     """Write the verdict and the metrics of the motion; extrema are not recorded from here on.
 
     The status stays NOT_RUN until the cell is finished, so that an interrupted one counts as not computed.
     """
-    c = int(book[i, CELL])
+    c = int(s[CELL + i])
     results[REGIME, c] = regime
-    results[XI_MAX, c], results[XI_MIN, c] = book[i, XI_HIGH], book[i, XI_LOW]
-    results[SPEED_MAX, c], results[ACCELERATION_MAX, c] = book[i, W_HIGH], book[i, DW_HIGH]
-    results[MU_REVERSAL, c], results[CROSSINGS, c] = book[i, MU_TURN], book[i, CROSSED]
-    book[i, DECIDED], book[i, DECIDED_BY] = 1.0, status
+    results[XI_MAX, c], results[XI_MIN, c] = s[XI_HIGH + i], s[XI_LOW + i]
+    results[SPEED_MAX, c], results[ACCELERATION_MAX, c] = s[W_HIGH + i], s[DW_HIGH + i]
+    results[MU_REVERSAL, c], results[CROSSINGS, c] = s[MU_TURN + i], s[CROSSED + i]
+    s[DECIDED + i], s[DECIDED_BY + i] = 1.0, status
     s[MARK + i], s[RADIUS2 + i], s[BAND2 + i] = 0.0, 0.0, 0.0
 
 
 @compiled
-def decide_settled(s, i, book, results, entered):
+def decide_settled(s, i, results, entered):
     """The motion has come into the settling band for good: damped if it crossed the equilibrium twice, creep if not."""
-    results[SETTLING_TIME, int(book[i, CELL])] = max(entered - book[i, SLIP_START], 0.0)
-    decide(s, i, book, results, DAMPED if book[i, CROSSED] >= 2.0 else CREEP, SETTLED)
+    results[SETTLING_TIME, int(s[CELL + i])] = max(entered - s[SLIP_START + i], 0.0)
+    decide(s, i, results, DAMPED if s[CROSSED + i] >= 2.0 else CREEP, SETTLED)
 
 
 @compiled(inline=True)
-def decide_cycle(s, i, book, results, tau, stick_time):
+def decide_cycle(s, i, results, tau, stick_time):
     """Break-away to break-away: stick-slip, with one stick phase in the cycle."""
-    c = int(book[i, CELL])
-    results[PERIOD, c], results[CYCLE_STICK_TIME, c] = tau - book[i, CYCLE_START], stick_time
-    results[CYCLE_HEAT, c] = s[HEAT + i] - book[i, HEAT_START]
-    decide(s, i, book, results, STICK_SLIP, CYCLE_CLOSED)
+    c = int(s[CELL + i])
+    results[PERIOD, c], results[CYCLE_STICK_TIME, c] = tau - s[CYCLE_START + i], stick_time
+    results[CYCLE_HEAT, c] = s[HEAT + i] - s[HEAT_START + i]
+    decide(s, i, results, STICK_SLIP, CYCLE_CLOSED)
 
 
 @compiled
-def finish(s, i, book, results, regime, status, xi, eta):
+def finish(s, i, results, regime, status, xi, eta):
     """Close the cell: status, counters and final state; `regime` holds only where none was decided before."""
-    c = int(book[i, CELL])
-    if book[i, DECIDED] == 0.0:
+    c = int(s[CELL + i])
+    if s[DECIDED + i] == 0.0:
         results[REGIME, c] = regime
-        results[CROSSINGS, c] = book[i, CROSSED]
+        results[CROSSINGS, c] = s[CROSSED + i]
     results[STATUS, c] = status
     results[STEPS, c] = s[TRIED + i]
-    results[STICKS, c], results[STICK_TIME, c] = book[i, STICK_COUNT], book[i, STICK_SUM]
+    results[STICKS, c], results[STICK_TIME, c] = s[STICK_COUNT + i], s[STICK_SUM + i]
     results[XI_END, c], results[ETA_END, c] = xi, eta

@@ -21,87 +21,87 @@ GRAZING_ERRORS = 0.1
 
 
 @compiled
-def come_to_rest(law, s, i, book, cells, results, control, log, u, b, starting):
+def come_to_rest(law, s, i, cells, results, control, log, u, b, starting):
     """The slip speed is zero, at (u, b) in the present frame: stick and break away again, or slip the other way.
 
     The belt holds the mass while |u + gamma b| is within static friction; the load grows at the rate b, so the stick
     phase is exact.
     """
-    c = int(book[i, CELL])
+    c = int(s[CELL + i])
     gamma, tau = s[G + i], s[TAU + i]
     load = u + gamma * b
     age = cells[CONTACT_START, c] if starting else 0.0
     if abs(load) > static_friction(cells, c, age):
         if load < 0.0:
-            u, b, book[i, SIGMA] = -u, -b, -book[i, SIGMA]
-        begin_slip(law, s, i, book, cells, log, u, b, False)
+            u, b, s[SIGMA + i] = -u, -b, -s[SIGMA + i]
+        begin_slip(law, s, i, cells, log, u, b, False)
         return RUNNING
     if b < 0.0:
-        u, b, load, book[i, SIGMA] = -u, -b, -load, -book[i, SIGMA]
-    sigma = book[i, SIGMA]
+        u, b, load, s[SIGMA + i] = -u, -b, -load, -s[SIGMA + i]
+    sigma = s[SIGMA + i]
     left = s[TAU_END + i] - tau
     dwell = dwell_to_breakaway(cells, c, load, b, age) if b > 0.0 else left
-    amplitude = max(abs(u - sigma * book[i, XI_STAR]), b)
+    amplitude = max(abs(u - sigma * s[XI_STAR + i]), b)
     grazing = not starting and b * dwell * dwell < 2.0 * GRAZING_ERRORS * control[RTOL] * amplitude
     if not grazing:
-        book[i, STICK_COUNT] += 1.0
+        s[STICK_COUNT + i] += 1.0
         if not starting and isnan(results[RESTICK_TIME, c]):
             results[RESTICK_TIME, c], results[RESTICK_XI, c] = tau, sigma * u
-        note_ends(book, i, u, 0.0, 0.0)
+        note_ends(s, i, u, 0.0, 0.0)
         log_closed_form(log, tau, STICK, sigma, u, 0.0)
-    if b == 0.0 and book[i, DECIDED] == 0.0:
-        decide(s, i, book, results, STUCK, NEVER_BREAKS_AWAY)
+    if b == 0.0 and s[DECIDED + i] == 0.0:
+        decide(s, i, results, STUCK, NEVER_BREAKS_AWAY)
         if control[EARLY_STOP] > 0.0:
-            finish(s, i, book, results, STUCK, NEVER_BREAKS_AWAY, sigma * u, 0.0)
+            finish(s, i, results, STUCK, NEVER_BREAKS_AWAY, sigma * u, 0.0)
             return DONE
     if dwell >= left:
-        book[i, STICK_SUM] += left
-        finish(s, i, book, results, UNRESOLVED, HORIZON_REACHED, sigma * (u + b * left), sigma * b)
+        s[STICK_SUM + i] += left
+        finish(s, i, results, UNRESOLVED, HORIZON_REACHED, sigma * (u + b * left), sigma * b)
         return DONE
-    note_entry_at_constant_speed(s, i, book, tau, u, 0.0, b, dwell)
+    note_entry_at_constant_speed(s, i, tau, u, 0.0, b, dwell)
     s[TAU + i] = tau + dwell
     limit = static_friction(cells, c, age + dwell)
     u = limit - gamma * b
     if not grazing:
-        book[i, STICK_SUM] += dwell
-        close_cycle(s, i, book, cells, results, control, s[TAU + i], dwell, limit)
-        if book[i, DECIDED] > 0.0 and control[EARLY_STOP] > 0.0:
-            note_ends(book, i, u, 0.0, 0.0)
-            finish(s, i, book, results, UNRESOLVED, book[i, DECIDED_BY], sigma * (u), sigma * b)
+        s[STICK_SUM + i] += dwell
+        close_cycle(s, i, cells, results, control, s[TAU + i], dwell, limit)
+        if s[DECIDED + i] > 0.0 and control[EARLY_STOP] > 0.0:
+            note_ends(s, i, u, 0.0, 0.0)
+            finish(s, i, results, UNRESOLVED, s[DECIDED_BY + i], sigma * (u), sigma * b)
             return DONE
     # Where static friction ends on the curve, w and w' vanish together here and w'' = b > 0 lifts the mass off.
-    begin_slip(law, s, i, book, cells, log, u, b, limit <= cells[A1, c] + cells[A3, c])
+    begin_slip(law, s, i, cells, log, u, b, limit <= cells[A1, c] + cells[A3, c])
     return RUNNING
 
 
 @compiled(inline=True)
-def close_cycle(s, i, book, cells, results, control, tau, dwell, load):
+def close_cycle(s, i, cells, results, control, tau, dwell, load):
     """A break-away at tau under `load`, after a stick phase: the first starts the cycle, the second closes it.
 
     Without ageing the state after break-away is always the same, so one full cycle is the limit cycle, exactly. With it
     the load at break-away depends on the stick phase before: cycles follow each other until that map has converged.
     """
-    c = int(book[i, CELL])
-    if book[i, DECIDED] > 0.0:
+    c = int(s[CELL + i])
+    if s[DECIDED + i] > 0.0:
         return
-    if isnan(book[i, CYCLE_START]):
+    if isnan(s[CYCLE_START + i]):
         results[BREAKAWAY_TIME, c] = tau
-    elif cells[AGEING, c] == 0.0 or has_converged(book, i, load, control[RTOL]):
-        decide_cycle(s, i, book, results, tau, dwell)
+    elif cells[AGEING, c] == 0.0 or has_converged(s, i, load, control[RTOL]):
+        decide_cycle(s, i, results, tau, dwell)
         return
-    book[i, CYCLE_START], book[i, HEAT_START], book[i, RELEASE] = tau, s[HEAT + i], load
-    book[i, MU_TURN], book[i, CROSSED], book[i, SIDE_LAST] = nan, 0.0, 0.0
-    reset_extrema(book, i)
+    s[CYCLE_START + i], s[HEAT_START + i], s[RELEASE + i] = tau, s[HEAT + i], load
+    s[MU_TURN + i], s[CROSSED + i], s[SIDE_LAST + i] = nan, 0.0, 0.0
+    reset_extrema(s, i)
 
 
 @compiled
-def has_converged(book, i, load, rtol):
+def has_converged(s, i, load, rtol):
     """Whether the loads at the breaks-away still to come differ from this one by less than the tolerance.
 
     Changes shrink by a constant factor near the fixed point of the return map; their sum is that of a geometric series.
     """
-    change, before = abs(load - book[i, RELEASE]), book[i, RELEASE_CHANGE]
-    book[i, RELEASE_CHANGE] = change
+    change, before = abs(load - s[RELEASE + i]), s[RELEASE_CHANGE + i]
+    s[RELEASE_CHANGE + i] = change
     if before == inf:  # one change tells nothing about the next
         return False
     return change == 0.0 or (change < before and change * change / (before - change) <= rtol * load)

@@ -14,13 +14,13 @@ from .trace import log_slip
 
 
 @compiled(inline=True)
-def enter_curve(law, s, i, book, cells, mode, u, w, b, turning):
+def enter_curve(law, s, i, cells, mode, u, w, b, turning):
     """Enter RISE or FAST at (u, w). RISE without hysteresis is the plain curve, which ends only at w = 0.
 
     turning : w' is zero here, exactly.
     """
-    c = int(book[i, CELL])
-    w_min = book[i, W_MIN]
+    c = int(s[CELL + i])
+    w_min = s[W_MIN + i]
     s[OFFSET + i], s[SLOPE + i], s[DROP + i] = cells[A1, c], cells[A2, c], cells[A3, c]
     plain_rise = mode == RISE and w_min == 0.0
     s[LEVEL + i] = 0.0 if plain_rise else w_min
@@ -34,21 +34,21 @@ def enter_curve(law, s, i, book, cells, mode, u, w, b, turning):
     s[DW + i] = 0.0 if turning else s[Y + i] - (s[G + i] + s[SLOPE + i]) * w - s[WEAK + i]
     s[JERK + i] = jerk_in_lane(law, s, i, s[Y + i], w, s[DW + i], b)
     # Steady sliding; in a reverse slip (b < 0) that of the forward one.
-    s[Y_STAR + i] = book[i, SIGMA] * book[i, XI_STAR] + s[G + i] * b - offset
-    s[RADIUS2 + i] = proven_radius(law, s, i, book, mode, b) ** 2
-    book[i, MODE] = mode
-    show_tops(s, i, book)
+    s[Y_STAR + i] = s[SIGMA + i] * s[XI_STAR + i] + s[G + i] * b - offset
+    s[RADIUS2 + i] = proven_radius(law, s, i, mode, b) ** 2
+    s[MODE + i] = mode
+    show_tops(s, i)
 
 
 @compiled(inline=True)
-def begin_slip(law, s, i, book, cells, log, u, b, lifting_off):
+def begin_slip(law, s, i, cells, log, u, b, lifting_off):
     """Slip from rest at (u, b); `lifting_off` where the load equals the friction of the curve, so that w' is zero."""
-    c = int(book[i, CELL])
-    if isnan(book[i, SLIP_START]):
-        book[i, SLIP_START] = s[TAU + i]
-    if book[i, SIDE_LAST] == 0.0:
-        note_side(book, i, book[i, SIGMA] * u)
+    c = int(s[CELL + i])
+    if isnan(s[SLIP_START + i]):
+        s[SLIP_START + i] = s[TAU + i]
+    if s[SIDE_LAST + i] == 0.0:
+        note_side(s, i, s[SIGMA + i] * u)
     begin_stepping(law, s, i, cells, c)
-    enter_curve(law, s, i, book, cells, RISE, u, 0.0, b, lifting_off)
-    note_ends(book, i, u, 0.0, s[DW + i])
-    log_slip(log, s, i, RISE, book[i, SIGMA])
+    enter_curve(law, s, i, cells, RISE, u, 0.0, b, lifting_off)
+    note_ends(s, i, u, 0.0, s[DW + i])
+    log_slip(log, s, i, RISE, s[SIGMA + i])

@@ -24,7 +24,6 @@ from .layout import (
 from .quadrature import gauss
 
 LONGEST = 1.0  # step; events inside a step are told from its ends, so it must stay well below half a turn
-TINIEST = 1e-290  # of a coefficient, so that its logarithm is finite
 NODES, WEIGHTS = gauss(5)
 ERROR_SHARE = 0.02  # of the tolerance that each of the last two coefficients may spend
 
@@ -121,8 +120,8 @@ def choose_step(s, rtol):
     """
     for i in range(WIDTH):
         allowed = rough_log2(ERROR_SHARE * rtol * speed_scale(s, i))
-        last = rough_log2(max(abs(s[SERIES + ORDER * WIDTH + i]), TINIEST))
-        before = rough_log2(max(abs(s[SERIES + (ORDER - 1) * WIDTH + i]), TINIEST))
+        last = rough_log2(s[SERIES + ORDER * WIDTH + i])
+        before = rough_log2(s[SERIES + (ORDER - 1) * WIDTH + i])
         h = rough_exp2(min((allowed - last) * (1.0 / ORDER), (allowed - before) * (1.0 / (ORDER - 1))))
         h = min(h, LONGEST)
         s[GOOD + i] = select(h >= SMALLEST_STEP, 1.0, 0.0)
@@ -135,18 +134,18 @@ def sum_series(s):
     for i in range(WIDTH):
         h = s[TAKEN + i]
         w = s[SERIES + ORDER * WIDTH + i]
-        once, twice = w * (1.0 / (ORDER + 1)), w * (1.0 / ((ORDER + 1) * (ORDER + 2)))
-        dw = 0.0
+        dw, once, twice = 0.0, w, w
         for j in range(ORDER):
             n = ORDER - 1 - j
             c = s[SERIES + n * WIDTH + i]
+            dw = dw * h + w
             w = w * h + c
-            once = once * h + c * (1.0 / (n + 1))
-            twice = twice * h + c * (1.0 / ((n + 1) * (n + 2)))
-            dw = dw * h + s[SERIES_DW + n * WIDTH + i]
+            # Each less its factors 1/(n + 1) and 1/((n + 1)(n + 2)), so that a sum waits for one operation a term.
+            once = once * (h * ((n + 1) / (n + 2))) + c
+            twice = twice * (h * ((n + 1) / (n + 3))) + c
         rise = h * (s[B + i] + 0.5 * h * s[ALPHA + i] - once)
         s[W_NEW + i], s[DW_NEW + i], s[Y_NEW + i] = w, dw, s[Y + i] + rise
-        s[WORK + i] = conservative_work(s, i, h, rise, w, h * h * twice)
+        s[WORK + i] = conservative_work(s, i, h, rise, w, 0.5 * h * h * twice)
 
 
 @compiled(inline=True)

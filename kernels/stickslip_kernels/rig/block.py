@@ -2,11 +2,10 @@
 
 import numpy as np
 
+from ..bits import as_index, lowest_bit
 from ..jit import compiled
-from ..lanes import step_lanes
-from ..layout import (
-    CELL, FLAG, LANE_NUMBERS, MAX_STEPS, NOT_RUN, RIG_BOOK_COLUMNS, RIG_ROWS, RIG_STATUS, RTOL, STOP_COLUMNS, WIDTH,
-)  # fmt: skip
+from ..lanes import flagged_lanes, step_lanes
+from ..layout import CELL, LANE_NUMBERS, MAX_STEPS, NOT_RUN, RIG_ROWS, RIG_STATUS, RTOL, STOP_COLUMNS, WIDTH
 from ..rest import DONE
 from .modes import attend_rig, start_rig
 
@@ -21,7 +20,7 @@ def new_results(n):
 
 
 @compiled
-def next_rig(law, s, i, book, cells, first, segments, runs, results, signals, stops, control):
+def next_rig(law, s, i, cells, first, segments, runs, results, signals, stops, control):
     """Start the next rig, from number `first` on, that does not finish at once in lane i.
 
     Returns the number after it; the lane idles if there is none.
@@ -29,28 +28,32 @@ def next_rig(law, s, i, book, cells, first, segments, runs, results, signals, st
     c = first
     while c < cells.shape[1]:
         c += 1
-        if start_rig(law, s, i, book, cells, c - 1, segments, runs, results, signals, stops, control) != DONE:
+        if start_rig(law, s, i, cells, c - 1, segments, runs, results, signals, stops, control) != DONE:
             return c
-    book[i, CELL] = -1.0
+    s[CELL + i] = -1.0
     return c
 
 
 @compiled
-def run_lanes(law, lanes, book, cells, segments, runs, results, signals, stops, control, stop):
-    """`run_rigs` with its buffers: the lanes and the slow state of each."""
-    following, busy = 0, 0
+def run_lanes(law, lanes, cells, segments, runs, results, signals, stops, control, stop):
+    """`run_rigs` with its buffer, the lanes."""
+    following, busy = 0, 0  # rigs started so far; bit i: lane i is under way
     for i in range(WIDTH):
-        following = next_rig(law, lanes, i, book, cells, following, segments, runs, results, signals, stops, control)
-        busy += book[i, CELL] >= 0.0
-    while stop[0] == 0 and busy > 0:
+        following = next_rig(
+            law, lanes, as_index(i), cells, following, segments, runs, results, signals, stops, control
+        )
+        busy |= (lanes[CELL + i] >= 0.0) << i
+    while stop[0] == 0 and busy != 0:
         step_lanes(law, lanes, control[RTOL], control[MAX_STEPS])
-        for i in range(WIDTH):
-            if lanes[FLAG + i] != 0.0 and book[i, CELL] >= 0.0:
-                if attend_rig(law, lanes, i, book, cells, segments, runs, results, signals, stops, control) == DONE:
-                    following = next_rig(
-                        law, lanes, i, book, cells, following, segments, runs, results, signals, stops, control
-                    )
-                    busy -= book[i, CELL] < 0.0
+        flagged = flagged_lanes(lanes) & busy
+        while flagged != 0:
+            i = lowest_bit(flagged)
+            flagged &= flagged - 1
+            if attend_rig(law, lanes, as_index(i), cells, segments, runs, results, signals, stops, control) == DONE:
+                following = next_rig(
+                    law, lanes, as_index(i), cells, following, segments, runs, results, signals, stops, control
+                )
+                busy ^= (lanes[CELL + i] < 0.0) << i
 
 
 @compiled(allocates=True)
@@ -64,5 +67,4 @@ def run_rigs(law, cells, segments, runs, results, signals, stops, control, stop)
         what is not reached stays as it was.
     stops : a table of stick phases, for n = 1, or NO_STOPS. control, stop : as for `block.run_block`.
     """
-    lanes, book = np.zeros(LANE_NUMBERS), np.zeros((WIDTH, RIG_BOOK_COLUMNS))
-    run_lanes(law, lanes, book, cells, segments, runs, results, signals, stops, control, stop)
+    run_lanes(law, np.zeros(LANE_NUMBERS), cells, segments, runs, results, signals, stops, control, stop)

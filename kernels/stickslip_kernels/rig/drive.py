@@ -9,10 +9,10 @@ ROUNDING = 1e-13  # of the time: what is left of a segment when it counts as ove
 
 
 @compiled(inline=True)
-def open_segment(s, i, book, segments, n):
+def open_segment(s, i, segments, n):
     """Let the drive of lane i enter segment number n, at the end of the one before."""
-    sigma = book[i, SIGMA]
-    book[i, RIG_SEGMENT] = n
+    sigma = s[SIGMA + i]
+    s[RIG_SEGMENT + i] = n
     s[ALPHA + i] = sigma * segments[n, SEGMENT_ALPHA]
     s[B + i] = sigma * segments[n, SEGMENT_BELT] + s[G + i] * s[ALPHA + i]
     s[TAU + i] = s[TAU_END + i]
@@ -20,12 +20,12 @@ def open_segment(s, i, book, segments, n):
 
 
 @compiled(inline=True)
-def next_segment(s, i, book, segments, runs):
+def next_segment(s, i, segments, runs):
     """Open the next segment of lane i; False if there is none."""
-    n = int(book[i, RIG_SEGMENT]) + 1
-    if n >= runs[int(book[i, CELL]), LAST_SEGMENT]:
+    n = int(s[RIG_SEGMENT + i]) + 1
+    if n >= runs[int(s[CELL + i]), LAST_SEGMENT]:
         return False
-    open_segment(s, i, book, segments, n)
+    open_segment(s, i, segments, n)
     return True
 
 
@@ -49,6 +49,6 @@ def belt_in_lane(s, i, t):
 
 
 @compiled(inline=True)
-def flip(s, i, book):
+def flip(s, i):
     """Look at lane i from the other side: forward in its frame is backward now."""
-    book[i, SIGMA], s[ALPHA + i], s[B + i] = -book[i, SIGMA], -s[ALPHA + i], -s[B + i]
+    s[SIGMA + i], s[ALPHA + i], s[B + i] = -s[SIGMA + i], -s[ALPHA + i], -s[B + i]

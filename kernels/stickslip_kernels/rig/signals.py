@@ -31,9 +31,9 @@ def displacement_in_lane(s, i, y, t):
 
 
 @compiled
-def record_slip(law, s, i, book, runs, results, signals, h, dw1, jerk1):
+def record_slip(law, s, i, runs, results, signals, h, dw1, jerk1):
     """Record the first h of the step of lane i, at the end of which w' and w'' are dw1 and jerk1."""
-    c = int(book[i, CELL])
+    c = int(s[CELL + i])
     note_acceleration(results, c, s[ALPHA + i] - s[DW + i])
     note_acceleration(results, c, s[ALPHA + i] - dw1)
     if s[JERK + i] * jerk1 < 0.0:
@@ -44,33 +44,33 @@ def record_slip(law, s, i, book, runs, results, signals, h, dw1, jerk1):
         w, b = series_speed(s, i, t), belt_in_lane(s, i, t)
         mu = s[OFFSET + i] + s[SLOPE + i] * w + weakening_in_lane(law, s, i, w)
         add_energy(results, c, weight, mu, b, w, s[G + i])
-    first, last = due_samples(s, i, book, runs, h)
+    first, last = due_samples(s, i, runs, h)
     for k in range(first, last):
         t = runs[c, SAMPLE_START] + k * runs[c, SAMPLE_STEP] - s[TAU + i]
         y, w = load_and_speed(s, i, t)
         friction = s[OFFSET + i] + s[SLOPE + i] * w + weakening_in_lane(law, s, i, w)
-        put_sample(book, i, runs, signals, k, displacement_in_lane(s, i, y, t), belt_in_lane(s, i, t) - w, friction)
+        put_sample(s, i, runs, signals, k, displacement_in_lane(s, i, y, t), belt_in_lane(s, i, t) - w, friction)
 
 
 # --- stick and hold -------------------------------------------------------------------------------------------------
 
 
 @compiled
-def record_constant_speed(s, i, book, runs, results, signals, u, b, w, duration):
+def record_constant_speed(s, i, runs, results, signals, u, b, w, duration):
     """Record the next `duration` of lane i, at constant slip speed w from u on, the belt now at b."""
     if duration == 0.0:  # it did not come to that
         return
-    c, alpha, gamma = int(book[i, CELL]), s[ALPHA + i], s[G + i]
+    c, alpha, gamma = int(s[CELL + i]), s[ALPHA + i], s[G + i]
     note_acceleration(results, c, alpha)
     for node in range(len(NODES)):
         t, weight = NODES[node] * duration, WEIGHTS[node] * duration
         b1, u1 = b + alpha * t, u + t * (b - w + 0.5 * alpha * t)
         add_energy(results, c, weight, alpha + u1 + gamma * (b1 - w), b1, w, gamma)
-    first, last = due_samples(s, i, book, runs, duration)
+    first, last = due_samples(s, i, runs, duration)
     for k in range(first, last):
         t = runs[c, SAMPLE_START] + k * runs[c, SAMPLE_STEP] - s[TAU + i]
         b1, u1 = b + alpha * t, u + t * (b - w + 0.5 * alpha * t)
-        put_sample(book, i, runs, signals, k, u1, b1 - w, alpha + u1 + gamma * (b1 - w))
+        put_sample(s, i, runs, signals, k, u1, b1 - w, alpha + u1 + gamma * (b1 - w))
 
 
 # --- the line of the hysteretic curve -------------------------------------------------------------------------------
@@ -83,9 +83,9 @@ def displacement_on_line(s, i, mu, w, dw, b):
 
 
 @compiled
-def record_line(s, i, book, runs, results, signals, mu_stop, slope, w, v, duration):
+def record_line(s, i, runs, results, signals, mu_stop, slope, w, v, duration):
     """Record the next `duration` of lane i along the line mu_stop + slope w, from w on, w' being v."""
-    c, alpha, b = int(book[i, CELL]), s[ALPHA + i], belt_in_lane(s, i, 0.0)
+    c, alpha, b = int(s[CELL + i]), s[ALPHA + i], belt_in_lane(s, i, 0.0)
     push, drag = s[B + i] - w, s[G + i] + slope
     note_acceleration(results, c, alpha - v)
     note_acceleration(results, c, alpha - motion(w, v, push, alpha, drag, duration)[1])
@@ -95,12 +95,12 @@ def record_line(s, i, book, runs, results, signals, mu_stop, slope, w, v, durati
         t, weight = NODES[node] * duration, WEIGHTS[node] * duration
         w1 = motion(w, v, push, alpha, drag, t)[0]
         add_energy(results, c, weight, mu_stop + slope * w1, b + alpha * t, w1, s[G + i])
-    first, last = due_samples(s, i, book, runs, duration)
+    first, last = due_samples(s, i, runs, duration)
     for k in range(first, last):
         t = runs[c, SAMPLE_START] + k * runs[c, SAMPLE_STEP] - s[TAU + i]
         w1, v1, _, _ = motion(w, v, push, alpha, drag, t)
         b1, mu = b + alpha * t, mu_stop + slope * w1
-        put_sample(book, i, runs, signals, k, displacement_on_line(s, i, mu, w1, v1, b1), b1 - w1, mu)
+        put_sample(s, i, runs, signals, k, displacement_on_line(s, i, mu, w1, v1, b1), b1 - w1, mu)
 
 
 # --- shared ---------------------------------------------------------------------------------------------------------
@@ -121,21 +121,21 @@ def add_energy(results, c, weight, friction, b, w, gamma):
 
 
 @compiled(inline=True)
-def due_samples(s, i, book, runs, duration):
+def due_samples(s, i, runs, duration):
     """Numbers of the samples of lane i within the next `duration`, first and past the last; they count as taken."""
-    c = int(book[i, CELL])
-    first, most = int(book[i, RIG_SAMPLE]), int(runs[c, LAST_SAMPLE] - runs[c, FIRST_SAMPLE])
+    c = int(s[CELL + i])
+    first, most = int(s[RIG_SAMPLE + i]), int(runs[c, LAST_SAMPLE] - runs[c, FIRST_SAMPLE])
     last = first
     if first < most:
         reached = (s[TAU + i] + duration - runs[c, SAMPLE_START]) / runs[c, SAMPLE_STEP] + A_LITTLE
         last = min(most, max(first, int(reached + 1.0)))
-    book[i, RIG_SAMPLE] = last
+    s[RIG_SAMPLE + i] = last
     return first, last
 
 
 @compiled(inline=True)
-def put_sample(book, i, runs, signals, k, u, velocity, friction):
+def put_sample(s, i, runs, signals, k, u, velocity, friction):
     """Write sample k of lane i, in the true frame."""
-    n, sigma = int(runs[int(book[i, CELL]), FIRST_SAMPLE]) + k, book[i, SIGMA]
+    n, sigma = int(runs[int(s[CELL + i]), FIRST_SAMPLE]) + k, s[SIGMA + i]
     signals[SIGNAL_XI, n], signals[SIGNAL_ETA, n] = sigma * u, sigma * velocity
-    signals[SIGNAL_FRICTION, n], signals[SIGNAL_MODE, n] = sigma * friction, book[i, MODE]
+    signals[SIGNAL_FRICTION, n], signals[SIGNAL_MODE, n] = sigma * friction, s[MODE + i]
