@@ -25,7 +25,7 @@ from .quadrature import gauss
 
 LONGEST = 1.0  # step; events inside a step are told from its ends, so it must stay well below half a turn
 NODES, WEIGHTS = gauss(5)
-ERROR_SHARE = 0.02  # of the tolerance that each of the last two coefficients may spend
+ERROR_SHARE = 0.1  # of the tolerance that each of the last two coefficients may spend, and the error of a step
 
 
 def pair_loop(n):
@@ -198,7 +198,7 @@ def judge_step(s, rtol):
         weak = s[DROP + i] * exp(-s[RATE + i] * w)
         dw = y - drag * w - weak
         h, defect = s[TAKEN + i], abs(s[DW_NEW + i] - dw)
-        good = (s[GOOD + i] > 0.0) & (defect * h <= (ORDER + 1) * rtol * speed_scale(s, i))
+        good = (s[GOOD + i] > 0.0) & (defect * h <= (ORDER + 1) * ERROR_SHARE * rtol * speed_scale(s, i))
         s[WEAK_NEW + i], s[DW_NEW + i] = weak, dw
         s[JERK_NEW + i] = (s[B + i] + h * s[ALPHA + i] - w) - (drag - s[RATE + i] * weak) * dw
         s[GOOD + i], s[STEP + i] = select(good, 1.0, 0.0), select(good, inf, 0.5 * h)
