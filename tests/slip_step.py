@@ -1,6 +1,7 @@
 """One slip in all lanes, for the tests of the step: set up, stepped, and solved exactly by SciPy."""
 
 import numpy as np
+from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from stickslip_kernels import layout as at
@@ -45,3 +46,18 @@ def exact(t, law="stribeck", y=Y0, w=W0, gamma=GAMMA):
 def end_of_step(s, lane=0):
     """y, w, w' and the friction work at the end of the tried step."""
     return tuple(s[row + lane] for row in (at.Y_NEW, at.W_NEW, at.DW_NEW, at.WORK))
+
+
+# --- a step whose motion is any polynomial --------------------------------------------------------------------------
+
+LANE = 5
+numbers = st.floats(-3.0, 3.0).map(lambda x: round(x, 6))
+polynomials = st.lists(numbers, min_size=3, max_size=at.ORDER + 1)
+
+
+def holding(coefficients):
+    """A buffer whose lane LANE moves along this polynomial of w."""
+    s = np.zeros(at.LANE_NUMBERS)
+    s[at.SERIES + LANE :: at.WIDTH][: len(coefficients)] = coefficients
+    s[at.W + LANE], s[at.DW + LANE], s[at.JERK + LANE] = coefficients[0], coefficients[1], 2.0 * coefficients[2]
+    return s

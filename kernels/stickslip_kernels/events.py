@@ -4,10 +4,11 @@ A step only says that an event lies inside it; the dense output of the step then
 error. (The root of a cubic polynomial spoils a good step: 3e-4 at rtol 1e-6, measured.)
 """
 
-from .dense import TO_ROUNDING, arrival, crossing, speed, state_at
+from .dense import speed, state_at
 from .equations import slope_in_lane
 from .jit import compiled
 from .layout import DW, DW_NEW, JERK_NEW, LEVEL, SIDE, TAKEN, TURN, W, WORK, W_NEW, Y, Y_NEW
+from .roots import TO_ROUNDING, arrival, crossing
 
 NO_EVENT, LEVEL_REACHED, TURNED = range(3)
 
@@ -53,6 +54,6 @@ def find_event(law, s, i):
                 return TURNED, turn, y, w, 0.0, work
     if not reached:
         return NO_EVENT, h, s[Y_NEW + i], w1, dw1, s[WORK + i]
-    end, rise, work = arrival(s, i, level, end, at_end)
+    end, rise, work = arrival(s, i, level, side, end, at_end)
     y = s[Y + i] + rise
     return LEVEL_REACHED, end, y, level, slope_in_lane(law, s, i, y, level), work

@@ -6,7 +6,7 @@ cell whose horizon or budget runs out first is `unresolved`. Functions change th
 
 from math import atan2, cos, inf, log, nan, pi, sin
 
-from .dense import FOR_A_VALUE, FOR_A_VALUE_BY_NEWTON, TO_ROUNDING, crossing, rise_and_work, speed
+from .dense import rise_and_work, speed
 from .exponential import exp
 from .friction import coefficient, coefficient_slope
 from .jit import compiled
@@ -22,6 +22,7 @@ from .layout import (
     TRIED, W, WIDTH, W_HIGH, W_MIN, W_STABLE, W_TOP, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_HIGH,
     Y_LOW, Y_STAR,
 )  # fmt: skip
+from .roots import arrival, extreme_slope, extreme_speed
 
 BAND_SHARE = 1e-4  # settling band in units of mu_start
 LOOPS = 10  # cycles over which the log decrement is taken
@@ -77,19 +78,17 @@ def record_extrema(s, i, results, h, y1, w1, dw1, jerk1):
     """Extrema of u, w and w' between the start of the step of lane i and the state after h."""
     w0, dw0, jerk0, b, at_end = s[W + i], s[DW + i], s[JERK + i], s[B + i], (w1, dw1, jerk1, 0.0)
     if dw0 * dw1 < 0.0 and max(w0, w1) + reach(dw0, dw1, h) >= s[W_TOP + i]:
-        top = speed(s, i, crossing(s, i, 1, 0.0, h, at_end, FOR_A_VALUE))[0]
+        top = extreme_speed(s, i, h, at_end)
         s[W_HIGH + i] = max(s[W_HIGH + i], top)
         if dw0 > 0.0:
             note_peak(s, i, top - b)
     if jerk0 * jerk1 < 0.0 and max(abs(dw0), abs(dw1)) + reach(jerk0, jerk1, h) >= s[DW_TOP + i]:
-        steepest = speed(s, i, crossing(s, i, 2, 0.0, h, at_end, FOR_A_VALUE_BY_NEWTON))[1]
+        steepest = extreme_slope(s, i, h, at_end)
         s[DW_HIGH + i] = max(s[DW_HIGH + i], abs(steepest))
     if (w0 > b) != (w1 > b):  # u' = b - w changes sign
-        t = crossing(s, i, 0, b, h, at_end, FOR_A_VALUE)
-        u = s[Y + i] + rise_and_work(s, i, t)[1] - s[G + i] * b + s[OFFSET + i]
+        t, rise, work = arrival(s, i, b, 1.0 if w1 > b else -1.0, h, at_end)
+        u = s[Y + i] + rise - s[G + i] * b + s[OFFSET + i]
         if note_turn(s, i, s[SIGMA + i] * u):
-            t = crossing(s, i, 0, b, h, at_end, TO_ROUNDING)
-            work = rise_and_work(s, i, t)[2]
             compare_loops(s, i, results, s[TAU + i] + t, s[HEAT + i] + work, s[SIGMA + i] * u)
 
 

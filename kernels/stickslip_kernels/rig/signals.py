@@ -4,7 +4,7 @@ In the frame of `layout.py`, with the belt at speed b and acceleration alpha: th
 f = alpha + u + gamma u', and the specimen accelerates at u'' = alpha - w'.
 """
 
-from ..dense import TO_ROUNDING, crossing, load_and_speed, speed
+from ..dense import load_and_speed, speed
 from ..equations import weakening_in_lane
 from ..jit import compiled
 from ..layout import (
@@ -16,6 +16,7 @@ from ..quadrature import gauss
 from ..taylor import series_speed
 from .drive import belt_in_lane
 from .line import motion, steepest
+from ..roots import TO_ROUNDING, crossing
 
 NODES, WEIGHTS = gauss(6)
 A_LITTLE = 1e-9  # of the time between samples, so that rounding does not lose the last one

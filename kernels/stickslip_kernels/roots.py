@@ -1,0 +1,158 @@
+"""Roots: when something happens inside the step of one lane.
+
+`crossing` finds any root, inside a bracket, in as many passes over the series as it takes. The others are for what
+nearly every step is like, and need one pass or two: a first guess from what is known of both ends, then the series
+about that guess reverted; where that does not settle they ask `crossing`.
+"""
+
+from .dense import friction_work, motion, rise_and_work, speed
+from .jit import compiled
+from .layout import ALPHA, B, DW, JERK, SERIES, W, WIDTH
+
+MOST_TRIES = 60
+# Corrections at which a search ends, relative to the step: Halley's method leaves about the cube of the last one,
+# Newton's (order 2) the square.
+TO_ROUNDING = 1e-5  # for the time of an event
+FOR_A_VALUE = 1e-2  # for the value at an extremum, which is flat there
+FOR_A_VALUE_BY_NEWTON = 1e-3
+NEAR, NOTHING = 1e-3, 2e-15  # the largest correction by the reverted series, and what the next term may be
+GUESSES = 3
+
+
+@compiled(inline=True)
+def chosen(order, level, motion):
+    """The derivative of w of this order less `level`, its slope and, for Halley's method, its second derivative."""
+    w, dw, jerk, snap = motion
+    if order == 0:
+        return w - level, dw, jerk
+    if order == 1:
+        return dw - level, jerk, snap
+    return jerk - level, snap, 0.0
+
+
+@compiled(inline=True)
+def at_start(s, i, order):
+    """The derivative of w of this order (0, 1, 2) at the start of the step."""
+    return s[SERIES + order * WIDTH + i] * (2.0 if order == 2 else 1.0)
+
+
+@compiled(inline=True)
+def sign_before(s, i, order, level):
+    """Sign of the derivative of w of this order, less `level`, just after the start of the step.
+
+    A zero the step starts on, as each slip from rest does, is passed over: its slope tells the sign.
+    """
+    start = at_start(s, i, order) - level
+    for n in range(order + 1, order + 3):
+        if start == 0.0:
+            start = s[SERIES + n * WIDTH + i]
+    return 1.0 if start > 0.0 else -1.0 if start < 0.0 else 0.0
+
+
+@compiled
+def crossing(s, i, order, level, end, at_end, resolved):
+    """The time in (0, end] at which the derivative of w of this order (0, 1, 2) passes `level`.
+
+    at_end : w and its first three derivatives at `end`; the third may be 0. By Halley's method inside a shrinking
+    bracket, from the end where that is near the crossing, else from the secant. `end` where there is no change of sign.
+    """
+    before, f_start = sign_before(s, i, order, level), at_start(s, i, order) - level
+    f, slope, bend = chosen(order, level, at_end)
+    if not f * before < 0.0:
+        return end
+    low, high, t = 0.0, end, end
+    secant = end * max(f_start / (f_start - f), 0.1)
+    for n in range(MOST_TRIES):
+        square, curving = slope * slope, 0.5 * f * bend
+        new = t - f * slope / (square - curving)
+        near = 0.1 if n == 0 else 0.5  # the end of the step may be far from the crossing
+        if abs(curving) < near * square and low <= new <= high:  # false where the slope vanishes, and for NaN
+            if abs(new - t) <= resolved * end:
+                return new
+            t = new
+        else:
+            t = secant if n == 0 else 0.5 * (low + high)
+        f, slope, bend = chosen(order, level, speed(s, i, t))
+        if f * before > 0.0:
+            low = t
+        else:
+            high = t
+    return t
+
+
+@compiled(inline=True)
+def inverse_cubic(f0, slope0, f1, slope1, end):
+    """Where f is about to vanish, f0 and f1 being its values and slopes at 0 and `end`: Hermite's cubic of t over f.
+
+    Outside (0, end], or NaN, where f is not monotone between them.
+    """
+    change = f1 - f0
+    part = -f0 / change
+    rest = 1.0 - part
+    t = part * part * (3.0 - 2.0 * part) * end + change * part * rest * (rest / slope0 - part / slope1)
+    return t if slope0 * slope1 > 0.0 else -1.0
+
+
+@compiled
+def arrival(s, i, level, side, end, at_end):
+    """When w passes `level` towards `side` (+1, -1), `end` at the latest; by how much y rises till then; the work.
+
+    at_end : w and its first three derivatives at `end`; the third may be 0.
+    """
+    w, dw, jerk, _ = at_end
+    t = inverse_cubic(s[W + i] - level, s[DW + i], w - level, dw, end)
+    if not 0.0 < t <= end:  # true for NaN: as far from the end as Halley's method goes
+        v = (level - w) / dw
+        t = end + v / (1.0 + 0.5 * jerk / dw * v)
+    for _ in range(GUESSES):
+        if not 0.0 < t <= end:
+            break
+        w, dw, a, b, once, twice = motion(s, i, t)
+        v = (level - w) / dw
+        r = a / dw * v
+        d = v * (1.0 - r + (2.0 * r * r - b / dw * v * v))
+        settled = abs(v) <= NEAR * end and abs(v * r * r * r) <= NOTHING * end
+        if settled and 0.0 < t + d <= end and side * dw > 0.0:
+            twice += d * (once + d * (0.5 * w + d * (dw * (1.0 / 6.0) + d * a * (1.0 / 12.0))))
+            once += d * (w + d * (0.5 * dw + d * (a * (1.0 / 3.0) + d * b * 0.25)))
+            t += d
+            rise = t * (s[B + i] + 0.5 * t * s[ALPHA + i]) - once
+            return t, rise, friction_work(s, i, t, rise, level, twice)
+        t += d
+    t = crossing(s, i, 0, level, end, at_end, TO_ROUNDING)
+    _, rise, work = rise_and_work(s, i, t)
+    return t, rise, work
+
+
+@compiled
+def extreme_speed(s, i, end, at_end):
+    """w where w' vanishes before `end`. at_end : as for `arrival`."""
+    t = inverse_cubic(s[DW + i], s[JERK + i], at_end[1], at_end[2], end)
+    for _ in range(GUESSES):
+        if not 0.0 < t <= end:
+            break
+        w, dw, jerk, snap = speed(s, i, t)
+        v = -dw / jerk
+        d = v * (1.0 - 0.5 * v * snap / jerk)
+        if abs(v) <= FOR_A_VALUE * end and 0.0 < t + d <= end:
+            return w + d * (dw + d * (0.5 * jerk + d * snap * (1.0 / 6.0)))
+        t += d
+    return speed(s, i, crossing(s, i, 1, 0.0, end, at_end, FOR_A_VALUE))[0]
+
+
+@compiled
+def extreme_slope(s, i, end, at_end):
+    """w' where w'' vanishes before `end`. at_end : as for `arrival`."""
+    jerk, snap = s[JERK + i], 6.0 * s[SERIES + 3 * WIDTH + i]
+    change = at_end[2] - jerk
+    part = -jerk / change
+    t = part * (part * end + (1.0 - part) * change / snap)  # the parabola of t over w''
+    for _ in range(GUESSES):
+        if not 0.0 < t <= end:
+            break
+        _, dw, jerk, snap = speed(s, i, t)
+        d = -jerk / snap
+        if abs(d) <= FOR_A_VALUE_BY_NEWTON * end and 0.0 < t + d <= end:
+            return dw + d * (jerk + 0.5 * d * snap)
+        t += d
+    return speed(s, i, crossing(s, i, 2, 0.0, end, at_end, FOR_A_VALUE_BY_NEWTON))[1]

@@ -1,0 +1,123 @@
+"""Roots inside a step: any, and by the short way."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from slip_step import LANE, holding, lanes, numbers, polynomials
+from stickslip_kernels import layout as at
+from stickslip_kernels import taylor
+from stickslip_kernels.dense import rise_and_work, speed
+from stickslip_kernels.roots import (
+    FOR_A_VALUE,
+    TO_ROUNDING,
+    arrival,
+    crossing,
+    extreme_slope,
+    extreme_speed,
+    inverse_cubic,
+    sign_before,
+)
+
+
+@given(polynomials, st.integers(0, 2), numbers)
+def test_a_crossing_is_a_root_before_which_the_sign_does_not_change_for_good(p, order, level):
+    f = np.polynomial.Polynomial(p).deriv(order) if order else np.polynomial.Polynomial(p)
+    s = holding(p)
+    assume(sign_before(s, LANE, order, level) * (f(1.0) - level) < -1e-3)
+    t = crossing(s, LANE, order, level, 1.0, speed(s, LANE, 1.0), TO_ROUNDING)
+    assert 0.0 <= t <= 1.0
+    around = [f(max(t - 1e-7, 0.0)) - level, f(min(t + 1e-7, 1.0)) - level]
+    assert abs(f(t) - level) < 1e-10 or around[0] * around[1] <= 0.0
+
+
+def test_without_a_change_of_sign_the_end_returns():
+    s = holding([1.0, 0.0, 1.0])
+    assert crossing(s, LANE, 0, 0.0, 0.7, speed(s, LANE, 0.7), TO_ROUNDING) == 0.7
+
+
+@given(st.floats(0.1, 0.9), st.integers(1, 2))
+def test_the_zero_one_stands_on_is_not_the_crossing(where, multiplicity):
+    """Every break-away starts on w = 0, and on w' = 0 too where static friction ends on the curve."""
+    p = np.polynomial.Polynomial.fromroots([0.0] * multiplicity + [where])
+    s = holding(p.coef)
+    found = crossing(s, LANE, 0, 0.0, 1.0, speed(s, LANE, 1.0), TO_ROUNDING)
+    assert found == pytest.approx(where, abs=1e-12)
+
+
+def test_the_far_end_may_be_an_extremum_where_newton_fails():
+    """A slip that dips below zero: the end of the search is its lowest point."""
+    s = holding([0.08, -0.6, 1.0])  # zero at 0.2 and 0.4, lowest at 0.3
+    found = crossing(s, LANE, 0, 0.0, 0.3, speed(s, LANE, 0.3), TO_ROUNDING)
+    assert found == pytest.approx(0.2, abs=1e-14)
+
+
+@given(polynomials, numbers)
+def test_an_arrival_is_a_crossing_with_what_went_on_till_then(p, level):
+    f, s = np.polynomial.Polynomial(p), holding(p)
+    s[at.B + LANE] = 0.7
+    side = 1.0 if f(1.0) > level else -1.0
+    assume(sign_before(s, LANE, 0, level) * (f(1.0) - level) < -1e-3)
+    t, rise, work = arrival(s, LANE, level, side, 1.0, speed(s, LANE, 1.0))
+    assert 0.0 <= t <= 1.0
+    around = [f(max(t - 1e-7, 0.0)) - level, f(min(t + 1e-7, 1.0)) - level]
+    assert abs(f(t) - level) < 1e-9 or around[0] * around[1] <= 0.0
+    assert rise == pytest.approx(0.7 * t - f.integ()(t), abs=1e-9)
+    assert work == pytest.approx(rise_and_work(s, LANE, t)[2], abs=1e-9)
+
+
+def test_an_arrival_is_never_where_the_step_starts():
+    """From rest, w = 0 at the start as well."""
+    s = holding([0.0, 0.5, -1.0])
+    t, rise, _ = arrival(s, LANE, 0.0, -1.0, 1.0, speed(s, LANE, 1.0))
+    assert (t, rise) == pytest.approx((0.5, -0.5 * 0.25 * 0.5 + 0.125 / 3), abs=1e-13)
+
+
+@given(polynomials)
+def test_extreme_values_are_those_at_roots_of_the_next_derivative(p):
+    f, s = np.polynomial.Polynomial(p), holding(p)
+    for order, found in ((1, extreme_speed), (2, extreme_slope)):
+        g = f.deriv(order)
+        if g(0.0) * g(1.0) < -1e-3:
+            roots = g.roots()
+            inside = roots[(abs(roots.imag) < 1e-6) & (roots.real > -1e-6) & (roots.real < 1.0 + 1e-6)].real
+            values = (f if order == 1 else f.deriv())(inside)
+            assert min(abs(values - found(s, LANE, 1.0, speed(s, LANE, 1.0)))) < 1e-5 * (1.0 + max(abs(values)))
+
+
+def test_extreme_values_of_a_step_are_as_good_as_the_step():
+    s = lanes(y=0.16, w=0.6)  # a little before a peak of the slip speed
+    taylor.try_step(s, 1e-10)
+    end = s[at.TAKEN]
+    at_end = speed(s, 0, end)
+    assert s[at.DW] > 0.0 > s[at.DW_NEW]
+    fine = speed(s, 0, crossing(s, 0, 1, 0.0, end, at_end, TO_ROUNDING))[0]
+    rough = speed(s, 0, crossing(s, 0, 1, 0.0, end, at_end, FOR_A_VALUE))[0]
+    assert rough == pytest.approx(fine, rel=1e-12) and fine > s[at.W] > s[at.W_NEW]
+    assert extreme_speed(s, 0, end, at_end) == pytest.approx(fine, rel=1e-12)
+    s = lanes(y=0.4, w=0.4)  # a little before the acceleration peaks
+    taylor.try_step(s, 1e-10)
+    end = s[at.TAKEN]
+    at_end = speed(s, 0, end)
+    assert s[at.JERK] > 0.0 > s[at.JERK_NEW]
+    fine = speed(s, 0, crossing(s, 0, 2, 0.0, end, at_end, TO_ROUNDING))[1]
+    assert fine > s[at.DW]
+    assert extreme_slope(s, 0, end, at_end) == pytest.approx(fine, rel=1e-11)
+
+
+@given(st.floats(0.05, 0.95), st.floats(0.2, 2.0))
+def test_the_first_guess_is_exact_for_a_cubic_of_t_over_f(root, bend):
+    """t(f) = root + f + bend f^3 is monotone; f runs from -1 to 1 less what the ends ask for."""
+
+    def time(f):
+        return f + bend * f**3
+
+    f0, f1 = -root, 1.0 - root
+    t0, end = time(f0), time(f1) - time(f0)
+    slopes = [1.0 / (1.0 + 3.0 * bend * f * f) for f in (f0, f1)]
+    assert inverse_cubic(f0, slopes[0], f1, slopes[1], end) == pytest.approx(-t0, rel=1e-12)
+
+
+def test_no_guess_where_the_slopes_differ_in_sign():
+    assert not 0.0 < inverse_cubic(1.0, 1.0, -1.0, -1.0, 1.0) <= 1.0
