@@ -43,6 +43,25 @@ def select(typing_context, condition, if_true, if_false):
 
 
 @intrinsic
+def nonzero_bits(typing_context, array, first, count):
+    """Which of `count` floats of a contiguous array, from number `first` on, are not zero: bit i of an int64 for the
+    i-th. `count`, at most 63, must be a literal.
+    """
+    if not isinstance(count, types.IntegerLiteral):
+        return None
+    n = count.literal_value
+
+    def generate(context, builder, signature, arguments):
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        vector = ir.VectorType(ir.DoubleType(), n)
+        start = builder.bitcast(builder.gep(data, [arguments[1]]), vector.as_pointer())
+        up = builder.fcmp_unordered("!=", builder.load(start, align=8), ir.Constant(vector, [0.0] * n))
+        return builder.zext(builder.bitcast(up, ir.IntType(n)), ir.IntType(64))
+
+    return types.int64(array, types.int64, count), generate
+
+
+@intrinsic
 def lowest_bit(typing_context, bits):
     """The place, from 0, of the lowest bit set in an int64 other than 0."""
 

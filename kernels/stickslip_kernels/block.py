@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from .bits import as_index, lowest_bit
+from .bits import as_index, lowest_bit, nonzero_bits
 from .jit import compiled
-from .lanes import flagged_lanes, step_lanes
+from .lanes import step_lanes
 from .layout import (
-    CELL, LANE_NUMBERS, MAX_STEPS, MODE, NOT_COMPUTED, NOT_RUN, REGIME, RESULT_ROWS, RTOL, SIGMA, STATUS, WIDTH,
+    CELL, FLAG, LANE_NUMBERS, MAX_STEPS, MODE, NOT_COMPUTED, NOT_RUN, REGIME, RESULT_ROWS, RTOL, SIGMA, STATUS,
+    WIDTH,
 )  # fmt: skip
 from .modes import attend, start_cell
 from .rest import DONE
@@ -46,7 +47,7 @@ def run_lanes(law, lanes, cells, results, control, log, stop):
         busy |= (lanes[CELL + i] >= 0.0) << i
     while stop[0] == 0 and busy != 0:
         step_lanes(law, lanes, control[RTOL], control[MAX_STEPS])
-        flagged = flagged_lanes(lanes) & busy
+        flagged = nonzero_bits(lanes, FLAG, WIDTH) & busy
         if log.shape[0] > 0 and flagged == 0:
             log_slip(log, lanes, as_index(0), lanes[MODE], lanes[SIGMA])
         while flagged != 0:

@@ -161,12 +161,3 @@ def watch_and_commit(s, max_steps):
     # at 40 cycles each on some processors (Zen 3).
     for i in range(STATE_NUMBERS):
         s[i] = s[STATE_NUMBERS + i]
-
-
-@compiled
-def flagged_lanes(s):
-    """The lanes whose flag is up: bit i of an int64 for lane i."""
-    flagged = 0
-    for i in range(WIDTH):
-        flagged |= (s[FLAG + i] != 0.0) << i
-    return flagged

@@ -141,6 +141,7 @@ WIDTH = 32
     EXTREMUM,  # 1 where the step holds an extremum to be looked at
     TURNED_QUIETLY,  # 1 where u turns in it without need of a look
     FLAG,  # 0: committed or rejected; 1: good, but the scalar code must look first; 2: no step can be taken
+    ALLOWED,  # error of w that a Taylor step may make
     # inside a Runge-Kutta step: stages and errors
     W_2,
     W_3,
@@ -155,7 +156,7 @@ WIDTH = 32
     ERROR_Y,
     ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(0, 65 * WIDTH, WIDTH)
+) = range(0, 66 * WIDTH, WIDTH)
 ORDER = 12  # of the Taylor step
 SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'
 SERIES_WEAK = SERIES_DW + ORDER * WIDTH  # the same of the weakening part of friction

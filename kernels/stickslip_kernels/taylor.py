@@ -18,8 +18,9 @@ from .bits import select
 from .exponential import exp, rough_exp2, rough_log2
 from .jit import compiled
 from .layout import (
-    ALPHA, B, DROP, DW, DW_NEW, FLOOR, G, GOOD, JERK, JERK_NEW, OFFSET, ORDER, RATE, SERIES, SERIES_DW, SERIES_WEAK,
-    SLOPE, SMALLEST_STEP, STEP, TAKEN, TAU, TAU_END, W, WEAK, WEAK_NEW, WIDTH, WORK, W_NEW, Y, Y_NEW, Y_STAR,
+    ALLOWED, ALPHA, B, DROP, DW, DW_NEW, FLOOR, G, GOOD, JERK, JERK_NEW, OFFSET, ORDER, RATE, SERIES, SERIES_DW,
+    SERIES_WEAK, SLOPE, SMALLEST_STEP, STEP, TAKEN, TAU, TAU_END, W, WEAK, WEAK_NEW, WIDTH, WORK, W_NEW, Y, Y_NEW,
+    Y_STAR,
 )  # fmt: skip
 from .quadrature import gauss
 
@@ -119,7 +120,8 @@ def choose_step(s, rtol):
     methods, Experimental Mathematics 14 (2005) 99-117.
     """
     for i in range(WIDTH):
-        allowed = rough_log2(ERROR_SHARE * rtol * speed_scale(s, i))
+        s[ALLOWED + i] = ERROR_SHARE * rtol * speed_scale(s, i)
+        allowed = rough_log2(s[ALLOWED + i])
         last = rough_log2(s[SERIES + ORDER * WIDTH + i])
         before = rough_log2(s[SERIES + (ORDER - 1) * WIDTH + i])
         h = rough_exp2(min((allowed - last) * (1.0 / ORDER), (allowed - before) * (1.0 / (ORDER - 1))))
@@ -191,14 +193,14 @@ def subtract_damper_work(s):
 
 
 @compiled
-def judge_step(s, rtol):
+def judge_step(s):
     """State at the end by the equations themselves; the step is good if the series agrees with them (its defect)."""
     for i in range(WIDTH):
         y, w, drag = s[Y_NEW + i], s[W_NEW + i], s[G + i] + s[SLOPE + i]
         weak = s[DROP + i] * exp(-s[RATE + i] * w)
         dw = y - drag * w - weak
         h, defect = s[TAKEN + i], abs(s[DW_NEW + i] - dw)
-        good = (s[GOOD + i] > 0.0) & (defect * h <= (ORDER + 1) * ERROR_SHARE * rtol * speed_scale(s, i))
+        good = (s[GOOD + i] > 0.0) & (defect * h <= (ORDER + 1) * s[ALLOWED + i])
         s[WEAK_NEW + i], s[DW_NEW + i] = weak, dw
         s[JERK_NEW + i] = (s[B + i] + h * s[ALPHA + i] - w) - (drag - s[RATE + i] * weak) * dw
         s[GOOD + i], s[STEP + i] = select(good, 1.0, 0.0), select(good, inf, 0.5 * h)
@@ -211,7 +213,7 @@ def try_step(s, rtol):
     choose_step(s, rtol)
     sum_series(s)
     subtract_damper_work(s)
-    judge_step(s, rtol)
+    judge_step(s)
 
 
 @compiled

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..bits import as_index, lowest_bit
+from ..bits import as_index, lowest_bit, nonzero_bits
 from ..jit import compiled
-from ..lanes import flagged_lanes, step_lanes
-from ..layout import CELL, LANE_NUMBERS, MAX_STEPS, NOT_RUN, RIG_ROWS, RIG_STATUS, RTOL, STOP_COLUMNS, WIDTH
+from ..lanes import step_lanes
+from ..layout import CELL, FLAG, LANE_NUMBERS, MAX_STEPS, NOT_RUN, RIG_ROWS, RIG_STATUS, RTOL, STOP_COLUMNS, WIDTH
 from ..rest import DONE
 from .modes import attend_rig, start_rig
 
@@ -45,7 +45,7 @@ def run_lanes(law, lanes, cells, segments, runs, results, signals, stops, contro
         busy |= (lanes[CELL + i] >= 0.0) << i
     while stop[0] == 0 and busy != 0:
         step_lanes(law, lanes, control[RTOL], control[MAX_STEPS])
-        flagged = flagged_lanes(lanes) & busy
+        flagged = nonzero_bits(lanes, FLAG, WIDTH) & busy
         while flagged != 0:
             i = lowest_bit(flagged)
             flagged &= flagged - 1
