@@ -172,11 +172,18 @@ def test_options_out_of_range_are_refused(wrong, message):
         Options(**wrong)
 
 
-def test_small_maps_are_cut_so_that_every_thread_has_work():
-    assert engine.block_size(100_000, Options(threads=2, block=4096)) == 4096
-    assert engine.block_size(8000, Options(threads=2, block=4096)) == 500
-    assert engine.block_size(10, Options(threads=2)) == 256
-    assert engine.block_size(8000, Options(threads=2, block=7)) == 7
+@given(st.integers(0, 30_000), st.integers(1, 5), st.integers(1, 5000))
+def test_blocks_hold_every_cell_once_and_in_order(size, threads, block):
+    parts = list(engine.blocks(size, Options(threads=threads, block=block)))
+    assert [n for part in parts for n in part] == list(range(size))
+    assert all(0 < len(part) <= block for part in parts)
+
+
+def test_blocks_are_long_and_the_last_ones_short():
+    assert [len(part) for part in engine.blocks(10_000, Options(threads=1, block=4096))] == [4096, 4096, 1808]
+    shared = [len(part) for part in engine.blocks(100_000, Options(threads=2, block=4096))]
+    assert shared[0] == 4096 and shared[-1] <= 256 and shared == sorted(shared, reverse=True)
+    assert [len(part) for part in engine.blocks(300, Options(threads=2))] == [256, 44]
 
 
 def test_a_probe_times_cells_from_all_over_the_map():

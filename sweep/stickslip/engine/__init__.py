@@ -9,7 +9,7 @@ from stickslip.engine.compiled import kernels_digest, load, processor, warm_up, 
 from stickslip.engine.maps import (
     Probe,
     blank_results,
-    block_size,
+    blocks,
     bytes_per_cell,
     columns,
     compute,
@@ -32,7 +32,7 @@ from stickslip.engine.trajectories import trajectory
 
 __all__ = [
     "Computed", "NotReachedError", "Options", "Probe", "Progress", "RTOL_RANGE", "Results", "RigRuns",
-    "Sampling", "StopFlag", "blank_results", "block_size", "bytes_per_cell", "columns", "compute",
+    "Sampling", "StopFlag", "blank_results", "blocks", "bytes_per_cell", "columns", "compute",
     "compute_range", "compute_rigs", "kernels_digest", "load", "probe", "processor", "processors", "spread",
     "stop_flag", "to_kernel", "to_si", "trajectory", "warm_up", "will_compile",
 ]  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import ceil
 from time import perf_counter
@@ -20,14 +20,19 @@ from stickslip.variables import VARIABLES
 from stickslip_kernels import block, laws, layout
 
 _SMALLEST_BLOCK = 256  # a few times the lanes; below, lanes idle at the end of each block
-_BLOCKS_PER_THREAD = 8  # so that no thread waits long for the last one
 
 
-def block_size(size: int, options: Options) -> int:
-    """Cells per block: `options.block`, less where that would leave a thread without work."""
+def blocks(size: int, options: Options) -> Iterator[range]:
+    """The cells of each block, in order: as long as may be, since lanes idle at the end of a block, and the last ones
+    shorter, so that no thread waits long for another.
+    """
     threads = options.threads or processors()
-    share = ceil(size / (threads * _BLOCKS_PER_THREAD))
-    return min(options.block, max(share, _SMALLEST_BLOCK))
+    start = 0
+    while start < size:
+        share = size if threads == 1 else max(ceil((size - start) / (2 * threads)), _SMALLEST_BLOCK)
+        end = min(start + min(share, options.block), size)
+        yield range(start, end)
+        start = end
 
 
 def compute(
@@ -41,11 +46,11 @@ def compute(
     Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed".
     """
     warm_up(options.law)
-    results, step, stop = blank_results(size, options), block_size(size, options), stop_flag()
+    results, stop = blank_results(size, options), stop_flag()
     done = 0
 
-    def compute_block(start: int) -> int:
-        return _fill(results, cells, range(start, min(start + step, size)), 0, options, stop)
+    def compute_block(numbers: range) -> int:
+        return _fill(results, cells, numbers, 0, options, stop)
 
     def count(finished: list[int]) -> None:
         nonlocal done
@@ -54,7 +59,7 @@ def compute(
             progress(done, size)
 
     try:
-        spread(compute_block, range(0, size, step), options.threads, stop, count)
+        spread(compute_block, blocks(size, options), options.threads, stop, count)
     except KeyboardInterrupt:
         done = int(np.count_nonzero(results["regime"]))  # finished blocks may not have been counted yet
     return Computed(results, done)
@@ -143,9 +148,28 @@ def blank_results(size: int, options: Options) -> Results:
 
 def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
     """One block through the kernels: the rows, and how many cells were finished."""
-    rows = block.new_results(part["mass"].size)
+    cells, rows = to_kernel(part, options.horizon), block.new_results(part["mass"].size)
     control = np.array([options.rtol, options.max_steps, options.early_stop], np.float64)
-    block.run_block(laws.LAWS[options.law], to_kernel(part, options.horizon), rows, control, block.NO_LOG, stop)
+    law = laws.LAWS[options.law]
+    if options.early_stop:
+        block.run_block(law, cells, rows, control, block.NO_LOG, stop)
+    else:
+        order = _longest_first(cells)
+        ordered = np.ascontiguousarray(rows[:, order])
+        block.run_block(law, np.ascontiguousarray(cells[:, order]), ordered, control, block.NO_LOG, stop)
+        rows[:, order] = ordered
     unfinished = rows[layout.STATUS] == layout.NOT_RUN
     rows[:, unfinished] = block.new_results(1)  # nothing half-known leaves this place
     return rows, int((~unfinished).sum())
+
+
+def _longest_first(cells: NDArray[np.float64]) -> NDArray[np.intp]:
+    """An order of these cells (kernel units) in which no lane has long to run when the queue is empty.
+
+    To a fixed horizon the work is about that of the slips: each lasts a turn of the free oscillation, each stick phase
+    as long as the belt takes over twice the drop of friction.
+    """
+    belt, drop = np.abs(cells[layout.BELT]), np.maximum(cells[layout.MU_STATIC] - cells[layout.A1], 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slips = cells[layout.HORIZON] / (2.0 * np.pi + 2.0 * drop / belt)
+    return np.argsort(-slips, kind="stable")

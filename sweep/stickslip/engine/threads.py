@@ -13,6 +13,7 @@ import numpy as np
 from stickslip.engine.options import StopFlag
 
 T = TypeVar("T")
+Item = TypeVar("Item")
 
 _QUEUED_PER_THREAD = 4
 _PATIENCE = 0.2  # s between two looks at the keyboard where waiting cannot be interrupted (Windows)
@@ -29,8 +30,8 @@ def stop_flag() -> StopFlag:
 
 
 def spread(
-    work: Callable[[int], T],
-    items: Iterable[int],
+    work: Callable[[Item], T],
+    items: Iterable[Item],
     threads: int | None,
     stop: StopFlag,
     finished: Callable[[list[T]], None],
