@@ -1,14 +1,16 @@
 """Quantities: a number in SI, or a text with a unit such as "10 mm/s".
 
 Pint knows the units, behind a guard that is stricter than its parser, which reads "1,5 mm" as 15 mm: this module splits
-number and unit itself and asks pint for single unit names only. Pint is imported when the first text is met, because
-reading its registry takes longer than reading a configuration.
+number and unit itself and asks pint for single unit names only. Pint is imported when the first text is met, and its
+registry is read when a unit is met that is not among the plainest, because each takes longer than reading a
+configuration.
 
 Units are spelled as in `variables.py` ("m s-1").
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 from fractions import Fraction
@@ -35,6 +37,15 @@ _KINDS = {  # by unit: what such a quantity is, and how one writes it
     "m s-2": ("an acceleration", "50 mm/s2"),
     "s-1": ("a frequency", "2 kHz"),
 }
+_PLAIN = [  # in pint's words
+    "kilo- = 1e3 = k-",
+    "milli- = 1e-3 = m-",
+    "meter = [length] = m = metre",
+    "second = [time] = s",
+    "gram = [mass] = g",
+    "hertz = 1 / second = Hz",
+    "newton = kilogram * meter / second ** 2 = N",
+]
 _OTHER_KINDS = {  # what else people may write by mistake
     "m2": "an area",
     "Pa": "a pressure",
@@ -161,22 +172,29 @@ def _factors(units: str) -> list[tuple[str, int]]:
 @lru_cache(maxsize=256)  # lists hold thousands of values in one unit
 def _factor(unit: str, units: str) -> Fraction:
     """What a number in `unit`, as people write it, is multiplied with to be in the SI `units`."""
-    registry = _registry()
     powers = _written_factors(unit, units)
+    with contextlib.suppress(*_NO_UNIT):
+        written, wanted = _product(_plain_units(), powers), _product(_plain_units(), _factors(units))
+        if written.dimensionality == wanted.dimensionality:
+            return _ratio(_plain_units(), written, wanted)
     try:
-        written = _product(powers)
+        written = _product(_all_units(), powers)
     except _NO_UNIT:
         unknown = next(name for name, _ in powers if not _is_known(name))
         raise QuantityError(expected(units), f"no unit is called '{unknown}'") from None
-    wanted = _product(_factors(units))
+    wanted = _product(_all_units(), _factors(units))
     if written.dimensionality != wanted.dimensionality:
         raise QuantityError(expected(units), found=_kind_of(written))
     import pint
 
     try:
-        return Fraction(registry.Quantity(Fraction(1), written).to(wanted).magnitude)
+        return _ratio(_all_units(), written, wanted)
     except pint.PintError:  # a temperature that cancels, say: its scale has an offset
         raise QuantityError(expected(units), f"'{unit}' is not a plain multiple of {spelled(units)}") from None
+
+
+def _ratio(registry: Any, written: Any, wanted: Any) -> Fraction:
+    return Fraction(registry.Quantity(Fraction(1), written).to(wanted).magnitude)
 
 
 def _written_factors(unit: str, units: str) -> list[tuple[str, int]]:
@@ -201,24 +219,33 @@ def _hint_for_unit(unit: str) -> str:
 
 
 @lru_cache(maxsize=1)
-def _registry() -> Any:
+def _all_units() -> Any:
     """Pint's units. Fractions keep conversions exact, so that "0.7 mm" is the double nearest to 0.0007."""
     import pint
 
     return pint.UnitRegistry(non_int_type=Fraction)
 
 
+@lru_cache(maxsize=1)
+def _plain_units() -> Any:
+    """The units most configurations make do with, which are those of `_all_units` and at hand at once."""
+    import pint
+
+    registry: Any = pint.UnitRegistry(None, non_int_type=Fraction)
+    registry.load_definitions(_PLAIN)
+    return registry
+
+
 def _is_known(name: str) -> bool:
     try:
-        _registry().Unit(name)
+        _all_units().Unit(name)
     except _NO_UNIT:
         return False
     return True
 
 
-def _product(powers: list[tuple[str, int]]) -> Any:
+def _product(registry: Any, powers: list[tuple[str, int]]) -> Any:
     """The pint unit of names with powers."""
-    registry = _registry()
     unit = registry.Unit("")
     for name, power in powers:
         unit = unit * registry.Unit(name) ** power
@@ -229,7 +256,7 @@ def _kind_of(unit: Any) -> str:
     """What a pint unit measures, in words."""
     kinds = {units: kind for units, (kind, _) in _KINDS.items()} | _OTHER_KINDS
     for units, words in kinds.items():
-        if _product(_factors(units)).dimensionality == unit.dimensionality:
+        if _product(_all_units(), _factors(units)).dimensionality == unit.dimensionality:
             return words.split(" ", 1)[1]
     if unit.dimensionless:
         return "pure number"

@@ -129,3 +129,29 @@ def test_units_are_spelled_for_people():
 def test_pint_is_not_imported_before_a_text_is_met():
     code = "import sys, stickslip.config, stickslip.units as u; u.si_value(1.0, 'm'); sys.exit('pint' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": ":".join(sys.path)}).returncode == 0
+
+
+PLAIN = [
+    *((prefix + name, si) for prefix in ("", "k", "m") for name, si in zip("msgN", ("m", "s", "kg", "N"), strict=True)),
+    ("kHz", "s-1"), ("Hz", "s-1"), ("meter", "m"), ("metres", "m"), ("kilometer", "m"), ("millisecond", "s"),
+    ("seconds", "s"), ("kilonewton", "N"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "si"), PLAIN)
+def test_plain_units_are_those_of_pint(name, si):
+    plain, full = (
+        units._ratio(registry, registry.Unit(name), units._product(registry, units._factors(si)))
+        for registry in (units._plain_units(), units._all_units())
+    )
+    assert plain == full
+
+
+def test_pint_reads_its_registry_only_for_units_that_are_not_plain():
+    code = (
+        "import stickslip.units as u\n"
+        "print(u.si_value('5 N/mm', 'N m-1'), u.si_value('10 mm/s', 'm s-1'), u.si_value('250 g', 'kg'))\n"
+        "print(u._all_units.cache_info().misses, u.si_value('1 inch', 'm'), u._all_units.cache_info().misses)"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert found.split() == ["5000.0", "0.01", "0.25", "0", "0.0254", "1"]
