@@ -8,7 +8,7 @@ from .dense import speed, state_at
 from .equations import slope_in_lane
 from .jit import compiled
 from .layout import DW, DW_NEW, JERK_NEW, LEVEL, SIDE, TAKEN, TURN, W, WORK, W_NEW, Y, Y_NEW
-from .roots import TO_ROUNDING, arrival, crossing
+from .roots import TO_ROUNDING, arrival, crossing, extreme_speed
 
 NO_EVENT, LEVEL_REACHED, TURNED = range(3)
 
@@ -24,7 +24,7 @@ def turn_time(s, i):
     """When w' of lane i first vanishes within its step, w moving towards LEVEL before; -1 if it does not."""
     h, at_end = s[TAKEN + i], end_motion(s, i)
     if s[SIDE + i] * at_end[1] <= 0.0:
-        return crossing(s, i, 1, 0.0, h, at_end, TO_ROUNDING)
+        return extreme_speed(s, i, h, at_end, TO_ROUNDING)[0]
     # Towards the level at both ends: the slope may still turn between them.
     bottom = crossing(s, i, 2, 0.0, h, at_end, TO_ROUNDING)
     at_bottom = speed(s, i, bottom)

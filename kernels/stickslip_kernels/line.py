@@ -57,23 +57,23 @@ def turn_time(q, v, drag):
 
 @compiled
 def level_time(q, v, drag, level, latest):
-    """When q, falling all the way to `latest`, reaches `level`, which the caller knows. By safeguarded Newton."""
-    low, high = 0.0, latest
-    t = min(latest, (level - q) / v if v < 0.0 else latest)
+    """When q, falling all the way to `latest`, reaches `level`, which the caller knows. By safeguarded Halley."""
+    low, high, t, q1, v1 = 0.0, latest, 0.0, q, v
     for _ in range(MOST_HALVINGS):
-        q1, v1 = motion(q, v, drag, t)
-        if q1 > level:
+        f = q1 - level
+        if f > 0.0:
             low = t
         else:
             high = t
-        new = t - (q1 - level) / v1
-        if abs(new - t) <= 1e-9 * t:  # what Newton's method leaves is about the square of its last correction
+        new = t - f * v1 / (v1 * v1 + 0.5 * f * (drag * v1 + q1))  # q'' is free: -drag v - q
+        if abs(new - t) <= 1e-6 * t:  # what Halley's method leaves is about the cube of its last correction
             return new
         if not low < new < high:
             new = 0.5 * (low + high)
         if new == t or high - low <= 1e-16 * high:
             break
         t = new
+        q1, v1 = motion(q, v, drag, t)
     return t
 
 

@@ -22,7 +22,7 @@ from .layout import (
     TRIED, W, WIDTH, W_HIGH, W_MIN, W_STABLE, W_TOP, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_STAR, Y, Y_HIGH,
     Y_LOW, Y_STAR,
 )  # fmt: skip
-from .roots import arrival, extreme_slope, extreme_speed
+from .roots import FOR_A_VALUE, arrival, extreme_slope, extreme_speed
 
 BAND_SHARE = 1e-4  # settling band in units of mu_start
 LOOPS = 10  # cycles over which the log decrement is taken
@@ -78,7 +78,7 @@ def record_extrema(s, i, results, h, y1, w1, dw1, jerk1):
     """Extrema of u, w and w' between the start of the step of lane i and the state after h."""
     w0, dw0, jerk0, b, at_end = s[W + i], s[DW + i], s[JERK + i], s[B + i], (w1, dw1, jerk1, 0.0)
     if dw0 * dw1 < 0.0 and max(w0, w1) + reach(dw0, dw1, h) >= s[W_TOP + i]:
-        top = extreme_speed(s, i, h, at_end)
+        top = extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1]
         s[W_HIGH + i] = max(s[W_HIGH + i], top)
         if dw0 > 0.0:
             note_peak(s, i, top - b)

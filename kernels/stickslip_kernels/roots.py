@@ -125,8 +125,8 @@ def arrival(s, i, level, side, end, at_end):
 
 
 @compiled
-def extreme_speed(s, i, end, at_end):
-    """w where w' vanishes before `end`. at_end : as for `arrival`."""
+def extreme_speed(s, i, end, at_end, resolved):
+    """When, before `end`, w' vanishes, and w there. at_end : as for `arrival`; resolved : as for `crossing`."""
     t = inverse_cubic(s[DW + i], s[JERK + i], at_end[1], at_end[2], end)
     for _ in range(GUESSES):
         if not 0.0 < t <= end:
@@ -134,10 +134,11 @@ def extreme_speed(s, i, end, at_end):
         w, dw, jerk, snap = speed(s, i, t)
         v = -dw / jerk
         d = v * (1.0 - 0.5 * v * snap / jerk)
-        if abs(v) <= FOR_A_VALUE * end and 0.0 < t + d <= end:
-            return w + d * (dw + d * (0.5 * jerk + d * snap * (1.0 / 6.0)))
+        if abs(v) <= resolved * end and 0.0 < t + d <= end:
+            return t + d, w + d * (dw + d * (0.5 * jerk + d * snap * (1.0 / 6.0)))
         t += d
-    return speed(s, i, crossing(s, i, 1, 0.0, end, at_end, FOR_A_VALUE))[0]
+    t = crossing(s, i, 1, 0.0, end, at_end, resolved)
+    return t, speed(s, i, t)[0]
 
 
 @compiled

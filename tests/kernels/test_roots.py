@@ -77,7 +77,7 @@ def test_an_arrival_is_never_where_the_step_starts():
 @given(polynomials)
 def test_extreme_values_are_those_at_roots_of_the_next_derivative(p):
     f, s = np.polynomial.Polynomial(p), holding(p)
-    for order, found in ((1, extreme_speed), (2, extreme_slope)):
+    for order, found in ((1, lambda *given: extreme_speed(*given, FOR_A_VALUE)[1]), (2, extreme_slope)):
         g = f.deriv(order)
         if g(0.0) * g(1.0) < -1e-3:
             roots = g.roots()
@@ -95,7 +95,10 @@ def test_extreme_values_of_a_step_are_as_good_as_the_step():
     fine = speed(s, 0, crossing(s, 0, 1, 0.0, end, at_end, TO_ROUNDING))[0]
     rough = speed(s, 0, crossing(s, 0, 1, 0.0, end, at_end, FOR_A_VALUE))[0]
     assert rough == pytest.approx(fine, rel=1e-12) and fine > s[at.W] > s[at.W_NEW]
-    assert extreme_speed(s, 0, end, at_end) == pytest.approx(fine, rel=1e-12)
+    assert extreme_speed(s, 0, end, at_end, FOR_A_VALUE)[1] == pytest.approx(fine, rel=1e-12)
+    when, value = extreme_speed(s, 0, end, at_end, TO_ROUNDING)
+    assert when == pytest.approx(crossing(s, 0, 1, 0.0, end, at_end, TO_ROUNDING), rel=1e-14)
+    assert value == pytest.approx(fine, rel=1e-15)
     s = lanes(y=0.4, w=0.4)  # a little before the acceleration peaks
     taylor.try_step(s, 1e-10)
     end = s[at.TAKEN]
