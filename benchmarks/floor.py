@@ -29,7 +29,7 @@ def operations() -> dict[str, int]:
         "exponential": sum(EXPONENTIAL.values()),
         "four sums: w, w' and two integrals": 4 * ORDER,
         "state at the end, friction work": 14,
-        "scale, two logarithms, step size": 24,
+        "scale, logarithms, step size": 24,
         "defect, verdict": 8,
     }
     return parts | {"all": sum(parts.values())}

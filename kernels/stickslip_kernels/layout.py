@@ -157,7 +157,7 @@ WIDTH = 32
     ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
 ) = range(0, 66 * WIDTH, WIDTH)
-ORDER = 12  # of the Taylor step
+ORDER = 14  # of the Taylor step
 SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'
 SERIES_WEAK = SERIES_DW + ORDER * WIDTH  # the same of the weakening part of friction
 STATE_NUMBERS = Y_NEXT - Y  # how far a state is from its successor
