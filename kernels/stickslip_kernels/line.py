@@ -65,11 +65,13 @@ def level_time(q, v, drag, level, latest):
             low = t
         else:
             high = t
-        new = t - f * v1 / (v1 * v1 + 0.5 * f * (drag * v1 + q1))  # q'' is free: -drag v - q
-        if abs(new - t) <= 1e-6 * t:  # what Halley's method leaves is about the cube of its last correction
-            return new
-        if not low < new < high:
+        square, curving = v1 * v1, -0.5 * f * (drag * v1 + q1)  # q'' = -drag v - q
+        new = t - f * v1 / (square - curving)
+        # Near a turn, where the slope vanishes, the method would find that; false for NaN as well.
+        if not (abs(curving) < 0.5 * square and low <= new <= high):
             new = 0.5 * (low + high)
+        elif abs(new - t) <= 1e-6 * t:  # what Halley's method leaves is about the cube of its last correction
+            return new
         if new == t or high - low <= 1e-16 * high:
             break
         t = new

@@ -132,22 +132,29 @@ def choose_step(s, rtol):
 
 @compiled
 def sum_series(s):
-    """w, w' and y at the end of the step, and the friction work over it but for the damper's share."""
+    """w, w' and y at the end of the step, and the friction work over it but for the damper's share.
+
+    Two loops, each small enough for the compiler to unroll its sums, without which it does not see the lanes.
+    """
     for i in range(WIDTH):
         h = s[TAKEN + i]
-        w = s[SERIES + ORDER * WIDTH + i]
-        dw, once, twice = 0.0, w, w
+        w, dw = s[SERIES + ORDER * WIDTH + i], 0.0
+        for j in range(ORDER):
+            dw = dw * h + w
+            w = w * h + s[SERIES + (ORDER - 1 - j) * WIDTH + i]
+        s[W_NEW + i], s[DW_NEW + i] = w, dw
+    for i in range(WIDTH):
+        h = s[TAKEN + i]
+        once = twice = s[SERIES + ORDER * WIDTH + i]
         for j in range(ORDER):
             n = ORDER - 1 - j
             c = s[SERIES + n * WIDTH + i]
-            dw = dw * h + w
-            w = w * h + c
             # Each less its factors 1/(n + 1) and 1/((n + 1)(n + 2)), so that a sum waits for one operation a term.
             once = once * (h * ((n + 1) / (n + 2))) + c
             twice = twice * (h * ((n + 1) / (n + 3))) + c
         rise = h * (s[B + i] + 0.5 * h * s[ALPHA + i] - once)
-        s[W_NEW + i], s[DW_NEW + i], s[Y_NEW + i] = w, dw, s[Y + i] + rise
-        s[WORK + i] = conservative_work(s, i, h, rise, w, 0.5 * h * h * twice)
+        s[Y_NEW + i] = s[Y + i] + rise
+        s[WORK + i] = conservative_work(s, i, h, rise, s[W_NEW + i], 0.5 * h * h * twice)
 
 
 @compiled(inline=True)

@@ -63,6 +63,19 @@ def test_level_time_is_where_the_level_is(state, drag, share):
     assert line.motion(q, v, drag, t)[0] == pytest.approx(level, abs=1e-12 * (abs(q) + abs(lowest)))
 
 
+@given(st.floats(0.01, 3.0), drags, st.floats(0.05, 0.95), st.sampled_from([0.0, -1e-12, -1e-6]))
+def test_level_time_from_a_peak(q, drag, share, v):
+    """Each fall begins where the slip speed is highest: no slope to go by."""
+    turn = line.turn_time(q, v, drag)
+    assume(turn < math.inf)
+    lowest = line.motion(q, v, drag, turn)[0]
+    assume(q - lowest > 1e-6 * q)
+    level = lowest + share * (q - lowest)
+    t = line.level_time(q, v, drag, level, turn)
+    assert 0.0 < t < turn
+    assert line.motion(q, v, drag, t)[0] == pytest.approx(level, abs=1e-12 * (abs(q) + abs(lowest)))
+
+
 @given(states, st.floats(-1.9, 5.0), st.floats(0.01, 3.0))
 def test_square_integral_is_the_integral(state, drag, t):
     q, v = state
