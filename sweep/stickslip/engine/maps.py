@@ -19,7 +19,7 @@ from stickslip.engine.threads import processors, spread, stop_flag
 from stickslip.variables import VARIABLES
 from stickslip_kernels import block, laws, layout
 
-_SMALLEST_BLOCK = 256  # a few times the lanes; below, lanes idle at the end of each block
+_SMALLEST_BLOCK = 512  # many times the lanes; below, lanes idle at the end of each block
 
 
 def blocks(size: int, options: Options) -> Iterator[range]:
