@@ -3,8 +3,8 @@
 Everything here is scalar and rare: `start_cell` puts a cell into a lane, `attend` looks at a lane whose step met
 something. Slip on the curve (`slip.py`: rise, fast) is left to the lanes; stick (`rest.py`), fall and hold
 (`hysteresis.py`) are closed forms and pass inside one call. Functions return RUNNING when the lane slips on and DONE
-when its cell is finished. `s` is the flat buffer of lanes with their slow state, `i` the lane, `c` the cell; u, w, b are
-displacement, slip speed and belt speed in the frame of `layout.py`.
+when its cell is finished. `s` is the flat buffer of lanes with their slow state, `i` the lane, `c` the cell; u, w, b
+are displacement, slip speed and belt speed in the frame of `layout.py`.
 """
 
 from math import isfinite, isnan, nan
