@@ -3,7 +3,7 @@
     python benchmarks/guard.py [least ratio at 1e-6] [least ratio at 1e-9]
 
 Both solve the same cells of P1 on one thread, in turns; the ratio of their least CPU seconds does not depend
-on how fast the machine is, nor much on what else it does. Exit code 1 where a ratio is below its bound, or an error
+on how fast the machine is, and less than either on what else it does. Exit code 1 where a ratio is below its bound, or an error
 above.
 """
 
@@ -19,9 +19,9 @@ from problem import HORIZON
 
 CELLS = 1500
 REPEATS = 7
-# rtol: (least ratio, largest median error of the first re-stick time). The ratios are some two thirds of what was
-# measured when they were set: raise them with each gain.
-BOUNDS = {1e-6: (9.5, 1e-6), 1e-9: (20.0, 5e-10)}
+# rtol: (least ratio, largest median error of the first re-stick time). The ratios are half of what was measured when
+# they were set, since a busy host slows vector code by up to 40 % and the baseline hardly: raise them with each gain.
+BOUNDS = {1e-6: (7.0, 1e-6), 1e-9: (15.0, 5e-10)}
 
 
 def main(least: list[float]) -> int:
