@@ -3,8 +3,8 @@
     python benchmarks/guard.py [least ratio at 1e-6] [least ratio at 1e-9]
 
 Both solve the same cells of P1 on one thread, in turns; the ratio of their least CPU seconds does not depend
-on how fast the machine is, and less than either on what else it does. Exit code 1 where a ratio is below its bound, or an error
-above.
+on how fast the machine is, and less than either on what else it does. Exit code 1 where a ratio is below its bound,
+or an error above.
 """
 
 from __future__ import annotations
