@@ -123,6 +123,8 @@ WIDTH = 32
     RADIUS2,  # squared radius of the disc about steady sliding in which settling may be proven
     BAND2,  # square of the settling band, 0 once the regime is known
     FLOOR,  # slip speed below which errors are absolute
+    FAR,  # slip speed from which on friction no longer weakens, and how deep w may dip between the ends of a step:
+    HIDES,  # `steep.py`
     MARK,  # 1 while extrema are recorded
     W_TOP,  # largest w recorded so far; peaks that stay below are not looked at (-inf: look at all)
     DW_TOP,  # the same for |w'|
@@ -156,7 +158,7 @@ WIDTH = 32
     ERROR_Y,
     ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(0, 66 * WIDTH, WIDTH)
+) = range(0, 68 * WIDTH, WIDTH)
 ORDER = 14  # of the Taylor step
 SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'
 SERIES_WEAK = SERIES_DW + ORDER * WIDTH  # the same of the weakening part of friction

@@ -27,6 +27,7 @@ from .regimes import (
 from .rest import DONE, RUNNING, come_to_rest
 from .hysteresis import fall
 from .slip import enter_curve
+from .steep import know_steepness
 from .trace import log_slip
 
 ROUNDING = 1e-12  # motion smaller than this is lost beside forces of the size of the load
@@ -48,6 +49,7 @@ def start_cell(law, s, i, cells, c, results, control, log):
     s[W_MIN + i] = 0.0 if isnan(cells[MU_STOP, c]) else speed_of_slope(law, cells, c, 0.0)
     s[W_STABLE + i] = speed_of_slope(law, cells, c, -gamma)
     s[TAU + i], s[HEAT + i], s[TRIED + i] = 0.0, 0.0, 0.0
+    know_steepness(law, s, i, cells, c)
     s[G + i], s[RATE + i], s[EXPONENT + i] = gamma, 1.0 / cells[A4, c], cells[DELTA, c]
     s[TAU_END + i], s[MARK + i] = cells[HORIZON, c], 1.0
     s[FLOOR + i], s[BAND2 + i] = 1e-3 * abs(belt) + ROUNDING, s[BAND + i] ** 2

@@ -19,6 +19,7 @@ from .rk import (
     A71, A72, A73, A74, A75, A76, C2, C3, C4, C5, C6, embedded_errors, squared_error, stage_2, stage_3, stage_4,
     stage_5, stage_6, stage_7, step_factor,
 )  # fmt: skip
+from .steep import may_hide
 
 
 @compiled
@@ -117,9 +118,10 @@ def control_step(law, s, rtol):
         scale_w = min(amplitude, abs(s[W_NEW + i]) + abs(s[DW_NEW + i]) + floor)
         error2 = squared_error(s[ERROR_Y + i], s[ERROR_W + i], rtol * amplitude, rtol * scale_w)
         factor, error_log = step_factor(error2, s[ERROR_LOG + i])
-        good = error2 <= 1.0
+        hides = may_hide(s, i, s[TAKEN + i], s[W_NEW + i], s[DW_NEW + i])
+        good = (error2 <= 1.0) & (not hides)
         s[GOOD + i] = select(good, 1.0, 0.0)
-        s[STEP + i] *= factor
+        s[STEP + i] = select(hides, min(0.5, factor) * s[TAKEN + i], factor * s[STEP + i])
         s[ERROR_LOG_NEXT + i] = select(good, error_log, s[ERROR_LOG + i])
 
 

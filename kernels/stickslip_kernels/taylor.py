@@ -23,6 +23,7 @@ from .layout import (
     Y_STAR,
 )  # fmt: skip
 from .quadrature import gauss
+from .steep import may_hide
 
 LONGEST = 1.0  # step; events inside a step are told from its ends, so it must stay well below half a turn
 NODES, WEIGHTS = gauss(5)
@@ -201,13 +202,15 @@ def subtract_damper_work(s):
 
 @compiled
 def judge_step(s):
-    """State at the end by the equations themselves; the step is good if the series agrees with them (its defect)."""
+    """State at the end by the equations themselves; the step is good if the series agrees with them (its
+    defect) and hides nothing from them.
+    """
     for i in range(WIDTH):
         y, w, drag = s[Y_NEW + i], s[W_NEW + i], s[G + i] + s[SLOPE + i]
         weak = s[DROP + i] * exp(-s[RATE + i] * w)
         dw = y - drag * w - weak
         h, defect = s[TAKEN + i], abs(s[DW_NEW + i] - dw)
-        good = (s[GOOD + i] > 0.0) & (defect * h <= (ORDER + 1) * s[ALLOWED + i])
+        good = (s[GOOD + i] > 0.0) & (defect * h <= (ORDER + 1) * s[ALLOWED + i]) & (not may_hide(s, i, h, w, dw))
         s[WEAK_NEW + i], s[DW_NEW + i] = weak, dw
         s[JERK_NEW + i] = (s[B + i] + h * s[ALPHA + i] - w) - (drag - s[RATE + i] * weak) * dw
         s[GOOD + i], s[STEP + i] = select(good, 1.0, 0.0), select(good, inf, 0.5 * h)

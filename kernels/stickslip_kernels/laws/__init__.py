@@ -12,6 +12,8 @@ branch at run time. A law file holds the tag class, its `TAG`, and four function
     speed_of_slope(slope, delta)            the largest z with shape'(z) = slope; 0 if it is nowhere that steep,
                                             inf if it is steeper everywhere
     inflection(delta)                       from this z on, the slope only grows
+    last_weakening(delta)                   from this z on, the shape is constant to rounding; inf if never
+    hidden_depth(delta)                     by how much z may dip inside a step below both ends of it (`steep.py`)
 """
 
 from typing import Any
@@ -50,6 +52,16 @@ def inflection(law, delta):
     raise NotImplementedError
 
 
+def last_weakening(law, delta):
+    """From this z on, the shape is constant to rounding (compiled code only)."""
+    raise NotImplementedError
+
+
+def hidden_depth(law, delta):
+    """How far z may dip inside a step below its ends (compiled code only)."""
+    raise NotImplementedError
+
+
 @overload(shape, jit_options=_HOT)
 def _shape(law, z, delta):
     of_law = _FILES[law.instance_class].shape
@@ -71,4 +83,16 @@ def _speed_of_shape_slope(law, slope, delta):
 @overload(inflection)
 def _inflection(law, delta):
     of_law = _FILES[law.instance_class].inflection
+    return lambda law, delta: of_law(delta)
+
+
+@overload(last_weakening)
+def _last_weakening(law, delta):
+    of_law = _FILES[law.instance_class].last_weakening
+    return lambda law, delta: of_law(delta)
+
+
+@overload(hidden_depth)
+def _hidden_depth(law, delta):
+    of_law = _FILES[law.instance_class].hidden_depth
     return lambda law, delta: of_law(delta)

@@ -5,6 +5,7 @@ Non-Linear Mechanics 38 (2003) 389-403: mu_s - 3/2 (mu_s - mu_m) (w/v_m - (w/v_m
 a3 = mu_s - mu_m, a4 = v_m.
 """
 
+from math import inf
 from typing import NamedTuple
 
 from ..jit import compiled
@@ -41,3 +42,15 @@ def speed_of_slope(slope, delta):
 def inflection(delta):
     """The curve is convex."""
     return 0.0
+
+
+@compiled
+def last_weakening(delta):
+    """The cubic never ends."""
+    return inf
+
+
+@compiled
+def hidden_depth(delta):
+    """A cubic is known everywhere from anywhere."""
+    return inf

@@ -43,3 +43,15 @@ def speed_of_slope(slope, delta):
 def inflection(delta):
     """The curve is convex."""
     return 0.0
+
+
+@compiled
+def last_weakening(delta):
+    """The tail is long."""
+    return inf
+
+
+@compiled
+def hidden_depth(delta):
+    """Half the speed over which friction halves first."""
+    return 0.5

@@ -40,3 +40,15 @@ def speed_of_slope(slope, delta):
 def inflection(delta):
     """The curve is convex."""
     return 0.0
+
+
+@compiled
+def last_weakening(delta):
+    """e^-37 is lost beside 1."""
+    return 37.0
+
+
+@compiled
+def hidden_depth(delta):
+    """The Taylor series knows e^-z over more than two units; what grows by less, the defect at the end tells."""
+    return 2.0

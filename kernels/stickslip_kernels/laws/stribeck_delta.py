@@ -68,3 +68,15 @@ def speed_of_slope(slope, delta):
 def inflection(delta):
     """Where delta z^delta = delta - 1."""
     return exp(log((delta - 1.0) / delta) / delta) if delta > 1.0 else 0.0
+
+
+@compiled
+def last_weakening(delta):
+    """e^-37 is lost beside 1."""
+    return exp(log(37.0) / delta)
+
+
+@compiled
+def hidden_depth(delta):
+    """Half the width of the fall, which is steeper for a larger exponent."""
+    return 0.5 / delta

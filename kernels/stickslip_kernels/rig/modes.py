@@ -23,6 +23,7 @@ from ..layout import (
     STOP_LOAD, STOP_START, TAKEN, TAU, TAU_END, TRIED, TURN, W, WEAK, WEAK_NEW, WIDTH, W_MIN, XI_START, Y, Y_STAR,
 )  # fmt: skip
 from ..rest import DONE, GRAZING_ERRORS, RUNNING
+from ..steep import know_steepness
 from .drive import belt_in_lane, flip, next_segment, open_segment, pass_time, segment_is_over
 from .line import LONGEST, end_on_line, motion
 from .passing import first_passing, is_above
@@ -51,6 +52,7 @@ def start_rig(law, s, i, cells, c, segments, runs, results, signals, stops, cont
         s[row + i] = 0.0
     s[CELL + i], s[SIGMA + i], s[RIG_AGE + i] = c, 1.0, cells[CONTACT_START, c]
     s[W_MIN + i] = 0.0 if isnan(cells[MU_STOP, c]) else speed_of_slope(law, cells, c, 0.0)
+    know_steepness(law, s, i, cells, c)
     s[G + i], s[RATE + i], s[EXPONENT + i] = cells[GAMMA, c], 1.0 / cells[A4, c], cells[DELTA, c]
     s[TRIED + i], s[MARK + i], s[BAND2 + i], s[RADIUS2 + i] = 0.0, 0.0, 0.0, inf
     s[FLOOR + i] = 1e-3 * fastest + SMALLEST_SPEED

@@ -1,0 +1,35 @@
+"""Whether a step can know of all the friction it passes through.
+
+Friction weakens within a few a4 of standstill. A step that starts and ends far above may dip into that zone between:
+no coefficient, stage or defect at its ends knows, and the mass misses the belt. So the lowest point of a step is
+bounded from its ends, and a step that may hide the zone is refused; halved, it soon ends inside and sees it.
+"""
+
+from math import inf
+
+from .jit import compiled
+from .laws import hidden_depth, last_weakening
+from .layout import A3, A4, DELTA, DW, FAR, HIDES, W
+
+MARGIN = 1.25  # tangents bound a convex trough; the rest is for one that is not quite
+
+
+@compiled(inline=True)
+def know_steepness(law, s, i, cells, c):
+    """Let lane i know where friction weakens: rows FAR and HIDES."""
+    drop, a4 = cells[A3, c], cells[A4, c]
+    s[FAR + i] = a4 * last_weakening(law, cells[DELTA, c])
+    s[HIDES + i] = a4 * hidden_depth(law, cells[DELTA, c]) if drop != 0.0 else inf
+
+
+@compiled(inline=True)
+def may_hide(s, i, h, w, dw):
+    """Whether the step of lane i over h, to w and w' = dw, may have met friction that its ends do not know of.
+
+    A trough of w inside lies at most h a b/(a + b) below its nearer end, where the tangents of slopes -a and b meet.
+    A step that ends below w = 0 by as much has crossed the zone at once.
+    """
+    down, up, nearer = -s[DW + i], dw, min(s[W + i], w)
+    slopes, depth = down + up, MARGIN * h * down * up
+    trough = (down > 0.0) & (up > 0.0) & (depth > s[HIDES + i] * slopes) & (depth > (nearer - s[FAR + i]) * slopes)
+    return trough | (w < -s[HIDES + i])
