@@ -6,8 +6,10 @@ a1 and a3 are pure numbers, a2 is per unit of speed, a4 is a speed; the shape of
 from math import inf
 
 from .jit import compiled
-from .laws import shape, speed_of_shape_slope, weakening_slope
-from .layout import A1, A2, A3, A4, DELTA
+from .laws import inflection, shape, speed_of_shape_slope, weakening_slope
+from .layout import A1, A2, A3, A4, BELT, DELTA, GAMMA
+
+MOST_DOUBLINGS, HALVINGS = 60, 60
 
 
 @compiled
@@ -34,6 +36,46 @@ def speed_of_slope(law, cells, c, slope):
     if a3 == 0.0:
         return 0.0 if slope <= a2 else inf
     return a4 * speed_of_shape_slope(law, (slope - a2) * a4 / a3, cells[DELTA, c])
+
+
+@compiled
+def stable_speeds(law, cells, c):
+    """The widest interval about the belt speed of slip speeds at which gamma + mu' > 0; empty if it is not there.
+
+    The slope has its only extremum at the inflection, so each piece beside it is monotone.
+    """
+    gamma, b, bend = cells[GAMMA, c], abs(cells[BELT, c]), inflection(law, cells[DELTA, c])
+    if bend == 0.0 and cells[A3, c] >= 0.0:
+        return speed_of_slope(law, cells, c, -gamma), inf
+    if not gamma + coefficient_slope(law, cells, c, b) > 0.0:
+        return b, b
+    bend *= cells[A4, c]
+    low = 0.0
+    if b > bend and gamma + coefficient_slope(law, cells, c, bend) <= 0.0:
+        low = last_stable(law, cells, c, b, bend)
+    elif gamma + coefficient_slope(law, cells, c, 0.0) <= 0.0:
+        low = last_stable(law, cells, c, min(b, bend) if bend > 0.0 else b, 0.0)
+    if b < bend and gamma + coefficient_slope(law, cells, c, bend) <= 0.0:
+        return low, last_stable(law, cells, c, b, bend)
+    near = max(b, bend)
+    far = 2.0 * (near + cells[A4, c])
+    for _ in range(MOST_DOUBLINGS):
+        if gamma + coefficient_slope(law, cells, c, far) <= 0.0:
+            return low, last_stable(law, cells, c, near, far)
+        near, far = far, 2.0 * far
+    return low, inf
+
+
+@compiled
+def last_stable(law, cells, c, inside, outside):
+    """Where gamma + mu' > 0 ends on the way from one slip speed to another, between which it is monotone."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (inside + outside)
+        if cells[GAMMA, c] + coefficient_slope(law, cells, c, middle) > 0.0:
+            inside = middle
+        else:
+            outside = middle
+    return inside
 
 
 @compiled(inline=True)

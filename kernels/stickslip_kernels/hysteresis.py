@@ -8,14 +8,14 @@ from math import inf, isnan
 from .friction import coefficient, line_slope
 from .jit import compiled
 from .layout import (
-    BAND, BAND2, CELL, DECIDED, DECIDED_BY, EARLY_STOP, ENTERED, G, HEAT, HOLD, HORIZON_REACHED, MARK, MU_STOP,
-    MU_TURN, RISE, SIGMA, TAU, TAU_END, UNRESOLVED, XI_STAR,
+    BAND, BAND2, CELL, DECIDED, DECIDED_BY, EARLY_STOP, ENTERED, G, HEAT, HELD, HOLD, HORIZON_REACHED, MARK, MU_STOP,
+    MU_TURN, RISE, SETTLED, SETTLING_OBSERVED, SIGMA, TAU, TAU_END, UNRESOLVED, XI_STAR,
 )  # fmt: skip
 from .line import distance2, entry_time, level_time, motion, square_integral, turn_time
-from .regimes import (
-    compare_loops, decide_settled, finish, is_shrinking, note_ends, note_entry_at_constant_speed, note_turn,
-)  # fmt: skip
+from .extrema import note_turn
+from .regimes import decide_settled, finish, note_ends
 from .rest import DONE, RUNNING, come_to_rest
+from .settling import is_shrinking, note_entry_at_constant_speed
 from .slip import enter_curve
 from .trace import log_closed_form, log_fall, log_slip
 
@@ -72,7 +72,7 @@ def end_of_fall(q, v, drag, b):
 @compiled
 def along_line(s, i, results, u, q, v, drag, slope, mu_stop, b, duration):
     """Note extrema, crossings, the settling band and the friction work of a fall."""
-    tau, sigma = s[TAU + i], s[SIGMA + i]
+    sigma = s[SIGMA + i]
     q1, v1 = motion(q, v, drag, duration)
     u1 = mu_stop + slope * (q1 + b) + s[G + i] * q1 + v1
     if s[MARK + i] > 0.0:
@@ -81,16 +81,37 @@ def along_line(s, i, results, u, q, v, drag, slope, mu_stop, b, duration):
             note_ends(s, i, u, 0.0, motion(q, v, drag, steepest)[1])
         if q > 0.0 > q1:
             t = level_time(q, v, drag, 0.0, duration)
-            xi = sigma * (mu_stop + slope * b + motion(q, v, drag, t)[1])
-            if note_turn(s, i, xi):
-                heat = friction_work(q, v, drag, b, mu_stop, slope, t, sigma * xi - u)
-                compare_loops(s, i, results, tau + t, s[HEAT + i] + heat, xi)
+            note_turn(s, i, sigma * (mu_stop + slope * b + motion(q, v, drag, t)[1]))
         note_ends(s, i, u1, b + q1, v1)
-    shift = mu_stop + slope * b - sigma * s[XI_STAR + i]
-    band2 = s[BAND2 + i]
-    if distance2(q, v, drag, shift) >= band2 > distance2(q1, v1, drag, shift):
-        s[ENTERED + i] = tau + entry_time(q, v, drag, shift, band2, duration)
+    if s[BAND2 + i] > 0.0:
+        note_entry_on_line(s, i, q, v, drag, mu_stop + slope * b - sigma * s[XI_STAR + i], duration)
     s[HEAT + i] += friction_work(q, v, drag, b, mu_stop, slope, duration, u1 - u)
+
+
+@compiled
+def note_entry_on_line(s, i, q, v, drag, shift, duration):
+    """Note when in a fall the motion came into the settling band for good.
+
+    The distance from steady sliding has its extremes where q = 0 and where drag q = -shift; q falls all the way, so
+    that between these times the distance is monotone.
+    """
+    band2, end = s[BAND2 + i], duration
+    q_end, v_end = motion(q, v, drag, end)
+    levels = (0.0, -shift / drag)
+    for _ in range(3):
+        if distance2(q_end, v_end, drag, shift) >= band2:
+            return
+        start, q_start, v_start = 0.0, q, v
+        for level in levels:  # the last extreme before the end of this piece
+            if q_start > level > q_end:
+                start = level_time(q, v, drag, level, duration)
+                q_start, v_start = motion(q, v, drag, start)
+        if distance2(q_start, v_start, drag, shift) >= band2:
+            s[ENTERED + i] = s[TAU + i] + start + entry_time(q_start, v_start, drag, shift, band2, end - start)
+            return
+        if start == 0.0:
+            return
+        end, q_end, v_end = start, q_start, v_start
 
 
 @compiled
@@ -116,7 +137,7 @@ def stay_on_line(s, i, cells, results, control, u, q, v, drag, slope, b):
     status = HORIZON_REACHED
     if settled < left and s[DECIDED + i] == 0.0:
         note_ends(s, i, u_star, b, 0.0)
-        decide_settled(s, i, results, s[TAU + i] + settled)
+        decide_settled(s, i, results, s[TAU + i] + settled, sigma * u_star, SETTLED)
         if control[EARLY_STOP] > 0.0:
             left, status = settled, s[DECIDED_BY + i]
     q1, v1 = motion(q, v, drag, left)
@@ -132,9 +153,10 @@ def leave_line(law, s, i, cells, results, control, log, u, w, b, slope):
     the load u + gamma u' climbs from the line to the curve.
     """
     c = int(s[CELL + i])
+    s[HELD + i] = 1.0
     if s[DECIDED + i] == 0.0 and is_shrinking(s, i, cells, u, w, b):
         note_ends(s, i, s[SIGMA + i] * s[XI_STAR + i], b, 0.0)
-        decide_settled(s, i, results, s[ENTERED + i])
+        decide_settled(s, i, results, s[ENTERED + i], s[XI_STAR + i], SETTLING_OBSERVED)
     mu_line, mu_curve = cells[MU_STOP, c] + slope * w, coefficient(law, cells, c, w)
     holds = mu_curve > mu_line
     if holds:

@@ -63,8 +63,13 @@ CELL_ROWS = 15
     XI_END,
     ETA_END,
     DAMPING_RATIO,
-) = range(21)
-RESULT_ROWS = 21
+    MU_BREAKAWAY,  # load at the last break-away; static friction before the first
+    XI_SETTLED,  # where a motion that settles does so
+    CYCLE_XI_MAX,  # of the attractor itself, without the way to it
+    CYCLE_XI_MIN,
+    CYCLE_SPEED_RANGE,  # largest less least velocity on the attractor
+) = range(26)
+RESULT_ROWS = 26
 
 # --- what a cell means (REGIME) and how its integration ended (STATUS) ----------------------------------------------
 NOT_COMPUTED, STICK_SLIP, DAMPED, CREEP, SUSTAINED, STUCK, UNRESOLVED, FAILED = range(8)
@@ -72,13 +77,20 @@ NOT_COMPUTED, STICK_SLIP, DAMPED, CREEP, SUSTAINED, STUCK, UNRESOLVED, FAILED = 
     NOT_RUN,
     CYCLE_CLOSED,
     SETTLED,
-    OSCILLATION_SUSTAINED,
+    SLIP_CYCLE,
     NEVER_BREAKS_AWAY,
     HORIZON_REACHED,
     STEP_LIMIT,
     STEP_UNDERFLOW,
     NOT_FINITE,
-) = range(9)
+    NEUTRAL_RINGING,
+    TWO_WAY_SLIP_CYCLE,
+    FALL_HOLD_CYCLE,
+    SETTLING_OBSERVED,
+    SETTLING_CERTAIN,
+    TOO_SLOW_TO_TELL,
+    NEGATIVE_FRICTION,
+) = range(16)
 
 # --- contact modes --------------------------------------------------------------------------------------------------
 STICK, RISE, FAST, FALL, HOLD = range(5)  # the plain curve knows STICK and RISE only
@@ -171,14 +183,13 @@ SLOW = SERIES_WEAK + ORDER * WIDTH
     MODE,
     SIGMA,
     W_MIN,  # minimum of the hysteretic curve; 0 where there is no hysteresis
-    W_STABLE,  # steady sliding faster than this is stable
-    XI_STAR,  # steady sliding, true frame
-    BAND,  # settling band
+    STABLE_FROM,  # steady sliding on the curve is stable for all slip speeds from here about that of the belt
+    STABLE_TO,  # to here
+    XI_STAR,  # steady sliding on the curve, true frame
+    BAND,  # settling band: radius about steady sliding in the plane (u, u')
     ENTERED,  # time at which the motion last came into the settling band
     SLIP_START,  # time of the first slip, NaN before
     CYCLE_START,  # time of the break-away that starts the cycle, NaN before
-    RELEASE,  # load at that break-away
-    RELEASE_CHANGE,  # its change from the one before, where static friction ages
     STICK_COUNT,
     STICK_SUM,
     HEAT_START,  # friction work up to the start of the cycle
@@ -187,20 +198,36 @@ SLOW = SERIES_WEAK + ORDER * WIDTH
     QUIET_GIVEN,  # what QUIET was when it was last set
     XI_HIGH,
     XI_LOW,
-    W_HIGH,
+    V_HIGH,  # largest and least relative speed, true frame
+    V_LOW,
     DW_HIGH,  # largest |w'|
     PEAK,  # height above b of the last peak of w
     PEAK_BEFORE,
+    TROUGH_TIME,  # time of the last trough of w on the line of a hysteretic curve
     MU_TURN,  # friction coefficient at the first reversal
-    LOOP_COUNT,  # maxima of xi since the reference one; amplitude, time and work there:
-    LOOP_AMPLITUDE,
+    TURN_LAST,  # xi at the last extremum looked at, and at the one before
+    TURN_BEFORE,
+    # the return map of slip, from one maximum of u to the next (`loops.py`)
+    LOOP_COUNT,  # maxima of u since the reference one, -1 without one; xi, time and work there:
+    LOOP_XI,
     LOOP_TAU,
     LOOP_HEAT,
-    LOOP_DECREMENT,  # size of the log decrement over the ten loops before
+    LOOP_CHANGE,  # relative change of xi a loop at the last look; inf before
+    LOOP_MOVED,  # 1 once a change above the noise was seen
+    LOOP_STILL,  # looks in a row that showed nothing above the noise
+    CONFIRMING,  # 1 while a suspected cycle is gone through once more, every extremum being looked at
+    RETURNED,  # loops after which the state first was that of the reference again; 0 not yet
+    HELD,  # 1 if the motion was on the line of a hysteretic curve since the reference
+    # the return map of stick-slip under ageing, from one break-away to the next (`rest.py`)
+    RELEASE,  # load at the last break-away, and its change from the one before
+    RELEASE_CHANGE,
+    PERIOD_BEFORE,  # of the last cycle: period, largest slip speed, friction work
+    SPEED_BEFORE,
+    HEAT_BEFORE,
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(SLOW, SLOW + 32 * WIDTH, WIDTH)
-LANE_NUMBERS = SLOW + 32 * WIDTH
+) = range(SLOW, SLOW + 45 * WIDTH, WIDTH)
+LANE_NUMBERS = SLOW + 45 * WIDTH
 
 # --- trace log: rows of `log` (capacity, LOG_COLUMNS); row 0 is a header whose first number counts the segments met ---
 # The others hold one segment each, from LOG_TAU to the LOG_TAU of the next. A log without rows is switched off.

@@ -10,22 +10,22 @@ are displacement, slip speed and belt speed in the frame of `layout.py`.
 from math import isfinite, isnan, nan
 
 from .events import LEVEL_REACHED, NO_EVENT, TURNED, find_event
-from .friction import speed_of_slope
+from .extrema import count_quiet_turns, note_peak, note_side, record_extrema, show_tops
+from .friction import speed_of_slope, stable_speeds
 from .jit import compiled
 from .equations import jerk_in_lane
 from .lanes import begin_stepping, interpolate, restart
 from .layout import (
-    A4, B, BAND, BAND2, BELT, CELL, CELL_ROWS, DAMPING_RATIO, DECIDED, DECIDED_BY, DELTA, DW, EARLY_STOP, ETA_START,
-    EXPONENT, FAILED, FAST, FLAG, FLOOR, G, GAMMA, HEAT, HORIZON, HORIZON_REACHED, JERK, LEVEL, MARK, MODE, MU_STOP,
-    NOT_FINITE, OFFSET, RATE, REGIME, RISE, SIGMA, SLIP_START, SMALLEST_STEP, STATUS, STEP, STEP_LIMIT,
-    STEP_UNDERFLOW, TAKEN, TAU, TAU_END, TRIED, UNRESOLVED, W, WEAK, WEAK_NEW, W_MIN, W_STABLE, XI_START, Y,
+    A4, B, BAND2, BELT, CELL, CELL_ROWS, DAMPING_RATIO, DECIDED, DECIDED_BY, DELTA, DW, EARLY_STOP, ETA_START,
+    EXPONENT, FAILED, FAST, FLAG, FLOOR, G, GAMMA, HEAT, HORIZON, HORIZON_REACHED, JERK, LEVEL, MARK, MODE,
+    MU_STOP, NOT_FINITE, OFFSET, RATE, REGIME, RISE, SETTLING_CERTAIN, SIGMA, SLIP_START, SMALLEST_STEP,
+    STABLE_FROM, STABLE_TO, STATUS, STEP, STEP_LIMIT, STEP_UNDERFLOW, TAKEN, TAU, TAU_END, TRIED, UNRESOLVED, W,
+    WEAK, WEAK_NEW, W_MIN, XI_STAR, XI_START, Y,
 )  # fmt: skip
-from .regimes import (
-    check_settling, count_quiet_turns, damping_ratio, finish, note_ends, note_entry, note_peak, note_side,
-    record_extrema, show_tops, start_book,
-)  # fmt: skip
+from .regimes import damping_ratio, decide_settled, finish, note_ends, start_book
 from .rest import DONE, RUNNING, come_to_rest
 from .hysteresis import fall
+from .settling import check_settling, note_entry, set_band, settles_for_certain
 from .slip import enter_curve
 from .steep import know_steepness
 from .trace import log_slip
@@ -44,15 +44,15 @@ def start_cell(law, s, i, cells, c, results, control, log):
         if isnan(cells[row, c]) and row != MU_STOP and row != ETA_START:
             results[REGIME, c], results[STATUS, c] = FAILED, NOT_FINITE
             return DONE
-    start_book(law, s, i, cells, c)
+    start_book(law, s, i, cells, c, results)
     gamma, belt = cells[GAMMA, c], cells[BELT, c]
     s[W_MIN + i] = 0.0 if isnan(cells[MU_STOP, c]) else speed_of_slope(law, cells, c, 0.0)
-    s[W_STABLE + i] = speed_of_slope(law, cells, c, -gamma)
+    s[STABLE_FROM + i], s[STABLE_TO + i] = stable_speeds(law, cells, c)
     s[TAU + i], s[HEAT + i], s[TRIED + i] = 0.0, 0.0, 0.0
     know_steepness(law, s, i, cells, c)
     s[G + i], s[RATE + i], s[EXPONENT + i] = gamma, 1.0 / cells[A4, c], cells[DELTA, c]
     s[TAU_END + i], s[MARK + i] = cells[HORIZON, c], 1.0
-    s[FLOOR + i], s[BAND2 + i] = 1e-3 * abs(belt) + ROUNDING, s[BAND + i] ** 2
+    s[FLOOR + i] = 1e-3 * abs(belt) + ROUNDING
     xi, eta = cells[XI_START, c], cells[ETA_START, c]
     relative = 0.0 if isnan(eta) else belt - eta
     if relative == 0.0:
@@ -68,6 +68,7 @@ def start_sliding(law, s, i, cells, results, control, log, xi, relative):
     sigma = 1.0 if relative > 0.0 else -1.0
     u, w, b = sigma * xi, abs(relative), sigma * cells[BELT, c]
     s[SIGMA + i], s[SLIP_START + i] = sigma, 0.0
+    set_band(s, i, u, w, b)
     note_side(s, i, xi)
     begin_stepping(law, s, i, cells, c)
     enter_curve(law, s, i, cells, FAST if w >= s[W_MIN + i] > 0.0 else RISE, u, w, b, False)
@@ -87,20 +88,21 @@ def attend(law, s, i, cells, results, control, log):
     """Look at lane i, whose last step was flagged: record what it met, change the mode, or finish the cell."""
     count_quiet_turns(s, i)
     if s[FLAG + i] == 2.0:
-        return give_up(s, i, results, control)
+        return give_up(law, s, i, results)
     interpolate(law, s, i)
     kind, h, y, w, dw, work = find_event(law, s, i)
     jerk = jerk_in_lane(law, s, i, y, w, dw, s[B + i])
     if s[MARK + i] > 0.0:
-        record_extrema(s, i, results, h, y, w, dw, jerk)
-        show_tops(s, i)
+        record_extrema(law, s, i, results, control, h, y, w, dw, jerk)
     if s[BAND2 + i] > 0.0:
         note_entry(s, i, h, y, w)
     s[TAU + i] += h
     s[HEAT + i] += work
     s[Y + i], s[W + i], s[DW + i], s[JERK + i], s[WEAK + i] = y, w, dw, jerk, s[WEAK_NEW + i]
     if kind == NO_EVENT:
-        check_settling(law, s, i, results)
+        if s[MARK + i] > 0.0:
+            show_tops(s, i)
+        check_settling(law, s, i, results, control)
         log_slip(log, s, i, s[MODE + i], s[SIGMA + i])
     else:
         restart(law, s, i, s[TAKEN + i])
@@ -123,10 +125,13 @@ def close(s, i, results, status):
 
 
 @compiled(inline=True)
-def give_up(s, i, results, control):
+def give_up(law, s, i, results):
     """No further step: the budget is spent, or the step size fell below rounding."""
     finite = isfinite(s[Y + i]) and isfinite(s[W + i]) and isfinite(s[DW + i])
     if finite and s[STEP + i] >= SMALLEST_STEP:
+        if s[DECIDED + i] == 0.0 and settles_for_certain(law, s, i):
+            decide_settled(s, i, results, nan, s[XI_STAR + i], SETTLING_CERTAIN)
+            return close(s, i, results, SETTLING_CERTAIN)
         return close(s, i, results, STEP_LIMIT)
     finish(s, i, results, FAILED, STEP_UNDERFLOW if finite else NOT_FINITE, nan, nan)
     return DONE

@@ -6,10 +6,13 @@ from .ageing import dwell_to_breakaway, static_friction
 from .jit import compiled
 from .layout import (
     A1, A3, AGEING, BREAKAWAY_TIME, CELL, CONTACT_START, CROSSED, CYCLE_START, DECIDED, DECIDED_BY, EARLY_STOP, G,
-    HEAT, HEAT_START, HORIZON_REACHED, MU_TURN, NEVER_BREAKS_AWAY, RELEASE, RELEASE_CHANGE, RESTICK_TIME,
-    RESTICK_XI, RTOL, SIDE_LAST, SIGMA, STICK, STICK_COUNT, STICK_SUM, STUCK, TAU, TAU_END, UNRESOLVED, XI_STAR,
+    HEAT, HEAT_BEFORE, HEAT_START, HORIZON_REACHED, MU_BREAKAWAY, MU_TURN, NEVER_BREAKS_AWAY, PERIOD_BEFORE, RELEASE,
+    RELEASE_CHANGE, RESTICK_TIME, RESTICK_XI, RTOL, SIDE_LAST, SIGMA, SPEED_BEFORE, STICK, STICK_COUNT, STICK_SUM,
+    STUCK, TAU, TAU_END, UNRESOLVED, V_HIGH, V_LOW, XI_STAR,
 )  # fmt: skip
-from .regimes import decide, decide_cycle, finish, note_ends, note_entry_at_constant_speed, reset_extrema
+from .loops import forget_loops
+from .regimes import come_to_a_point, decide, decide_stick_slip, finish, note_ends, reset_extrema
+from .settling import note_entry_at_constant_speed
 from .slip import begin_slip
 from .trace import log_closed_form
 
@@ -18,6 +21,7 @@ RUNNING, DONE = False, True
 # speed would have dipped below zero by b t^2 / 2, t being its length. A dip of this many tolerances is called grazing;
 # one turn of an undamped oscillation loses half as much (measured at any tolerance).
 GRAZING_ERRORS = 0.1
+REMAINING = 1.0  # tolerances by which the cycles still to come may differ from the last
 
 
 @compiled
@@ -34,7 +38,7 @@ def come_to_rest(law, s, i, cells, results, control, log, u, b, starting):
     if abs(load) > static_friction(cells, c, age):
         if load < 0.0:
             u, b, s[SIGMA + i] = -u, -b, -s[SIGMA + i]
-        begin_slip(law, s, i, cells, log, u, b, False)
+        begin_slip(law, s, i, cells, log, u, b, False, starting)
         return RUNNING
     if b < 0.0:
         u, b, load, s[SIGMA + i] = -u, -b, -load, -s[SIGMA + i]
@@ -48,8 +52,10 @@ def come_to_rest(law, s, i, cells, results, control, log, u, b, starting):
         if not starting and isnan(results[RESTICK_TIME, c]):
             results[RESTICK_TIME, c], results[RESTICK_XI, c] = tau, sigma * u
         note_ends(s, i, u, 0.0, 0.0)
+        forget_loops(s, i)
         log_closed_form(log, tau, STICK, sigma, u, 0.0)
     if b == 0.0 and s[DECIDED + i] == 0.0:
+        come_to_a_point(results, c, sigma * u)
         decide(s, i, results, STUCK, NEVER_BREAKS_AWAY)
         if control[EARLY_STOP] > 0.0:
             finish(s, i, results, STUCK, NEVER_BREAKS_AWAY, sigma * u, 0.0)
@@ -62,6 +68,8 @@ def come_to_rest(law, s, i, cells, results, control, log, u, b, starting):
     s[TAU + i] = tau + dwell
     limit = static_friction(cells, c, age + dwell)
     u = limit - gamma * b
+    if s[DECIDED + i] == 0.0:
+        results[MU_BREAKAWAY, c] = limit
     if not grazing:
         s[STICK_SUM + i] += dwell
         close_cycle(s, i, cells, results, control, s[TAU + i], dwell, limit)
@@ -70,7 +78,7 @@ def come_to_rest(law, s, i, cells, results, control, log, u, b, starting):
             finish(s, i, results, UNRESOLVED, s[DECIDED_BY + i], sigma * (u), sigma * b)
             return DONE
     # Where static friction ends on the curve, w and w' vanish together here and w'' = b > 0 lifts the mass off.
-    begin_slip(law, s, i, cells, log, u, b, limit <= cells[A1, c] + cells[A3, c])
+    begin_slip(law, s, i, cells, log, u, b, limit <= cells[A1, c] + cells[A3, c], not grazing)
     return RUNNING
 
 
@@ -86,8 +94,8 @@ def close_cycle(s, i, cells, results, control, tau, dwell, load):
         return
     if isnan(s[CYCLE_START + i]):
         results[BREAKAWAY_TIME, c] = tau
-    elif cells[AGEING, c] == 0.0 or has_converged(s, i, load, control[RTOL]):
-        decide_cycle(s, i, results, tau, dwell)
+    elif cells[AGEING, c] == 0.0 or has_converged(s, i, tau, load, control[RTOL]):
+        decide_stick_slip(s, i, results, tau, dwell)
         return
     s[CYCLE_START + i], s[HEAT_START + i], s[RELEASE + i] = tau, s[HEAT + i], load
     s[MU_TURN + i], s[CROSSED + i], s[SIDE_LAST + i] = nan, 0.0, 0.0
@@ -95,13 +103,19 @@ def close_cycle(s, i, cells, results, control, tau, dwell, load):
 
 
 @compiled
-def has_converged(s, i, load, rtol):
-    """Whether the loads at the breaks-away still to come differ from this one by less than the tolerance.
+def has_converged(s, i, tau, load, rtol):
+    """Whether the cycles still to come differ from the one that ends at tau, under `load`, by less than the tolerance.
 
-    Changes shrink by a constant factor near the fixed point of the return map; their sum is that of a geometric series.
+    The load at break-away is the whole state, and near the fixed point of its return map changes shrink by a constant
+    factor: their sum is that of a geometric series. What the load brings about may be far more sensitive than the load
+    itself (the period by 1/b, the slip by one over the drop of friction), so period, slip speed and work are asked.
     """
+    period, top = tau - s[CYCLE_START + i], max(s[V_HIGH + i], -s[V_LOW + i])
+    heat = s[HEAT + i] - s[HEAT_START + i]
     change, before = abs(load - s[RELEASE + i]), s[RELEASE_CHANGE + i]
-    s[RELEASE_CHANGE + i] = change
+    largest = abs(period - s[PERIOD_BEFORE + i]) / period
+    largest = max(largest, abs(top - s[SPEED_BEFORE + i]) / top, abs(heat - s[HEAT_BEFORE + i]) / abs(heat))
+    s[RELEASE_CHANGE + i], s[PERIOD_BEFORE + i], s[SPEED_BEFORE + i], s[HEAT_BEFORE + i] = change, period, top, heat
     if before == inf:  # one change tells nothing about the next
         return False
-    return change == 0.0 or (change < before and change * change / (before - change) <= rtol * load)
+    return change == 0.0 or (change < before and largest * change <= REMAINING * rtol * (before - change))

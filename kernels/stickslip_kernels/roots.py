@@ -67,7 +67,7 @@ def crossing(s, i, order, level, end, at_end, resolved):
         new = t - f * slope / (square - curving)
         near = 0.1 if n == 0 else 0.5  # the end of the step may be far from the crossing
         if abs(curving) < near * square and low <= new <= high:  # false where the slope vanishes, and for NaN
-            if abs(new - t) <= resolved * end:
+            if abs(new - t) <= resolved * new:
                 return new
             t = new
         else:

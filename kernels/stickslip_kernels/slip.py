@@ -9,7 +9,9 @@ from .layout import (
     A1, A2, A3, B, CELL, DROP, DW, G, JERK, LEVEL, MODE, OFFSET, RADIUS2, RISE, SIDE, SIDE_LAST, SIGMA, SLIP_START,
     SLOPE, TAU, TURN, W, WEAK, W_MIN, XI_STAR, Y, Y_STAR,
 )  # fmt: skip
-from .regimes import note_ends, note_side, proven_radius, show_tops
+from .extrema import note_side, show_tops
+from .regimes import note_ends
+from .settling import proven_radius, set_band
 from .trace import log_slip
 
 
@@ -41,11 +43,16 @@ def enter_curve(law, s, i, cells, mode, u, w, b, turning):
 
 
 @compiled(inline=True)
-def begin_slip(law, s, i, cells, log, u, b, lifting_off):
-    """Slip from rest at (u, b); `lifting_off` where the load equals the friction of the curve, so that w' is zero."""
+def begin_slip(law, s, i, cells, log, u, b, lifting_off, fresh):
+    """Slip from rest at (u, b); `lifting_off` where the load equals the friction of the curve, so that w' is zero.
+
+    fresh : whether a slip begins here, rather than one that only turns round.
+    """
     c = int(s[CELL + i])
     if isnan(s[SLIP_START + i]):
         s[SLIP_START + i] = s[TAU + i]
+    if fresh:
+        set_band(s, i, u, 0.0, b)
     if s[SIDE_LAST + i] == 0.0:
         note_side(s, i, s[SIGMA + i] * u)
     begin_stepping(law, s, i, cells, c)
