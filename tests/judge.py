@@ -68,6 +68,7 @@ def to_si(out, full) -> dict[str, np.ndarray]:
         "energy_per_cycle": out[:, at.HEAT_PER_CYCLE] * load * length,
         "loops": out[:, at.LOOPS_PER_CYCLE],
         "decrement": out[:, at.DECREMENT],
+        "releases": out[:, at.BREAKAWAYS],
         "steps": out[:, at.STEPS],
     }
     return {"regime": np.array(REGIMES)[out[:, at.REGIME].astype(int)], **answers}

@@ -23,9 +23,9 @@ LAWS = ("stribeck", "stribeck_delta", "rational", "cubic")
 # Answers
 (
     REGIME, BREAKAWAY_TIME, RESTICK_TIME, RESTICK_XI, PERIOD, STICK_TIME, XI_MAX, XI_MIN, SPEED_MAX, ACCELERATION_MAX,
-    HEAT_PER_CYCLE, LOOPS_PER_CYCLE, DECREMENT, STEPS,
-) = range(14)  # fmt: skip
-ANSWERS = 14
+    HEAT_PER_CYCLE, LOOPS_PER_CYCLE, DECREMENT, STEPS, BREAKAWAYS,
+) = range(15)  # fmt: skip
+ANSWERS = 15
 UNDECIDED, STICK_SLIP, SETTLES, RINGS, STUCK = range(5)
 
 # State of the motion, and what is remembered of it
@@ -328,7 +328,7 @@ def answer(s, out, regime, book, period, stick_time, heat, loops):
         book[FASTEST],
         book[HARDEST],
     )
-    out[LOOPS_PER_CYCLE] = loops
+    out[LOOPS_PER_CYCLE], out[BREAKAWAYS] = loops, s[RELEASES]
     return DONE
 
 
