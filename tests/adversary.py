@@ -1,0 +1,123 @@
+"""A standing adversary of the engine: random cells over decades, solved by `evaluate` and by an independent judge.
+
+    python tests/adversary.py --cells 10000 --seed 7 [--families steep,ageing] [--rtol 1e-6,1e-9] [--out FILE]
+
+prints every disagreement as a line to paste, and counts by family. Exit status 1 if there is any.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+if __name__ == "__main__":  # as a script, on the sources of this checkout
+    root = Path(__file__).resolve().parents[1]
+    sys.path[:0] = [str(root / folder) for folder in ("tests", "sweep", "kernels")]
+
+from adversary_cells import FAMILIES, REFUSED, draw
+from adversary_court import MOST_JUDGED, Dispute, columns, compare, horizon_of, minimised, run_engine, stands
+from judge import INPUTS, judge
+
+COUNTED = ("cells", "agree", "undecided", "unresolved", "sensitive", "wrong regime", "late sticks", "wrong number")
+HORIZON_RATIO = 8.0  # cells whose horizons differ by less run together
+
+
+def challenge(family, cells, seed, rtols=(1e-6, 1e-9), shortest=10, threads=1, early_stops=(True, False)):
+    """Disputes and counts of `cells` cells of a family.
+
+    shortest : how many disputes are minimised. A cell counts once per rtol and way of stopping.
+    """
+    rng = np.random.default_rng([seed, sum(map(ord, family))])
+    laws, arrays = draw(family, cells, rng)
+    disputes, counts = [], Counter()
+    for law in dict.fromkeys(laws):
+        chosen = np.flatnonzero(laws == law)
+        group = [{name: float(arrays[name][i]) for name in INPUTS} for i in chosen]
+        verdict = judge(columns(group), law, most_steps=MOST_JUDGED)
+        for rtol in rtols:
+            for early_stop in early_stops:
+                disputes += try_group(family, law, rtol, early_stop, group, verdict, counts, threads)
+    for dispute in disputes[:shortest]:
+        minimised(dispute)
+    return disputes, counts
+
+
+def try_group(family, law, rtol, early_stop, group, verdict, counts, threads):
+    """Disputes that stand, of cells of one law; `counts` is added to."""
+    disputes = []
+    for part, horizon in parts(group, law, verdict, early_stop):
+        cells, ruled = [group[i] for i in part], {n: v[part] for n, v in verdict.items()}
+        ours = run_engine(cells, law, rtol, horizon, threads)
+        counts["max steps"] = max(counts["max steps"], int(np.nanmax(ours["steps"])))
+        for cell, found in zip(cells, compare(cells, law, rtol, ours, ruled, horizon), strict=True):
+            counts["cells"] += 1
+            if isinstance(found, str):
+                counts[found] += 1
+                continue
+            kept = []
+            for what, said, judged, error in found:
+                dispute = Dispute(family, law, rtol, early_stop, what, said, judged, cell, error)
+                kept.append((stands(dispute), dispute))
+            standing = [d for word, d in kept if word == "stands"]
+            if standing:
+                what = standing[0].what
+                counts["wrong regime" if what == "regime" else what if what == "late sticks" else "wrong number"] += 1
+                disputes.append(standing[0])
+            else:
+                counts[kept[0][0] if kept else "agree"] += 1
+    return disputes
+
+
+def parts(group, law, verdict, early_stop):
+    """(indices, horizon): all with none, or cells of like horizon together."""
+    if early_stop:
+        return [(np.arange(len(group)), None)]
+    each = np.array([horizon_of([c], law, {n: v[i : i + 1] for n, v in verdict.items()}) for i, c in enumerate(group)])
+    bins = np.floor(np.log(each) / np.log(HORIZON_RATIO))
+    return [(np.flatnonzero(bins == b), float(each[bins == b].max())) for b in np.unique(bins)]
+
+
+def table(counted):
+    """Counts by family, as text."""
+    names = (*COUNTED, "max steps")
+    head = f"{'family':14}" + "".join(f"{n:>14}" for n in names)
+    return "\n".join([head, *(f"{f:14}" + "".join(f"{c[n]:14}" for n in names) for f, c in counted.items())])
+
+
+def main(arguments=None):
+    """The command line; the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cells", type=int, default=1000, help="in all families together")
+    parser.add_argument("--seed", type=int, default=7)
+    parser.add_argument("--families", default=",".join(f for f in FAMILIES if f not in REFUSED))
+    parser.add_argument("--strengthening", action="store_true", help="a2 < 0 and a3 < 0 as well")
+    parser.add_argument("--rtol", default="1e-6,1e-9")
+    parser.add_argument("--minimise", type=int, default=10, help="disputes of a family to minimise")
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--out", help="write the disputes to this file as well")
+    given = parser.parse_args(arguments)
+    families = given.families.split(",") + (["strengthening"] if given.strengthening else [])
+    rtols = tuple(float(r) for r in given.rtol.split(","))
+    counted, lines = {}, []
+    for family in families:
+        started = time.perf_counter()
+        share = -(-given.cells // len(families))
+        disputes, counted[family] = challenge(family, share, given.seed, rtols, given.minimise, given.threads)
+        found = [d.line() for d in disputes]
+        print(*found, sep="\n", end="\n" if found else "")
+        print(f"# {family}: {share} cells in {time.perf_counter() - started:.0f} s", flush=True)
+        lines += found
+    summary = table(counted)
+    print(summary)
+    if given.out:
+        Path(given.out).write_text("\n".join([*lines, "", summary, ""]))
+    return 1 if lines else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

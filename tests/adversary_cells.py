@@ -1,0 +1,222 @@
+"""Random cells over decades, family by family: what the engine should get right and what made it stumble before.
+
+Drawn in kernel units (m = k = N = 1) and carried to SI by random mass, stiffness and load.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+import judge_motion as at
+
+NAN = float("nan")
+LAWS = at.LAWS
+
+
+def log_uniform(rng, low, high, n):
+    return np.exp(rng.uniform(np.log(low), np.log(high), n))
+
+
+def some(rng, share, n, values, otherwise=0.0):
+    """`values` in a share of the cells."""
+    return np.where(rng.random(n) < share, values, otherwise)
+
+
+def article_like(rng, n):
+    """Cells like the article's, in kernel units: the ground the families vary."""
+    a3 = log_uniform(rng, 1e-2, 1.0, n)
+    a4 = log_uniform(rng, 1e-3, 1.0, n)
+    return {
+        "damping": some(rng, 0.5, n, log_uniform(rng, 1e-4, 0.2, n)),
+        "belt_speed": log_uniform(rng, 1e-3, 3.0, n),
+        "a1": rng.uniform(0.1, 1.0, n),
+        "a2": some(rng, 0.7, n, log_uniform(rng, 1e-4, 0.3, n)),
+        "a3": a3,
+        "a4": a4,
+        "delta": np.ones(n),
+        "mu_stop": np.full(n, NAN),
+        "mu_static": np.full(n, NAN),
+        "ageing_rate": np.zeros(n),
+        "ageing_time": np.ones(n),
+        "displacement": np.zeros(n),
+        "velocity": np.full(n, NAN),
+        "contact_time": np.zeros(n),
+    }
+
+
+def mu_start(cells):
+    return cells["a1"] + cells["a3"]
+
+
+def started_anywhere(rng, n, cells):
+    """Starting states of every kind: at rest, displaced, sliding."""
+    size = 1.0 + np.abs(cells["belt_speed"])
+    cells["displacement"] = some(rng, 0.5, n, rng.normal(0.0, 1.5, n) * size)
+    cells["velocity"] = some(rng, 0.4, n, rng.normal(0.0, 1.5, n) * size, NAN)
+
+
+def wide(rng, n):
+    """Everything over decades, everything allowed."""
+    cells = article_like(rng, n)
+    cells["damping"] = some(rng, 0.6, n, log_uniform(rng, 1e-5, 30.0, n))
+    cells["belt_speed"] = log_uniform(rng, 1e-4, 20.0, n) * np.where(rng.random(n) < 0.15, -1.0, 1.0)
+    cells["belt_speed"] = some(rng, 0.97, n, cells["belt_speed"])
+    cells["a1"] = some(rng, 0.9, n, log_uniform(rng, 0.03, 2.0, n))
+    cells["a2"] = some(rng, 0.8, n, log_uniform(rng, 1e-6, 10.0, n))
+    cells["a3"] = np.where((rng.random(n) < 0.9) | (cells["a1"] == 0.0), log_uniform(rng, 1e-4, 3.0, n), 0.0)
+    cells["a4"] = log_uniform(rng, 1e-3, 10.0, n)
+    cells["delta"] = rng.uniform(1.0, 4.0, n)
+    cells["mu_stop"] = some(rng, 0.25, n, mu_start(cells) * rng.uniform(0.0, 1.0, n), NAN)
+    cells["mu_static"] = some(rng, 0.3, n, mu_start(cells) * (1.0 + log_uniform(rng, 1e-4, 2.0, n)), NAN)
+    cells["ageing_rate"] = some(rng, 0.15, n, log_uniform(rng, 1e-4, 0.2, n))
+    cells["ageing_time"] = log_uniform(rng, 1e-2, 1e3, n)
+    cells["contact_time"] = some(rng, 0.3, n, log_uniform(rng, 1e-2, 1e3, n))
+    started_anywhere(rng, n, cells)
+    return cells
+
+
+def steep(rng, n):
+    """Belts 5 to 2000 times as fast as friction decays."""
+    cells = article_like(rng, n)
+    cells["belt_speed"] = log_uniform(rng, 0.01, 10.0, n)
+    cells["a4"] = cells["belt_speed"] / log_uniform(rng, 5.0, 2000.0, n)
+    cells["a2"] = some(rng, 0.7, n, log_uniform(rng, 1e-4, 0.05, n))
+    cells["damping"] = some(rng, 0.5, n, log_uniform(rng, 1e-5, 0.1, n))
+    cells["a3"] = log_uniform(rng, 1e-4, 3.0, n)
+    cells["mu_static"] = some(rng, 0.3, n, mu_start(cells) * (1.0 + log_uniform(rng, 1e-3, 3.0, n)), NAN)
+    return cells
+
+
+def near_vh(rng, n):
+    """Sliding that is about to lose its stability: damping + mu'(belt) is nearly zero."""
+    cells = article_like(rng, n)
+    cells["delta"] = rng.uniform(1.0, 3.0, n)
+    cells["belt_speed"] = cells["a4"] * rng.uniform(0.2, 4.0, n)
+    cells["law"] = rng.integers(0, len(LAWS), n)
+    slope = np.array([slope_at_belt(cells, i) for i in range(n)])
+    excess = log_uniform(rng, 1e-5, 0.5, n) * np.where(rng.random(n) < 0.5, -1.0, 1.0)
+    cells["damping"] = np.maximum(-slope * (1.0 + excess), 0.0)
+    cells["velocity"] = some(rng, 0.4, n, cells["belt_speed"] * rng.uniform(-0.5, 1.0, n), NAN)
+    sliding = ~np.isnan(cells["velocity"])
+    cells["displacement"] = np.where(sliding, mu_start(cells), 0.0)
+    return cells
+
+
+def slope_at_belt(cells, i):
+    row = np.zeros(at.CELL_ROWS)
+    for name, place in (
+        ("a1", at.A1),
+        ("a2", at.A2),
+        ("a3", at.A3),
+        ("a4", at.A4),
+        ("delta", at.DELTA),
+        ("law", at.LAW),
+    ):
+        row[place] = cells[name][i]
+    return at.slope_of_curve(row, abs(cells["belt_speed"][i]))
+
+
+def delta(rng, n):
+    """The weakening with an exponent."""
+    cells = article_like(rng, n)
+    cells["delta"] = rng.uniform(1.0, 4.0, n)
+    cells["belt_speed"] = cells["a4"] * log_uniform(rng, 0.05, 200.0, n)
+    started = rng.random(n) < 0.3
+    cells["velocity"] = np.where(started, rng.normal(0.0, 1.0, n), NAN)
+    return cells
+
+
+def ageing(rng, n):
+    """Static friction that grows, slowly and fast against the load; a time in contact before the start."""
+    cells = article_like(rng, n)
+    cells["damping"] = some(rng, 0.6, n, log_uniform(rng, 1e-4, 3.0, n))
+    cells["ageing_rate"] = log_uniform(rng, 1e-4, 1.0, n)
+    cells["ageing_time"] = log_uniform(rng, 1e-3, 1e3, n)
+    cells["contact_time"] = some(rng, 0.5, n, log_uniform(rng, 1e-2, 1e4, n))
+    cells["mu_static"] = some(rng, 0.4, n, mu_start(cells) * (1.0 + log_uniform(rng, 1e-4, 1.0, n)), NAN)
+    return cells
+
+
+def hysteretic(rng, n):
+    """The modified curve, from far below its minimum to above: lines, holds, loops of every scale."""
+    cells = article_like(rng, n)
+    a2a4 = cells["a3"] * np.exp(-rng.uniform(0.5, 8.0, n))
+    cells["a2"] = some(rng, 0.85, n, a2a4 / cells["a4"])
+    minimum = cells["a4"] * np.log(cells["a3"] / a2a4)
+    cells["belt_speed"] = minimum * log_uniform(rng, 0.02, 3.0, n)
+    cells["mu_stop"] = mu_start(cells) * some(rng, 0.8, n, rng.uniform(0.0, 1.0, n), 1.0)
+    cells["damping"] = some(rng, 0.6, n, log_uniform(rng, 1e-4, 3.0, n))
+    cells["law"] = rng.choice([0, 0, 0, 1, 2, 3], n)
+    cells["delta"] = rng.uniform(1.0, 3.0, n)
+    cells["velocity"] = some(rng, 0.3, n, cells["belt_speed"] * rng.uniform(-2.0, 2.0, n), NAN)
+    sliding = ~np.isnan(cells["velocity"])
+    cells["displacement"] = np.where(sliding, mu_start(cells) * rng.uniform(0.3, 1.2, n), 0.0)
+    return cells
+
+
+def asymmetric(rng, n):
+    """Cycles far from a sine: static friction far above the curve, reverse slip, weak or strong damping."""
+    cells = article_like(rng, n)
+    cells["a1"] = rng.uniform(0.0, 0.3, n)
+    cells["mu_static"] = mu_start(cells) * (1.0 + log_uniform(rng, 0.1, 20.0, n))
+    cells["damping"] = some(rng, 0.6, n, log_uniform(rng, 1e-4, 2.0, n))
+    cells["belt_speed"] *= np.where(rng.random(n) < 0.3, -1.0, 1.0)
+    cells["law"] = rng.integers(0, len(LAWS), n)
+    cells["delta"] = rng.uniform(1.0, 3.0, n)
+    return cells
+
+
+def strengthening(rng, n):
+    """Slopes and drops of the other sign, friction staying positive at the speeds reached."""
+    cells = article_like(rng, n)
+    weaker = rng.random(n) < 0.5
+    cells["a1"] = np.where(weaker, cells["a1"], 0.2 + cells["a3"] + cells["a1"])
+    fastest = 10.0 * (1.0 + cells["belt_speed"] + mu_start(cells))
+    cells["a2"] = np.where(weaker, -cells["a1"] / fastest * rng.uniform(0.01, 0.5, n), cells["a2"])
+    cells["a3"] = np.where(weaker, cells["a3"], -cells["a3"])
+    cells["damping"] = some(rng, 0.7, n, log_uniform(rng, 1e-3, 0.5, n))
+    return cells
+
+
+FAMILIES = {
+    f.__name__: f for f in (wide, steep, near_vh, delta, ageing, hysteretic, asymmetric, strengthening)
+}  # fmt: skip
+REFUSED = ("strengthening",)  # by the engine of today
+LAWS_OF = {"wide": None, "delta": "stribeck_delta"}  # None: any
+
+
+def draw(family, n, rng):
+    """(laws, cells in SI): n cells of a family; laws (n,) of names, cells arrays by the names of `evaluate`."""
+    cells = FAMILIES[family](rng, n)
+    if "law" in cells:
+        laws = np.array(LAWS)[cells.pop("law")]
+    elif LAWS_OF.get(family, "stribeck") is None:
+        laws = np.array(LAWS)[rng.integers(0, len(LAWS), n)]
+    else:
+        laws = np.full(n, LAWS_OF.get(family, "stribeck"))
+    return laws, to_si(
+        cells, log_uniform(rng, 1e-3, 1e3, n), log_uniform(rng, 1.0, 1e6, n), log_uniform(rng, 0.1, 1e4, n)
+    )
+
+
+def to_si(cells, mass, stiffness, load):
+    """Kernel units to SI."""
+    time, length = np.sqrt(mass / stiffness), load / stiffness
+    speed = length / time
+    by = {
+        "damping": np.sqrt(mass * stiffness), "belt_speed": speed, "a2": 1.0 / speed, "a4": speed, "velocity": speed,
+        "displacement": length, "ageing_time": time, "contact_time": time,
+    }  # fmt: skip
+    si = {name: values * by.get(name, 1.0) for name, values in cells.items()}
+    return {"mass": mass, "stiffness": stiffness, "normal_load": load, **si}
+
+
+def to_units(cell):
+    """One cell of SI numbers as the same cell with mass, stiffness and load 1."""
+    m, k, load = (cell[name] for name in ("mass", "stiffness", "normal_load"))
+    plain = to_si(
+        {n: v for n, v in cell.items() if n not in ("mass", "stiffness", "normal_load")}, 1 / m, 1 / k, 1 / load
+    )
+    return {name: float(value) for name, value in plain.items()} | dict.fromkeys(
+        ("mass", "stiffness", "normal_load"), 1.0
+    )

@@ -1,0 +1,74 @@
+"""What a cell does, by an independent solver: SI in, SI out. The motion itself is in `judge_motion.py`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+import judge_motion as at
+
+NAN = float("nan")
+DEFAULTS = {
+    "damping": 0.0, "delta": 1.0, "mu_stop": NAN, "mu_static": NAN, "ageing_rate": 0.0, "ageing_time": 1.0,
+    "displacement": 0.0, "velocity": NAN, "contact_time": 0.0,
+}  # fmt: skip
+NEEDED = ("mass", "stiffness", "normal_load", "belt_speed", "a1", "a2", "a3", "a4")
+INPUTS = (*NEEDED, *DEFAULTS)
+REGIMES = ("undecided", "stick_slip", "settles", "rings", "stuck")
+
+ORDINARY = {"rtol": 1e-12, "share": 0.25}
+TIGHT = {"rtol": 1e-13, "share": 0.125}
+
+
+def judge(cells: Mapping, law="stribeck", rtol=1e-12, share=0.25, most_steps=3e5) -> dict[str, np.ndarray]:
+    """Regime (as one of `REGIMES`) and metrics of any number of cells, in SI; NaN where undefined.
+
+    cells : numbers or arrays by the names of `INPUTS`. rtol : of a step. share : part of a4 by which the slip speed
+        may change in one step where the curve is steep. most_steps : budget, after which a cell is undecided.
+    """
+    given = np.broadcast_arrays(*(np.atleast_1d(np.asarray({**DEFAULTS, **cells}[n], float)) for n in INPUTS))
+    full = dict(zip(INPUTS, given, strict=True))
+    rows = to_kernel(full, law)
+    out = np.empty((len(rows), at.ANSWERS))
+    at.judge_cells(rows, out, rtol, share, most_steps)
+    return to_si(out, full)
+
+
+def to_kernel(full, law) -> np.ndarray:
+    """SI to the columns of `judge_motion`: m = k = N = 1."""
+    m, k, load = full["mass"], full["stiffness"], full["normal_load"]
+    time, length = np.sqrt(m / k), load / k
+    speed = length / time
+    rows = np.empty((m.size, at.CELL_ROWS))
+    rows[:, at.BELT], rows[:, at.GAMMA] = full["belt_speed"] / speed, full["damping"] / np.sqrt(k * m)
+    rows[:, at.A1], rows[:, at.A2], rows[:, at.A3] = full["a1"], full["a2"] * speed, full["a3"]
+    rows[:, at.A4], rows[:, at.DELTA], rows[:, at.LAW] = full["a4"] / speed, full["delta"], at.LAWS.index(law)
+    rows[:, at.STATIC] = np.fmax(full["mu_static"], full["a1"] + full["a3"])
+    rows[:, at.STOP], rows[:, at.AGEING] = full["mu_stop"], full["ageing_rate"] / np.log(10)
+    rows[:, at.AGE_TIME], rows[:, at.CONTACT] = full["ageing_time"] / time, full["contact_time"] / time
+    rows[:, at.XI0], rows[:, at.ETA0] = full["displacement"] / length, full["velocity"] / speed
+    return rows
+
+
+def to_si(out, full) -> dict[str, np.ndarray]:
+    """Answers to the names of `evaluate`."""
+    m, k, load = full["mass"], full["stiffness"], full["normal_load"]
+    time, length = np.sqrt(m / k), load / k
+    answers = {
+        "breakaway_time": out[:, at.BREAKAWAY_TIME] * time,
+        "restick_time": out[:, at.RESTICK_TIME] * time,
+        "restick_displacement": out[:, at.RESTICK_XI] * length,
+        "period": out[:, at.PERIOD] * time,
+        "stick_time": out[:, at.STICK_TIME] * time,
+        "spring_force_max": out[:, at.XI_MAX] * load,
+        "spring_force_min": out[:, at.XI_MIN] * load,
+        "slip_speed_max": out[:, at.SPEED_MAX] * length / time,
+        "acceleration_max": out[:, at.ACCELERATION_MAX] * load / m,
+        "energy_per_cycle": out[:, at.HEAT_PER_CYCLE] * load * length,
+        "loops": out[:, at.LOOPS_PER_CYCLE],
+        "decrement": out[:, at.DECREMENT],
+        "releases": out[:, at.BREAKAWAYS],
+        "steps": out[:, at.STEPS],
+    }
+    return {"regime": np.array(REGIMES)[out[:, at.REGIME].astype(int)], **answers}
