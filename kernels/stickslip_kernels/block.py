@@ -3,11 +3,12 @@
 import numpy as np
 
 from .bits import as_index, lowest_bit, nonzero_bits
+from .friction import coefficient
 from .jit import compiled
 from .lanes import step_lanes
 from .layout import (
-    CELL, FLAG, LANE_NUMBERS, MAX_STEPS, MODE, NOT_COMPUTED, NOT_RUN, REGIME, RESULT_ROWS, RTOL, SIGMA, STATUS,
-    WIDTH,
+    A2, A3, BELT, CELL, ETA_END, FAILED, FLAG, LANE_NUMBERS, MAX_STEPS, MODE, NEGATIVE_FRICTION, NOT_COMPUTED, NOT_RUN,
+    REGIME, RESULT_ROWS, RTOL, SIGMA, SPEED_MAX, STATUS, WIDTH,
 )  # fmt: skip
 from .modes import attend, start_cell
 from .rest import DONE
@@ -58,6 +59,18 @@ def run_lanes(law, lanes, cells, results, control, log, stop):
                 busy ^= (lanes[CELL + i] < 0.0) << i
 
 
+@compiled
+def refuse_negative_friction(law, cells, results):
+    """Nothing is said of cells whose slip reached speeds at which friction would drive the motion."""
+    for c in range(cells.shape[1]):
+        if cells[A2, c] < 0.0 or cells[A3, c] < 0.0:
+            fastest = abs(cells[BELT, c] - results[ETA_END, c])
+            if results[SPEED_MAX, c] > fastest:
+                fastest = results[SPEED_MAX, c]
+            if coefficient(law, cells, c, fastest) < 0.0:
+                results[REGIME, c], results[STATUS, c] = FAILED, NEGATIVE_FRICTION
+
+
 @compiled(allocates=True)
 def run_block(law, cells, results, control, log, stop):
     """Integrate every cell of a block.
@@ -72,3 +85,4 @@ def run_block(law, cells, results, control, log, stop):
     depend on its lane or its neighbours.
     """
     run_lanes(law, np.zeros(LANE_NUMBERS), cells, results, control, log, stop)
+    refuse_negative_friction(law, cells, results)

@@ -1,13 +1,63 @@
 """Dense output: the motion of one lane inside its step.
 
 Rows SERIES hold the coefficients of w over the step: the Taylor series, exact as the step itself, or the Hermite
-polynomial of a Runge-Kutta step (`lanes.interpolate`). y and the friction work follow by integration.
+polynomial of a Runge-Kutta step (`rk_lanes.interpolate`). y and the friction work follow by integration.
 """
 
 from .equations import slope_in_lane
 from .jit import compiled
-from .layout import ALPHA, B, G, ORDER, SERIES, WIDTH, Y
-from .taylor import conservative_work, square_integral
+from .layout import ALPHA, B, G, OFFSET, ORDER, SERIES, TAKEN, W, WIDTH, WORK, Y
+from .quadrature import gauss
+
+NODES, WEIGHTS = gauss(5)
+
+
+# --- friction work --------------------------------------------------------------------------------------------------
+
+
+@compiled(inline=True)
+def conservative_work(s, i, h, rise, w, fallen):
+    """Friction work over h without damper: y rises by `rise`, w ends at `w`, `fallen` is the double integral of w.
+
+    For a belt at constant speed (`rig/signals.py` has the others).
+
+    With mu = offset + y - gamma w - w' and w = b - y', mu w = b (offset + y) - ((offset + y)^2/2 + w^2/2)' - gamma w^2.
+    """
+    b, load = s[B + i], s[OFFSET + i] + s[Y + i]
+    return b * (h * (load + 0.5 * h * b) - fallen) - rise * (load + 0.5 * rise) - 0.5 * (w - s[W + i]) * (w + s[W + i])
+
+
+@compiled(inline=True)
+def series_speed(s, i, t):
+    """w of lane i at t after the start of its step."""
+    w = s[SERIES + ORDER * WIDTH + i]
+    for j in range(ORDER):
+        w = w * t + s[SERIES + (ORDER - 1 - j) * WIDTH + i]
+    return w
+
+
+@compiled(inline=True)
+def square_integral(s, i, h):
+    """Integral of w^2 over h."""
+    total = 0.0
+    for node in range(len(NODES)):
+        w = series_speed(s, i, NODES[node] * h)
+        total += WEIGHTS[node] * w * w
+    return h * total
+
+
+@compiled
+def subtract_damper_work(s):
+    """What the damper takes of the work, where any lane has one."""
+    damped = False
+    for i in range(WIDTH):
+        damped |= s[G + i] != 0.0
+    if damped:
+        for i in range(WIDTH):
+            s[WORK + i] -= s[G + i] * square_integral(s, i, s[TAKEN + i])
+
+
+# --- the motion -----------------------------------------------------------------------------------------------------
 
 
 @compiled

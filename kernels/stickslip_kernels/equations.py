@@ -2,7 +2,7 @@
 
 from .jit import compiled
 from .laws import shape, weakening_slope
-from .layout import DROP, EXPONENT, G, OFFSET, RATE, SLOPE
+from .layout import DROP, EXPONENT, G, RATE, SLOPE
 
 
 @compiled(inline=True)
@@ -15,12 +15,6 @@ def slip_acceleration(law, y, w, drag, drop, rate, exponent):
 def slip_jerk(law, y, w, dw, b, drag, drop, rate, exponent):
     """w'' from w', which tells the weakening without computing it again: drop shape = y - drag w - w'."""
     return (b - w) - (drag + rate * weakening_slope(law, rate * w, y - drag * w - dw, drop, exponent)) * dw
-
-
-@compiled(inline=True)
-def friction_power(y, w, dw, gamma, offset):
-    """mu w, with the friction coefficient taken from the equation of motion: mu = offset + y - gamma w - w'."""
-    return w * (offset + y - gamma * w - dw)
 
 
 @compiled(inline=True)
@@ -40,9 +34,3 @@ def jerk_in_lane(law, s, i, y, w, dw, b):
     """w'' of lane i at (y, w) with w' = dw, the belt moving at b."""
     drag = s[G + i] + s[SLOPE + i]
     return slip_jerk(law, y, w, dw, b, drag, s[DROP + i], s[RATE + i], s[EXPONENT + i])
-
-
-@compiled(inline=True)
-def power_in_lane(s, i, y, w, dw):
-    """Friction power of lane i at (y, w) with w' = dw."""
-    return friction_power(y, w, dw, s[G + i], s[OFFSET + i])

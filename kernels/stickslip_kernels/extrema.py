@@ -2,6 +2,8 @@
 
 from math import inf
 
+from .dense import load_and_speed
+from .equations import slope_in_lane
 from .jit import compiled
 from .lanes import reach
 from .layout import (
@@ -11,7 +13,7 @@ from .layout import (
 )  # fmt: skip
 from .loops import LOOPS, note_loop
 from .regimes import note_force, note_speed
-from .roots import FOR_A_VALUE, arrival, extreme_slope, extreme_speed
+from .roots import FOR_A_VALUE, arrival, extreme_speed, steepest_time
 
 
 @compiled(inline=True)
@@ -24,8 +26,8 @@ def record_extrema(law, s, i, results, control, h, y1, w1, dw1, jerk1):
         if dw0 > 0.0:
             note_peak(s, i, top - b)
     if jerk0 * jerk1 < 0.0 and max(abs(dw0), abs(dw1)) + reach(jerk0, jerk1, h) >= s[DW_TOP + i]:
-        steepest = extreme_slope(s, i, h, at_end)
-        s[DW_HIGH + i] = max(s[DW_HIGH + i], abs(steepest))
+        y, w = load_and_speed(s, i, steepest_time(s, i, h, at_end))
+        s[DW_HIGH + i] = max(s[DW_HIGH + i], abs(slope_in_lane(law, s, i, y, w)))
     if (w0 > b) != (w1 > b):  # u' = b - w changes sign
         t, rise, work = arrival(s, i, b, 1.0 if w1 > b else -1.0, h, at_end)
         xi = s[SIGMA + i] * (s[Y + i] + rise - s[G + i] * b + s[OFFSET + i])

@@ -29,12 +29,12 @@ def coefficient_slope(law, cells, c, w):
 def speed_of_slope(law, cells, c, slope):
     """The largest slip speed at which the curve of cell c has the given slope; inf if it stays steeper.
 
-    0 if the curve is nowhere that steep. Slope 0 gives the minimum of the curve, -gamma gives v_H, where steady sliding
-    with damping gamma loses its stability.
+    0 if the curve is nowhere that steep, or weakening has the sign of strengthening. Slope 0 gives the minimum of the
+    curve, -gamma gives v_H, where steady sliding with damping gamma loses its stability.
     """
     a2, a3, a4 = cells[A2, c], cells[A3, c], cells[A4, c]
-    if a3 == 0.0:
-        return 0.0 if slope <= a2 else inf
+    if a3 <= 0.0:
+        return 0.0 if slope <= a2 or a3 < 0.0 else inf
     return a4 * speed_of_shape_slope(law, (slope - a2) * a4 / a3, cells[DELTA, c])
 
 

@@ -32,11 +32,6 @@ def try_step(law, s, rtol):
     raise NotImplementedError
 
 
-def interpolate(law, s, i):
-    """Have rows SERIES of lane i hold the motion over its step (compiled code only)."""
-    raise NotImplementedError
-
-
 def begin_stepping(law, s, i, cells, c):
     """Choose the first step of a slip of cell c in lane i (compiled code only)."""
     raise NotImplementedError
@@ -52,13 +47,6 @@ def _try_step(law, s, rtol):
     if is_exponential(law):
         return lambda law, s, rtol: taylor.try_step(s, rtol)
     return lambda law, s, rtol: rk_lanes.try_step(law, s, rtol)
-
-
-@overload(interpolate, jit_options=UNCOUNTED)
-def _interpolate(law, s, i):
-    if is_exponential(law):
-        return lambda law, s, i: None
-    return lambda law, s, i: rk_lanes.interpolate(s, i)
 
 
 @overload(begin_stepping, jit_options=UNCOUNTED)

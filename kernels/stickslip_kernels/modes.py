@@ -14,7 +14,7 @@ from .extrema import count_quiet_turns, note_peak, note_side, record_extrema, sh
 from .friction import speed_of_slope, stable_speeds
 from .jit import compiled
 from .equations import jerk_in_lane
-from .lanes import begin_stepping, interpolate, restart
+from .lanes import begin_stepping, restart
 from .layout import (
     A4, B, BAND2, BELT, CELL, CELL_ROWS, DAMPING_RATIO, DECIDED, DECIDED_BY, DELTA, DW, EARLY_STOP, ETA_START,
     EXPONENT, FAILED, FAST, FLAG, FLOOR, G, GAMMA, HEAT, HORIZON, HORIZON_REACHED, JERK, LEVEL, MARK, MODE,
@@ -89,7 +89,6 @@ def attend(law, s, i, cells, results, control, log):
     count_quiet_turns(s, i)
     if s[FLAG + i] == 2.0:
         return give_up(law, s, i, results)
-    interpolate(law, s, i)
     kind, h, y, w, dw, work = find_event(law, s, i)
     jerk = jerk_in_lane(law, s, i, y, w, dw, s[B + i])
     if s[MARK + i] > 0.0:

@@ -136,7 +136,8 @@ def decide_cycle(s, i, results, regime, status, period, stick_time, heat):
 
 @compiled(inline=True)
 def decide_stick_slip(s, i, results, tau, stick_time):
-    """Break-away to break-away: stick-slip, with one stick phase in the cycle."""
+    """Break-away to break-away: stick-slip, with one stick phase in the cycle. The extremes are those of the cycle."""
+    results[XI_MAX, int(s[CELL + i])] = nan
     heat = s[HEAT + i] - s[HEAT_START + i]
     decide_cycle(s, i, results, STICK_SLIP, CYCLE_CLOSED, tau - s[CYCLE_START + i], stick_time, heat)
 

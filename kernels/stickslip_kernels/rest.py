@@ -11,7 +11,7 @@ from .layout import (
     STUCK, TAU, TAU_END, UNRESOLVED, V_HIGH, V_LOW, XI_STAR,
 )  # fmt: skip
 from .loops import forget_loops
-from .regimes import come_to_a_point, decide, decide_stick_slip, finish, note_ends, reset_extrema
+from .regimes import come_to_a_point, decide, decide_stick_slip, finish, note_ends, reset_extrema, store_extrema
 from .settling import note_entry_at_constant_speed
 from .slip import begin_slip
 from .trace import log_closed_form
@@ -46,7 +46,7 @@ def come_to_rest(law, s, i, cells, results, control, log, u, b, starting):
     left = s[TAU_END + i] - tau
     dwell = dwell_to_breakaway(cells, c, load, b, age) if b > 0.0 else left
     amplitude = max(abs(u - sigma * s[XI_STAR + i]), b)
-    grazing = not starting and b * dwell * dwell < 2.0 * GRAZING_ERRORS * control[RTOL] * amplitude
+    grazing = not starting and 0.0 < b * dwell * dwell < 2.0 * GRAZING_ERRORS * control[RTOL] * amplitude
     if not grazing:
         s[STICK_COUNT + i] += 1.0
         if not starting and isnan(results[RESTICK_TIME, c]):
@@ -97,6 +97,8 @@ def close_cycle(s, i, cells, results, control, tau, dwell, load):
     elif cells[AGEING, c] == 0.0 or has_converged(s, i, tau, load, control[RTOL]):
         decide_stick_slip(s, i, results, tau, dwell)
         return
+    else:
+        store_extrema(s, i, results)
     s[CYCLE_START + i], s[HEAT_START + i], s[RELEASE + i] = tau, s[HEAT + i], load
     s[MU_TURN + i], s[CROSSED + i], s[SIDE_LAST + i] = nan, 0.0, 0.0
     reset_extrema(s, i)

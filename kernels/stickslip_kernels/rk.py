@@ -27,7 +27,7 @@ ALPHA = 1.0 / TSITOURAS_54.order - 0.75 * BETA
 LOG2_SAFETY = -0.152003093445  # log2(0.9)
 SHRINK_MOST, GROW_MOST = 0.2, 6.0
 TINIEST_ERROR2 = 1e-16
-ERROR_SHARE = 0.5  # of the tolerance that one step may spend, so that a whole slip stays within it
+ERROR_SHARE = 0.05  # of the tolerance that one step may spend, so that a whole slip stays within it
 
 
 # Stages. y' = b - w is linear, so y needs only the stages of w: sum_j a_ij (b - w_j) = c_i b - sum_j a_ij w_j.

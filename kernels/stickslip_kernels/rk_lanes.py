@@ -7,7 +7,8 @@ six exponentials is too long for the processor to overlap two of them (measured 
 
 from .bits import select
 from .friction import coefficient_slope
-from .equations import jerk_in_lane, power_in_lane, slope_in_lane
+from .dense import conservative_work, subtract_damper_work
+from .equations import jerk_in_lane, slope_in_lane
 from .jit import compiled
 from .laws import inflection
 from .layout import (
@@ -16,7 +17,7 @@ from .layout import (
     W_NEW, Y, Y_NEW, Y_STAR,
 )  # fmt: skip
 from .rk import (
-    A71, A72, A73, A74, A75, A76, C2, C3, C4, C5, C6, embedded_errors, squared_error, stage_2, stage_3, stage_4,
+    C2, C3, C4, C5, C6, embedded_errors, squared_error, stage_2, stage_3, stage_4,
     stage_5, stage_6, stage_7, step_factor,
 )  # fmt: skip
 from .steep import may_hide
@@ -27,6 +28,7 @@ def try_step(law, s, rtol):
     """A step of the size STEP in every lane; nothing is committed."""
     try_stages(law, s)
     control_step(law, s, rtol)
+    interpolate(s)
 
 
 @compiled(inline=True)
@@ -43,14 +45,11 @@ def try_stages(law, s):
         y2, w2 = stage_2(h, s[Y + i], mean_belt(s, i, C2 * h), s[W + i], s[DW + i])
         k2 = slope_in_lane(law, s, i, y2, w2)
         s[TAKEN + i], s[W_2 + i], s[K_2 + i] = h, w2, k2
-        power = A71 * power_in_lane(s, i, s[Y + i], s[W + i], s[DW + i])
-        s[WORK + i] = power + A72 * power_in_lane(s, i, y2, w2, k2)
     for i in range(WIDTH):
         b = mean_belt(s, i, C3 * s[TAKEN + i])
         y3, w3 = stage_3(s[TAKEN + i], s[Y + i], b, s[W + i], s[W_2 + i], s[DW + i], s[K_2 + i])
         k3 = slope_in_lane(law, s, i, y3, w3)
         s[W_3 + i], s[K_3 + i] = w3, k3
-        s[WORK + i] += A73 * power_in_lane(s, i, y3, w3, k3)
     for i in range(WIDTH):
         b = mean_belt(s, i, C4 * s[TAKEN + i])
         y4, w4 = stage_4(
@@ -66,7 +65,6 @@ def try_stages(law, s):
         )
         k4 = slope_in_lane(law, s, i, y4, w4)
         s[W_4 + i], s[K_4 + i] = w4, k4
-        s[WORK + i] += A74 * power_in_lane(s, i, y4, w4, k4)
     for i in range(WIDTH):
         b = mean_belt(s, i, C5 * s[TAKEN + i])
         y5, w5 = stage_5(
@@ -76,7 +74,6 @@ def try_stages(law, s):
         )  # fmt: skip
         k5 = slope_in_lane(law, s, i, y5, w5)
         s[W_5 + i], s[K_5 + i] = w5, k5
-        s[WORK + i] += A75 * power_in_lane(s, i, y5, w5, k5)
     for i in range(WIDTH):
         b = mean_belt(s, i, C6 * s[TAKEN + i])
         y6, w6 = stage_6(
@@ -86,7 +83,6 @@ def try_stages(law, s):
         )  # fmt: skip
         k6 = slope_in_lane(law, s, i, y6, w6)
         s[W_6 + i], s[K_6 + i] = w6, k6
-        s[WORK + i] = s[TAKEN + i] * (s[WORK + i] + A76 * power_in_lane(s, i, y6, w6, k6))
     for i in range(WIDTH):
         y7, w7 = stage_7(
             s[TAKEN + i], s[Y + i], mean_belt(s, i, s[TAKEN + i]),
@@ -126,20 +122,28 @@ def control_step(law, s, rtol):
 
 
 @compiled
-def interpolate(s, i):
-    """The quintic Hermite polynomial over the step of lane i, as rows SERIES.
+def interpolate(s):
+    """The quintic Hermite polynomial over the step of every lane, as rows SERIES, and the friction work from it.
 
     It meets w, w' and w'' at both ends; inside, its error is a hundredth of what the step itself allows: h^6 w^(6)
     (theta (1 - theta))^3 / 6!.
     """
-    h, w, dw, jerk = s[TAKEN + i], s[W + i], s[DW + i], s[JERK + i]
-    rise = s[W_NEW + i] - w - h * (dw + 0.5 * h * jerk)
-    slope = h * (s[DW_NEW + i] - dw - h * jerk)
-    bend = h * h * (s[JERK_NEW + i] - jerk)
-    s[SERIES + i], s[SERIES + WIDTH + i], s[SERIES + 2 * WIDTH + i] = w, dw, 0.5 * jerk
-    s[SERIES + 3 * WIDTH + i] = (10.0 * rise - 4.0 * slope + 0.5 * bend) / h**3
-    s[SERIES + 4 * WIDTH + i] = (-15.0 * rise + 7.0 * slope - bend) / h**4
-    s[SERIES + 5 * WIDTH + i] = (6.0 * rise - 3.0 * slope + 0.5 * bend) / h**5
+    for i in range(WIDTH):
+        h, w, dw, jerk = s[TAKEN + i], s[W + i], s[DW + i], s[JERK + i]
+        rise = s[W_NEW + i] - w - h * (dw + 0.5 * h * jerk)
+        slope = h * (s[DW_NEW + i] - dw - h * jerk)
+        bend = h * h * (s[JERK_NEW + i] - jerk)
+        third = 10.0 * rise - 4.0 * slope + 0.5 * bend
+        fourth = -15.0 * rise + 7.0 * slope - bend
+        fifth = 6.0 * rise - 3.0 * slope + 0.5 * bend
+        s[SERIES + i], s[SERIES + WIDTH + i], s[SERIES + 2 * WIDTH + i] = w, dw, 0.5 * jerk
+        per_h3 = 1.0 / (h * h * h)
+        s[SERIES + 3 * WIDTH + i] = third * per_h3
+        s[SERIES + 4 * WIDTH + i] = fourth * per_h3 / h
+        s[SERIES + 5 * WIDTH + i] = fifth * per_h3 / (h * h)
+        fallen = h * h * (0.5 * w + h * (dw / 6.0 + h * jerk / 24.0) + third / 20.0 + fourth / 30.0 + fifth / 42.0)
+        s[WORK + i] = conservative_work(s, i, h, s[Y_NEW + i] - s[Y + i], s[W_NEW + i], fallen)
+    subtract_damper_work(s)
 
 
 @compiled

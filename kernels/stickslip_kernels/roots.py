@@ -142,8 +142,8 @@ def extreme_speed(s, i, end, at_end, resolved):
 
 
 @compiled
-def extreme_slope(s, i, end, at_end):
-    """w' where w'' vanishes before `end`. at_end : as for `arrival`."""
+def steepest_time(s, i, end, at_end):
+    """When, before `end`, w'' vanishes. at_end : as for `arrival`."""
     jerk, snap = s[JERK + i], 6.0 * s[SERIES + 3 * WIDTH + i]
     change = at_end[2] - jerk
     part = -jerk / change
@@ -151,9 +151,9 @@ def extreme_slope(s, i, end, at_end):
     for _ in range(GUESSES):
         if not 0.0 < t <= end:
             break
-        _, dw, jerk, snap = speed(s, i, t)
+        _, _, jerk, snap = speed(s, i, t)
         d = -jerk / snap
         if abs(d) <= FOR_A_VALUE_BY_NEWTON * end and 0.0 < t + d <= end:
-            return dw + d * (jerk + 0.5 * d * snap)
+            return t + d
         t += d
-    return speed(s, i, crossing(s, i, 2, 0.0, end, at_end, FOR_A_VALUE_BY_NEWTON))[1]
+    return crossing(s, i, 2, 0.0, end, at_end, FOR_A_VALUE_BY_NEWTON)

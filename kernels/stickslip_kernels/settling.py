@@ -92,9 +92,10 @@ def creeps_in(law, s, i):
 def settles_for_certain(law, s, i):
     """Whether a slip that has not come into the settling band yet can only do so, and is damped or creep already."""
     p, q, b = s[Y + i] - s[Y_STAR + i], s[W + i] - s[B + i], s[B + i]
-    if b <= 0.0 or p * p + q * q >= certain_radius(law, s, i, b) ** 2:
+    if b <= 0.0:
         return False
-    return s[CROSSED + i] >= 2.0 or creeps_in(law, s, i)
+    inside = p * p + q * q < certain_radius(law, s, i, b) ** 2
+    return (inside and s[CROSSED + i] >= 2.0) or creeps_in(law, s, i)
 
 
 @compiled

@@ -15,18 +15,17 @@ Loops over the lanes of one flat buffer, as in `lanes.py`; a loop an order, so t
 from math import inf
 
 from .bits import select
+from .dense import conservative_work, subtract_damper_work
 from .exponential import exp, rough_exp2, rough_log2
 from .jit import compiled
 from .layout import (
-    ALLOWED, ALPHA, B, DROP, DW, DW_NEW, FLOOR, G, GOOD, JERK, JERK_NEW, OFFSET, ORDER, RATE, SERIES, SERIES_DW,
+    ALLOWED, ALPHA, B, DROP, DW, DW_NEW, FLOOR, G, GOOD, JERK, JERK_NEW, ORDER, RATE, SERIES, SERIES_DW,
     SERIES_WEAK, SLOPE, SMALLEST_STEP, STEP, TAKEN, TAU, TAU_END, W, WEAK, WEAK_NEW, WIDTH, WORK, W_NEW, Y, Y_NEW,
     Y_STAR,
 )  # fmt: skip
-from .quadrature import gauss
 from .steep import may_hide
 
 LONGEST = 1.0  # step; events inside a step are told from its ends, so it must stay well below half a turn
-NODES, WEIGHTS = gauss(5)
 ERROR_SHARE = 0.1  # of the tolerance that each of the last two coefficients may spend, and the error of a step
 
 
@@ -156,48 +155,6 @@ def sum_series(s):
         rise = h * (s[B + i] + 0.5 * h * s[ALPHA + i] - once)
         s[Y_NEW + i] = s[Y + i] + rise
         s[WORK + i] = conservative_work(s, i, h, rise, s[W_NEW + i], 0.5 * h * h * twice)
-
-
-@compiled(inline=True)
-def conservative_work(s, i, h, rise, w, fallen):
-    """Friction work over h without damper: y rises by `rise`, w ends at `w`, `fallen` is the double integral of w.
-
-    For a belt at constant speed (`rig/signals.py` has the others).
-
-    With mu = offset + y - gamma w - w' and w = b - y', mu w = b (offset + y) - ((offset + y)^2/2 + w^2/2)' - gamma w^2.
-    """
-    b, load = s[B + i], s[OFFSET + i] + s[Y + i]
-    return b * (h * (load + 0.5 * h * b) - fallen) - rise * (load + 0.5 * rise) - 0.5 * (w - s[W + i]) * (w + s[W + i])
-
-
-@compiled(inline=True)
-def series_speed(s, i, t):
-    """w of lane i at t after the start of its step."""
-    w = s[SERIES + ORDER * WIDTH + i]
-    for j in range(ORDER):
-        w = w * t + s[SERIES + (ORDER - 1 - j) * WIDTH + i]
-    return w
-
-
-@compiled(inline=True)
-def square_integral(s, i, h):
-    """Integral of w^2 over h."""
-    total = 0.0
-    for node in range(len(NODES)):
-        w = series_speed(s, i, NODES[node] * h)
-        total += WEIGHTS[node] * w * w
-    return h * total
-
-
-@compiled
-def subtract_damper_work(s):
-    """What the damper takes of the work, where any lane has one."""
-    damped = False
-    for i in range(WIDTH):
-        damped |= s[G + i] != 0.0
-    if damped:
-        for i in range(WIDTH):
-            s[WORK + i] -= s[G + i] * square_integral(s, i, s[TAKEN + i])
 
 
 @compiled

@@ -11,7 +11,7 @@ import numpy as np
 from .dense import state_at
 from .equations import jerk_in_lane, weakening_in_lane
 from .jit import compiled
-from .lanes import interpolate, try_step
+from .lanes import try_step
 from .layout import (
     A4, B, BELT, DELTA, DROP, DW, EXPONENT, FALL, FAST, G, GAMMA, HOLD, JERK, LANE_NUMBERS, LOG_DROP, LOG_DW,
     LOG_MODE, LOG_OFFSET, LOG_SIGMA, LOG_SLOPE, LOG_TAU, LOG_U, LOG_W, OFFSET, RATE, RISE, SAMPLE_ACCELERATION,
@@ -67,7 +67,6 @@ def repeat_step(law, s, segment, duration, cell, b):
     s[JERK], s[WEAK] = jerk_in_lane(law, s, 0, s[Y], w, dw, b), weakening_in_lane(law, s, 0, w)
     s[TAU_END], s[STEP] = inf, duration
     try_step(law, s, ANY_RTOL)
-    interpolate(law, s, 0)
 
 
 @compiled

@@ -13,7 +13,7 @@ from ..equations import jerk_in_lane, slope_in_lane, weakening_in_lane
 from ..events import LEVEL_REACHED, NO_EVENT, TURNED, find_event
 from ..friction import coefficient, line_slope, speed_of_slope
 from ..jit import compiled
-from ..lanes import begin_stepping, interpolate, restart
+from ..lanes import begin_stepping, restart
 from ..layout import (
     A1, A2, A3, A4, AGEING, AGEING_TIME, ALPHA, B, BAND2, CELL, CELL_ROWS, CONTACT_START, DELTA, DROP, DW, EXPONENT,
     FALL, FAST, FIRST_SEGMENT, FLAG, FLOOR, G, GAMMA, HOLD, HORIZON_REACHED, JERK, LANE_NUMBERS, LAST_SEGMENT,
@@ -87,7 +87,6 @@ def attend_rig(law, s, i, cells, segments, runs, results, signals, stops, contro
     """Look at lane i, which has tried a good step or can go no further: record it, commit it, change the mode."""
     if s[FLAG + i] == 2.0:
         return give_up(s, i, results)
-    interpolate(law, s, i)
     kind, h, y, w, dw, _ = find_event(law, s, i)
     b_end = s[B + i] + h * s[ALPHA + i]
     jerk = jerk_in_lane(law, s, i, y, w, dw, b_end)

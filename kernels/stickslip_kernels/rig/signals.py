@@ -13,7 +13,7 @@ from ..layout import (
     SIGNAL_MODE, SIGNAL_XI, SLOPE, TAU,
 )  # fmt: skip
 from ..quadrature import gauss
-from ..taylor import series_speed
+from ..dense import series_speed
 from .drive import belt_in_lane
 from .line import motion, steepest
 from ..roots import TO_ROUNDING, crossing
