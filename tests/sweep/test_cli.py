@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -54,10 +55,17 @@ def test_options_go_before_the_output_section(here):
     assert {p.name for p in here.iterdir()} == {"small.yaml", "other.nc"}
 
 
-def test_without_an_output_section_the_summary_is_all(here):
-    done = call("run", write_config(here))
+def test_without_an_output_it_is_said_before_and_after_that_the_map_is_not_kept(here):
+    write_config(here, name="a map.yaml")
+    done = call("run", "a map.yaml")
     assert done.exit_code == 0 and "stick_slip" in done.stdout
-    assert [p.name for p in here.iterdir()] == ["small.yaml"]
+    assert [p.name for p in here.iterdir()] == ["a map.yaml"]
+    before, *_, after = done.stderr.splitlines()
+    keep = "to keep it: stickslip run 'a map.yaml' -o 'a map.nc'"
+    assert before.endswith(keep) and "discarded" in before and after == f"the map was not kept; {keep}"
+    assert keep in call("plan", "a map.yaml").stdout
+    assert call(*shlex.split(keep.partition("stickslip ")[2])).exit_code == 0
+    assert (here / "a map.nc").exists()
 
 
 def test_a_map_of_one_cell_needs_no_picture(here):
@@ -198,6 +206,22 @@ def test_shards_are_computed_shown_and_collected(here):
     assert whole.exit_code == 0 and "missing" not in whole.stdout
     assert {p.name for p in here.iterdir()} == {"small.yaml", "a map µ.nc"}
     assert "no unfinished run beside it" in call("status", config).stdout
+
+
+@pytest.mark.parametrize(("section", "options", "map_file"), [
+    ("output: {file: other.nc}\n", ["-o", "a shard.nc"], "a shard.nc"),
+    ("output: {file: other.nc}\n", [], "other.nc"),
+    ("output: {file: other.nc}\n", ["--store", "blocks"], "other.nc"),
+    ("", ["--store", "blocks"], "map.nc"),
+])  # fmt: skip
+def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options, map_file):
+    config = write_config(here, num=100, more=section)
+    done = call("run", config, "--shard", "1/2", *options)
+    assert done.exit_code == 0, done.output
+    status, collect = [shlex.split(line, comments=True) for line in done.stdout.splitlines()[-2:]]
+    assert call(*status[status.index("stickslip") + 1 :]).stdout.count("5,904 of 10,000 cells") == 1
+    assert call(*collect[1:]).exit_code == 0
+    assert int((stickslip.open(map_file)["regime"] != 0).sum()) == 5904
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
