@@ -5,6 +5,7 @@ Rich is imported when it is needed, so that `--help` answers at once.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,12 +19,18 @@ if TYPE_CHECKING:
     from .engine import Options
     from .grid import Grid
 
+_WIDE = 1000  # characters, wider than any table
+
 
 def terminal(stderr: bool = False) -> Console:
-    """The terminal. Colours only where it shows them; numbers and paths are not decorated."""
+    """The terminal. Colours only where it shows them; numbers and paths are not decorated.
+
+    A file or a pipe has no width, so nothing that is printed there is cut to that of a terminal.
+    """
     from rich.console import Console
 
-    return Console(stderr=stderr, highlight=False, soft_wrap=True)
+    stream = sys.stderr if stderr else sys.stdout
+    return Console(stderr=stderr, highlight=False, soft_wrap=True, width=None if stream.isatty() else _WIDE)
 
 
 def size_of(path: Path) -> str:
