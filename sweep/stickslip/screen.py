@@ -110,7 +110,7 @@ def report(
     """The summary a run ends with; `computed` is how many cells it computed in how many seconds, on which machines."""
     from rich.table import Table
 
-    from .summary import remark, summary
+    from .summary import remark, step_limit_remark, summary
 
     found = summary(ds)
     table = Table("regime", box=None, pad_edge=False, header_style="bold")
@@ -121,6 +121,8 @@ def report(
     console = terminal()
     console.print(table)
     if words := remark(found, None if output is None else str(output)):
+        console.print(words, markup=False)
+    if words := step_limit_remark(ds, None if output is None else str(output)):
         console.print(words, markup=False)
     rate = f"{computed:,} cells in {duration_text(seconds)}, {computed / max(seconds, 1e-9):,.0f} cells/s"
     console.print(f"{rate} on {machines}")

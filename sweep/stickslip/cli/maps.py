@@ -180,26 +180,34 @@ def plan(config: Path) -> None:
     from stickslip.grid import build_grid
     from stickslip.runs.assembly import IN_MEMORY
     from stickslip.runs.blocks import blocks_of
+    from stickslip.runs.probe import probe
 
     loaded = load_config(config)
     grid = build_grid(loaded)
     options = api.options_of(loaded)
     prepare_kernels(loaded.friction.law)
-    probe = engine.probe(grid.cells, grid.size, options)
+    tried = probe(grid, options)
     blocks, each = blocks_of(grid.size), engine.bytes_per_cell(options)
     console = screen.terminal()
     console.print(f"{loaded.title}\n{screen.describe(grid)}", markup=False)
     largest = min(blocks.length, grid.size)
-    console.print(f"blocks   {blocks.count:,} of up to {largest:,} cells, {probe.threads} at a time")
-    needed = _MEMORY_OF_BLOCK * probe.threads * largest * each + 2 * min(grid.size, IN_MEMORY) * each
+    console.print(f"blocks   {blocks.count:,} of up to {largest:,} cells, {tried.threads} at a time")
+    needed = _MEMORY_OF_BLOCK * tried.threads * largest * each + 2 * min(grid.size, IN_MEMORY) * each
     console.print(
         f"memory   about {screen.memory(needed)} besides the program ({screen.memory(grid.size * each)} without a file)"
     )
     console.print(f"disk     up to {screen.memory(grid.size * each)} for finished blocks, and as much for the map")
     console.print(
-        f"time     about {screen.duration_text(probe.seconds_per_cell * grid.size)} "
-        f"({1 / probe.seconds_per_cell:,.0f} cells/s, from {probe.cells:,} cells spread over the map)"
+        f"time     about {screen.duration_text(tried.seconds_per_cell * grid.size)} "
+        f"({1 / tried.seconds_per_cell:,.0f} cells/s, from {tried.cells:,} cells spread over the map)"
     )
+    if tried.at_step_limit:
+        share = screen.share_text(tried.at_step_limit / tried.cells)
+        console.print(
+            f"steps    {tried.at_step_limit:,} of these cells ({share}) ended at the step limit: unresolved "
+            f"with solver: {{max_steps: {options.max_steps}}}",
+            markup=False,
+        )
     for name, target in (("map", loaded.output.file), ("picture", loaded.output.plot)):
         if target is not None:
             console.print(f"{name:8} {target}", markup=False)
