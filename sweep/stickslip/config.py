@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from . import checks, kinds, units
+from . import checks, kinds, resources, units
 from .models import Axis, Config, Group, Range, Values
 from .problems import MOST_PROBLEMS, ConfigError, Path, Place, Problem, dotted, listed, nearest
 from .quantities import DRIVE, MEASURED, QUANTITIES, REPLACED, default
@@ -43,8 +43,11 @@ AnySection = TypeVar("AnySection", bound=Section)
 
 
 def load_config(path: str | os.PathLike[str]) -> Config:
-    """The configuration in a YAML file. Raises ConfigError, which lists everything that is wrong with it."""
-    return _Reader(read_yaml(FilePath(path))).config()
+    """The configuration in a YAML file, or the one of the package that `path` calls (see `resources.found`).
+
+    Raises ConfigError, which lists everything that is wrong with it.
+    """
+    return _Reader(read_yaml(resources.found(path))).config()
 
 
 def read_rig_config(document: Document, others: Collection[str]) -> Config:

@@ -336,6 +336,36 @@ def test_schema_is_json():
     assert json.loads(call("schema").stdout)["$schema"].endswith("2020-12/schema")
 
 
+def test_configurations_that_ship_are_listed_and_copied(here):
+    listed = call("init", "--list").stdout
+    assert "stickslip run quickstart " in listed and "stickslip rig rig/materials " in listed
+    done = call("init", "my.yaml", "--from", "rig/materials")
+    assert done.stdout == "wrote my.yaml; next: stickslip rig my.yaml\n"
+    assert (here / "my.yaml").read_bytes() == (ROOT / "configs" / "rig" / "materials.yaml").read_bytes()
+    unknown = call("init", "other.yaml", "--from", "quickstrat")
+    assert unknown.exit_code == 2 and "there are article/eq3, " in unknown.stderr and not Path("other.yaml").exists()
+
+
+@pytest.mark.parametrize("name", ["configs/article/fig3.yaml", "article/fig3"])
+def test_configurations_that_ship_are_found_from_any_folder_and_it_is_said(here, name):
+    done = call("run", name)
+    assert done.exit_code == 0, done.output
+    assert done.stderr.startswith(f"{name}: no such file here, taken from those that come with stickslip: ")
+    assert [path.name for path in here.iterdir()] == ["fig3.nc"]
+
+
+def test_a_configuration_that_does_not_ship_is_told_where_the_others_are_listed(here):
+    done = call("run", "configs/quickstrat.yaml")
+    assert done.exit_code == 2 and "no such file" in done.stderr and "`stickslip init --list` names" in done.stderr
+
+
+def test_a_file_that_is_there_goes_before_one_that_ships(here):
+    (here / "configs").mkdir()
+    write_config(here / "configs", name="quickstart.yaml")
+    done = call("plan", "configs/quickstart.yaml")
+    assert "A small map" in done.stdout and done.stderr == ""
+
+
 def test_init_writes_a_configuration_that_runs_and_overwrites_nothing(here):
     done = call("init", "my.yaml")
     assert done.stdout == "wrote my.yaml; next: stickslip run my.yaml\n"
