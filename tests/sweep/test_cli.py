@@ -17,6 +17,7 @@ from click.testing import CliRunner
 import stickslip
 from stickslip import engine
 from stickslip.cli import main
+from stickslip.variables import STATUSES
 from support_configs import write_config
 
 ROOT = Path(__file__).parents[2]
@@ -257,6 +258,45 @@ def test_plan_names_cells_blocks_memory_and_time_and_writes_nothing(here):
     for words in ("1,600 cells: stiffness (40) x belt_speed (40)", "blocks ", "memory ", "time     about", "map.nc"):
         assert words in done.stdout
     assert [p.name for p in here.iterdir()] == ["small.yaml"]
+
+
+def test_plan_and_run_count_the_cells_that_run_out_of_steps(here):
+    config = write_config(here, num=40, more="solver: {max_steps: 50}\noutput: {file: map.nc}\n")
+    planned = call("plan", config).stdout
+    done = call("run", config)
+    limited = int((stickslip.open("map.nc")["status"] == STATUSES.index("step_limit")).sum())
+    assert 0 < limited < 1600
+    remark = f"{limited:,} cells ended at the step limit; solver: {{max_steps: ...}} raises it"
+    assert f"{remark}: stickslip inspect map.nc --status step_limit" in done.stdout
+    assert remark in call("run", config, "--fresh", "--store", "x", "-o", "y.nc").stdout
+    assert f"steps    {limited:,} of these cells ({limited / 1600:.1%}) ended at the step limit" in planned
+    enough = write_config(here, num=40, name="enough.yaml")
+    assert "step limit" not in call("plan", enough).stdout + call("run", enough).stdout
+
+
+def test_validate_says_what_it_understood_in_si(here):
+    (here / "my.yaml").write_text(
+        "system: {mass: 100 g, stiffness: 5 N/mm, normal_load: 10 N}\n"
+        "friction: {a1: 0.2, a2: 0, a3: 0.1, a4: 20 mm/s}\n"
+        "axes:\n  belt_speed: {start: 1 mm/s, stop: 20 cm/s, num: 80, spacing: log}\n"
+        "  lubricant: {zip: {mu_stop: [none, 0.25], damping: [0, 1 N s/m]}, labels: [dry, oil]}\n"
+    )
+    done = call("validate", "my.yaml")
+    parts = [re.split("  +", line.strip()) for line in done.stdout.splitlines()[1:]]
+    rows = {name: rest for name, *rest in parts}
+    assert done.stdout.startswith("my.yaml: good, 160 cells: belt_speed (80) x lubricant (2)\n")
+    assert rows["mass"] == ["0.1 kg", "mass"] and rows["stiffness"][0] == "5000 N/m" and rows["a4"][0] == "0.02 m/s"
+    assert rows["velocity"] == ["sticking", "velocity at the start: that of the belt, sticking"]
+    assert rows["axis belt_speed"] == ["0.001 to 0.2 m/s", "80 values, log spacing: belt speed"]
+    assert rows["axis lubricant"] == ["2 points", "dry, oil"]
+    assert rows["with mu_stop"][0] == "none, 0.25" and rows["with damping"][0] == "0, 1 N s/m"
+    assert rows["solver"][0] == "rtol 1e-06, max_steps 100,000, horizon none"
+
+
+def test_validate_says_what_it_understood_of_a_rig(here):
+    done = call("validate", ROOT / "configs" / "rig" / "materials.yaml")
+    for words in ("stroke ", "0.02 m ", "6 strokes, trapezoid", "2000 1/s", "with ageing_rate"):
+        assert words in done.stdout
 
 
 def test_validate_lists_the_mistakes_of_every_file(here):

@@ -6,11 +6,15 @@ import json
 import shlex
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from stickslip import screen
 from stickslip.cli.common import DONE, WRONG_INPUT, config_file, fail
+
+if TYPE_CHECKING:
+    from stickslip.config import Config
 
 
 @click.command()
@@ -18,7 +22,9 @@ from stickslip.cli.common import DONE, WRONG_INPUT, config_file, fail
 def validate(configs: tuple[Path, ...]) -> None:
     """Check configurations without computing anything.
 
-    Every mistake of every file is listed, with its line and column."""
+    Every mistake of every file is listed, with its line and column. Of good ones it is said what was understood: every
+    quantity in SI, every axis with its points.
+    """
     from stickslip.config import load_config
     from stickslip.grid import build_grid
     from stickslip.problems import ConfigError
@@ -29,10 +35,21 @@ def validate(configs: tuple[Path, ...]) -> None:
         try:
             config = load_rig(path).config if is_rig(path) else load_config(path)
             click.echo(f"{path}: good, {screen.describe(build_grid(config))}")
+            _show(config)
         except ConfigError as error:
             click.echo(str(error), err=True)
             wrong = True
     sys.exit(WRONG_INPUT if wrong else DONE)
+
+
+def _show(config: Config) -> None:
+    """What was understood, in three columns."""
+    from stickslip.understood import understood
+
+    rows = list(understood(config))
+    name, value = (max(map(len, column)) for column in list(zip(*rows, strict=True))[:2])
+    for row in rows:
+        click.echo(f"  {row.name:{name}}  {row.value:{value}}  {row.meaning}".rstrip())
 
 
 @click.command(

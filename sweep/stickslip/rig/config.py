@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from stickslip.config import read_rig_config
+from stickslip.forgotten_units import ask
 from stickslip.grid import build_grid
 from stickslip.models import Config
 from stickslip.problems import ConfigError, Place, Problem
@@ -60,9 +61,12 @@ class RigConfig:
 def load_rig(path: str | os.PathLike[str]) -> RigConfig:
     """The rig in a YAML file, or the one of the package that `path` calls (see `resources.found`).
 
-    Raises ConfigError, which lists everything that is wrong with it.
+    Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
-    return _read(read_yaml(found(path)))
+    document = read_yaml(found(path))
+    rig = _read(document)
+    ask(document, rig.config)
+    return rig
 
 
 def is_rig(path: str | os.PathLike[str]) -> bool:
