@@ -19,7 +19,8 @@ FLOORS = (
     (
         "what is asked, how it is labelled",
         {"quantities", "yaml_source", "sections", "kinds", "models", "checks", "cells", "pick"}
-        | {"units", "grid", "config", "schema", "starter", "resources", "theory", "fit", "dataset"},
+        | {"units", "grid", "config", "schema", "starter", "resources", "theory", "fit", "dataset"}
+        | {"forgotten_units", "understood"},
     ),
     (
         "what is computed, kept and shown",
@@ -133,6 +134,16 @@ def test_only_the_command_prints(package):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "print"
     ]
     assert not printing, "print outside cli.py:\n" + "\n".join(printing)
+
+
+def test_what_the_package_says_names_no_page_that_is_not_installed():
+    naming = [
+        f"{module}, line {node.lineno}"
+        for module, tree in sources(SWEEP).items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and "docs/" in node.value
+    ]
+    assert not naming, "docs/ does not come with a wheel:\n" + "\n".join(naming)
 
 
 def test_third_party_imports_are_declared_dependencies():

@@ -206,7 +206,7 @@ def evaluate(
     early_stop: bool = True,
     threads: int | None = None,
     law: str = "stribeck",
-    max_steps: int = 1_000_000,
+    max_steps: int = Options.max_steps,
 ) -> xr.Dataset:
     """Regime and metrics of any list of cells.
 
@@ -247,7 +247,7 @@ def simulate(
     samples: int = 2001,
     rtol: float = 1e-6,
     law: str = "stribeck",
-    max_steps: int = 1_000_000,
+    max_steps: int = Options.max_steps,
     **cell: float,
 ) -> xr.Dataset:
     """One trajectory over time, by the stepping that computes maps.

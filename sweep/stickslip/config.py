@@ -16,7 +16,8 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from . import checks, kinds, units
+from . import checks, kinds, resources, units
+from .forgotten_units import UnitWarning, ask
 from .models import Axis, Config, Group, Range, Values
 from .problems import MOST_PROBLEMS, ConfigError, Path, Place, Problem, dotted, listed, nearest
 from .quantities import DRIVE, MEASURED, QUANTITIES, REPLACED, default
@@ -24,7 +25,7 @@ from .sections import REFUSED, Drive, Execution, Friction, Output, Section, Sens
 from .variables import VARIABLES
 from .yaml_source import Document, parse_yaml, read_yaml
 
-__all__ = ["Config", "ConfigError", "FitWarning", "load_config", "make_config", "parse_config"]
+__all__ = ["Config", "ConfigError", "FitWarning", "UnitWarning", "load_config", "make_config", "parse_config"]
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
 QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start, "drive": Drive}
@@ -43,8 +44,14 @@ AnySection = TypeVar("AnySection", bound=Section)
 
 
 def load_config(path: str | os.PathLike[str]) -> Config:
-    """The configuration in a YAML file. Raises ConfigError, which lists everything that is wrong with it."""
-    return _Reader(read_yaml(FilePath(path))).config()
+    """The configuration in a YAML file, or the one of the package that `path` calls (see `resources.found`).
+
+    Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
+    """
+    document = read_yaml(resources.found(path))
+    config = _Reader(document).config()
+    ask(document, config)
+    return config
 
 
 def read_rig_config(document: Document, others: Collection[str]) -> Config:

@@ -176,8 +176,8 @@ _OTHERS: Schema = {
     "strokes": {"type": "integer", "minimum": 1},
 }
 _JUDGED = {
-    "features": "How the features of a record are read (docs/rig.md).",
-    "risk": "Parameters of the model RPN (docs/rig.md).",
+    "features": "How the features of a record are read: bandwidth of the sensor, smallest drop of the force, ...",
+    "risk": "Parameters of the model RPN: base, and weight_ and scale_ of each of its three features.",
 }
 _SOLVER: Schema = {
     "rtol": {"type": "number", "minimum": RTOL[0], "maximum": RTOL[1]},

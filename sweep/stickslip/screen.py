@@ -5,6 +5,7 @@ Rich is imported when it is needed, so that `--help` answers at once.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,12 +19,18 @@ if TYPE_CHECKING:
     from .engine import Options
     from .grid import Grid
 
+_WIDE = 1000  # characters, wider than any table
+
 
 def terminal(stderr: bool = False) -> Console:
-    """The terminal. Colours only where it shows them; numbers and paths are not decorated."""
+    """The terminal. Colours only where it shows them; numbers and paths are not decorated.
+
+    A file or a pipe has no width, so nothing that is printed there is cut to that of a terminal.
+    """
     from rich.console import Console
 
-    return Console(stderr=stderr, highlight=False, soft_wrap=True)
+    stream = sys.stderr if stderr else sys.stdout
+    return Console(stderr=stderr, highlight=False, soft_wrap=True, width=None if stream.isatty() else _WIDE)
 
 
 def size_of(path: Path) -> str:
@@ -103,7 +110,7 @@ def report(
     """The summary a run ends with; `computed` is how many cells it computed in how many seconds, on which machines."""
     from rich.table import Table
 
-    from .summary import remark, summary
+    from .summary import remark, step_limit_remark, summary
 
     found = summary(ds)
     table = Table("regime", box=None, pad_edge=False, header_style="bold")
@@ -114,6 +121,8 @@ def report(
     console = terminal()
     console.print(table)
     if words := remark(found, None if output is None else str(output)):
+        console.print(words, markup=False)
+    if words := step_limit_remark(ds, None if output is None else str(output)):
         console.print(words, markup=False)
     rate = f"{computed:,} cells in {duration_text(seconds)}, {computed / max(seconds, 1e-9):,.0f} cells/s"
     console.print(f"{rate} on {machines}")

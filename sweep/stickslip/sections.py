@@ -158,7 +158,7 @@ class Solver(Section):
 
     rtol: float = Field(1e-6, description="relative tolerance of a step, from 1e-12 to 1e-2")
     horizon: float | None = Field(None, description="longest time simulated per cell; leave it out for no limit")
-    max_steps: int = Field(1_000_000, description="step budget of a cell; when it runs out the cell is unresolved")
+    max_steps: int = Field(100_000, description="step budget of a cell; when it runs out the cell is unresolved")
     early_stop: bool = Field(
         True, description="stop as soon as the regime is decided; false integrates every cell to the horizon"
     )

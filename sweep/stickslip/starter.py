@@ -52,7 +52,7 @@ axes:
 
 solver:
   rtol: 1e-6            # relative tolerance of a step, 1e-12 to 1e-2
-  max_steps: 1000000    # step budget of a cell; a cell that needs more is "unresolved"
+  max_steps: 100000     # step budget of a cell; a cell that needs more is "unresolved"
   early_stop: true      # stop once the regime is decided; false goes on to the horizon
   # horizon: 10 min     # longest time simulated per cell; no limit unless given
 execution:

@@ -70,3 +70,12 @@ def remark(found: Mapping[str, Share], file: str | None = None, bad: Collection[
     cells = sum(found[name].cells for name in bad if name in found)
     text = f"{' and '.join([', '.join(counts[:-1]), counts[-1]] if counts[:-1] else counts)} cell{'s' * (cells != 1)}"
     return text if file is None else f"{text}: stickslip inspect {shlex.quote(file)}"
+
+
+def step_limit_remark(ds: xr.Dataset, file: str | None = None) -> str | None:
+    """What to tell of cells that ran out of steps; None if there are none. file : as for `remark`."""
+    limited = flag_counts(ds["status"])["step_limit"]
+    if not limited:
+        return None
+    text = f"{limited:,} cell{'s' * (limited != 1)} ended at the step limit; solver: {{max_steps: ...}} raises it"
+    return text if file is None else f"{text}: stickslip inspect {shlex.quote(file)} --status step_limit"

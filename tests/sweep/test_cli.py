@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from click.testing import CliRunner
 import stickslip
 from stickslip import engine
 from stickslip.cli import main
+from stickslip.variables import STATUSES
 from support_configs import write_config
 
 ROOT = Path(__file__).parents[2]
@@ -54,10 +56,17 @@ def test_options_go_before_the_output_section(here):
     assert {p.name for p in here.iterdir()} == {"small.yaml", "other.nc"}
 
 
-def test_without_an_output_section_the_summary_is_all(here):
-    done = call("run", write_config(here))
+def test_without_an_output_it_is_said_before_and_after_that_the_map_is_not_kept(here):
+    write_config(here, name="a map.yaml")
+    done = call("run", "a map.yaml")
     assert done.exit_code == 0 and "stick_slip" in done.stdout
-    assert [p.name for p in here.iterdir()] == ["small.yaml"]
+    assert [p.name for p in here.iterdir()] == ["a map.yaml"]
+    before, *_, after = done.stderr.splitlines()
+    keep = "to keep it: stickslip run 'a map.yaml' -o 'a map.nc'"
+    assert before.endswith(keep) and "discarded" in before and after == f"the map was not kept; {keep}"
+    assert keep in call("plan", "a map.yaml").stdout
+    assert call(*shlex.split(keep.partition("stickslip ")[2])).exit_code == 0
+    assert (here / "a map.nc").exists()
 
 
 def test_a_map_of_one_cell_needs_no_picture(here):
@@ -200,6 +209,22 @@ def test_shards_are_computed_shown_and_collected(here):
     assert "no unfinished run beside it" in call("status", config).stdout
 
 
+@pytest.mark.parametrize(("section", "options", "map_file"), [
+    ("output: {file: other.nc}\n", ["-o", "a shard.nc"], "a shard.nc"),
+    ("output: {file: other.nc}\n", [], "other.nc"),
+    ("output: {file: other.nc}\n", ["--store", "blocks"], "other.nc"),
+    ("", ["--store", "blocks"], "map.nc"),
+])  # fmt: skip
+def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options, map_file):
+    config = write_config(here, num=100, more=section)
+    done = call("run", config, "--shard", "1/2", *options)
+    assert done.exit_code == 0, done.output
+    status, collect = [shlex.split(line, comments=True) for line in done.stdout.splitlines()[-2:]]
+    assert call(*status[status.index("stickslip") + 1 :]).stdout.count("5,904 of 10,000 cells") == 1
+    assert call(*collect[1:]).exit_code == 0
+    assert int((stickslip.open(map_file)["regime"] != 0).sum()) == 5904
+
+
 @pytest.mark.parametrize(("arguments", "message"), [
     (["--shard", "3/2"], "--shard: got '3/2', expected a shard such as 1/8"),
     (["--shard", "1/2"], "a shard needs a place"),
@@ -233,6 +258,45 @@ def test_plan_names_cells_blocks_memory_and_time_and_writes_nothing(here):
     for words in ("1,600 cells: stiffness (40) x belt_speed (40)", "blocks ", "memory ", "time     about", "map.nc"):
         assert words in done.stdout
     assert [p.name for p in here.iterdir()] == ["small.yaml"]
+
+
+def test_plan_and_run_count_the_cells_that_run_out_of_steps(here):
+    config = write_config(here, num=40, more="solver: {max_steps: 50}\noutput: {file: map.nc}\n")
+    planned = call("plan", config).stdout
+    done = call("run", config)
+    limited = int((stickslip.open("map.nc")["status"] == STATUSES.index("step_limit")).sum())
+    assert 0 < limited < 1600
+    remark = f"{limited:,} cells ended at the step limit; solver: {{max_steps: ...}} raises it"
+    assert f"{remark}: stickslip inspect map.nc --status step_limit" in done.stdout
+    assert remark in call("run", config, "--fresh", "--store", "x", "-o", "y.nc").stdout
+    assert f"steps    {limited:,} of these cells ({limited / 1600:.1%}) ended at the step limit" in planned
+    enough = write_config(here, num=40, name="enough.yaml")
+    assert "step limit" not in call("plan", enough).stdout + call("run", enough).stdout
+
+
+def test_validate_says_what_it_understood_in_si(here):
+    (here / "my.yaml").write_text(
+        "system: {mass: 100 g, stiffness: 5 N/mm, normal_load: 10 N}\n"
+        "friction: {a1: 0.2, a2: 0, a3: 0.1, a4: 20 mm/s}\n"
+        "axes:\n  belt_speed: {start: 1 mm/s, stop: 20 cm/s, num: 80, spacing: log}\n"
+        "  lubricant: {zip: {mu_stop: [none, 0.25], damping: [0, 1 N s/m]}, labels: [dry, oil]}\n"
+    )
+    done = call("validate", "my.yaml")
+    parts = [re.split("  +", line.strip()) for line in done.stdout.splitlines()[1:]]
+    rows = {name: rest for name, *rest in parts}
+    assert done.stdout.startswith("my.yaml: good, 160 cells: belt_speed (80) x lubricant (2)\n")
+    assert rows["mass"] == ["0.1 kg", "mass"] and rows["stiffness"][0] == "5000 N/m" and rows["a4"][0] == "0.02 m/s"
+    assert rows["velocity"] == ["sticking", "velocity at the start: that of the belt, sticking"]
+    assert rows["axis belt_speed"] == ["0.001 to 0.2 m/s", "80 values, log spacing: belt speed"]
+    assert rows["axis lubricant"] == ["2 points", "dry, oil"]
+    assert rows["with mu_stop"][0] == "none, 0.25" and rows["with damping"][0] == "0, 1 N s/m"
+    assert rows["solver"][0] == "rtol 1e-06, max_steps 100,000, horizon none"
+
+
+def test_validate_says_what_it_understood_of_a_rig(here):
+    done = call("validate", ROOT / "configs" / "rig" / "materials.yaml")
+    for words in ("stroke ", "0.02 m ", "6 strokes, trapezoid", "2000 1/s", "with ageing_rate"):
+        assert words in done.stdout
 
 
 def test_validate_lists_the_mistakes_of_every_file(here):
@@ -310,6 +374,36 @@ def test_plot_explains_what_is_wrong(here, arguments, message):
 
 def test_schema_is_json():
     assert json.loads(call("schema").stdout)["$schema"].endswith("2020-12/schema")
+
+
+def test_configurations_that_ship_are_listed_and_copied(here):
+    listed = call("init", "--list").stdout
+    assert "stickslip run quickstart " in listed and "stickslip rig rig/materials " in listed
+    done = call("init", "my.yaml", "--from", "rig/materials")
+    assert done.stdout == "wrote my.yaml; next: stickslip rig my.yaml\n"
+    assert (here / "my.yaml").read_bytes() == (ROOT / "configs" / "rig" / "materials.yaml").read_bytes()
+    unknown = call("init", "other.yaml", "--from", "quickstrat")
+    assert unknown.exit_code == 2 and "there are article/eq3, " in unknown.stderr and not Path("other.yaml").exists()
+
+
+@pytest.mark.parametrize("name", ["configs/article/fig3.yaml", "article/fig3"])
+def test_configurations_that_ship_are_found_from_any_folder_and_it_is_said(here, name):
+    done = call("run", name)
+    assert done.exit_code == 0, done.output
+    assert done.stderr.startswith(f"{name}: no such file here, taken from those that come with stickslip: ")
+    assert [path.name for path in here.iterdir()] == ["fig3.nc"]
+
+
+def test_a_configuration_that_does_not_ship_is_told_where_the_others_are_listed(here):
+    done = call("run", "configs/quickstrat.yaml")
+    assert done.exit_code == 2 and "no such file" in done.stderr and "`stickslip init --list` names" in done.stderr
+
+
+def test_a_file_that_is_there_goes_before_one_that_ships(here):
+    (here / "configs").mkdir()
+    write_config(here / "configs", name="quickstart.yaml")
+    done = call("plan", "configs/quickstart.yaml")
+    assert "A small map" in done.stdout and done.stderr == ""
 
 
 def test_init_writes_a_configuration_that_runs_and_overwrites_nothing(here):

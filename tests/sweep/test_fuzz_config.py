@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from fuzzing import EXAMPLES, GOOD, TRIPWIRE, files
-from stickslip.config import Config, ConfigError, FitWarning, load_config, parse_config
+from stickslip.config import Config, ConfigError, FitWarning, UnitWarning, load_config, parse_config
 from stickslip.grid import build_grid
 from stickslip.variables import PARAMETERS
 
@@ -38,6 +38,7 @@ def read(folder: Path, content: bytes) -> Config | None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.simplefilter("ignore", FitWarning)
+        warnings.simplefilter("ignore", UnitWarning)
         try:
             return load_config(path)
         except ConfigError as error:

@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 import zipfile
@@ -6,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stickslip import resources
-from stickslip.resources import config_names, config_path
+from stickslip.resources import config_names, config_path, found
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -30,6 +31,19 @@ def test_a_configuration_is_found_with_and_without_suffix(name):
 def test_an_unknown_name_is_refused_with_those_that_exist(name):
     with pytest.raises(FileNotFoundError, match="quickstart"):
         config_path(name)
+
+
+@pytest.mark.parametrize("name", ["quickstart", "configs/quickstart.yaml", "configs/quickstart"])
+def test_a_name_calls_the_configuration_that_ships_where_there_is_no_such_file(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert found(name).samefile(ROOT / "configs" / "quickstart.yaml")
+
+
+@pytest.mark.parametrize("name", ["quickstart.yaml", "configs/quickstrat.yaml", "/configs/quickstart.yaml", "article"])
+def test_a_file_that_is_missing_is_not_replaced_by_one_that_ships(name, tmp_path, monkeypatch):
+    """quickstart.yaml may be somebody's copy, called from the wrong folder."""
+    monkeypatch.chdir(tmp_path)
+    assert found(name) == Path(name)
 
 
 def test_a_package_without_configurations_says_where_it_looked(monkeypatch):
@@ -67,3 +81,15 @@ def test_an_installed_package_finds_its_own_configurations(unpacked_wheel, tmp_p
     done = subprocess.run(command, cwd=tmp_path, env={"PYTHONPATH": paths}, capture_output=True, text=True, check=True)
     configs = unpacked_wheel / "stickslip" / "configs"
     assert done.stdout.split() == [str(configs / "quickstart.yaml"), str(configs / "article" / "fig9.yaml")]
+
+
+def test_an_installed_package_computes_its_own_configurations_into_the_folder_it_is_called_in(unpacked_wheel, tmp_path):
+    configs = unpacked_wheel / "stickslip" / "configs"
+    before = sorted(configs.rglob("*"))
+    paths = ":".join([str(unpacked_wheel), *(path for path in sys.path if "site-packages" in path)])
+    command = [sys.executable, "-S", "-m", "stickslip", "run", "configs/article/fig3.yaml"]
+    environment = {"PYTHONPATH": paths, "HOME": os.environ["HOME"]}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    assert done.stderr.startswith("configs/article/fig3.yaml: no such file here, taken from those that come with")
+    assert str(configs) in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["fig3.nc"] and sorted(configs.rglob("*")) == before

@@ -1,9 +1,13 @@
+import inspect
 import re
 
+from stickslip import evaluate, simulate
 from stickslip.config import Config, make_config, parse_config
+from stickslip.engine import Options
 from stickslip.grid import build_grid
 from stickslip.kinds import OF_RIGS
 from stickslip.quantities import QUANTITIES
+from stickslip.schema import json_schema
 from stickslip.sections import Execution, Solver, Start
 from stickslip.starter import STARTER
 
@@ -40,3 +44,11 @@ def test_commented_lines_of_the_starter_work_when_uncommented():
 
 def test_the_starter_shows_every_section():
     assert set(re.findall(r"^(\w+):", STARTER, flags=re.M)) == set(Config.model_fields) - set(OF_RIGS)
+
+
+def test_no_cell_takes_a_million_steps_unless_it_is_asked_to():
+    """One number wherever the default stands."""
+    calls = [inspect.signature(call).parameters["max_steps"].default for call in (evaluate, simulate)]
+    assert {Options().max_steps, Solver().max_steps, *calls} == {100_000}
+    assert "max_steps: 100000 " in STARTER
+    assert json_schema()["properties"]["solver"]["properties"]["max_steps"]["default"] == 100_000

@@ -14,7 +14,9 @@ import click
 from stickslip import screen
 
 DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
-CONFIG = click.argument("config", type=click.Path(path_type=Path))
+CONFIG = click.argument(
+    "config", type=click.Path(path_type=Path), callback=lambda _context, _parameter, path: config_file(path)
+)
 DASK = click.option(
     "--dask",
     metavar="ADDRESS",
@@ -26,6 +28,16 @@ Exit codes:
   0  done
   1  computed, but not to the end (Ctrl-C, a full disk, a failed block), or a bug (a traceback)
   2  the input is wrong or the cluster is not there, and nothing was computed"""
+
+
+def config_file(path: Path) -> Path:
+    """The file of a configuration: the one named or, which is said, the one of the package that is called so."""
+    from stickslip.resources import found
+
+    file = found(path)
+    if file != path:
+        click.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
+    return file
 
 
 def fail(message: object) -> NoReturn:

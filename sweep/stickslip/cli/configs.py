@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from stickslip import screen
-from stickslip.cli.common import DONE, WRONG_INPUT, fail
+from stickslip.cli.common import DONE, WRONG_INPUT, config_file, fail
+
+if TYPE_CHECKING:
+    from stickslip.config import Config
 
 
 @click.command()
@@ -17,7 +22,8 @@ from stickslip.cli.common import DONE, WRONG_INPUT, fail
 def validate(configs: tuple[Path, ...]) -> None:
     """Check configurations without computing anything.
 
-    Every mistake of every file is listed, with its line and column.
+    Every mistake of every file is listed, with its line and column. Of good ones it is said what was understood: every
+    quantity in SI, every axis with its points.
     """
     from stickslip.config import load_config
     from stickslip.grid import build_grid
@@ -25,33 +31,78 @@ def validate(configs: tuple[Path, ...]) -> None:
     from stickslip.rig.config import is_rig, load_rig
 
     wrong = False
-    for path in configs:
+    for path in map(config_file, configs):
         try:
             config = load_rig(path).config if is_rig(path) else load_config(path)
             click.echo(f"{path}: good, {screen.describe(build_grid(config))}")
+            _show(config)
         except ConfigError as error:
             click.echo(str(error), err=True)
             wrong = True
     sys.exit(WRONG_INPUT if wrong else DONE)
 
 
-@click.command()
+def _show(config: Config) -> None:
+    """What was understood, in three columns."""
+    from stickslip.understood import understood
+
+    rows = list(understood(config))
+    name, value = (max(map(len, column)) for column in list(zip(*rows, strict=True))[:2])
+    for row in rows:
+        click.echo(f"  {row.name:{name}}  {row.value:{value}}  {row.meaning}".rstrip())
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip init my.yaml
+  stickslip init --list
+  stickslip init my_rig.yaml --from rig/materials"""
+)
 @click.argument("file", type=click.Path(path_type=Path), default="stickslip.yaml")
-def init(file: Path) -> None:
+@click.option("--from", "name", metavar="NAME", help="Copy a configuration that comes with stickslip.")
+@click.option("--list", "listing", is_flag=True, help="List those that there are, and write nothing.")
+def init(file: Path, name: str | None, listing: bool) -> None:
     """Write a commented configuration to start from.
 
     FILE is stickslip.yaml unless given; a file that exists is never overwritten.
     """
-    from stickslip.starter import STARTER
-
+    if listing:
+        return _list()
+    text, command = _beginning(name)
     try:
         with file.open("x", encoding="utf-8") as target:
-            target.write(STARTER)
+            target.write(text)
     except FileExistsError:
         fail(f"{file}: exists already; name another file, or remove it first")
     except OSError as error:
         fail(f"{file}: {error.strerror}")
-    click.echo(f"wrote {file}; next: stickslip run {file}")
+    click.echo(f"wrote {file}; next: {shlex.join(['stickslip', command, str(file)])}")
+
+
+def _beginning(name: str | None) -> tuple[str, str]:
+    """The text to start from, and the command that computes it."""
+    from stickslip.resources import config_path
+    from stickslip.rig.config import is_rig
+    from stickslip.starter import STARTER
+
+    if name is None:
+        return STARTER, "run"
+    try:
+        source = config_path(name)
+    except FileNotFoundError as error:
+        fail(f"--from: {error}")
+    return source.read_text(encoding="utf-8"), "rig" if is_rig(source) else "run"
+
+
+def _list() -> None:
+    """The configurations that come with the package, by the command that computes them."""
+    from stickslip.resources import config_names, config_path
+    from stickslip.yaml_source import read_yaml
+
+    for name in config_names():
+        data = read_yaml(config_path(name)).data
+        click.echo(f"stickslip {'rig' if 'drive' in data else 'run'} {name:20} {data['title']}")
 
 
 @click.command()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Literal
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from stickslip import screen
-from stickslip.cli.carried import carried_out, report
+from stickslip.cli.carried import carried_out, notice, report
 from stickslip.cli.common import (
     CONFIG,
     DASK,
@@ -71,7 +72,8 @@ def run(
     """Compute the map a configuration asks for.
 
     Writes the file and the picture named in its `output` section, or by the options. Finished blocks are kept in
-    OUTPUT.parts until the map is written: whatever stops a run, the same command goes on from there.
+    OUTPUT.parts until the map is written: whatever stops a run, the same command goes on from there. Without an
+    output the map is counted, drawn if a picture is asked for, and not kept.
     """
     from stickslip import store as files
     from stickslip.config import load_config
@@ -92,10 +94,15 @@ def run(
     if output is None and store is None:
         if part is not None:
             fail("a shard needs a place for its blocks: --store, or an output beside which they lie")
-        return _run_in_memory(loaded, grid.size, picture, dask)
+        return _run_in_memory(loaded, grid.size, picture, dask, _keeping(config))
     request = Request(loaded, output, store, part, fresh, keep_parts, on_error, dask=dask)
     outcome, seconds = carried_out(session.run, request, grid.size)
-    _tell(outcome, seconds, request, config, picture)
+    _tell(outcome, seconds, request, picture)
+
+
+def _keeping(config: Path) -> str:
+    """The command that writes the map of a configuration without an output to a file here."""
+    return shlex.join(["stickslip", "run", str(config), "-o", f"{config.stem}.nc"])
 
 
 def _shard(text: str | None, fresh: bool) -> Shard | None:
@@ -111,22 +118,30 @@ def _shard(text: str | None, fresh: bool) -> Shard | None:
         fail(f"--shard: {error}")
 
 
-def _tell(outcome: Outcome, seconds: float, request: Request, config: Path, picture: Path | None) -> None:
+def _tell(outcome: Outcome, seconds: float, request: Request, picture: Path | None) -> None:
     """What a run came to."""
     if outcome.output is not None:
-        report(outcome, seconds, request, picture)
-    else:
-        of = f"shard {request.shard}: " if request.shard else ""
-        click.echo(f"blocks   {of}{outcome.computed:,} cells computed into {outcome.where}")
-        place = config if request.place is None else request.place
-        click.echo(f"next     stickslip collect {place} writes the map; stickslip status {place} says how far it is")
+        return report(outcome, seconds, request, picture)
+    of = f"shard {request.shard}: " if request.shard else ""
+    place = str(outcome.where)  # the store itself: what the configuration names may not be what was asked for
+    click.echo(f"blocks   {of}{outcome.computed:,} cells computed into {place}")
+    click.echo(f"next     {shlex.join(['stickslip', 'status', place])}    # how far the map is")
+    click.echo(f"         {shlex.join(['stickslip', 'collect', place, *_named_output(request)])}    # writes it")
 
 
-def _run_in_memory(config: Config, cells: int, picture: Path | None, dask: str | None) -> None:
-    """A run that writes no file."""
+def _named_output(request: Request) -> list[str]:
+    """The option that names the map where `collect` could not tell from the store alone."""
+    if request.place is None:  # then the store lies beside the map, and is called after it
+        return []
+    return ["-o", str(request.output or "map.nc")]
+
+
+def _run_in_memory(config: Config, cells: int, picture: Path | None, dask: str | None, keep: str) -> None:
+    """A run that writes no file, and says so; `keep` is the command that would."""
     from stickslip import api
 
     api.check_in_memory(config, dask)
+    notice(f"no output is named: the map is counted and then discarded; to keep it: {keep}")
     prepare_kernels(config.friction.law)
     began = finished = perf_counter()
 
@@ -145,6 +160,7 @@ def _run_in_memory(config: Config, cells: int, picture: Path | None, dask: str |
 
         plots.save(plots.plot_map(ds), picture)
     screen.report(ds, cells, finished - began, screen.threads(api.options_of(config)), None, picture)
+    notice(f"the map was not kept; to keep it: {keep}")
 
 
 @click.command(
@@ -164,26 +180,36 @@ def plan(config: Path) -> None:
     from stickslip.grid import build_grid
     from stickslip.runs.assembly import IN_MEMORY
     from stickslip.runs.blocks import blocks_of
+    from stickslip.runs.probe import probe
 
     loaded = load_config(config)
     grid = build_grid(loaded)
     options = api.options_of(loaded)
     prepare_kernels(loaded.friction.law)
-    probe = engine.probe(grid.cells, grid.size, options)
+    tried = probe(grid, options)
     blocks, each = blocks_of(grid.size), engine.bytes_per_cell(options)
     console = screen.terminal()
     console.print(f"{loaded.title}\n{screen.describe(grid)}", markup=False)
     largest = min(blocks.length, grid.size)
-    console.print(f"blocks   {blocks.count:,} of up to {largest:,} cells, {probe.threads} at a time")
-    needed = _MEMORY_OF_BLOCK * probe.threads * largest * each + 2 * min(grid.size, IN_MEMORY) * each
+    console.print(f"blocks   {blocks.count:,} of up to {largest:,} cells, {tried.threads} at a time")
+    needed = _MEMORY_OF_BLOCK * tried.threads * largest * each + 2 * min(grid.size, IN_MEMORY) * each
     console.print(
         f"memory   about {screen.memory(needed)} besides the program ({screen.memory(grid.size * each)} without a file)"
     )
     console.print(f"disk     up to {screen.memory(grid.size * each)} for finished blocks, and as much for the map")
     console.print(
-        f"time     about {screen.duration_text(probe.seconds_per_cell * grid.size)} "
-        f"({1 / probe.seconds_per_cell:,.0f} cells/s, from {probe.cells:,} cells spread over the map)"
+        f"time     about {screen.duration_text(tried.seconds_per_cell * grid.size)} "
+        f"({1 / tried.seconds_per_cell:,.0f} cells/s, from {tried.cells:,} cells spread over the map)"
     )
+    if tried.at_step_limit:
+        share = screen.share_text(tried.at_step_limit / tried.cells)
+        console.print(
+            f"steps    {tried.at_step_limit:,} of these cells ({share}) ended at the step limit: unresolved "
+            f"with solver: {{max_steps: {options.max_steps}}}",
+            markup=False,
+        )
     for name, target in (("map", loaded.output.file), ("picture", loaded.output.plot)):
         if target is not None:
             console.print(f"{name:8} {target}", markup=False)
+    if loaded.output.file is None:
+        console.print(f"map      not kept, no output is named; to keep it: {_keeping(config)}", markup=False)

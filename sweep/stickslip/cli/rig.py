@@ -199,7 +199,8 @@ def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, .
 def feature_screen_table(found: xr.Dataset, width: int) -> Table:
     """Features of records (dimension `record`) for the screen, the risk number on the colour of its band.
 
-    width : of the screen, characters. Names stand on one line; columns that do not fit beside them are left out.
+    width : of the screen, characters. Names stand on one line; columns that do not fit beside them are left out, which
+        is said.
     """
     import numpy as np
     from rich.table import Table
@@ -211,6 +212,8 @@ def feature_screen_table(found: xr.Dataset, width: int) -> Table:
     names = list(map(str, found["record"].values.tolist()))
     longest = min(max(map(len, names)), width // 2)
     shown = _COLUMNS[: max(2, (width - longest - 5) // _COLUMN_WIDTH)]
+    if left_out := [heading.replace("\n", " ") for _, heading, _, _ in _COLUMNS[len(shown) :]]:
+        table.caption, table.caption_justify = f"no room for: {', '.join(left_out)}", "left"
     table.add_column("record", no_wrap=True, overflow="ellipsis", max_width=max(longest, 6))
     table.add_column("RPN", justify="right", no_wrap=True)
     for _, heading, _, _ in shown:

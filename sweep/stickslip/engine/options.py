@@ -31,7 +31,7 @@ class Options:
     law: str = "stribeck"
     rtol: float = 1e-6
     horizon: float = inf
-    max_steps: int = 1_000_000
+    max_steps: int = 100_000
     early_stop: bool = True
     threads: int | None = None
     block: int = 4096

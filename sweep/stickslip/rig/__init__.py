@@ -4,7 +4,7 @@ A record is a dataset over `time` (s): the force on the specimen and its acceler
 is known, and the conditions of the test as coordinates (`records.py`). From it come the stick phases (`sticks.py`), the
 features (`features.py`), the model RPN, not the rig maker's (`risk.py`), and pictures (`drawing.py`); `calibrate.py`
 fits the risk model to measured numbers, `identify.py` the parameters of a simulated rig to a measured record.
-Definitions are in docs/rig.md.
+`quantities.FEATURES` says what each feature is.
 
 What simulates rigs is loaded when first used, so that records are read without the compiler.
 """

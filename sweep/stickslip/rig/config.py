@@ -7,13 +7,14 @@ import math
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from stickslip.config import read_rig_config
+from stickslip.forgotten_units import ask
 from stickslip.grid import build_grid
 from stickslip.models import Config
 from stickslip.problems import ConfigError, Place, Problem
+from stickslip.resources import found
 from stickslip.rig.drive import duration
 from stickslip.rig.records import FEWEST_SAMPLES
 from stickslip.rig.risk import Risk
@@ -58,13 +59,19 @@ class RigConfig:
 
 
 def load_rig(path: str | os.PathLike[str]) -> RigConfig:
-    """The rig in a YAML file. Raises ConfigError, which lists everything that is wrong with it."""
-    return _read(read_yaml(Path(path)))
+    """The rig in a YAML file, or the one of the package that `path` calls (see `resources.found`).
+
+    Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
+    """
+    document = read_yaml(found(path))
+    rig = _read(document)
+    ask(document, rig.config)
+    return rig
 
 
 def is_rig(path: str | os.PathLike[str]) -> bool:
     """Whether a YAML file is that of a rig: whether it has a drive. Raises ConfigError if it cannot be read."""
-    data = read_yaml(Path(path)).data
+    data = read_yaml(found(path)).data
     return isinstance(data, dict) and "drive" in data
 
 

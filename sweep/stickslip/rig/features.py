@@ -1,4 +1,4 @@
-"""What a record of a rig says in numbers; docs/rig.md defines each, `quantities.py` names them with their units."""
+"""What a record of a rig says in numbers; `quantities.py` names them with their units."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stickslip.rig.quantities import FEATURES, MATERIAL, PER_PEAK
 from stickslip.rig.records import condition_of, force_of
-from stickslip.rig.risk import BANDS, INPUTS, RPN_NAME, UNDEFINED, Risk, band_of, number_of
+from stickslip.rig.risk import BANDS, FORMULA, INPUTS, RPN_NAME, UNDEFINED, Risk, band_of, number_of
 from stickslip.rig.sampling import Floats, band_limited, evenly, sample_rate, spectrum_peaks
 from stickslip.rig.settings import FeatureSettings, Settings
 from stickslip.rig.sticks import Sticks, drive_displacement, find_sticks
@@ -67,7 +67,7 @@ def rate(found: xr.Dataset, risk: Risk) -> xr.Dataset:
     """The features with the model RPN, its level before rounding and its band beside them."""
     level = risk.level(risk_inputs(found))
     number = number_of(level)
-    comment = f"{RPN_NAME}: see docs/rig.md"
+    comment = f"{RPN_NAME}: {FORMULA}"
     bands = ("unknown", *BANDS)
     band = np.asarray([bands.index(band_of(int(n))) for n in number.ravel()], np.int8).reshape(number.shape)
     rpn = {"units": "1", "long_name": RPN_NAME, "comment": f"1 to 10; {UNDEFINED} where a feature is not known"}

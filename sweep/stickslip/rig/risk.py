@@ -5,8 +5,8 @@ same inputs, range and bands:
 
     level = base + sum over the features f of weight_f log10(1 + f/scale_f),   number = level rounded, within 1 to 10
 
-It rises with every feature, by decades, as loudness does. docs/rig.md says where the default values come from;
-`calibrate.py` fits them to measured numbers.
+It rises with every feature, by decades, as loudness does. A comment on `PARAMETERS` says where the default values come
+from; `calibrate.py` fits them to measured numbers.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.variables import Parameter
 
 RPN_NAME = "model RPN, not the rig maker's"
+FORMULA = "base + sum of weight log10(1 + feature/scale) over sticks, acceleration_max and acceleration_integral"
 LOWEST, HIGHEST = 1, 10
 BANDS = {"green": (1, 3), "yellow": (4, 5), "red": (6, 10)}  # the article's, page 4
 INPUTS = ("sticks", "acceleration_max", "acceleration_integral")
@@ -29,7 +30,7 @@ UNDEFINED = 0  # the number and the band where a feature is not known
 # One stick per stroke is what every pair has, hence 6; 1 m/s2 and 1 m/s are what such a pair stays about or below.
 # Friction that drops half as far sticks twice as often, accelerates half as much, and has the same integral: equal
 # weights would not see how strong stick-slip is, so the largest acceleration has twice the weight of the others. What
-# is left, the size of all weights, is set by the one public value: 7 for dry foamed PVC on PC-ABS. See docs/rig.md.
+# is left, the size of all weights, is set by the one public value: 7 for dry foamed PVC on PC-ABS.
 PARAMETERS: dict[str, Parameter] = {
     p.name: p
     for p in (

@@ -7,7 +7,8 @@ from click.testing import CliRunner
 from rig_signals import record, saw_tooth, times
 from stickslip import store
 from stickslip.cli import main
-from stickslip.rig import RPN_NAME, Risk, load_settings
+from stickslip.cli.rig import feature_screen_table
+from stickslip.rig import RPN_NAME, Risk, feature_table, load_settings, read_record
 from stickslip.rig.drawing import plot_records
 from stickslip.rig.risk import INPUTS
 
@@ -49,6 +50,19 @@ def test_records_stand_in_one_table_one_file_and_one_picture(tmp_path, files):
         assert RPN_NAME in ds["model_rpn"].attrs["long_name"]
         assert ds["static_friction"].values == pytest.approx([0.5, 0.15], rel=0.01)
         assert "weight_sticks" in ds.attrs["configuration"] and "rig-features" in ds.attrs["history"]
+
+
+def test_a_table_in_a_pipe_has_all_its_columns(tmp_path, monkeypatch):
+    """However narrow the terminal is that it was started in."""
+    monkeypatch.setenv("COLUMNS", "50")
+    file = write(tmp_path / "a rather long name of a pair of materials at eighty degrees.csv")
+    lines = invoke("rig-features", file).stdout.splitlines()
+    assert lines[1].split()[-2:] == ["mu_s", "mu_d"] and file.stem in lines[2]
+
+
+def test_columns_that_do_not_fit_a_screen_are_named(tmp_path, files):
+    table = feature_screen_table(feature_table({"dry": read_record(files[0])}), 50)
+    assert "no room for: slips per mm, mu_s first, mu_s, mu_d" == table.caption
 
 
 def test_a_configuration_sets_bandwidth_and_risk(tmp_path, files):

@@ -29,7 +29,10 @@ if TYPE_CHECKING:
 PATIENCE = 10.0  # s, for a scheduler to answer
 _STARTING = 60.0  # s, for processes to start on a machine that has other things to do
 _NAMED = 3  # workers named in a message
-_HOW = "hint: see docs/dask.md; --dask none computes on this machine"
+_HOW = (
+    "hint: start one with `dask scheduler` and `dask worker tcp://HOST:8786`, and name it as tcp://HOST:8786; "
+    "--dask local starts processes on this machine, --dask none computes without Dask"
+)
 
 
 @dataclass(frozen=True)

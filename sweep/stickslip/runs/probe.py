@@ -1,0 +1,47 @@
+"""A few cells of a map computed beforehand: how long all of them would take, and how many would give up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from stickslip.cells import Cells
+from stickslip.engine import Options, compute, processors, warm_up
+from stickslip.grid import Grid
+from stickslip.variables import STATUSES
+
+_TOGETHER = 32  # neighbouring cells, as many as there are lanes
+
+
+@dataclass(frozen=True)
+class Probe:
+    """What a few cells, spread over a map, took; `at_step_limit` of them ran out of steps."""
+
+    cells: int
+    seconds_per_cell: float
+    threads: int
+    at_step_limit: int
+
+
+def probe(grid: Grid, options: Options, most: int = 8192) -> Probe:
+    """Compute about `most` cells, in short runs spread evenly over the grid. Raises KeyboardInterrupt on Ctrl-C."""
+    sample = _spread_out(grid, most)
+    count = sample["mass"].size
+    warm_up(options.law)
+    began = perf_counter()
+    part = compute(lambda start, stop: {name: values[start:stop] for name, values in sample.items()}, count, options)
+    seconds = perf_counter() - began
+    if not part.complete:
+        raise KeyboardInterrupt
+    limited = int(np.count_nonzero(part.results["status"] == STATUSES.index("step_limit")))
+    return Probe(count, seconds / count, options.threads or processors(), limited)
+
+
+def _spread_out(grid: Grid, most: int) -> Cells:
+    """Parameters of about `most` cells from all over the grid."""
+    runs = max(min(most, grid.size) // _TOGETHER, 1)
+    starts = np.linspace(0, max(grid.size - _TOGETHER, 0), runs).astype(int)
+    parts = [grid.cells(int(start), min(int(start) + _TOGETHER, grid.size)) for start in starts]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

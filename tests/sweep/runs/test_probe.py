@@ -1,0 +1,45 @@
+"""A few cells of a map computed before all of them."""
+
+import numpy as np
+import pytest
+
+from stickslip import engine
+from stickslip.config import load_config
+from stickslip.grid import build_grid
+from stickslip.runs import probe as probing
+from stickslip.runs.probe import probe
+from support_configs import write_config
+
+
+def grid(folder, num):
+    return build_grid(load_config(write_config(folder, num=num)))
+
+
+def test_a_probe_times_cells_from_all_over_the_map(tmp_path, monkeypatch):
+    known, stiffness = [], np.geomspace(0.001, 10, 70)
+    compute = probing.compute
+
+    def noted(cells, size, options):
+        known.append(cells(0, size)["stiffness"])
+        return compute(cells, size, options)
+
+    monkeypatch.setattr(probing, "compute", noted)
+    found = probe(grid(tmp_path, 70), engine.Options(threads=1), most=320)
+    assert found.cells == 320 == known[0].size and found.threads == 1 and found.seconds_per_cell > 0.0
+    assert known[0].min() == stiffness[0] and known[0].max() == stiffness[-1] and np.unique(known[0]).size >= 10
+
+
+@pytest.mark.parametrize(("num", "cells"), [(2, 4), (12, 128)])
+def test_a_small_map_is_not_computed_more_than_once(tmp_path, num, cells):
+    assert probe(grid(tmp_path, num), engine.Options()).cells == cells
+
+
+def test_cells_that_run_out_of_steps_are_counted(tmp_path):
+    assert probe(grid(tmp_path, 8), engine.Options(max_steps=1)).at_step_limit == 64
+    assert probe(grid(tmp_path, 8), engine.Options()).at_step_limit == 0
+
+
+def test_an_interrupted_probe_is_no_probe(tmp_path, monkeypatch):
+    monkeypatch.setattr(probing, "compute", lambda *_: engine.Computed({"regime": np.zeros(9)}, 3))
+    with pytest.raises(KeyboardInterrupt):
+        probe(grid(tmp_path, 3), engine.Options())

@@ -1,0 +1,126 @@
+"""Numbers without a unit that were hardly meant in SI: asked about, and nothing else is."""
+
+import warnings
+
+import pytest
+from click.testing import CliRunner
+
+from stickslip.cli import main
+from stickslip.config import UnitWarning, load_config, parse_config
+from stickslip.resources import config_names, config_path
+from stickslip.rig import load_rig
+from stickslip.rig.config import is_rig
+from support_configs import TEXT
+
+QUIET = """\
+system: {mass: 1 kg, normal_load: 10, damping: 0}
+friction: {a1: 0.2, a2: 0, a3: 0.1, a4: 20}
+axes:
+  stiffness: {start: 1, stop: 100, num: 4, spacing: log}
+  belt_speed: {start: 1, stop: 500, num: 5}
+"""
+RIG = """\
+system: {mass: 100 g, stiffness: 5 N/mm, normal_load: 10 N, belt_speed: 10 mm/s}
+friction: {a1: 0.3, a2: 0, a3: 0.1, a4: 20 mm/s}
+drive: {stroke: 20, strokes: 1}
+"""
+
+
+def said(folder, text, load=load_config):
+    """What is said of a configuration."""
+    path = folder / "map.yaml"
+    path.write_text(text)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        load(path)
+    return [str(warning.message).replace(str(path), "map.yaml") for warning in caught]
+
+
+def of_one(quantity):
+    """A study without dimensions in which one quantity is another one."""
+    name = quantity.split(":")[0]
+    friction = {"a1": "1", "a2": "0.1", "a3": "0.3", "a4": "0.1"}
+    system = {"mass": "1", "stiffness": "1", "normal_load": "1", "belt_speed": "0.1"}
+    start = {"displacement": "0", "velocity": "sticking"}
+    sections = {"system": system, "friction": friction, "start": start}
+    for section in sections.values():
+        section |= {name: quantity.split(": ")[1]} if name in section else {}
+    return "\n".join(f"{key}: {{{', '.join(map(': '.join, s.items()))}}}" for key, s in sections.items())
+
+
+def test_speeds_meant_in_millimetres_are_asked_about_as_they_were_understood(tmp_path):
+    assert said(tmp_path, QUIET) == [
+        "map.yaml:2:37: friction.a4: 20 understood as 20 m/s; did you mean 20 mm/s?\n"
+        "map.yaml:5:3: axes.belt_speed: 1 to 500 understood as 1 to 500 m/s; did you mean 1 to 500 mm/s?\n"
+        "  also without a unit: normal_load 10 N, stiffness 1 to 100 N/m\n"
+        "  hint: numbers without a unit are in SI; a value with its unit is never questioned"
+    ]
+
+
+@pytest.mark.parametrize(("quantity", "question"), [
+    ("mass: 250", "250 understood as 250 kg; did you mean 250 g?"),
+    ("a4: 2", "2 understood as 2 m/s; did you mean 2 mm/s?"),
+    ("belt_speed: 50", "50 understood as 50 m/s; did you mean 50 mm/s?"),
+    ("belt_speed: -50", "-50 understood as -50 m/s; did you mean -50 mm/s?"),
+    ("belt_speed: 10", "10 understood as 10 m/s, 100 times a4; did you mean 10 mm/s?"),
+    ("velocity: 50", "50 understood as 50 m/s; did you mean 50 mm/s?"),
+    ("displacement: 20", "20 understood as 20 m; did you mean 20 mm?"),
+])  # fmt: skip
+def test_what_no_contact_does_is_asked_about(tmp_path, quantity, question):
+    (asked,) = said(tmp_path, of_one(quantity))
+    assert question in asked
+
+
+@pytest.mark.parametrize("quantity", [
+    "mass: 250 kg", "a4: 2 m/s", "belt_speed: 50 m/s", "belt_speed: 10 m/s", "displacement: 20 m", "velocity: 50 m/s",
+    "mass: 10", "a4: 0.5", "belt_speed: 2", "belt_speed: -0.6", "displacement: -1.04", "velocity: 1.5",
+])  # fmt: skip
+def test_a_value_with_a_unit_or_of_order_one_is_not_questioned(tmp_path, quantity):
+    assert said(tmp_path, of_one(quantity)) == []
+
+
+@pytest.mark.parametrize("axis", ["a4: [10, 20]", "a4: {values: [10, 20]}", "g: {zip: {a4: [10, 20 mm/s, 20]}}"])
+def test_axes_of_every_form_are_looked_at(tmp_path, axis):
+    (asked,) = said(tmp_path, QUIET.replace(", a4: 20", "").replace("  belt_speed", f"  {axis}\n  belt_speed"))
+    assert "10 to 20 understood as 10 to 20 m/s; did you mean 10 to 20 mm/s?" in asked
+
+
+def test_values_with_units_in_a_list_are_not_counted_among_those_without(tmp_path):
+    text = QUIET.replace("a4: 20", "a4: 20 mm/s").replace("{start: 1, stop: 500, num: 5}", "[0.1, 500 m/s]")
+    assert said(tmp_path, text) == []
+
+
+def test_a_study_without_dimensions_is_not_questioned(tmp_path):
+    assert said(tmp_path, TEXT.format(num=4, block=64)) == []
+    assert said(tmp_path, TEXT.format(num=4, block=64).replace("start: 0.05, stop: 1", "start: 0.02, stop: 0.6")) == []
+
+
+@pytest.mark.parametrize("name", config_names())
+def test_no_configuration_that_ships_is_questioned(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        (load_rig if is_rig(config_path(name)) else load_config)(config_path(name))
+
+
+def test_the_configuration_in_a_result_is_not_questioned(tmp_path):
+    """It is in SI throughout, whatever units were written."""
+    (tmp_path / "map.yaml").write_text(QUIET.replace("a4: 20", "a4: 20 m/s").replace("stop: 500", "stop: 500 m/s"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        parse_config(load_config(tmp_path / "map.yaml").to_yaml())
+
+
+def test_a_stroke_of_metres_is_asked_about(tmp_path):
+    (asked,) = said(tmp_path, RIG, load_rig)
+    assert "drive.stroke: 20 understood as 20 m; did you mean 20 mm?" in asked
+
+
+@pytest.mark.filterwarnings(f"default::{UnitWarning.__module__}.{UnitWarning.__name__}")
+@pytest.mark.parametrize("command", ["run", "plan", "validate"])
+def test_commands_ask_on_standard_error_before_they_compute(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "map.yaml").write_text(QUIET)
+    done = CliRunner().invoke(main, [command, "map.yaml"])
+    assert done.exit_code == 0
+    assert done.stderr.startswith("warning: map.yaml:2:37: friction.a4: 20 understood as 20 m/s; did you mean 20 mm/s?")
+    assert "understood as" not in done.stdout
