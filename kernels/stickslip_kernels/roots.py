@@ -10,13 +10,14 @@ from .jit import compiled
 from .layout import ALPHA, B, DW, JERK, SERIES, W, WIDTH
 
 MOST_TRIES = 60
-# Corrections at which a search ends, relative to the step: Halley's method leaves about the cube of the last one,
-# Newton's (order 2) the square.
+# Corrections at which a search ends, relative to the time found, since the zero at the start that is passed over may be
+# close: Halley's method leaves about the cube of the last one, Newton's (order 2) the square.
 TO_ROUNDING = 1e-5  # for the time of an event
 FOR_A_VALUE = 1e-2  # for the value at an extremum, which is flat there
 FOR_A_VALUE_BY_NEWTON = 1e-3
 NEAR, NOTHING = 1e-3, 2e-15  # the largest correction by the reverted series, and what the next term may be
 GUESSES = 3
+STRAIGHT = 1e-3  # f f''/(2 f'^2) up to which that holds: two crossings close to each other are told apart
 
 
 @compiled(inline=True)
@@ -67,7 +68,7 @@ def crossing(s, i, order, level, end, at_end, resolved):
         new = t - f * slope / (square - curving)
         near = 0.1 if n == 0 else 0.5  # the end of the step may be far from the crossing
         if abs(curving) < near * square and low <= new <= high:  # false where the slope vanishes, and for NaN
-            if abs(new - t) <= resolved * new:
+            if abs(new - t) <= resolved * new and abs(curving) <= STRAIGHT * square:
                 return new
             t = new
         else:

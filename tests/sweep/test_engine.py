@@ -111,12 +111,6 @@ def test_a_kernel_under_way_leaves_within_a_moment_of_being_told():
     assert rows[0][1] == 0
 
 
-def test_an_interrupted_probe_is_no_probe(monkeypatch):
-    monkeypatch.setattr(maps, "compute", lambda *_: engine.Computed({"regime": np.zeros(9)}, 3))
-    with pytest.raises(KeyboardInterrupt):
-        engine.probe(source(mixed(9)), 9, Options())
-
-
 def test_blocks_are_queued_as_they_are_needed():
     asked = []
 
@@ -184,22 +178,3 @@ def test_blocks_are_long_and_the_last_ones_short():
     shared = [len(part) for part in engine.blocks(100_000, Options(threads=2, block=4096))]
     assert shared[0] == 4096 and shared[-1] <= 512 and shared == sorted(shared, reverse=True)
     assert [len(part) for part in engine.blocks(600, Options(threads=2))] == [512, 88]
-
-
-def test_a_probe_times_cells_from_all_over_the_map():
-    cells = mixed()
-    asked = []
-
-    def noted(start, stop):
-        asked.append((start, stop))
-        return source(cells)(start, stop)
-
-    probe = engine.probe(noted, 700, Options(threads=1), most=320)
-    assert probe.cells == 320 == sum(stop - start for start, stop in asked)
-    assert asked[0][0] == 0 and asked[-1][1] == 700
-    assert probe.seconds_per_cell > 0.0
-
-
-def test_probing_fewer_cells_than_a_run_takes_them_all():
-    cells = mixed(5)
-    assert engine.probe(source(cells), 5, Options()).cells == 5

@@ -7,14 +7,12 @@ knows what is in the cache.
 
 from stickslip.engine.compiled import kernels_digest, load, processor, warm_up, will_compile
 from stickslip.engine.maps import (
-    Probe,
     blank_results,
     blocks,
     bytes_per_cell,
     columns,
     compute,
     compute_range,
-    probe,
 )
 from stickslip.engine.options import (
     RTOL_RANGE,
@@ -31,8 +29,8 @@ from stickslip.engine.threads import processors, spread, stop_flag
 from stickslip.engine.trajectories import trajectory
 
 __all__ = [
-    "Computed", "NotReachedError", "Options", "Probe", "Progress", "RTOL_RANGE", "Results", "RigRuns",
+    "Computed", "NotReachedError", "Options", "Progress", "RTOL_RANGE", "Results", "RigRuns",
     "Sampling", "StopFlag", "blank_results", "blocks", "bytes_per_cell", "columns", "compute",
-    "compute_range", "compute_rigs", "kernels_digest", "load", "probe", "processor", "processors", "spread",
+    "compute_range", "compute_rigs", "kernels_digest", "load", "processor", "processors", "spread",
     "stop_flag", "to_kernel", "to_si", "trajectory", "warm_up", "will_compile",
 ]  # fmt: skip

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from math import ceil
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -103,30 +101,6 @@ def _fill(
     for name, values in to_si(rows, part, not options.early_stop).items():
         results[name][numbers.start - origin : numbers.stop - origin][known] = values[known]
     return done
-
-
-@dataclass(frozen=True)
-class Probe:
-    """What a few cells, spread over all, took."""
-
-    cells: int
-    seconds_per_cell: float
-    threads: int
-
-
-def probe(cells: Callable[[int, int], Cells], size: int, options: Options, most: int = 8192) -> Probe:
-    """Time about `most` cells, in short runs spread evenly over all, to know beforehand what all of them take."""
-    length = 32
-    starts = np.unique(np.linspace(0, max(size - length, 0), max(most // length, 1)).astype(int))
-    parts = [cells(int(start), min(int(start) + length, size)) for start in starts]
-    sample = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    count = sample["mass"].size
-    warm_up(options.law)
-    began = perf_counter()
-    part = compute(lambda start, stop: {name: values[start:stop] for name, values in sample.items()}, count, options)
-    if not part.complete:
-        raise KeyboardInterrupt
-    return Probe(count, (perf_counter() - began) / count, options.threads or processors())
 
 
 def columns(options: Options) -> dict[str, np.dtype[Any]]:
