@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-import judge_motion as at
+from judge import layout as at
+from judge.curve import slope_of_curve
 
 NAN = float("nan")
 LAWS = at.LAWS
@@ -113,7 +114,7 @@ def slope_at_belt(cells, i):
         ("law", at.LAW),
     ):
         row[place] = cells[name][i]
-    return at.slope_of_curve(row, abs(cells["belt_speed"][i]))
+    return slope_of_curve(row, abs(cells["belt_speed"][i]))
 
 
 def delta(rng, n):
