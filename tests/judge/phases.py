@@ -57,6 +57,8 @@ from .linear import linear, square_of_linear, time_of_level, turn_of_linear
 from .settling import answer, close_loop, forget, note, settled
 from .stepping import locate, longest, quantity, rate, step
 
+SAME_LOAD, OTHER_LOAD = 1e-12, 1e-6  # relative differences of loads at break-away: one cycle, another one
+
 
 @compiled
 def slip(c, s, out, books, k, fast, rtol, share, most_steps):
@@ -255,7 +257,7 @@ def time_in_contact(c, missing, belt, age):
 
 @compiled
 def release(c, s, out, books, memory, dwell):
-    """A break-away: with an earlier one at the same load it bounds the limit cycle."""
+    """A break-away: with an earlier one at the same load it bounds the limit cycle, of as many stick phases."""
     n = int(s[RELEASES])
     here = memory[n % MEMORY]
     s[STUCK_FOR] += dwell
@@ -265,7 +267,10 @@ def release(c, s, out, books, memory, dwell):
         note(c, s, books, s[P], 0.0, 0.0)
     for lag in range(1, min(n, MEMORY - 1) + 1):
         then = memory[(n - lag) % MEMORY]
-        if abs(s[P] - then[RELEASED_P]) <= 1e-12 * (c[A1] + c[A3]):
+        change = abs(s[P] - then[RELEASED_P]) / (c[A1] + c[A3])
+        if SAME_LOAD < change < OTHER_LOAD:  # converging still
+            break
+        if change <= SAME_LOAD:
             book = books[CYCLE]
             for back in range(1, lag):
                 old = memory[(n - back) % MEMORY, 4:]
