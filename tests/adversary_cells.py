@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
-import judge_motion as at
+from judge import layout as at
+from judge.curve import slope_of_curve
 
 NAN = float("nan")
 LAWS = at.LAWS
+CUBIC = LAWS.index("cubic")
 
 
 def log_uniform(rng, low, high, n):
@@ -91,8 +93,8 @@ def near_vh(rng, n):
     """Sliding that is about to lose its stability: damping + mu'(belt) is nearly zero."""
     cells = article_like(rng, n)
     cells["delta"] = rng.uniform(1.0, 3.0, n)
-    cells["belt_speed"] = cells["a4"] * rng.uniform(0.2, 4.0, n)
     cells["law"] = rng.integers(0, len(LAWS), n)
+    cells["belt_speed"] = cells["a4"] * rng.uniform(0.2, np.where(cells["law"] == CUBIC, 1.0, 4.0))
     slope = np.array([slope_at_belt(cells, i) for i in range(n)])
     excess = log_uniform(rng, 1e-5, 0.5, n) * np.where(rng.random(n) < 0.5, -1.0, 1.0)
     cells["damping"] = np.maximum(-slope * (1.0 + excess), 0.0)
@@ -113,7 +115,7 @@ def slope_at_belt(cells, i):
         ("law", at.LAW),
     ):
         row[place] = cells[name][i]
-    return at.slope_of_curve(row, abs(cells["belt_speed"][i]))
+    return slope_of_curve(row, abs(cells["belt_speed"][i]))
 
 
 def delta(rng, n):
@@ -194,9 +196,16 @@ def draw(family, n, rng):
         laws = np.array(LAWS)[rng.integers(0, len(LAWS), n)]
     else:
         laws = np.full(n, LAWS_OF.get(family, "stribeck"))
+    gentle_cubic(rng, laws, cells)
     return laws, to_si(
         cells, log_uniform(rng, 1e-3, 1e3, n), log_uniform(rng, 1.0, 1e6, n), log_uniform(rng, 0.1, 1e4, n)
     )
+
+
+def gentle_cubic(rng, laws, cells):
+    """The cubic law means nothing far beyond its minimum, at a4: belts go up to 1.5 times that speed."""
+    least = np.abs(cells["belt_speed"]) / rng.uniform(0.3, 1.5, laws.size)
+    cells["a4"] = np.where((laws == "cubic") & (cells["a4"] < least), least, cells["a4"])
 
 
 def to_si(cells, mass, stiffness, load):

@@ -20,6 +20,7 @@ OWED = 100.0  # errors owed, in units of rtol
 HORIZON_LOOPS = 60
 SLOWEST_DECREMENT = 1e-4  # decay or growth this slow: whether it "rings" is a matter of words
 MOST_JUDGED = 2e5
+FEW_STEPS = 100_000  # while minimising
 
 
 @dataclass
@@ -68,10 +69,10 @@ def horizon_of(cells, law, verdict=None):
     return float(np.max(start + HORIZON_LOOPS * np.fmax(verdict["period"], loop)))
 
 
-def run_engine(cells, law, rtol, horizon=None, threads=1):
+def run_engine(cells, law, rtol, horizon=None, threads=1, max_steps=1_000_000):
     """`evaluate` as arrays, with regimes by class and the stick time per period."""
     ds = stickslip.evaluate(
-        columns(cells), rtol=rtol, law=law, horizon=horizon, early_stop=horizon is None, threads=threads
+        columns(cells), rtol, horizon, early_stop=horizon is None, threads=threads, law=law, max_steps=max_steps
     )
     ours = {name: ds[name].values for name in ds.data_vars}
     names = np.array(REGIMES)[ours["regime"]]
@@ -151,7 +152,7 @@ def neighbours(cell, rtol):
     near = [{n: v * (1.0 + rtol * rng.choice((-1.0, 1.0))) for n, v in cell.items()} for _ in range(6)]
     for other in near:  # what must be equal, or may not be smaller, stays so
         for name in ("mu_static", "mu_stop"):
-            if cell[name] in (cell["a1"] + cell["a3"],):
+            if cell[name] == cell["a1"] + cell["a3"]:
                 other[name] = other["a1"] + other["a3"]
         other["mu_static"] = max(other["mu_static"], other["a1"] + other["a3"])
         if cell["velocity"] == cell["belt_speed"]:
@@ -165,7 +166,7 @@ def disagreement(cell, law, rtol, early_stop, what=None):
     one = [cell]
     verdict = judge(columns(one), law, most_steps=MOST_JUDGED)
     horizon = None if early_stop else horizon_of(one, law, verdict)
-    ours = run_engine(one, law, rtol, horizon)
+    ours = run_engine(one, law, rtol, horizon, max_steps=FEW_STEPS)
     found = compare(one, law, rtol, ours, verdict, horizon)
     kinds = [f for f in found[0] if what is None or f[0] == what]
     return kinds[0] if kinds else None

@@ -1,4 +1,4 @@
-"""What a cell does, by an independent solver: SI in, SI out. The motion itself is in `judge_motion.py`."""
+"""What a cell does, by an independent solver: SI in, SI out. The motion itself is in `motion.py`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-import judge_motion as at
+from . import layout as at
+from .motion import judge_cells
 
 NAN = float("nan")
 DEFAULTS = {
@@ -31,12 +32,12 @@ def judge(cells: Mapping, law="stribeck", rtol=1e-12, share=0.25, most_steps=3e5
     full = dict(zip(INPUTS, given, strict=True))
     rows = to_kernel(full, law)
     out = np.empty((len(rows), at.ANSWERS))
-    at.judge_cells(rows, out, rtol, share, most_steps)
+    judge_cells(rows, out, rtol, share, most_steps)
     return to_si(out, full)
 
 
 def to_kernel(full, law) -> np.ndarray:
-    """SI to the columns of `judge_motion`: m = k = N = 1."""
+    """SI to the columns of `layout.py`: m = k = N = 1."""
     m, k, load = full["mass"], full["stiffness"], full["normal_load"]
     time, length = np.sqrt(m / k), load / k
     speed = length / time

@@ -1,0 +1,179 @@
+"""Books of extrema, verdicts, and how motion without stick is known to settle or to ring for ever."""
+
+from math import inf, isnan, log, nan, sqrt
+
+from .curve import slope_of_curve, weakened
+from .jit import compiled
+from .layout import (
+    A1,
+    A3,
+    A4,
+    ACCELERATION_MAX,
+    AMPLITUDE,
+    BELT,
+    BREAKAWAYS,
+    DECREMENT,
+    DONE,
+    FASTEST,
+    GAMMA,
+    HARDEST,
+    HEAT_PER_CYCLE,
+    HIGH,
+    LOOP,
+    LOOP_HEAT,
+    LOOP_TAU,
+    LOOPS_PER_CYCLE,
+    LOW,
+    PERIOD,
+    QUIET,
+    RADIUS,
+    RATIO,
+    REGIME,
+    RELEASES,
+    RINGS,
+    SETTLES,
+    SIGMA,
+    SPEED_MAX,
+    STICK_TIME,
+    STIFFEST,
+    W_MIN,
+    WHOLE,
+    XI_MAX,
+    XI_MIN,
+    P,
+    W,
+)
+from .linear import linear, turn_of_linear
+
+# --- books of extrema ---
+
+
+@compiled
+def note(c, s, books, p, w, dw):
+    """Let a state count towards the extrema."""
+    xi = s[SIGMA] * (p + c[A1] + c[A3] - c[GAMMA] * s[SIGMA] * c[BELT])
+    for book in range(3):
+        books[book, HIGH], books[book, LOW] = max(books[book, HIGH], xi), min(books[book, LOW], xi)
+        books[book, FASTEST], books[book, HARDEST] = max(books[book, FASTEST], w), max(books[book, HARDEST], abs(dw))
+
+
+@compiled
+def forget(book):
+    """Start a book of extrema again."""
+    book[HIGH], book[LOW], book[FASTEST], book[HARDEST] = -inf, inf, 0.0, 0.0
+
+
+@compiled
+def answer(s, out, regime, book, period, stick_time, heat, loops):
+    """Write the verdict."""
+    out[REGIME], out[PERIOD], out[STICK_TIME], out[HEAT_PER_CYCLE] = regime, period, stick_time, heat
+    out[XI_MAX], out[XI_MIN], out[SPEED_MAX], out[ACCELERATION_MAX] = (
+        book[HIGH],
+        book[LOW],
+        book[FASTEST],
+        book[HARDEST],
+    )
+    out[LOOPS_PER_CYCLE], out[BREAKAWAYS] = loops, s[RELEASES]
+    return DONE
+
+
+# --- steady sliding ---
+
+
+@compiled
+def prove_settling(c, s):
+    """RADIUS of the disc about steady sliding in (sigma xi, w) from which the motion settles; STIFFEST drag in it.
+
+    V = P^2 + q^2 has V' = -2 q F(q), F(q) = gamma q + mu(b + q) - mu(b): it falls wherever F(q)/q > 0.
+    """
+    belt = abs(c[BELT])
+    edge = belt - s[W_MIN]
+    s[RADIUS], s[STIFFEST] = 0.0, 0.0
+    if edge <= 0.0:
+        return
+    for n in range(1, 500):
+        r = edge * n / 500
+        drag = c[GAMMA] - (weakened(c, belt + r) - weakened(c, belt)) / r
+        other = c[GAMMA] - (weakened(c, belt) - weakened(c, belt - r)) / r
+        if min(drag, other) <= 0.0:
+            break
+        s[RADIUS], s[STIFFEST] = r, max(s[STIFFEST], drag, other)
+    s[RADIUS] *= 0.99
+    drag = c[GAMMA] + slope_of_curve(c, belt)
+    if drag <= 0.0:
+        s[RADIUS] = 0.0
+
+
+@compiled
+def settled(c, s, out, books):
+    """Whether the motion on the curve has come to steady sliding for good, its extrema known."""
+    belt = s[SIGMA] * c[BELT]
+    if belt <= 0.0:
+        return False
+    q = s[W] - belt
+    load = s[P] - c[GAMMA] * belt + weakened(c, belt)
+    r = sqrt(load * load + q * q)
+    drag = c[GAMMA] + slope_of_curve(c, belt)
+    small = 1e-7 * min(c[A4], belt) if c[A3] != 0.0 else inf
+    if s[W_MIN] > belt:  # below the minimum of the hysteretic curve: only a creeping approach stays on the curve
+        if not (drag > 2.0 and r < 1e-4 * small and s[W] < belt):
+            return False
+    elif r >= s[RADIUS]:
+        return False
+    xi = s[SIGMA] * (c[A1] + c[A3] - weakened(c, belt))
+    hardest = r * sqrt(1.0 + max(s[STIFFEST], drag) ** 2)
+    book = books[WHOLE]
+    covered = book[HIGH] >= xi + r and book[LOW] <= xi - r and book[FASTEST] >= belt + r and book[HARDEST] >= hardest
+    if not covered:
+        if r >= small:
+            return False
+        ring_down(c, s, books, belt, load, q, drag)
+    answer(s, out, SETTLES, book, nan, nan, nan, 0.0)
+    return True
+
+
+@compiled
+def ring_down(c, s, books, belt, load, q, drag):
+    """Extrema still to come of a motion that is linear from here on."""
+    at_rest = c[GAMMA] * belt - weakened(c, belt)
+    note(c, s, books, at_rest, belt, 0.0)
+    v = load - drag * q
+    for start, slope, kind in ((load, -q, 0), (q, v, 1), (v, -q - drag * v, 2)):
+        for _ in range(3):
+            t = turn_of_linear(start, slope, drag)
+            if t == inf:
+                break
+            start, slope = linear(start, slope, drag, t)
+            slope = 0.0
+            if kind == 0:
+                note(c, s, books, at_rest + start, belt, 0.0)
+            elif kind == 1:
+                note(c, s, books, at_rest, belt + start, 0.0)
+            else:
+                note(c, s, books, at_rest, belt, start)
+
+
+@compiled
+def close_loop(c, s, out, books, tau, heat, amplitude):
+    """w passes the belt speed upwards with w' = amplitude: the whole state of a motion that does not stick."""
+    before, ratio_before = s[AMPLITUDE], s[RATIO]
+    s[AMPLITUDE] = amplitude
+    period, work = tau - s[LOOP_TAU], heat - s[LOOP_HEAT]
+    s[LOOP_TAU], s[LOOP_HEAT] = tau, heat
+    decided = False
+    if not isnan(before):
+        s[RATIO] = amplitude / before
+        out[DECREMENT] = -log(s[RATIO]) if s[RATIO] > 0.0 else nan
+        s[QUIET] = s[QUIET] + 1.0 if abs(amplitude - before) <= 2e-11 * amplitude else 0.0
+        belt = s[SIGMA] * c[BELT]
+        if s[QUIET] >= 3.0:
+            answer(s, out, RINGS, books[WHOLE], period, 0.0, work, 1.0)
+            decided = True
+        elif s[W_MIN] > belt > 0.0 and amplitude < 1e-6 * min(c[A4], belt, 1.0):
+            # straight pieces, the same at every scale: the peaks shrink by a constant factor from here on
+            if s[RATIO] < 0.999 and abs(s[RATIO] - ratio_before) < 1e-3:
+                note(c, s, books, c[GAMMA] * belt - weakened(c, belt), belt, 0.0)
+                answer(s, out, SETTLES, books[WHOLE], nan, nan, nan, 0.0)
+                decided = True
+    forget(books[LOOP])
+    return decided

@@ -1,0 +1,109 @@
+"""The judge against numbers that neither it nor the kernels made, and against SciPy with short steps."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from judge import INPUTS, TIGHT, judge
+from scipy_oscillator import Oscillator
+
+DATA = Path(__file__).parent / "data"
+UNITS = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
+TOLERANCE = 2e-9  # of hard.csv; its cycles with ageing are converged to 1e-9
+
+
+def table(name):
+    with (DATA / name).open() as file:
+        return list(csv.DictReader(file))
+
+
+def inputs(rows):
+    return {n: np.array([float(row[n]) for row in rows]) for n in INPUTS if n in rows[0]}
+
+
+def outputs(rows, name):
+    return np.array([float(row[name]) for row in rows])
+
+
+@pytest.mark.parametrize("law", ["stribeck", "stribeck_delta", "rational", "cubic"])
+def test_hard_cells_are_solved(law):
+    rows = [row for row in table("hard.csv") if row["law"] == law]
+    found, cells = judge(inputs(rows), law), inputs(rows)
+    np.testing.assert_array_equal(found["regime"], [row["regime"] for row in rows])
+    force = cells["normal_load"] * (cells["a1"] + cells["a3"])
+    for name in ("spring_force_max", "spring_force_min"):
+        np.testing.assert_array_less(np.abs(found[name] - outputs(rows, name)), TOLERANCE * force, err_msg=name)
+    for name in (
+        "breakaway_time", "restick_time", "restick_displacement", "period", "stick_time", "slip_speed_max",
+        "acceleration_max", "energy_per_cycle",
+    ):  # fmt: skip
+        np.testing.assert_allclose(found[name], outputs(rows, name), rtol=TOLERANCE, err_msg=name)
+
+
+def test_the_reference_of_hysteretic_and_plain_cells_is_met():
+    rows = table("oscillator.csv")
+    found = judge(inputs(rows))
+    settles = np.array([row["regime"] in ("damped", "creep") for row in rows])
+    np.testing.assert_array_equal(found["regime"] == "settles", settles)
+    names = {"breakaway_time": "t_breakaway", "restick_time": "t_restick", "restick_displacement": "x_restick"}
+    for ours, theirs in names.items():
+        np.testing.assert_allclose(found[ours], outputs(rows, theirs), rtol=1e-10, err_msg=ours)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"belt": 0.1},
+        {"belt": 0.05, "mu_stop": 1.1},  # a fall down the line, and a hold
+        {"belt": 0.3, "gamma": 0.2, "curve": (0.5, 0.05, 0.4, 0.02)},
+        {"belt": 0.2, "curve": (0.3, 0.0, 0.6, 0.1), "law": "stribeck_delta", "delta": 2.5},
+        {"belt": 0.02, "curve": (0.0, 0.0, 1.0, 0.3), "xi": -1.2, "eta": 0.5},
+    ],
+)
+def test_scipy_with_short_steps_agrees(given):
+    a1, a2, a3, a4 = given.get("curve", (1.0, 0.1, 0.3, 0.1))
+    cell = UNITS | {"belt_speed": given["belt"], "a1": a1, "a2": a2, "a3": a3, "a4": a4}
+    cell |= {"damping": given.get("gamma", 0.0), "delta": given.get("delta", 1.0)}
+    cell |= {"mu_stop": given.get("mu_stop", np.nan), "displacement": given.get("xi", 0.0)}
+    found = judge(cell | {"velocity": given.get("eta", np.nan)}, given.get("law", "stribeck"))
+    end = max(found["restick_time"][0], found["breakaway_time"][0]) + 0.1
+    phases = Oscillator(horizon=end, **given).phases
+    time, _, xi, _ = next(p for n, p in enumerate(phases) if p[1] == "stick" and n > 0)
+    assert found["restick_time"][0] == pytest.approx(time, rel=1e-9)
+    assert found["restick_displacement"][0] == pytest.approx(xi, rel=1e-9)
+
+
+def test_a_tighter_judge_says_the_same():
+    rows = table("hard.csv")[::10]
+    rows = [row for row in rows if row["law"] == "stribeck"]
+    loose, tight = judge(inputs(rows)), judge(inputs(rows), **TIGHT)
+    for name in ("restick_time", "period", "acceleration_max"):
+        np.testing.assert_allclose(loose[name], tight[name], rtol=1e-10, err_msg=name)
+
+
+def test_a_cycle_may_have_two_stick_phases():
+    cell = UNITS | {"belt_speed": 0.008, "a1": 0.8, "a2": 1e-4, "a3": 0.5, "a4": 0.03, "ageing_rate": 1.0}
+    found = judge(cell | {"ageing_time": 10.0})
+    assert found["regime"][0] == "stick_slip" and found["loops"][0] == 2
+    assert found["period"][0] == pytest.approx(4087.682384 - 3154.516505, rel=1e-6)  # SciPy, from slip to slip
+
+
+def test_a_linear_oscillator_without_damping_rings_and_one_with_damping_settles():
+    cell = UNITS | {"belt_speed": 1.0, "a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0, "displacement": 0.7, "velocity": 0.0}
+    free, damped = judge(cell), judge(cell | {"damping": 0.1})
+    assert free["regime"][0] == "rings" and free["period"][0] == pytest.approx(2 * np.pi, rel=1e-11)
+    assert free["spring_force_min"][0] == pytest.approx(-0.1, abs=1e-11)
+    assert damped["regime"][0] == "settles"
+    decay = np.exp(-0.05 * np.pi / np.sqrt(1 - 0.05**2))
+    assert damped["spring_force_min"][0] == pytest.approx(0.3 - 0.4 * decay, rel=1e-11)
+
+
+def test_coulomb_friction_has_the_closed_cycle():
+    above, b = 0.1, 0.05
+    cell = UNITS | {"belt_speed": b, "a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0, "mu_static": 0.3 + above}
+    found = judge(cell)
+    assert found["stick_time"][0] == pytest.approx(2 * above / b, rel=1e-12)
+    assert found["period"][0] == pytest.approx(2 * above / b + 2 * np.pi - 2 * np.arctan(above / b), rel=1e-12)
+    assert found["energy_per_cycle"][0] == pytest.approx(0.3 * b * found["period"][0], rel=1e-12)
