@@ -24,7 +24,7 @@ from adversary_court import MOST_JUDGED, Dispute, columns, compare, horizon_of, 
 from judge import INPUTS, judge
 
 COUNTED = ("cells", "agree", "undecided", "unresolved", "sensitive", "wrong regime", "late sticks", "wrong number")
-HORIZON_RATIO = 8.0  # cells whose horizons differ by less run together
+HORIZON_RATIO = 3.0  # cells whose horizons differ by less run together
 
 
 def challenge(family, cells, seed, rtols=(1e-6, 1e-9), shortest=10, threads=1, early_stops=(True, False)):

@@ -9,7 +9,7 @@ import numpy as np
 import stickslip
 from adversary_cells import to_units
 from judge import DEFAULTS, INPUTS, TIGHT, judge
-from stickslip.variables import REGIMES
+from stickslip.variables import REGIMES, STATUSES
 
 CLASS = {"stick_slip": "stick_slip", "damped": "settles", "creep": "settles", "sustained": "rings", "stuck": "stuck"}
 NUMBERS = (
@@ -120,7 +120,8 @@ def late_sticks_wrong(cells, ours, verdict, horizon):
         too_few = ours["sticks"] < 0.9 * cycles - 3
         too_many = ours["sticks"] > 1.1 * cycles + 3
     silent = np.isin(verdict["regime"], ("settles", "rings")) & (ours["sticks"] > verdict["releases"] + 0.5)
-    return np.where(sticking, too_few | too_many, silent & (at_rest > 0.0))
+    wrong = np.where(sticking, too_few | too_many, silent & (at_rest > 0.0))
+    return wrong & (ours["status"] == STATUSES.index("horizon_reached"))  # not where the step budget ran out
 
 
 # --- re-judging ---
