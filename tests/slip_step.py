@@ -22,6 +22,7 @@ def lanes(law="stribeck", y=Y0, w=W0, gamma=GAMMA, step=np.inf, end=np.inf):
         at.Y: y, at.W: w, at.DW: dw, at.JERK: slip_jerk(tag, y, w, dw, B, drag, DROP, RATE, 1.0),
         at.WEAK: DROP * WEAKENING[law](RATE * w), at.B: B, at.G: gamma, at.OFFSET: OFFSET, at.SLOPE: SLOPE,
         at.DROP: DROP, at.RATE: RATE, at.EXPONENT: 1.0, at.STEP: step, at.TAU_END: end, at.FLOOR: 1e-3,
+        at.FAR: 37.0 / RATE, at.HIDES: 2.0 / RATE,
     }  # fmt: skip
     for row, value in rows.items():
         s[row : row + at.WIDTH] = value

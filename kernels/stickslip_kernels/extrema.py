@@ -2,10 +2,8 @@
 
 from math import inf
 
-from .dense import load_and_speed
-from .equations import slope_in_lane
 from .jit import compiled
-from .lanes import reach
+from .lanes import reach, slope_inside
 from .layout import (
     B, BAND, CONFIRMING, CROSSED, DW, DW_HIGH, DW_TOP, G, HEAT, JERK, LOOP_COUNT, OFFSET, PEAK, PEAK_BEFORE, QUIET,
     QUIET_GIVEN, SIDE_LAST, SIGMA, TAU, TURN_BEFORE, TURN_LAST, V_HIGH, V_LOW, W, W_MIN, W_TOP, XI_HIGH, XI_LOW,
@@ -13,7 +11,7 @@ from .layout import (
 )  # fmt: skip
 from .loops import LOOPS, note_loop
 from .regimes import note_force, note_speed
-from .roots import FOR_A_VALUE, arrival, extreme_speed, steepest_time
+from .roots import FOR_A_VALUE, arrival, extreme_slope, extreme_speed
 
 
 @compiled(inline=True)
@@ -26,8 +24,8 @@ def record_extrema(law, s, i, results, control, h, y1, w1, dw1, jerk1):
         if dw0 > 0.0:
             note_peak(s, i, top - b)
     if jerk0 * jerk1 < 0.0 and max(abs(dw0), abs(dw1)) + reach(jerk0, jerk1, h) >= s[DW_TOP + i]:
-        y, w = load_and_speed(s, i, steepest_time(s, i, h, at_end))
-        s[DW_HIGH + i] = max(s[DW_HIGH + i], abs(slope_in_lane(law, s, i, y, w)))
+        t, slope = extreme_slope(s, i, h, at_end)
+        s[DW_HIGH + i] = max(s[DW_HIGH + i], abs(slope_inside(law, s, i, t, slope)))
     if (w0 > b) != (w1 > b):  # u' = b - w changes sign
         t, rise, work = arrival(s, i, b, 1.0 if w1 > b else -1.0, h, at_end)
         xi = s[SIGMA + i] * (s[Y + i] + rise - s[G + i] * b + s[OFFSET + i])

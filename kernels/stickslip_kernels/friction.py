@@ -38,15 +38,18 @@ def speed_of_slope(law, cells, c, slope):
     return a4 * speed_of_shape_slope(law, (slope - a2) * a4 / a3, cells[DELTA, c])
 
 
-@compiled
+@compiled(inline=True)
 def stable_speeds(law, cells, c):
-    """The widest interval about the belt speed of slip speeds at which gamma + mu' > 0; empty if it is not there.
+    """The widest interval about the belt speed of slip speeds at which gamma + mu' > 0; empty if it is not there."""
+    if inflection(law, cells[DELTA, c]) == 0.0 and cells[A3, c] > 0.0:
+        return speed_of_slope(law, cells, c, -cells[GAMMA, c]), inf
+    return stable_about_belt(law, cells, c)
 
-    The slope has its only extremum at the inflection, so each piece beside it is monotone.
-    """
+
+@compiled
+def stable_about_belt(law, cells, c):
+    """`stable_speeds` for any curve: the slope has its only extremum at the inflection, and is monotone beside it."""
     gamma, b, bend = cells[GAMMA, c], abs(cells[BELT, c]), inflection(law, cells[DELTA, c])
-    if bend == 0.0 and cells[A3, c] >= 0.0:
-        return speed_of_slope(law, cells, c, -gamma), inf
     if not gamma + coefficient_slope(law, cells, c, b) > 0.0:
         return b, b
     bend *= cells[A4, c]

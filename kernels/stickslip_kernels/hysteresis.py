@@ -38,7 +38,8 @@ def fall(law, s, i, cells, results, control, log, u, w, dw, b):
     at_trough = not stops and duration < inf
     q1, dw1 = motion(q, dw, drag, min(duration, left))
     if duration == inf or (at_trough and duration < left and 0.0 <= -q1 < STANDSTILL * s[BAND + i]):
-        return stay_on_line(s, i, cells, results, control, u, q, dw, drag, slope, b)
+        status = SETTLED if duration == inf else SETTLING_OBSERVED
+        return stay_on_line(s, i, cells, results, control, u, q, dw, drag, slope, b, status)
     along_line(s, i, results, u, q, dw, drag, slope, cells[MU_STOP, c], b, min(duration, left))
     u1 = cells[MU_STOP, c] + slope * (q1 + b) + s[G + i] * q1 + dw1  # the equation of motion, u' = -q
     s[TAU + i] += min(duration, left)
@@ -122,7 +123,7 @@ def friction_work(q, v, drag, b, mu_stop, slope, t, advance):
 
 
 @compiled
-def stay_on_line(s, i, cells, results, control, u, q, v, drag, slope, b):
+def stay_on_line(s, i, cells, results, control, u, q, v, drag, slope, b, settled_by):
     """The slip sinks to the belt speed on the line and stays there: steady sliding, settled."""
     c = int(s[CELL + i])
     sigma, left = s[SIGMA + i], s[TAU_END + i] - s[TAU + i]
@@ -137,7 +138,7 @@ def stay_on_line(s, i, cells, results, control, u, q, v, drag, slope, b):
     status = HORIZON_REACHED
     if settled < left and s[DECIDED + i] == 0.0:
         note_ends(s, i, u_star, b, 0.0)
-        decide_settled(s, i, results, s[TAU + i] + settled, sigma * u_star, SETTLED)
+        decide_settled(s, i, results, s[TAU + i] + settled, sigma * u_star, settled_by)
         if control[EARLY_STOP] > 0.0:
             left, status = settled, s[DECIDED_BY + i]
     q1, v1 = motion(q, v, drag, left)

@@ -12,6 +12,8 @@ from numba.extending import overload
 
 from . import rk_lanes, taylor
 from .bits import select
+from .dense import load_and_speed
+from .equations import slope_in_lane
 from .jit import compiled
 from .laws import is_exponential
 from .layout import (
@@ -42,6 +44,11 @@ def restart(law, s, i, h):
     raise NotImplementedError
 
 
+def slope_inside(law, s, i, t, slope):
+    """w' of lane i at t after the start of its step, of which the dense output says `slope` (compiled code only)."""
+    raise NotImplementedError
+
+
 @overload(try_step, jit_options=UNCOUNTED)
 def _try_step(law, s, rtol):
     if is_exponential(law):
@@ -61,6 +68,14 @@ def _restart(law, s, i, h):
     if is_exponential(law):
         return lambda law, s, i, h: taylor.restart(s, i)
     return lambda law, s, i, h: rk_lanes.restart(s, i, h)
+
+
+@overload(slope_inside, jit_options=UNCOUNTED)
+def _slope_inside(law, s, i, t, slope):
+    if is_exponential(law):
+        return lambda law, s, i, t, slope: slope
+    # The derivative of a Hermite polynomial is less exact than the polynomial: ask the equation of motion.
+    return lambda law, s, i, t, slope: slope_in_lane(law, s, i, *load_and_speed(s, i, t))
 
 
 # --- all lanes ------------------------------------------------------------------------------------------------------

@@ -204,6 +204,7 @@ SLOW = SERIES_WEAK + ORDER * WIDTH
     PEAK,  # height above b of the last peak of w
     PEAK_BEFORE,
     TROUGH_TIME,  # time of the last trough of w on the line of a hysteretic curve
+    STORED,  # 1 once extremes before these were put into the results
     MU_TURN,  # friction coefficient at the first reversal
     TURN_LAST,  # xi at the last extremum looked at, and at the one before
     TURN_BEFORE,
@@ -226,8 +227,8 @@ SLOW = SERIES_WEAK + ORDER * WIDTH
     HEAT_BEFORE,
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(SLOW, SLOW + 45 * WIDTH, WIDTH)
-LANE_NUMBERS = SLOW + 45 * WIDTH
+) = range(SLOW, SLOW + 46 * WIDTH, WIDTH)
+LANE_NUMBERS = SLOW + 46 * WIDTH
 
 # --- trace log: rows of `log` (capacity, LOG_COLUMNS); row 0 is a header whose first number counts the segments met ---
 # The others hold one segment each, from LOG_TAU to the LOG_TAU of the next. A log without rows is switched off.

@@ -44,7 +44,7 @@ def start_cell(law, s, i, cells, c, results, control, log):
         if isnan(cells[row, c]) and row != MU_STOP and row != ETA_START:
             results[REGIME, c], results[STATUS, c] = FAILED, NOT_FINITE
             return DONE
-    start_book(law, s, i, cells, c, results)
+    start_book(law, s, i, cells, c)
     gamma, belt = cells[GAMMA, c], cells[BELT, c]
     s[W_MIN + i] = 0.0 if isnan(cells[MU_STOP, c]) else speed_of_slope(law, cells, c, 0.0)
     s[STABLE_FROM + i], s[STABLE_TO + i] = stable_speeds(law, cells, c)

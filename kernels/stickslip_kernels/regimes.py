@@ -10,12 +10,19 @@ from math import inf, isnan, nan
 from .friction import coefficient, coefficient_slope
 from .jit import compiled
 from .layout import (
-    ACCELERATION_MAX, BAND2, BELT, CELL, CREEP, CROSSED, CROSSINGS, CYCLE_CLOSED, CYCLE_HEAT, CYCLE_SPEED_RANGE,
-    CYCLE_START, CYCLE_STICK_TIME, CYCLE_XI_MAX, CYCLE_XI_MIN, DAMPED, DECIDED, DECIDED_BY, DW_HIGH, ENTERED,
-    ETA_END, GAMMA, HEAT, HEAT_START, LANE_NUMBERS, LOOP_CHANGE, LOOP_COUNT, MARK, MU_BREAKAWAY, MU_REVERSAL,
-    MU_STATIC, MU_TURN, PEAK, PEAK_BEFORE, PERIOD, RADIUS2, REGIME, RELEASE_CHANGE, SETTLING_TIME, SIGMA,
-    SLIP_START, SLOW, SPEED_MAX, STATUS, STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, TRIED,
-    TROUGH_TIME, V_HIGH, V_LOW, WIDTH, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_SETTLED, XI_STAR,
+    ACCELERATION_MAX, BAND2, BELT, CELL, CONFIRMING, CREEP, CROSSED, CROSSINGS, CYCLE_CLOSED, CYCLE_HEAT,
+    CYCLE_SPEED_RANGE, CYCLE_START, CYCLE_STICK_TIME, CYCLE_XI_MAX, CYCLE_XI_MIN, DAMPED, DECIDED, DECIDED_BY,
+    DW_HIGH, ENTERED, ETA_END, GAMMA, HEAT, HEAT_START, HELD, LOOP_CHANGE, LOOP_COUNT, LOOP_MOVED, LOOP_STILL,
+    MARK, MU_BREAKAWAY, MU_REVERSAL, MU_STATIC, MU_TURN, PEAK, PEAK_BEFORE, PERIOD, QUIET_GIVEN, RADIUS2,
+    REGIME, RELEASE, RELEASE_CHANGE, RETURNED, SETTLING_TIME, SIDE_LAST, SIGMA, SLIP_START, SPEED_MAX, STATUS,
+    STEPS, STICKS, STICK_COUNT, STICK_SLIP, STICK_SUM, STICK_TIME, STORED, TRIED, TROUGH_TIME, TURN_BEFORE,
+    TURN_LAST, V_HIGH, V_LOW, XI_END, XI_HIGH, XI_LOW, XI_MAX, XI_MIN, XI_SETTLED, XI_STAR,
+)  # fmt: skip
+
+
+FROM_ZERO = (
+    CONFIRMING, CROSSED, DECIDED, HELD, LOOP_MOVED, LOOP_STILL, QUIET_GIVEN, RETURNED, SIDE_LAST, STICK_COUNT,
+    STICK_SUM, STORED, TURN_BEFORE, TURN_LAST,
 )  # fmt: skip
 
 
@@ -29,9 +36,9 @@ def damping_ratio(law, cells, c):
 
 
 @compiled(inline=True)
-def start_book(law, s, i, cells, c, results):
+def start_book(law, s, i, cells, c):
     """Fresh slow state for cell c in lane i."""
-    for row in range(SLOW, LANE_NUMBERS, WIDTH):
+    for row in FROM_ZERO:
         s[row + i] = 0.0
     belt = cells[BELT, c]
     mu_belt = coefficient(law, cells, c, abs(belt))
@@ -40,8 +47,7 @@ def start_book(law, s, i, cells, c, results):
     s[SLIP_START + i], s[CYCLE_START + i], s[MU_TURN + i] = nan, nan, nan
     s[ENTERED + i], s[TROUGH_TIME + i] = -inf, -inf
     s[PEAK + i], s[PEAK_BEFORE + i], s[LOOP_COUNT + i], s[LOOP_CHANGE + i] = inf, inf, -1.0, inf
-    s[RELEASE_CHANGE + i] = inf
-    results[MU_BREAKAWAY, c] = cells[MU_STATIC, c]
+    s[RELEASE + i], s[RELEASE_CHANGE + i] = cells[MU_STATIC, c], inf
     reset_extrema(s, i)
 
 
@@ -78,14 +84,14 @@ def note_speed(s, i, w):
 @compiled(inline=True)
 def store_extrema(s, i, results):
     """Let the extremes since they were last forgotten count towards those of the whole motion."""
-    c = int(s[CELL + i])
-    if isnan(results[XI_MAX, c]):
-        results[XI_MAX, c], results[XI_MIN, c] = -inf, inf
-        results[SPEED_MAX, c], results[ACCELERATION_MAX, c] = 0.0, 0.0
-    results[XI_MAX, c] = max(results[XI_MAX, c], s[XI_HIGH + i])
-    results[XI_MIN, c] = min(results[XI_MIN, c], s[XI_LOW + i])
-    results[SPEED_MAX, c] = max(results[SPEED_MAX, c], s[V_HIGH + i], -s[V_LOW + i])
-    results[ACCELERATION_MAX, c] = max(results[ACCELERATION_MAX, c], s[DW_HIGH + i])
+    c, top, steepest = int(s[CELL + i]), max(s[V_HIGH + i], -s[V_LOW + i], 0.0), s[DW_HIGH + i]
+    high, low = s[XI_HIGH + i], s[XI_LOW + i]
+    if s[STORED + i] > 0.0:
+        high, low = max(results[XI_MAX, c], high), min(results[XI_MIN, c], low)
+        top, steepest = max(results[SPEED_MAX, c], top), max(results[ACCELERATION_MAX, c], steepest)
+    results[XI_MAX, c], results[XI_MIN, c] = high, low
+    results[SPEED_MAX, c], results[ACCELERATION_MAX, c] = top, steepest
+    s[STORED + i] = 1.0
 
 
 # --- verdicts -------------------------------------------------------------------------------------------------------
@@ -101,6 +107,7 @@ def decide(s, i, results, regime, status):
     results[REGIME, c] = regime
     store_extrema(s, i, results)
     results[MU_REVERSAL, c], results[CROSSINGS, c] = s[MU_TURN + i], s[CROSSED + i]
+    results[MU_BREAKAWAY, c] = s[RELEASE + i]
     s[DECIDED + i], s[DECIDED_BY + i] = 1.0, status
     s[MARK + i], s[RADIUS2 + i], s[BAND2 + i] = 0.0, 0.0, 0.0
 
@@ -137,7 +144,7 @@ def decide_cycle(s, i, results, regime, status, period, stick_time, heat):
 @compiled(inline=True)
 def decide_stick_slip(s, i, results, tau, stick_time):
     """Break-away to break-away: stick-slip, with one stick phase in the cycle. The extremes are those of the cycle."""
-    results[XI_MAX, int(s[CELL + i])] = nan
+    s[STORED + i] = 0.0
     heat = s[HEAT + i] - s[HEAT_START + i]
     decide_cycle(s, i, results, STICK_SLIP, CYCLE_CLOSED, tau - s[CYCLE_START + i], stick_time, heat)
 

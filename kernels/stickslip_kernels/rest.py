@@ -6,7 +6,7 @@ from .ageing import dwell_to_breakaway, static_friction
 from .jit import compiled
 from .layout import (
     A1, A3, AGEING, BREAKAWAY_TIME, CELL, CONTACT_START, CROSSED, CYCLE_START, DECIDED, DECIDED_BY, EARLY_STOP, G,
-    HEAT, HEAT_BEFORE, HEAT_START, HORIZON_REACHED, MU_BREAKAWAY, MU_TURN, NEVER_BREAKS_AWAY, PERIOD_BEFORE, RELEASE,
+    HEAT, HEAT_BEFORE, HEAT_START, HORIZON_REACHED, MU_TURN, NEVER_BREAKS_AWAY, PERIOD_BEFORE, RELEASE,
     RELEASE_CHANGE, RESTICK_TIME, RESTICK_XI, RTOL, SIDE_LAST, SIGMA, SPEED_BEFORE, STICK, STICK_COUNT, STICK_SUM,
     STUCK, TAU, TAU_END, UNRESOLVED, V_HIGH, V_LOW, XI_STAR,
 )  # fmt: skip
@@ -52,7 +52,8 @@ def come_to_rest(law, s, i, cells, results, control, log, u, b, starting):
         if not starting and isnan(results[RESTICK_TIME, c]):
             results[RESTICK_TIME, c], results[RESTICK_XI, c] = tau, sigma * u
         note_ends(s, i, u, 0.0, 0.0)
-        forget_loops(s, i)
+        if s[DECIDED + i] == 0.0:
+            forget_loops(s, i)
         log_closed_form(log, tau, STICK, sigma, u, 0.0)
     if b == 0.0 and s[DECIDED + i] == 0.0:
         come_to_a_point(results, c, sigma * u)
@@ -68,8 +69,6 @@ def come_to_rest(law, s, i, cells, results, control, log, u, b, starting):
     s[TAU + i] = tau + dwell
     limit = static_friction(cells, c, age + dwell)
     u = limit - gamma * b
-    if s[DECIDED + i] == 0.0:
-        results[MU_BREAKAWAY, c] = limit
     if not grazing:
         s[STICK_SUM + i] += dwell
         close_cycle(s, i, cells, results, control, s[TAU + i], dwell, limit)

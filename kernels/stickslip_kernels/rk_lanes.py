@@ -12,7 +12,7 @@ from .equations import jerk_in_lane, slope_in_lane
 from .jit import compiled
 from .laws import inflection
 from .layout import (
-    A4, ALPHA, B, DELTA, DW, DW_NEW, ERROR_LOG, ERROR_LOG_NEXT, ERROR_W, ERROR_Y, FLOOR, GAMMA, GOOD, JERK,
+    A4, ALPHA, B, DELTA, DW, DW_NEW, ERROR_LOG, ERROR_LOG_NEXT, ERROR_W, ERROR_Y, FLOOR, GAMMA, GOOD, HIDES, JERK,
     JERK_NEW, K_2, K_3, K_4, K_5, K_6, SERIES, STEP, TAKEN, TAU, TAU_END, W, WIDTH, WORK, W_2, W_3, W_4, W_5, W_6,
     W_NEW, Y, Y_NEW, Y_STAR,
 )  # fmt: skip
@@ -114,7 +114,8 @@ def control_step(law, s, rtol):
         scale_w = min(amplitude, abs(s[W_NEW + i]) + abs(s[DW_NEW + i]) + floor)
         error2 = squared_error(s[ERROR_Y + i], s[ERROR_W + i], rtol * amplitude, rtol * scale_w)
         factor, error_log = step_factor(error2, s[ERROR_LOG + i])
-        hides = may_hide(s, i, s[TAKEN + i], s[W_NEW + i], s[DW_NEW + i])
+        # A step that ends far below w = 0 has crossed the zone at once, and the error estimate may not know.
+        hides = may_hide(s, i, s[TAKEN + i], s[W_NEW + i], s[DW_NEW + i]) | (s[W_NEW + i] < -s[HIDES + i])
         good = (error2 <= 1.0) & (not hides)
         s[GOOD + i] = select(good, 1.0, 0.0)
         s[STEP + i] = select(hides, min(0.5, factor) * s[TAKEN + i], factor * s[STEP + i])

@@ -143,8 +143,8 @@ def extreme_speed(s, i, end, at_end, resolved):
 
 
 @compiled
-def steepest_time(s, i, end, at_end):
-    """When, before `end`, w'' vanishes. at_end : as for `arrival`."""
+def extreme_slope(s, i, end, at_end):
+    """When, before `end`, w'' vanishes, and w' there. at_end : as for `arrival`."""
     jerk, snap = s[JERK + i], 6.0 * s[SERIES + 3 * WIDTH + i]
     change = at_end[2] - jerk
     part = -jerk / change
@@ -152,9 +152,10 @@ def steepest_time(s, i, end, at_end):
     for _ in range(GUESSES):
         if not 0.0 < t <= end:
             break
-        _, _, jerk, snap = speed(s, i, t)
+        _, dw, jerk, snap = speed(s, i, t)
         d = -jerk / snap
         if abs(d) <= FOR_A_VALUE_BY_NEWTON * end and 0.0 < t + d <= end:
-            return t + d
+            return t + d, dw + d * (jerk + 0.5 * d * snap)
         t += d
-    return crossing(s, i, 2, 0.0, end, at_end, FOR_A_VALUE_BY_NEWTON)
+    t = crossing(s, i, 2, 0.0, end, at_end, FOR_A_VALUE_BY_NEWTON)
+    return t, speed(s, i, t)[1]

@@ -29,7 +29,7 @@ def set_band(s, i, u, w, b):
     p, q = u - s[SIGMA + i] * s[XI_STAR + i], w - b
     band = max(BAND_SHARE * (p * p + q * q) ** 0.5, SMALLEST_BAND)
     s[BAND + i] = band
-    s[BAND2 + i] = band * band if s[DECIDED + i] == 0.0 else 0.0
+    s[BAND2 + i] = band * band
 
 
 # --- certain settling -----------------------------------------------------------------------------------------------
@@ -102,8 +102,8 @@ def settles_for_certain(law, s, i):
 def is_neutral(law, s, i):
     """Whether nothing damps or feeds a motion as large as this, at a maximum of u."""
     b, reach = s[B + i], abs(s[Y + i] - s[Y_STAR + i]) + abs(s[W + i] - s[B + i])
-    low, high, bend = b - reach, b + reach, inflection(law, s[EXPONENT + i]) / s[RATE + i]
-    if low <= s[W_MIN + i] or low < bend < high:
+    low, high, bend = max(b - reach, 0.0), b + reach, inflection(law, s[EXPONENT + i]) / s[RATE + i]
+    if low < s[W_MIN + i] or (low < bend < high and s[DROP + i] != 0.0):
         return False
     return abs(drag_at(law, s, i, low)) <= NOTHING and abs(drag_at(law, s, i, high)) <= NOTHING
 

@@ -6,8 +6,8 @@ from .jit import compiled
 from .equations import jerk_in_lane, weakening_in_lane
 from .lanes import begin_stepping
 from .layout import (
-    A1, A2, A3, B, CELL, DROP, DW, G, JERK, LEVEL, MODE, OFFSET, RADIUS2, RISE, SIDE, SIDE_LAST, SIGMA, SLIP_START,
-    SLOPE, TAU, TURN, W, WEAK, W_MIN, XI_STAR, Y, Y_STAR,
+    A1, A2, A3, B, CELL, DECIDED, DROP, DW, G, JERK, LEVEL, MODE, OFFSET, RADIUS2, RISE, SIDE, SIDE_LAST, SIGMA,
+    SLIP_START, SLOPE, TAU, TURN, W, WEAK, W_MIN, XI_STAR, Y, Y_STAR,
 )  # fmt: skip
 from .extrema import note_side, show_tops
 from .regimes import note_ends
@@ -51,7 +51,7 @@ def begin_slip(law, s, i, cells, log, u, b, lifting_off, fresh):
     c = int(s[CELL + i])
     if isnan(s[SLIP_START + i]):
         s[SLIP_START + i] = s[TAU + i]
-    if fresh:
+    if fresh and s[DECIDED + i] == 0.0:
         set_band(s, i, u, 0.0, b)
     if s[SIDE_LAST + i] == 0.0:
         note_side(s, i, s[SIGMA + i] * u)

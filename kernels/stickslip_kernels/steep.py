@@ -27,9 +27,7 @@ def may_hide(s, i, h, w, dw):
     """Whether the step of lane i over h, to w and w' = dw, may have met friction that its ends do not know of.
 
     A trough of w inside lies at most h a b/(a + b) below its nearer end, where the tangents of slopes -a and b meet.
-    A step that ends below w = 0 by as much has crossed the zone at once.
     """
-    down, up, nearer = -s[DW + i], dw, min(s[W + i], w)
-    slopes, depth = down + up, MARGIN * h * down * up
-    trough = (down > 0.0) & (up > 0.0) & (depth > s[HIDES + i] * slopes) & (depth > (nearer - s[FAR + i]) * slopes)
-    return trough | (w < -s[HIDES + i])
+    down, nearer = -s[DW + i], min(s[W + i], w)
+    slopes = down + dw
+    return (slopes > 0.0) & (MARGIN * h * down * dw > slopes * max(s[HIDES + i], nearer - s[FAR + i]))

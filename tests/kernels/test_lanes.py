@@ -16,7 +16,7 @@ from stickslip_kernels.laws import LAWS
 
 # The widest vectors of the processor: the feature that brings them, and the packed multiply-adds on whole registers.
 WIDEST = (
-    ("avx512f", r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub)pd\b.*%zmm"),
+    ("avx512f", r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub)pd\b.*%[yz]mm"),  # LLVM prefers half of them on Intel's servers
     ("avx", r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub)pd\b.*%ymm"),
     ("sse2", r"\b(?:mul|add|sub)pd\b.*%xmm"),
     ("neon", r"\b(?:fmla|fmls|fmul|fadd|fsub)(?:\.2d|\s+v\d+\.2d)"),

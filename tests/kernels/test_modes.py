@@ -74,9 +74,10 @@ def test_everything_turns_round_with_the_direction(name):
     flipped = case | {key: -case[key] for key in ("belt", "xi", "eta") if key in case}
     there, back = (outcome(**c, horizon=HORIZON, early_stop=False).values for c in (case, flipped))
     mirrored = there.copy()
-    for row in (at.RESTICK_XI, at.XI_END, at.ETA_END):
+    for row in (at.RESTICK_XI, at.XI_END, at.ETA_END, at.XI_SETTLED):
         mirrored[row] *= -1.0
-    mirrored[[at.XI_MAX, at.XI_MIN]] = -there[[at.XI_MIN, at.XI_MAX]]
+    for high, low in ((at.XI_MAX, at.XI_MIN), (at.CYCLE_XI_MAX, at.CYCLE_XI_MIN)):
+        mirrored[[high, low]] = -there[[low, high]]
     np.testing.assert_array_equal(back, mirrored)
 
 

@@ -41,10 +41,10 @@ def test_rising_friction_or_damping_settles(curve, gamma, regime):
 
 
 def test_settling_time_is_when_the_amplitude_enters_the_band_for_good():
-    """On a straight rising line the amplitude decays like e^(-zeta tau), and the band is 1e-4 mu_start."""
-    zeta, belt = 0.05, 0.3
-    found = outcome(belt, (0.5, 2 * zeta, 0.0, 1.0), rtol=1e-9)
-    assert found.settling_time == pytest.approx(math.log(belt / (1e-4 * 0.5)) / zeta, rel=0.02)
+    """On a straight rising line the distance decays like e^(-zeta tau), and the band is 1e-4 of that at the start."""
+    zeta = 0.05
+    found = outcome(0.3, (0.5, 2 * zeta, 0.0, 1.0), rtol=1e-9)
+    assert found.settling_time == pytest.approx(math.log(1e4) / zeta, rel=0.01)
 
 
 def test_crossings_are_extrema_outside_the_band_on_alternate_sides():
@@ -55,7 +55,7 @@ def test_crossings_are_extrema_outside_the_band_on_alternate_sides():
     p, dp = -2 * zeta * belt, belt
     phase = math.atan2(dp, zeta * (dp + zeta * p) / omega + omega * p) % math.pi
     first = math.exp(-zeta * phase / omega) * (p * math.cos(phase) + (dp + zeta * p) / omega * math.sin(phase))
-    expected = 1 + math.floor(math.log(first / (1e-4 * 0.5)) / (math.pi * zeta / omega))
+    expected = 1 + math.floor(math.log(first / (1e-4 * math.hypot(p, dp))) / (math.pi * zeta / omega))
     assert found.crossings == expected
 
 
@@ -159,7 +159,7 @@ def test_crossings_count_from_break_away_on():
     curve = (1.0, 1.6153312156673154, 0.0, 1.0)
     start = {"xi": 1.6929226106986421, "eta": -1.986517466054629}
     stick, thrown = outcome(0.14157028520416648, curve), outcome(0.14157028520416648, curve, **start)
-    assert (thrown.regime, thrown.crossings) == (stick.regime, stick.crossings) == (at.CREEP, 1)
+    assert (thrown.regime, thrown.crossings) == (stick.regime, stick.crossings) == (at.DAMPED, 2)
 
 
 def test_undamped_oscillation_inside_the_band_does_not_settle():
@@ -177,7 +177,7 @@ def test_a_failed_cell_has_no_final_state():
 def test_zeno_ends_as_settled():
     """A hysteretic curve whose hold phases accumulate towards steady sliding, within a small budget."""
     found = outcome(0.3, (1.0, 0.1, 0.3, 0.1), 0.4, mu_stop=1.0, xi=1.05, eta=0.02, max_steps=5000)
-    assert found.status == at.SETTLED
+    assert found.status == at.SETTLING_OBSERVED
 
 
 @pytest.mark.slow
@@ -193,7 +193,7 @@ def test_every_settled_cell_really_stays():
         columns.append(cell(generator.uniform(0.05, 1.5), (a1, a2, a3, a4), gamma, mu_stop=stop, **start))
     cells = block_of(*columns)
     results = run(cells)
-    settled = np.flatnonzero(results[at.STATUS] == at.SETTLED)
+    settled = np.flatnonzero(np.isin(results[at.STATUS], [at.SETTLED, at.SETTLING_OBSERVED]))
     assert settled.size > 100
     entered = results[at.SETTLING_TIME, settled]
     later = np.ascontiguousarray(cells[:, settled])
@@ -208,9 +208,7 @@ def test_every_settled_cell_really_stays():
 
 def test_metrics_do_not_depend_on_stopping_early():
     curves = ARTICLE, (0.5, 0.4, 0.0, 1.0)
-    columns = [
-        cell(b, curve, horizon=2000.0, mu_stop=m) for b in (0.1, 0.3, 0.9) for curve in curves for m in (NAN, 0.5)
-    ]
+    columns = [cell(b, curve, horizon=2e4, mu_stop=m) for b in (0.1, 0.3, 0.9) for curve in curves for m in (NAN, 0.5)]
     columns.append(cell(**STEEP, horizon=3e4))
     early, full = (run(block_of(*columns), early_stop=stop) for stop in (True, False))
     decided = early[at.STATUS] != at.HORIZON_REACHED

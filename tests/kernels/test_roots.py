@@ -14,10 +14,10 @@ from stickslip_kernels.roots import (
     TO_ROUNDING,
     arrival,
     crossing,
+    extreme_slope,
     extreme_speed,
     inverse_cubic,
     sign_before,
-    steepest_time,
 )
 
 
@@ -92,7 +92,7 @@ def test_an_arrival_is_never_where_the_step_starts():
 
 
 def steepest(s, lane, end, at_end):
-    return speed(s, lane, steepest_time(s, lane, end, at_end))[1]
+    return extreme_slope(s, lane, end, at_end)[1]
 
 
 @given(polynomials)
@@ -100,7 +100,7 @@ def test_extreme_values_are_those_at_roots_of_the_next_derivative(p):
     f, s = np.polynomial.Polynomial(p), holding(p)
     for order, found in (
         (1, lambda *given: extreme_speed(*given, FOR_A_VALUE)[1]),
-        (2, lambda s, i, *given: speed(s, i, steepest_time(s, i, *given))[1]),
+        (2, steepest),
     ):
         g = f.deriv(order)
         if g(0.0) * g(1.0) < -1e-3:
