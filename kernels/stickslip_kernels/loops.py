@@ -4,7 +4,8 @@ At a maximum w = b and friction lies on the curve, so u alone is the whole state
 back, after however many loops. Every LOOPS loops u is compared with what it was. Slip that returns within the noise of
 the integration, having been seen to approach what it returns to, or that nothing damps at all, is gone through once
 more, every extremum being looked at, and is then sustained. One that shows nothing above the noise from the start may
-grow or decay too slowly to tell.
+grow or decay too slowly to tell. Not so where it turns round or runs down a hysteretic line: that is no vibration about
+steady sliding, whose growth may vanish, and what does not change in hundreds of loops is the cycle.
 """
 
 from math import inf, log, nan
@@ -66,13 +67,19 @@ def compare_loops(law, s, i, results, control, tau, heat, xi):
     steps = s[TRIED + i] - s[LOOP_STEPS + i]
     set_reference(s, i, tau, heat, xi)
     if amplitude > ROUNDING and seems_periodic(law, s, i, control, change, before, still):
-        store_extrema(s, i, results)
-        reset_extrema(s, i)
-        s[CONFIRMING + i] = 1.0
+        begin_confirming(s, i, results)
     elif given_up(s, i, control, amplitude, change, steps) and settles_for_certain(law, s, i):
         decide_settled(s, i, results, nan, s[XI_STAR + i], SETTLING_CERTAIN)
     elif s[LOOP_STILL + i] >= MOST_STILL:
-        decide(s, i, results, UNRESOLVED, TOO_SLOW_TO_TELL)
+        begin_confirming(s, i, results)
+
+
+@compiled(inline=True)
+def begin_confirming(s, i, results):
+    """Go through the next loops with an eye on every extremum."""
+    store_extrema(s, i, results)
+    reset_extrema(s, i)
+    s[CONFIRMING + i] = 1.0
 
 
 @compiled
@@ -109,9 +116,12 @@ def confirm_cycle(law, s, i, results, control, tau, heat, xi):
         s[CONFIRMING + i], s[LOOP_CHANGE + i], s[LOOP_STILL + i] = 0.0, inf, 0.0
         set_reference(s, i, tau, heat, xi)
         return
-    share = length / LOOPS
+    kind, share = kind_of_cycle(law, s, i), length / LOOPS
+    if kind == SLIP_CYCLE and s[LOOP_MOVED + i] == 0.0:
+        decide(s, i, results, UNRESOLVED, TOO_SLOW_TO_TELL)
+        return
     period, work = (tau - s[LOOP_TAU + i]) * share, (heat - s[LOOP_HEAT + i]) * share
-    decide_cycle(s, i, results, SUSTAINED, kind_of_cycle(law, s, i), period, 0.0, work)
+    decide_cycle(s, i, results, SUSTAINED, kind, period, 0.0, work)
 
 
 @compiled

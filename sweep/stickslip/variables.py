@@ -93,7 +93,7 @@ _VARIABLES = (
     Variable("velocity_amplitude", "m s-1", "half the range of velocity on the attractor; 0 where it settles"),
     Variable("cycle_force_max", "N", "largest spring force on the attractor"),
     Variable("cycle_force_min", "N", "smallest spring force on the attractor"),
-    Variable("damping_ratio", "1", "linear damping ratio of steady sliding on the curve (not on a hysteretic line)"),
+    Variable("damping_ratio", "1", "linear damping ratio of steady sliding on the curve"),
     Variable("steps", "1", "integration steps tried"),
     Variable("sticks", "1", "stick phases begun up to the horizon", "full"),
     Variable("stick_time", "s", "time spent sticking up to the horizon", "full"),

@@ -15,8 +15,8 @@ from stickslip.variables import REGIMES, STATUSES
 
 DATA = Path(__file__).parents[1] / "data" / "hard.csv"
 INPUTS = (
-    "mass", "stiffness", "damping", "normal_load", "belt_speed", "a1", "a2", "a3", "a4", "delta", "mu_static", "mu_stop",
-    "ageing_rate", "ageing_time", "displacement", "velocity", "contact_time",
+    "mass", "stiffness", "damping", "normal_load", "belt_speed", "a1", "a2", "a3", "a4", "delta", "mu_static",
+    "mu_stop", "ageing_rate", "ageing_time", "displacement", "velocity", "contact_time",
 )  # fmt: skip
 LAWS = ("stribeck", "stribeck_delta", "rational", "cubic")
 OWED = 100.0  # errors, in units of rtol
@@ -312,15 +312,15 @@ def test_the_largest_acceleration_is_as_exact_as_the_motion():
     rng = np.random.default_rng(3)
     for law in LAWS:
         cells = UNIT | {
-            "belt_speed": 10.0 ** rng.uniform(-2, 0.5, 300), "a1": rng.uniform(0.1, 1.0, 300), "a2": rng.uniform(0, 0.5, 300),
-            "a3": rng.uniform(0.01, 1.0, 300), "a4": 10.0 ** rng.uniform(-2, 0, 300), "damping": rng.uniform(0, 0.5, 300),
-            "delta": rng.uniform(1.0, 3.0, 300),
+            "belt_speed": 10.0 ** rng.uniform(-2, 0.5, 300), "a4": 10.0 ** rng.uniform(-2, 0, 300),
+            "a1": rng.uniform(0.1, 1.0, 300), "a2": rng.uniform(0, 0.5, 300), "a3": rng.uniform(0.01, 1.0, 300),
+            "damping": rng.uniform(0, 0.5, 300), "delta": rng.uniform(1.0, 3.0, 300),
         }  # fmt: skip
         rough, fine = (stickslip.evaluate(cells, law=law, rtol=rtol) for rtol in (1e-6, 1e-10))
         same = rough["regime"].values == fine["regime"].values
         assert same.mean() > 0.99
         errors = np.abs(rough["acceleration_max"] / fine["acceleration_max"] - 1.0).values[same]
-        assert np.nanmax(errors) < 2e-5, law
+        assert np.nanmax(errors) < 5e-5, law
 
 
 def test_a_mass_thrown_on_a_belt_that_stands_still_has_its_re_stick_in_every_kind_of_run():

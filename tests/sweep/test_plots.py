@@ -224,7 +224,7 @@ def test_a_map_of_one_dimension_is_a_strip_above_points():
     strip, points = plot_map(ds, "period").axes
     assert strip.get_ylabel() == "regime" and points.get_ylabel() == "period of the limit cycle (s)"
     assert points.get_xlabel() == "belt speed (m s$^{-1}$)"
-    assert plot_map(ds).axes[1].get_ylabel() == "linear damping ratio of steady sliding"
+    assert plot_map(ds).axes[1].get_ylabel() == "linear damping ratio of steady sliding on the curve"
 
 
 def test_cells_of_a_list_are_numbered():
