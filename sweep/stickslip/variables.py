@@ -120,10 +120,10 @@ REGIME_MESSAGES = {
     "not_computed": "this cell was not computed",
     "stick_slip": "a limit cycle with a stick phase",
     "damped": "settles to steady sliding, crossing the equilibrium at least twice",
-    "creep": "settles to steady sliding, crossing the equilibrium at most once",
+    "creep": "overdamped approach: settles to steady sliding, crossing the equilibrium at most once",
     "sustained": "oscillates for ever without sticking",
     "stuck": "never breaks away",
-    "unresolved": "the horizon or the step budget ran out before the motion was decided",
+    "unresolved": "not decided: the horizon or the step budget ran out, or growth cannot be told from decay",
     "failed": "no number could be computed; the status says why",
 }
 STATUS_MESSAGES = {
@@ -163,3 +163,11 @@ REGIMES = tuple(REGIME_MESSAGES)
 STATUSES = tuple(STATUS_MESSAGES)
 MODES = tuple(MODE_MESSAGES)
 FLAGS: dict[str, dict[str, str]] = {"regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES}
+
+# What is said beside a flag that has another name in the field.
+_ALSO = {"creep": "overdamped"}
+
+
+def flag_label(name: str) -> str:
+    """The name of a flag as people read it in tables and legends."""
+    return f"{name} ({_ALSO[name]})" if name in _ALSO else name
