@@ -1,5 +1,7 @@
 import subprocess
 import sys
+from itertools import combinations
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -166,7 +168,35 @@ def test_borders_can_be_left_out():
 def test_leading_dimensions_become_panels_with_headings():
     ds = make_map(axis("normal_load", [1.0, 2.5], "values"), stiffnesses(), speeds())
     panels = panels_of(plot_map(ds))
-    assert [ax.get_title() for ax in panels] == ["normal load: 1 N", "normal load: 2.5 N"]
+    assert [ax.get_title() for ax in panels] == ["normal load = 1 N", "normal load = 2.5 N"]
+
+
+@pytest.mark.parametrize("outer", [("a1", "a3"), ("a4", "mu_static"), ("mu_stop", "ageing_rate")])
+def test_titles_of_friction_panels_and_of_their_axes_do_not_overlap(outer):
+    first, second = (axis(name, [0.1, 0.2, 0.3], "values") for name in outer)
+    inner = axis("ageing_time", [0.5, 1.0], "values"), axis("delta", [1.0, 2.0], "values")
+    figure = plot_map(make_map(first, second, *inner))
+    figure.draw_without_rendering()
+    panels = panels_of(figure)
+    assert panels[0].get_title() == f"{outer[0]} = 0.1\n{outer[1]} = 0.1".replace("g_r", "g r").replace(
+        "a4 = 0.1", "a4 = 0.1 m s$^{-1}$"
+    )
+    for words in ("title", "xaxis.label", "yaxis.label"):
+        shown = [attrgetter(words)(ax) for ax in panels]
+        boxes = [text.get_window_extent() for text in shown if text.get_text()]
+        assert len(boxes) >= 3
+        assert not any(one.overlaps(other) for one, other in combinations(boxes, 2)), words
+
+
+def test_a_group_of_many_quantities_is_told_in_lines_that_fit_its_panel():
+    three = (axis(name, [0.1, 0.2], "values", "pair") for name in ("mu_static", "ageing_rate", "ageing_time"))
+    (first, _) = panels_of(plot_map(make_map(*three, stiffnesses(), speeds())))
+    assert first.get_title().splitlines() == ["mu_static = 0.1, ageing rate = 0.1,", "ageing time = 0.1 s"]
+
+
+def test_cases_of_a_quantity_are_named_after_it():
+    ds = make_map(axis("mu_stop", [np.nan, 1.2], "values", "mu_stop_case", ["none", "1.2"]), stiffnesses(), speeds())
+    assert [ax.get_title() for ax in panels_of(plot_map(ds))] == ["mu_stop = none", "mu_stop = 1.2"]
 
 
 def test_panels_show_their_own_part_of_the_map():
@@ -183,7 +213,7 @@ def test_zipped_dimensions_become_panels_under_their_labels():
 def test_two_leading_dimensions_span_a_table():
     ds = make_map(axis("mass", [1.0, 2.0]), axis("normal_load", [1.0, 2.0, 3.0]), stiffnesses(), speeds())
     panels = panels_of(plot_map(ds))
-    assert panels[4].get_title() == "mass: 2 kg\nnormal load: 2 N"
+    assert panels[4].get_title() == "mass = 2 kg\nnormal load = 2 N"
 
 
 def test_too_many_panels_are_refused_with_the_remedy():
