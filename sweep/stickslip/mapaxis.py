@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from . import units
 from .coarse import middles
 from .grid import quantity_of
 
@@ -28,9 +29,11 @@ class MapAxis:
 
     Numeric if the dimension has a numeric index, laid out as its `axis_spacing` says. Otherwise (named points,
     parameters that vary together) the points stand side by side under their labels.
+    plain : words are for the screen, with more digits and with units as people type them.
     """
 
-    def __init__(self, ds: xr.Dataset, dim: Hashable) -> None:
+    def __init__(self, ds: xr.Dataset, dim: Hashable, plain: bool = False) -> None:
+        self._quantity = _plain_quantity if plain else _quantity
         self.dim = dim
         self.length = ds.sizes[dim]
         self._index = ds[dim] if dim in ds.coords else None
@@ -74,11 +77,11 @@ class MapAxis:
         """Point `i` in words: its label, its value, or the values of the parameters that vary together."""
         if self._index is not None:
             value = self._index.values[i]
-            return _quantity(self._index, value) if self.is_numeric else str(value)
+            return self._quantity(self._index, value) if self.is_numeric else str(value)
         if len(self._beside) == 1:
-            return _quantity(self._beside[0], self._beside[0].values[i])
+            return self._quantity(self._beside[0], self._beside[0].values[i])
         if 1 < len(self._beside) <= _MOST_BESIDE:
-            return ", ".join(f"{short_name(c)} = {_quantity(c, c.values[i])}" for c in self._beside)
+            return ", ".join(f"{short_name(c)} = {self._quantity(c, c.values[i])}" for c in self._beside)
         return str(i)
 
     def heading(self, i: int) -> str:
@@ -125,13 +128,18 @@ def wrapped(text: str, width: int) -> str:
 def title(array: xr.DataArray) -> str:
     """Long name with the unit, if there is one."""
     name = str(array.attrs.get("long_name", array.name)).replace("_", " ")
-    units = _units(array)
-    return f"{name} ({units})" if units else name
+    unit = _units(array)
+    return f"{name} ({unit})" if unit else name
 
 
 def _quantity(array: xr.DataArray, value: float) -> str:
     """A value with its unit."""
     return f"{value:.4g} {_units(array)}".rstrip()
+
+
+def _plain_quantity(array: xr.DataArray, value: float) -> str:
+    """A value with its unit, without mathematical print."""
+    return f"{value:.6g} {units.spelled(str(array.attrs.get('units', '1')))}".rstrip()
 
 
 def _units(array: xr.DataArray) -> str:

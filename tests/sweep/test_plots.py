@@ -12,6 +12,7 @@ from stickslip.dataset import cell_dataset, trace_dataset
 from stickslip.mapaxis import MapAxis, title
 from stickslip.palette import FLAG_COLOURS, UNDEFINED_COLOUR, paint
 from stickslip.plots import PlotError, plot_map, plot_trace
+from stickslip.selection import selected
 from stickslip.variables import REGIMES
 from support import axis, make_map, plane
 
@@ -241,12 +242,44 @@ def test_a_dimension_without_index_is_fixed_by_position():
     [
         ({"mass": 1}, "dimensions are lubricant, stiffness, belt_speed"),
         ({"lubricant": "oil"}, "labels are dry, grease, bonded coating"),
-        ({"belt_speed": "fast"}, "expected a number"),
+        ({"belt_speed": "fast"}, "expected a speed such as '10 mm/s' or a number in m/s"),
+        ({"belt_speed": "5 N"}, "expected a speed"),
+        ({"belt_speed": np.nan}, "expected a finite number"),
+        ({"belt_speed": 7.0}, r"cannot select belt_speed=7.0; the axis runs from 0.05 m/s to 0.6 m/s"),
+        ({"stiffness": "10 N/mm"}, "the axis runs from 0.1 N/m to 1000 N/m"),
     ],
 )
 def test_impossible_selections_say_what_is_possible(place, message):
     with pytest.raises(PlotError, match=message):
         plot_map(make_map(*lubricants(LUBRICANTS), stiffnesses(), speeds()), select=place)
+
+
+@pytest.mark.parametrize(("asked", "drawn"), [(0.06, 0.1), (20, 10), (40, 100), (3000, 1000), ("0.2 N/mm", 100)])
+def test_a_value_within_the_axis_or_half_a_cell_beyond_takes_the_cell_that_holds_it(asked, drawn):
+    """On the scale of the axis: 40 lies above the border between the cells of 10 and 100 of a logarithmic one."""
+    for rising in (True, False):
+        ds = make_map(axis("stiffness", np.geomspace(0.1, 1000, 5)[:: 1 if rising else -1], "log"), speeds())
+        part, _ = selected(ds, {"stiffness": asked})
+        assert float(part["stiffness"]) == pytest.approx(drawn)
+
+
+@pytest.mark.parametrize("asked", [0.03, 3300.0, 0.0, -1.0])
+def test_a_value_beyond_the_axis_is_refused_with_its_range(asked):
+    with pytest.raises(PlotError, match=r"cannot select stiffness=.*the axis runs from 0.1 N/m to 1000 N/m"):
+        plot_map(plane(), select={"stiffness": asked})
+
+
+def test_the_title_names_the_point_that_is_drawn():
+    ds = make_map(*lubricants(LUBRICANTS), stiffnesses(), speeds())
+    figure = plot_map(ds, select={"stiffness": 12.0, "lubricant": "grease"})
+    assert figure.axes[0].get_title() == "A made-up map\nstiffness = 10 N m$^{-1}$, lubricant: grease"
+    assert plot_map(plane(), select={"stiffness": 0.1}).axes[0].get_title().endswith("stiffness = 0.1 N m$^{-1}$")
+
+
+def test_a_case_of_a_quantity_is_selected_by_its_name():
+    ds = make_map(axis("mu_stop", [np.nan, 1.2], "values", "mu_stop_case", ["none", "1.2"]), stiffnesses(), speeds())
+    for asked, case in (("none", "none"), (1.2, "1.2")):
+        assert str(selected(ds, {"mu_stop": asked})[0]["mu_stop_case"].values) == case
 
 
 def test_a_map_of_one_dimension_is_a_strip_above_points():
