@@ -37,12 +37,14 @@ class Variable:
     """One output per cell.
 
     when : "always", or "full" for those that only a run to the horizon (early_stop=False) defines.
+    comment : what the long name does not say, or nothing.
     """
 
     name: str
     units: str
     long_name: str
     when: str = "always"
+    comment: str = ""
 
 
 _PARAMETERS = (
@@ -83,7 +85,13 @@ _VARIABLES = (
     Variable("slip_speed_max", "m s-1", "largest slip speed"),
     Variable("acceleration_max", "m s-2", "largest magnitude of the acceleration"),
     Variable("mu_reversal", "1", "friction coefficient at the reversal point as it occurred"),
-    Variable("tendency", "1", "stick-slip tendency mu_start - 2 mu_reversal + mu_stop"),
+    Variable(
+        "tendency",
+        "1",
+        "stick-slip tendency mu_start - 2 mu_reversal + mu_stop",
+        comment="Eq. (3); mu_start: friction coefficient at break-away, mu_static and ageing included; mu_reversal: as "
+        "it occurred in this motion, not the minimum of the curve. It diagnoses a motion, it does not predict one.",
+    ),
     Variable("energy_per_cycle", "J", "friction heat per cycle"),
     Variable("equilibrium_crossings", "1", "crossings of the equilibrium with extrema outside the settling band"),
     Variable("settling_time", "s", "time from first slip until the amplitude stays inside the settling band"),
