@@ -54,8 +54,8 @@ _PARAMETERS = (
     Parameter("normal_load", "N", "normal load", "system", None, 0.0, True),
     Parameter("belt_speed", "m s-1", "belt speed", "system", None),
     Parameter("a1", "1", "friction coefficient a1, constant part of the Stribeck curve", "friction", None, 0.0),
-    Parameter("a2", "s m-1", "slope a2 of the rising branch of the Stribeck curve", "friction", None, 0.0),
-    Parameter("a3", "1", "drop a3 of the declining branch of the Stribeck curve", "friction", None, 0.0),
+    Parameter("a2", "s m-1", "slope a2 of the rising branch of the Stribeck curve", "friction", None),
+    Parameter("a3", "1", "drop a3 of the declining branch of the Stribeck curve", "friction", None),
     Parameter(
         "a4", "m s-1", "decay speed a4 of the declining branch of the Stribeck curve", "friction", None, 0.0, True
     ),
