@@ -37,12 +37,14 @@ class Variable:
     """One output per cell.
 
     when : "always", or "full" for those that only a run to the horizon (early_stop=False) defines.
+    comment : what the long name does not say, or nothing.
     """
 
     name: str
     units: str
     long_name: str
     when: str = "always"
+    comment: str = ""
 
 
 _PARAMETERS = (
@@ -52,8 +54,8 @@ _PARAMETERS = (
     Parameter("normal_load", "N", "normal load", "system", None, 0.0, True),
     Parameter("belt_speed", "m s-1", "belt speed", "system", None),
     Parameter("a1", "1", "friction coefficient a1, constant part of the Stribeck curve", "friction", None, 0.0),
-    Parameter("a2", "s m-1", "slope a2 of the rising branch of the Stribeck curve", "friction", None, 0.0),
-    Parameter("a3", "1", "drop a3 of the declining branch of the Stribeck curve", "friction", None, 0.0),
+    Parameter("a2", "s m-1", "slope a2 of the rising branch of the Stribeck curve", "friction", None),
+    Parameter("a3", "1", "drop a3 of the declining branch of the Stribeck curve", "friction", None),
     Parameter(
         "a4", "m s-1", "decay speed a4 of the declining branch of the Stribeck curve", "friction", None, 0.0, True
     ),
@@ -84,7 +86,13 @@ _VARIABLES = (
     Variable("acceleration_max", "m s-2", "largest magnitude of the acceleration"),
     Variable("mu_reversal", "1", "friction coefficient at the reversal point as it occurred"),
     Variable("mu_breakaway", "1", "friction coefficient at the last break-away, ageing included"),
-    Variable("tendency", "1", "stick-slip tendency mu_breakaway - 2 mu_reversal + mu_stop of the simulated motion"),
+    Variable(
+        "tendency",
+        "1",
+        "stick-slip tendency mu_breakaway - 2 mu_reversal + mu_stop",
+        comment="Eq. (3) with what occurred in this motion: friction at break-away, mu_static and ageing included, and at "
+        "reversal, which is not the minimum of the curve. It diagnoses a motion, it does not predict one.",
+    ),
     Variable("energy_per_cycle", "J", "friction heat per cycle"),
     Variable("equilibrium_crossings", "1", "crossings of the equilibrium with extrema outside the settling band"),
     Variable("settling_time", "s", "time from first slip until the amplitude stays inside the settling band"),
