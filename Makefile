@@ -11,7 +11,7 @@ INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check $(PIN
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint check bench gallery clean
+.PHONY: help demo test lint check nightly bench gallery clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-6s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -28,6 +28,11 @@ lint: $(VENV)/.installed-test  ## lint, formatting and types
 	$(BIN)/mypy
 
 check: lint test  ## what continuous integration runs
+
+SEED ?= $(shell date +%Y%j)
+nightly: $(VENV)/.installed-test  ## search on: all tests with fresh seeds, and 10,000 random cells against a judge
+	HYPOTHESIS_PROFILE=fresh STICKSLIP_SEED=$(SEED) $(BIN)/python -m pytest -n auto --dist loadscope $(ARGS)
+	$(BIN)/python tests/adversary.py --cells 10000 --seed $(SEED)
 
 bench: $(VENV)/.installed-bench  ## measure speed beside other solvers into benchmarks/results/ (five minutes)
 	$(BIN)/python benchmarks/run.py $(ARGS)

@@ -10,8 +10,11 @@ from stickslip.compiling import compile_apart
 from stickslip.variables import LAWS
 
 os.environ.setdefault("MPLBACKEND", "Agg")  # pictures never open a window
-settings.register_profile("here", deadline=None)  # the first example of a kernel loads compiled code
-settings.load_profile("here")
+# The first example of a kernel loads compiled code: no deadline. What a run finds, the next one finds too, unless fresh
+# seeds are asked for (`make nightly`).
+settings.register_profile("same", deadline=None, derandomize=True)
+settings.register_profile("fresh", deadline=None, print_blob=True)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 
 
 @pytest.fixture(scope="session", autouse=True)

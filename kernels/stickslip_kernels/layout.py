@@ -213,6 +213,7 @@ SLOW = SERIES_WEAK + ORDER * WIDTH
     LOOP_XI,
     LOOP_TAU,
     LOOP_HEAT,
+    LOOP_STEPS,  # steps tried up to there
     LOOP_CHANGE,  # relative change of xi a loop at the last look; inf before
     LOOP_MOVED,  # 1 once a change above the noise was seen
     LOOP_STILL,  # looks in a row that showed nothing above the noise
@@ -227,8 +228,8 @@ SLOW = SERIES_WEAK + ORDER * WIDTH
     HEAT_BEFORE,
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(SLOW, SLOW + 46 * WIDTH, WIDTH)
-LANE_NUMBERS = SLOW + 46 * WIDTH
+) = range(SLOW, SLOW + 47 * WIDTH, WIDTH)
+LANE_NUMBERS = SLOW + 47 * WIDTH
 
 # --- trace log: rows of `log` (capacity, LOG_COLUMNS); row 0 is a header whose first number counts the segments met ---
 # The others hold one segment each, from LOG_TAU to the LOG_TAU of the next. A log without rows is switched off.

@@ -4,16 +4,17 @@ At a maximum w = b and friction lies on the curve, so u alone is the whole state
 back, after however many loops. Every LOOPS loops u is compared with what it was. Slip that returns within the noise of
 the integration, having been seen to approach what it returns to, or that nothing damps at all, is gone through once
 more, every extremum being looked at, and is then sustained. One that shows nothing above the noise from the start may
-grow or decay too slowly to tell.
+grow or decay too slowly to tell. Not so where it turns round or runs down a hysteretic line: that is no vibration about
+steady sliding, whose growth may vanish, and what does not change in hundreds of loops is the cycle.
 """
 
-from math import inf, nan
+from math import inf, log, nan
 
 from .jit import compiled
 from .layout import (
-    CONFIRMING, FALL_HOLD_CYCLE, HELD, LOOP_CHANGE, LOOP_COUNT, LOOP_HEAT, LOOP_MOVED,
-    LOOP_STILL, LOOP_TAU, LOOP_XI, NEUTRAL_RINGING, RETURNED, RTOL, SETTLING_CERTAIN, SLIP_CYCLE, SUSTAINED,
-    TOO_SLOW_TO_TELL, TURN_BEFORE, TWO_WAY_SLIP_CYCLE, UNRESOLVED, V_HIGH, V_LOW, XI_STAR,
+    BAND, CONFIRMING, FALL_HOLD_CYCLE, HELD, LOOP_CHANGE, LOOP_COUNT, LOOP_HEAT, LOOP_MOVED, LOOP_STEPS,
+    LOOP_STILL, LOOP_TAU, LOOP_XI, MAX_STEPS, NEUTRAL_RINGING, RETURNED, RTOL, SETTLING_CERTAIN, SLIP_CYCLE,
+    SUSTAINED, TOO_SLOW_TO_TELL, TRIED, TURN_BEFORE, TWO_WAY_SLIP_CYCLE, UNRESOLVED, V_HIGH, V_LOW, XI_STAR,
 )  # fmt: skip
 from .regimes import decide, decide_cycle, decide_settled, reset_extrema, store_extrema
 from .settling import is_neutral, settles_for_certain
@@ -49,7 +50,7 @@ def note_loop(law, s, i, results, control, tau, heat, xi):
 def set_reference(s, i, tau, heat, xi):
     """Loops are compared with this one from now on."""
     s[LOOP_COUNT + i], s[LOOP_XI + i], s[LOOP_TAU + i], s[LOOP_HEAT + i] = 0.0, xi, tau, heat
-    s[RETURNED + i], s[HELD + i] = 0.0, 0.0
+    s[LOOP_STEPS + i], s[RETURNED + i], s[HELD + i] = s[TRIED + i], 0.0, 0.0
 
 
 @compiled
@@ -63,16 +64,29 @@ def compare_loops(law, s, i, results, control, tau, heat, xi):
     still = change <= noise or amplitude <= ROUNDING
     s[LOOP_STILL + i] = s[LOOP_STILL + i] + 1.0 if still else 0.0
     s[LOOP_CHANGE + i] = change
+    steps = s[TRIED + i] - s[LOOP_STEPS + i]
     set_reference(s, i, tau, heat, xi)
     if amplitude > ROUNDING and seems_periodic(law, s, i, control, change, before, still):
-        store_extrema(s, i, results)
-        reset_extrema(s, i)
-        s[CONFIRMING + i] = 1.0
+        begin_confirming(s, i, results)
+    elif given_up(s, i, control, amplitude, change, steps) and settles_for_certain(law, s, i):
+        decide_settled(s, i, results, nan, s[XI_STAR + i], SETTLING_CERTAIN)
     elif s[LOOP_STILL + i] >= MOST_STILL:
-        if settles_for_certain(law, s, i):
-            decide_settled(s, i, results, nan, s[XI_STAR + i], SETTLING_CERTAIN)
-        else:
-            decide(s, i, results, UNRESOLVED, TOO_SLOW_TO_TELL)
+        begin_confirming(s, i, results)
+
+
+@compiled(inline=True)
+def begin_confirming(s, i, results):
+    """Go through the next loops with an eye on every extremum."""
+    store_extrema(s, i, results)
+    reset_extrema(s, i)
+    s[CONFIRMING + i] = 1.0
+
+
+@compiled
+def given_up(s, i, control, amplitude, change, steps):
+    """Whether the settling band is out of reach of the steps left, the last loops having taken `steps`."""
+    loops = log(max(amplitude / s[BAND + i], 1.0)) / change
+    return s[LOOP_STILL + i] >= MOST_STILL or loops * (steps / LOOPS) > control[MAX_STEPS] - s[TRIED + i]
 
 
 @compiled
@@ -102,9 +116,12 @@ def confirm_cycle(law, s, i, results, control, tau, heat, xi):
         s[CONFIRMING + i], s[LOOP_CHANGE + i], s[LOOP_STILL + i] = 0.0, inf, 0.0
         set_reference(s, i, tau, heat, xi)
         return
-    share = length / LOOPS
+    kind, share = kind_of_cycle(law, s, i), length / LOOPS
+    if kind == SLIP_CYCLE and s[LOOP_MOVED + i] == 0.0:
+        decide(s, i, results, UNRESOLVED, TOO_SLOW_TO_TELL)
+        return
     period, work = (tau - s[LOOP_TAU + i]) * share, (heat - s[LOOP_HEAT + i]) * share
-    decide_cycle(s, i, results, SUSTAINED, kind_of_cycle(law, s, i), period, 0.0, work)
+    decide_cycle(s, i, results, SUSTAINED, kind, period, 0.0, work)
 
 
 @compiled

@@ -94,6 +94,7 @@ def close_cycle(s, i, cells, results, control, tau, dwell, load):
     if isnan(s[CYCLE_START + i]):
         results[BREAKAWAY_TIME, c] = tau
     elif cells[AGEING, c] == 0.0 or has_converged(s, i, tau, load, control[RTOL]):
+        s[RELEASE + i] = load
         decide_stick_slip(s, i, results, tau, dwell)
         return
     else:

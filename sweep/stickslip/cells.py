@@ -77,9 +77,15 @@ def _check_range(parameter: Parameter, values: NDArray[np.float64]) -> None:
 
 
 def _check_between(cells: Cells) -> None:
-    """mu_stop <= mu_start <= mu_static, as the configuration wants it; NaN is neither too large nor too small."""
+    """0 <= mu_start, mu_stop <= mu_start <= mu_static, as the configuration wants it; NaN is neither too large nor too
+    small."""
     mu_start = cells["a1"] + cells["a3"]
-    allowed = mu_start * _ROUNDING
+    negative = mu_start < -_ROUNDING * cells["a1"]
+    if negative.any():
+        i = int(np.argmax(negative))
+        found = f"a3[{i}]: got {cells['a3'][i]:g}, expected at least -a1 = {-cells['a1'][i]:g}"
+        raise ValueError(f"{found}: mu_start = a1 + a3 is the static friction, which is not negative")
+    allowed = np.abs(mu_start) * _ROUNDING
     for name, wrong, bound, why in (
         ("mu_static", cells["mu_static"] < mu_start - allowed, "at least", "less would neither stick nor slip"),
         ("mu_stop", cells["mu_stop"] > mu_start + allowed, "at most", "more is not needed to come to rest"),

@@ -66,8 +66,11 @@ def findings(space: Space) -> Iterator[Finding]:
         if isinstance(axis, Values):
             yield from _order(axis)
     curve = {"mu_start": 1} if set(MEASURED) & space.names() else {"a1": 1, "a3": 1}
-    yield from _stop(space, curve)
-    yield from _static(space, curve)
+    below_zero = list(_start(space))
+    yield from below_zero
+    if not below_zero:  # else nothing could be right beside it
+        yield from _stop(space, curve)
+        yield from _static(space, curve)
     yield from _measured(space)
     yield from _drive(space)
 
@@ -88,6 +91,14 @@ def _order(axis: Values) -> Iterator[Finding]:
 
 
 # --- rules of the friction curve --------------------------------------------------------------------------------------
+
+
+def _start(space: Space) -> Iterator[Finding]:
+    """mu_start = a1 + a3 >= 0: a3 is negative where friction rises from break-away, but static friction is not."""
+    cell = _worst(space, {"a1": -1, "a3": -1}, lambda p: p["a1"] + p["a3"])
+    if cell and cell.margin < -_ROUNDING * cell.values["a1"]:
+        hint = "the curve starts at mu_start = a1 + a3, which is the static friction"
+        yield Finding(cell.paths["a3"], f"at least -a1 = {-cell.values['a1']:.6g}", hint)
 
 
 def _stop(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:

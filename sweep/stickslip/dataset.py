@@ -127,6 +127,8 @@ def _known(results: Mapping[str, Any], table: Mapping[str, Variable]) -> list[Va
 def _variable(declared: Variable, dims: Sequence[Hashable], values: NDArray[Any]) -> xr.Variable:
     """A data variable of its final type: int8 flags, int32 counts (NaN: 0), float64 the rest."""
     attributes: dict[str, Any] = {"units": declared.units, "long_name": declared.long_name}
+    if declared.comment:
+        attributes["comment"] = declared.comment
     if declared.name in FLAGS:
         messages = FLAGS[declared.name]
         attributes["flag_values"] = np.arange(len(messages), dtype=np.int8)

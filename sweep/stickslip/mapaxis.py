@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Hashable
 from functools import cached_property
+from textwrap import fill
 
 import numpy as np
 import xarray as xr
@@ -11,10 +13,14 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from . import units
 from .coarse import middles
+from .grid import quantity_of
 
 _MOST_TICKS = 12  # labels side by side
 _MOST_BESIDE = 3  # parameters that vary together and are still spelled out
+_FIRM_SPACE = "\N{NO-BREAK SPACE}"
+_SYMBOLS = ("mu_", "v_")  # how names begin that are symbols, not words
 _CROWDED = 45  # characters of all tick labels of an x axis, from which on they are written at a slant
 
 
@@ -23,9 +29,11 @@ class MapAxis:
 
     Numeric if the dimension has a numeric index, laid out as its `axis_spacing` says. Otherwise (named points,
     parameters that vary together) the points stand side by side under their labels.
+    plain : words are for the screen, with more digits and with units as people type them.
     """
 
-    def __init__(self, ds: xr.Dataset, dim: Hashable) -> None:
+    def __init__(self, ds: xr.Dataset, dim: Hashable, plain: bool = False) -> None:
+        self._quantity = _plain_quantity if plain else _quantity
         self.dim = dim
         self.length = ds.sizes[dim]
         self._index = ds[dim] if dim in ds.coords else None
@@ -69,20 +77,22 @@ class MapAxis:
         """Point `i` in words: its label, its value, or the values of the parameters that vary together."""
         if self._index is not None:
             value = self._index.values[i]
-            return _quantity(self._index, value) if self.is_numeric else str(value)
+            return self._quantity(self._index, value) if self.is_numeric else str(value)
         if len(self._beside) == 1:
-            return _quantity(self._beside[0], self._beside[0].values[i])
+            return self._quantity(self._beside[0], self._beside[0].values[i])
         if 1 < len(self._beside) <= _MOST_BESIDE:
-            return ", ".join(f"{c.name} = {_quantity(c, c.values[i])}".replace("_", " ") for c in self._beside)
+            return ", ".join(f"{short_name(c)} = {self._quantity(c, c.values[i])}" for c in self._beside)
         return str(i)
 
     def heading(self, i: int) -> str:
-        """Point `i` with the name of what it is a point of, as the title of a panel."""
+        """Point `i` with the name of what it is a point of, short enough for the title of a panel."""
+        if self._index is not None and self.is_numeric:
+            return f"{short_name(self._index)} = {self.text(i)}"
+        if len(self._beside) == 1 and (self._index is None or self.dim == f"{self._beside[0].name}_case"):
+            return f"{short_name(self._beside[0])} = {self.text(i)}"
         if self._index is None and 1 < len(self._beside) <= _MOST_BESIDE:
             return self.text(i)
-        named = self._index if self._index is not None else self._beside[0] if len(self._beside) == 1 else None
-        name = self.dim if named is None else named.attrs.get("long_name", self.dim)
-        return f"{name}: {self.text(i)}".replace("_", " ")
+        return f"{self.dim}: {self.text(i)}".replace("_", " ")
 
     def apply(self, ax: Axes, which: str) -> None:
         """Give the axis `which` ("x" or "y") of `ax` this scale, these limits and ticks."""
@@ -103,16 +113,33 @@ class MapAxis:
                 word.set(rotation=30, ha="right", rotation_mode="anchor")
 
 
+def short_name(array: xr.DataArray) -> str:
+    """The name of a quantity as people write it: `belt speed`, but `mu_stop` as in a configuration."""
+    name = quantity_of(str(array.name))
+    return name if name.startswith(_SYMBOLS) else name.replace("_", " ")
+
+
+def wrapped(text: str, width: int) -> str:
+    """`text` in lines of about `width` letters; a value stays with its name, and so does what is in brackets."""
+    kept = re.sub(r"\([^)]*\)|[^\s,=][^,=]* = [^,]+", lambda found: found[0].replace(" ", _FIRM_SPACE), text)
+    return fill(kept, width).replace(_FIRM_SPACE, " ")
+
+
 def title(array: xr.DataArray) -> str:
     """Long name with the unit, if there is one."""
     name = str(array.attrs.get("long_name", array.name)).replace("_", " ")
-    units = _units(array)
-    return f"{name} ({units})" if units else name
+    unit = _units(array)
+    return f"{name} ({unit})" if unit else name
 
 
 def _quantity(array: xr.DataArray, value: float) -> str:
     """A value with its unit."""
     return f"{value:.4g} {_units(array)}".rstrip()
+
+
+def _plain_quantity(array: xr.DataArray, value: float) -> str:
+    """A value with its unit, without mathematical print."""
+    return f"{value:.6g} {units.spelled(str(array.attrs.get('units', '1')))}".rstrip()
 
 
 def _units(array: xr.DataArray) -> str:

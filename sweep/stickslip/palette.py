@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from .coarse import Coarse
-from .variables import FLAGS
+from .variables import FLAGS, flag_label
 
 WHITE, GREY, BLACK = "#ffffff", "#b8b8b8", "#000000"
 VERMILLION, ORANGE, YELLOW = "#d55e00", "#e69f00", "#f0e442"
@@ -81,7 +81,7 @@ class Paint:
         if self.flags is None:
             return [_swatch("undefined", UNDEFINED_COLOUR)] if self.has_gaps else []
         found: list[Entry] = [
-            _swatch(name, colour, " (only in mixed)" if name in self.hidden else "")
+            _swatch(flag_label(name), colour, " (only in mixed)" if name in self.hidden else "")
             for name, colour in self.flags.items()
         ]
         if self.mixed:

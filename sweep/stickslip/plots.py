@@ -29,10 +29,10 @@ from numpy.typing import NDArray
 
 from . import coarse
 from .coarse import Block, block_for
-from .mapaxis import MapAxis
+from .mapaxis import MapAxis, wrapped
 from .mapaxis import title as array_title
 from .palette import BLACK, BLUE, FLAG_COLOURS, GREY, UNDEFINED_COLOUR, VERMILLION, Entry, Paint, marked, paint
-from .selection import PlotError, ascending, selected
+from .selection import PlotError, selected
 from .variables import MODES
 
 __all__ = ["BORDERS", "MAX_PANELS", "PlotError", "plot_map", "plot_trace", "save"]
@@ -45,7 +45,9 @@ MAX_PANELS = 16
 
 _MAX_PANEL_COLUMNS = 4
 _NOTE_COLOUR = "#555555"
+_TITLE_WIDTH = 70  # letters in a line above the picture
 _BAR_WIDTH = 45  # letters along a colour bar
+_PANEL_WIDTH, _PANEL_HEIGHT = 36, 30  # letters along the sides of one of several panels
 _PIXELS = (540, 720)  # rows and columns a lone map has on a page of 150 dpi
 _PANEL_PIXELS = (270, 340)  # and one of several
 _ROW = "row of a strip"  # the second dimension of a map that has one
@@ -65,8 +67,7 @@ def plot_map(
 ) -> Figure:
     """One variable of a map over its last two dimensions, small multiples over the others.
 
-    select : fixes dimensions, each at a value (the nearest grid point is taken), at a label, or at the position along a
-    dimension that has neither.
+    select : fixes dimensions (`selection.places` says how); the title names the points that are drawn.
     borders : draw where linear theory puts the border of stability and that of overshoot.
     A map of one dimension becomes a strip of regimes with the variable below it (for a flag, the damping ratio).
     Maps of more cells than pixels are drawn block by block (`coarse.py`), which a note below says; no cell is skipped,
@@ -74,8 +75,9 @@ def plot_map(
     """
     if variable not in ds.data_vars:
         raise PlotError(f"no variable {variable!r}; there are {', '.join(map(str, ds.data_vars))}")
-    ds = ascending(selected(ds, select or {}))
+    ds, places = selected(ds, select or {})
     title = str(ds.attrs.get("title", "")) if title is None else title
+    title = "\n".join(filter(None, [title, wrapped(", ".join(places), _TITLE_WIDTH)]))
     dims = ds[variable].dims
     if not dims:
         raise PlotError("nothing to map: every parameter is fixed\nhint: look at one cell over time with `simulate`")
@@ -106,7 +108,8 @@ def _panels(ds: xr.Dataset, variable: str, title: str, borders: bool) -> Figure:
         if borders:
             drawn |= _draw_borders(ax, panel, x, y, block)
         if outer:
-            ax.set_title("\n".join(h.heading(i) for h, i in zip(headings, combination, strict=True)), fontsize="small")
+            words = (wrapped(h.heading(i), _PANEL_WIDTH) for h, i in zip(headings, combination, strict=True))
+            ax.set_title("\n".join(words), fontsize="small")
         x.apply(ax, "x")
         y.apply(ax, "y")
     _name_outer_axes(grid, len(combinations), x.title, y.title)
@@ -163,6 +166,8 @@ def _name_outer_axes(grid: NDArray[Any], count: int, x_title: str, y_title: str)
     """Axis titles at the left and at the bottom of each column, whose last panel may lie above an empty place."""
     rows, columns = grid.shape
     size = "medium" if count == 1 else "small"
+    if count > 1:
+        x_title, y_title = wrapped(x_title, _PANEL_WIDTH), wrapped(y_title, _PANEL_HEIGHT)
     for i, ax in enumerate(grid.flat):
         if i >= count:
             ax.set_axis_off()

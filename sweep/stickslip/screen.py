@@ -111,13 +111,14 @@ def report(
     from rich.table import Table
 
     from .summary import remark, step_limit_remark, summary
+    from .variables import flag_label
 
     found = summary(ds)
     table = Table("regime", box=None, pad_edge=False, header_style="bold")
     table.add_column("cells", justify="right")
     table.add_column("share", justify="right")
     for name, share in found.items():
-        table.add_row(name, f"{share.cells:,}", share_text(share.fraction))
+        table.add_row(flag_label(name), f"{share.cells:,}", share_text(share.fraction))
     console = terminal()
     console.print(table)
     if words := remark(found, None if output is None else str(output)):

@@ -24,7 +24,7 @@ system:
 friction:
   a1: 0.2               # constant part
   a2: 0.02              # s/m, slope of the rising branch at high speed
-  a3: 0.1               # how far friction drops after break-away; 0 gives a curve that only rises
+  a3: 0.1               # how far friction drops after break-away; 0 or less gives a curve that only rises
   a4: 20 mm/s           # the speed over which it drops
 # Instead of a1, a2 and a3 you may give what people measure; a4 stays:
 #   mu_start: 0.3       # friction coefficient at break-away

@@ -37,12 +37,14 @@ class Variable:
     """One output per cell.
 
     when : "always", or "full" for those that only a run to the horizon (early_stop=False) defines.
+    comment : what the long name does not say, or nothing.
     """
 
     name: str
     units: str
     long_name: str
     when: str = "always"
+    comment: str = ""
 
 
 _PARAMETERS = (
@@ -52,8 +54,8 @@ _PARAMETERS = (
     Parameter("normal_load", "N", "normal load", "system", None, 0.0, True),
     Parameter("belt_speed", "m s-1", "belt speed", "system", None),
     Parameter("a1", "1", "friction coefficient a1, constant part of the Stribeck curve", "friction", None, 0.0),
-    Parameter("a2", "s m-1", "slope a2 of the rising branch of the Stribeck curve", "friction", None, 0.0),
-    Parameter("a3", "1", "drop a3 of the declining branch of the Stribeck curve", "friction", None, 0.0),
+    Parameter("a2", "s m-1", "slope a2 of the rising branch of the Stribeck curve", "friction", None),
+    Parameter("a3", "1", "drop a3 of the declining branch of the Stribeck curve", "friction", None),
     Parameter(
         "a4", "m s-1", "decay speed a4 of the declining branch of the Stribeck curve", "friction", None, 0.0, True
     ),
@@ -84,7 +86,13 @@ _VARIABLES = (
     Variable("acceleration_max", "m s-2", "largest magnitude of the acceleration"),
     Variable("mu_reversal", "1", "friction coefficient at the reversal point as it occurred"),
     Variable("mu_breakaway", "1", "friction coefficient at the last break-away, ageing included"),
-    Variable("tendency", "1", "stick-slip tendency mu_breakaway - 2 mu_reversal + mu_stop of the simulated motion"),
+    Variable(
+        "tendency",
+        "1",
+        "stick-slip tendency mu_breakaway - 2 mu_reversal + mu_stop",
+        comment="Eq. (3) with what occurred in this motion: friction at break-away, mu_static and ageing included, and at "
+        "reversal, which is not the minimum of the curve. It diagnoses a motion, it does not predict one.",
+    ),
     Variable("energy_per_cycle", "J", "friction heat per cycle"),
     Variable("equilibrium_crossings", "1", "crossings of the equilibrium with extrema outside the settling band"),
     Variable("settling_time", "s", "time from first slip until the amplitude stays inside the settling band"),
@@ -93,7 +101,7 @@ _VARIABLES = (
     Variable("velocity_amplitude", "m s-1", "half the range of velocity on the attractor; 0 where it settles"),
     Variable("cycle_force_max", "N", "largest spring force on the attractor"),
     Variable("cycle_force_min", "N", "smallest spring force on the attractor"),
-    Variable("damping_ratio", "1", "linear damping ratio of steady sliding on the curve (not on a hysteretic line)"),
+    Variable("damping_ratio", "1", "linear damping ratio of steady sliding on the curve"),
     Variable("steps", "1", "integration steps tried"),
     Variable("sticks", "1", "stick phases begun up to the horizon", "full"),
     Variable("stick_time", "s", "time spent sticking up to the horizon", "full"),
@@ -120,10 +128,10 @@ REGIME_MESSAGES = {
     "not_computed": "this cell was not computed",
     "stick_slip": "a limit cycle with a stick phase",
     "damped": "settles to steady sliding, crossing the equilibrium at least twice",
-    "creep": "settles to steady sliding, crossing the equilibrium at most once",
+    "creep": "overdamped approach: settles to steady sliding, crossing the equilibrium at most once",
     "sustained": "oscillates for ever without sticking",
     "stuck": "never breaks away",
-    "unresolved": "the horizon or the step budget ran out before the motion was decided",
+    "unresolved": "not decided: the horizon or the step budget ran out, or growth cannot be told from decay",
     "failed": "no number could be computed; the status says why",
 }
 STATUS_MESSAGES = {
@@ -163,3 +171,11 @@ REGIMES = tuple(REGIME_MESSAGES)
 STATUSES = tuple(STATUS_MESSAGES)
 MODES = tuple(MODE_MESSAGES)
 FLAGS: dict[str, dict[str, str]] = {"regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES}
+
+# What is said beside a flag that has another name in the field.
+_ALSO = {"creep": "overdamped"}
+
+
+def flag_label(name: str) -> str:
+    """The name of a flag as people read it in tables and legends."""
+    return f"{name} ({_ALSO[name]})" if name in _ALSO else name

@@ -349,13 +349,29 @@ def test_plot_draws_maps_and_trajectories(here):
         call("simulate", config, "--at", "stiffness=1", "--at", "belt_speed=0.1", "-t", 9, "-o", "t.nc").exit_code == 0
     )
     assert call("plot", "map.nc").stdout == "picture  map.png\n"
-    assert call("plot", "map.nc", "--variable", "period", "-o", "period.svg").exit_code == 0
+    assert call("plot", "map.nc", "--variable", "spring_force_max", "-o", "force.svg").exit_code == 0
     assert call("plot", "map.nc", "--select", "stiffness=1", "-o", "strip.pdf").exit_code == 0
     assert call("plot", "t.nc").exit_code == 0
-    assert {"map.png", "period.svg", "strip.pdf", "t.png"} <= {p.name for p in here.iterdir()}
+    assert {"map.png", "force.svg", "strip.pdf", "t.png"} <= {p.name for p in here.iterdir()}
+
+
+def test_another_variable_leaves_the_picture_of_the_run_as_it_was(here):
+    assert call("run", write_config(here), "-o", "map.nc", "--plot", "map.png").exit_code == 0
+    before = (here / "map.png").read_bytes()
+    assert call("plot", "map.nc", "--variable", "period").stdout == "picture  map-period.png\n"
+    assert (here / "map-period.png").exists() and (here / "map.png").read_bytes() == before
+
+
+def test_plot_says_which_point_it_drew(here):
+    assert call("run", write_config(here), "-o", "map.nc", "--no-plot").exit_code == 0
+    drawn = call("plot", "map.nc", "--select", "stiffness=10").stdout
+    assert drawn.splitlines()[0] == "drawn    stiffness = 10 N/m"
+    drawn = call("plot", "map.nc", "--select", "belt_speed=41 cm/s").stdout
+    assert drawn.splitlines()[0] == "drawn    belt speed = 0.395455 m/s (the point nearest to 41 cm/s)"
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
+    (["map.nc", "--select", "stiffness=1e5"], "cannot select stiffness=1e5; the axis runs from 0.001 N/m to 10 N/m"),
     (["none.nc"], "none.nc: no such file"),
     (["map.nc", "--variable", "colour"], "map.nc: no variable 'colour'"),
     (["map.nc", "--select", "stiffness"], "got 'stiffness', expected NAME=VALUE"),

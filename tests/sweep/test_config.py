@@ -56,6 +56,12 @@ def message(text: str) -> str:
 # --- what is read -----------------------------------------------------------------------------------------------------
 
 
+def test_curves_that_strengthen_from_rest_or_weaken_at_speed_are_read():
+    text = with_line(9, "  a2: -0.05") + "axes: {a3: {start: -0.4, stop: 0.4, num: 9}}\n"
+    config = parse_config(text.replace("  a3: 0.3\n", ""))
+    assert config.friction.a2 == -0.05 and config.axes[0].start == -0.4
+
+
 def test_quantities_become_si():
     config = parse_config(GOOD)
     assert (config.system.mass, config.system.belt_speed) == (1.0, 0.01)
@@ -353,6 +359,16 @@ BAD = {
         "map.yaml:11:29: axes.mu_stop[2]: got 1.2, expected at most mu_start = a1 + a3 = 1.1\n"
         "  hint: a contact cannot need more friction coming to rest than to break away",
     ),
+    "static friction below zero": (
+        with_line(10, "  a3: -1.5") + "  mu_stop: 0.2\n",
+        "map.yaml:10:7: friction.a3: got -1.5, expected at least -a1 = -1\n"
+        "  hint: the curve starts at mu_start = a1 + a3, which is the static friction",
+    ),
+    "static friction below zero in a corner of the grid": (
+        with_line(8, text=with_line(10)) + "axes: {a1: [0.2, 0.7], a3: {start: -0.5, stop: 0.1, num: 9}}\n",
+        "map.yaml:10:36: axes.a3.start: got -0.5, expected at least -a1 = -0.2\n"
+        "  hint: the curve starts at mu_start = a1 + a3, which is the static friction",
+    ),
     "mu_static below mu_start": (
         MEASURED_FORM + "  mu_static: 0.39\n",
         "map.yaml:12:14: friction.mu_static: got 0.39, expected at least mu_start = 0.4\n"
@@ -513,6 +529,8 @@ def value_of(name):
         return st.just({"mu_stop": "none", "mu_static": "mu_start"}[name])
     if name == "delta":
         return st.floats(1.0, 10.0)
+    if name == "a3":
+        return above_zero  # below zero it must fit to a1
     return anything if declared.minimum == -math.inf else above_zero
 
 

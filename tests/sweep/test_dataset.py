@@ -26,6 +26,12 @@ def test_every_variable_carries_units_and_long_name():
         assert (variable.attrs["units"], variable.attrs["long_name"]) == (declared.units, declared.long_name)
 
 
+def test_the_tendency_says_in_the_file_that_it_diagnoses_a_motion():
+    ds = cell_dataset({"mass": 1.0}, {"tendency": [0.1]}, {})
+    comment = ds["tendency"].attrs["comment"]
+    assert "as it occurred" in comment and "break-away" in comment and "does not predict" in comment
+
+
 def test_parameters_equal_in_every_cell_are_scalar_coordinates():
     ds = plane()
     assert ds["a1"].dims == () and ds["a1"] == FIXED["a1"]

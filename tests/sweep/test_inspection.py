@@ -153,7 +153,7 @@ SMALL = """
 system: {mass: 1, normal_load: 1}
 friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
 axes: {stiffness: {start: 1, stop: 10, num: 3, spacing: log}, belt_speed: [0.1, 0.2, 0.9]}
-solver: {max_steps: 90}
+solver: {max_steps: 6}
 output: {file: small.nc}
 """
 

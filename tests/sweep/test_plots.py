@@ -1,5 +1,7 @@
 import subprocess
 import sys
+from itertools import combinations
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from stickslip.dataset import cell_dataset, trace_dataset
 from stickslip.mapaxis import MapAxis, title
 from stickslip.palette import FLAG_COLOURS, UNDEFINED_COLOUR, paint
 from stickslip.plots import PlotError, plot_map, plot_trace
+from stickslip.selection import selected
 from stickslip.variables import REGIMES
 from support import axis, make_map, plane
 
@@ -166,7 +169,35 @@ def test_borders_can_be_left_out():
 def test_leading_dimensions_become_panels_with_headings():
     ds = make_map(axis("normal_load", [1.0, 2.5], "values"), stiffnesses(), speeds())
     panels = panels_of(plot_map(ds))
-    assert [ax.get_title() for ax in panels] == ["normal load: 1 N", "normal load: 2.5 N"]
+    assert [ax.get_title() for ax in panels] == ["normal load = 1 N", "normal load = 2.5 N"]
+
+
+@pytest.mark.parametrize("outer", [("a1", "a3"), ("a4", "mu_static"), ("mu_stop", "ageing_rate")])
+def test_titles_of_friction_panels_and_of_their_axes_do_not_overlap(outer):
+    first, second = (axis(name, [0.1, 0.2, 0.3], "values") for name in outer)
+    inner = axis("ageing_time", [0.5, 1.0], "values"), axis("delta", [1.0, 2.0], "values")
+    figure = plot_map(make_map(first, second, *inner))
+    figure.draw_without_rendering()
+    panels = panels_of(figure)
+    assert panels[0].get_title() == f"{outer[0]} = 0.1\n{outer[1]} = 0.1".replace("g_r", "g r").replace(
+        "a4 = 0.1", "a4 = 0.1 m s$^{-1}$"
+    )
+    for words in ("title", "xaxis.label", "yaxis.label"):
+        shown = [attrgetter(words)(ax) for ax in panels]
+        boxes = [text.get_window_extent() for text in shown if text.get_text()]
+        assert len(boxes) >= 3
+        assert not any(one.overlaps(other) for one, other in combinations(boxes, 2)), words
+
+
+def test_a_group_of_many_quantities_is_told_in_lines_that_fit_its_panel():
+    three = (axis(name, [0.1, 0.2], "values", "pair") for name in ("mu_static", "ageing_rate", "ageing_time"))
+    (first, _) = panels_of(plot_map(make_map(*three, stiffnesses(), speeds())))
+    assert first.get_title().splitlines() == ["mu_static = 0.1, ageing rate = 0.1,", "ageing time = 0.1 s"]
+
+
+def test_cases_of_a_quantity_are_named_after_it():
+    ds = make_map(axis("mu_stop", [np.nan, 1.2], "values", "mu_stop_case", ["none", "1.2"]), stiffnesses(), speeds())
+    assert [ax.get_title() for ax in panels_of(plot_map(ds))] == ["mu_stop = none", "mu_stop = 1.2"]
 
 
 def test_panels_show_their_own_part_of_the_map():
@@ -183,7 +214,7 @@ def test_zipped_dimensions_become_panels_under_their_labels():
 def test_two_leading_dimensions_span_a_table():
     ds = make_map(axis("mass", [1.0, 2.0]), axis("normal_load", [1.0, 2.0, 3.0]), stiffnesses(), speeds())
     panels = panels_of(plot_map(ds))
-    assert panels[4].get_title() == "mass: 2 kg\nnormal load: 2 N"
+    assert panels[4].get_title() == "mass = 2 kg\nnormal load = 2 N"
 
 
 def test_too_many_panels_are_refused_with_the_remedy():
@@ -211,7 +242,11 @@ def test_a_dimension_without_index_is_fixed_by_position():
     [
         ({"mass": 1}, "dimensions are lubricant, stiffness, belt_speed"),
         ({"lubricant": "oil"}, "labels are dry, grease, bonded coating"),
-        ({"belt_speed": "fast"}, "expected a number"),
+        ({"belt_speed": "fast"}, "expected a speed such as '10 mm/s' or a number in m/s"),
+        ({"belt_speed": "5 N"}, "expected a speed"),
+        ({"belt_speed": np.nan}, "expected a finite number"),
+        ({"belt_speed": 7.0}, r"cannot select belt_speed=7.0; the axis runs from 0.05 m/s to 0.6 m/s"),
+        ({"stiffness": "10 N/mm"}, "the axis runs from 0.1 N/m to 1000 N/m"),
     ],
 )
 def test_impossible_selections_say_what_is_possible(place, message):
@@ -219,12 +254,40 @@ def test_impossible_selections_say_what_is_possible(place, message):
         plot_map(make_map(*lubricants(LUBRICANTS), stiffnesses(), speeds()), select=place)
 
 
+@pytest.mark.parametrize(("asked", "drawn"), [(0.06, 0.1), (20, 10), (40, 100), (3000, 1000), ("0.2 N/mm", 100)])
+def test_a_value_within_the_axis_or_half_a_cell_beyond_takes_the_cell_that_holds_it(asked, drawn):
+    """On the scale of the axis: 40 lies above the border between the cells of 10 and 100 of a logarithmic one."""
+    for rising in (True, False):
+        ds = make_map(axis("stiffness", np.geomspace(0.1, 1000, 5)[:: 1 if rising else -1], "log"), speeds())
+        part, _ = selected(ds, {"stiffness": asked})
+        assert float(part["stiffness"]) == pytest.approx(drawn)
+
+
+@pytest.mark.parametrize("asked", [0.03, 3300.0, 0.0, -1.0])
+def test_a_value_beyond_the_axis_is_refused_with_its_range(asked):
+    with pytest.raises(PlotError, match=r"cannot select stiffness=.*the axis runs from 0.1 N/m to 1000 N/m"):
+        plot_map(plane(), select={"stiffness": asked})
+
+
+def test_the_title_names_the_point_that_is_drawn():
+    ds = make_map(*lubricants(LUBRICANTS), stiffnesses(), speeds())
+    figure = plot_map(ds, select={"stiffness": 12.0, "lubricant": "grease"})
+    assert figure.axes[0].get_title() == "A made-up map\nstiffness = 10 N m$^{-1}$, lubricant: grease"
+    assert plot_map(plane(), select={"stiffness": 0.1}).axes[0].get_title().endswith("stiffness = 0.1 N m$^{-1}$")
+
+
+def test_a_case_of_a_quantity_is_selected_by_its_name():
+    ds = make_map(axis("mu_stop", [np.nan, 1.2], "values", "mu_stop_case", ["none", "1.2"]), stiffnesses(), speeds())
+    for asked, case in (("none", "none"), (1.2, "1.2")):
+        assert str(selected(ds, {"mu_stop": asked})[0]["mu_stop_case"].values) == case
+
+
 def test_a_map_of_one_dimension_is_a_strip_above_points():
     ds = make_map(speeds(20))
     strip, points = plot_map(ds, "period").axes
     assert strip.get_ylabel() == "regime" and points.get_ylabel() == "period of the limit cycle (s)"
     assert points.get_xlabel() == "belt speed (m s$^{-1}$)"
-    assert plot_map(ds).axes[1].get_ylabel() == "linear damping ratio of steady sliding"
+    assert plot_map(ds).axes[1].get_ylabel() == "linear damping ratio of steady sliding on the curve"
 
 
 def test_cells_of_a_list_are_numbered():

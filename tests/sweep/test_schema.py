@@ -33,6 +33,11 @@ def test_configurations_that_ship_are_valid(name):
     assert complaints(plain(config_path(name).read_text(encoding="utf-8"))) == []
 
 
+def test_curves_that_strengthen_or_weaken_with_speed_are_valid():
+    assert complaints({"friction": {"a1": 1, "a2": -0.1, "a3": -0.3, "a4": 0.1}}) == []
+    assert complaints({"friction": {"a1": -1}}) != []
+
+
 @pytest.mark.parametrize("name", config_names())
 def test_resolved_configurations_are_valid(name):
     path = config_path(name)

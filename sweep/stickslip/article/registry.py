@@ -89,7 +89,8 @@ FIGURES: dict[str, Figure] = {
         "Slow (0.02 m/s: {share_predicted_v0_02:.1%}) it misses stick-slip, because the straight line is no "
         "mirror image of the curve; fast (0.2 m/s: {share_predicted_v0_2:.1%}) it warns in vain, because the way "
         "through the rising branch takes energy. At the slowest belt and a low mu_stop slip and creep alternate "
-        "for ever without sticking (sustained), at a tendency below zero.",
+        "for ever without sticking (sustained), at a tendency below zero. It takes mu_reversal as it occurred in "
+        "each simulated motion, and mu_start as friction at break-away: it diagnoses a motion, it predicts none.",
     ),
     "eq3_box": Figure(
         "The tendency over a wide box",

@@ -53,12 +53,14 @@ def _table(found: Survey) -> None:
     """Numbers of cells by regime and status."""
     from rich.table import Table
 
+    from stickslip.variables import flag_label
+
     table = Table("regime", "status", box=None, pad_edge=False, header_style="bold")
     table.add_column("cells", justify="right")
     table.add_column("share", justify="right")
     total = max(1, sum(found.counts.values()))
     for (regime, status), cells in found.counts.items():
-        table.add_row(regime, status, f"{cells:,}", screen.share_text(cells / total))
+        table.add_row(flag_label(regime), status, f"{cells:,}", screen.share_text(cells / total))
     screen.terminal().print(table)
 
 

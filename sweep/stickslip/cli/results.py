@@ -14,30 +14,45 @@ from stickslip.cli.common import check_picture, fail, reports_wrong_input
 Examples:
   stickslip plot quickstart.nc
   stickslip plot quickstart.nc --variable spring_force_max -o force.svg
-  stickslip plot map.nc --select damping=0.1"""
+  stickslip plot map.nc --select damping=0.1 --select stiffness="5 N/mm\""""
 )
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--variable", default="regime", show_default=True, help="What to draw.")
-@click.option("--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension: nearest point, or label.")
+@click.option(
+    "--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension at the cell with this value, or label."
+)
 @click.option("--no-borders", is_flag=True, help="Leave out the borders of linear theory.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Picture to draw.  [default: FILE.png]")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Picture to draw.  [default: FILE.png, FILE-VARIABLE.png for other variables than regime]",
+)
 @reports_wrong_input
 def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, output: Path | None) -> None:
     """Draw a result: a map, or a trajectory."""
-    from stickslip import plots, store
+    from stickslip import plots, selection, store
 
     ds = store.open(file)
-    target = output or file.with_suffix(".png")
+    is_map = "time" not in ds.dims
+    target = output or _picture_of(file, variable if is_map else None)
     check_picture(target)
+    places = _pairs(select) if is_map else {}
     try:
-        if "time" in ds.dims:
-            figure = plots.plot_trace(ds)
-        else:
-            figure = plots.plot_map(ds, variable, select=_pairs(select), borders=not no_borders)
+        figure = plots.plot_map(ds, variable, select=places, borders=not no_borders) if is_map else plots.plot_trace(ds)
     except plots.PlotError as error:
         fail(f"{file}: {error}")
+    for point in selection.told(ds, places):
+        click.echo(f"drawn    {point}")
     plots.save(figure, target)
     click.echo(f"picture  {target}")
+
+
+def _picture_of(file: Path, variable: str | None) -> Path:
+    """FILE.png for a trajectory and for regimes, the picture a run makes; for other variables one beside it."""
+    if variable in (None, "regime"):
+        return file.with_suffix(".png")
+    return file.with_name(f"{file.stem}-{variable}.png")
 
 
 def _pairs(texts: tuple[str, ...]) -> dict[str, str]:

@@ -100,6 +100,7 @@ def compute_blocks(
             with counting:
                 tally.failed.append(number)
             if stop_on_error:
+                stop[0] = 1  # before this thread takes the next block
                 raise BlockFailed(number) from error
             return
         if block.complete:
