@@ -19,7 +19,7 @@ if __name__ == "__main__":  # as a script, on the sources of this checkout
     root = Path(__file__).resolve().parents[1]
     sys.path[:0] = [str(root / folder) for folder in ("tests", "sweep", "kernels")]
 
-from adversary_cells import FAMILIES, REFUSED, draw
+from adversary_cells import FAMILIES, draw
 from adversary_court import MOST_JUDGED, Dispute, columns, compare, horizon_of, minimised, run_engine, stands
 from judge import INPUTS, judge
 from stickslip.variables import STATUSES
@@ -113,14 +113,13 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cells", type=int, default=1000, help="in all families together")
     parser.add_argument("--seed", type=int, default=7)
-    parser.add_argument("--families", default=",".join(f for f in FAMILIES if f not in REFUSED))
-    parser.add_argument("--strengthening", action="store_true", help="a2 < 0 and a3 < 0 as well")
+    parser.add_argument("--families", default=",".join(FAMILIES))
     parser.add_argument("--rtol", default="1e-6,1e-9")
     parser.add_argument("--minimise", type=int, default=10, help="disputes of a family to minimise")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--out", help="write the disputes to this file as well")
     given = parser.parse_args(arguments)
-    families = given.families.split(",") + (["strengthening"] if given.strengthening else [])
+    families = given.families.split(",")
     rtols = tuple(float(r) for r in given.rtol.split(","))
     counted, lines = {}, []
     for family in families:

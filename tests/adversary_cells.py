@@ -183,7 +183,6 @@ def strengthening(rng, n):
 FAMILIES = {
     f.__name__: f for f in (wide, steep, near_vh, delta, ageing, hysteretic, asymmetric, strengthening)
 }  # fmt: skip
-REFUSED = ("strengthening",)  # by the engine of today
 LAWS_OF = {"wide": None, "delta": "stribeck_delta"}  # None: any
 
 

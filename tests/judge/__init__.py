@@ -94,6 +94,7 @@ def to_si(out, full) -> dict[str, np.ndarray]:
         "cycle_force_min": out[:, at.CYCLE_XI_MIN] * load,
         "loops": out[:, at.LOOPS_PER_CYCLE],
         "decrement": out[:, at.DECREMENT],
+        "decided_at": out[:, at.DECIDED_AT] * time,
         "releases": out[:, at.BREAKAWAYS],
         "steps": out[:, at.STEPS],
     }

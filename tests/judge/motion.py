@@ -7,7 +7,7 @@ direction sigma, B = sigma b: w = |b - xi'|, and p = sigma xi + gamma B - mu(0) 
 w = 0, so that p' = B - w and w' = p - gamma w + mu(0) - mu(w), without cancellation where the contact breaks away.
 """
 
-from math import isnan, nan
+from math import inf, isnan, nan
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from .band import begin_band, steady
 from .curve import speed_of_minimum
 from .jit import compiled
 from .layout import (
-    A1, A3, AMPLITUDE, BELT, BOOK, CROSSED, DONE, ETA0, FALL, FIRST_SLIP, GAMMA, MEMORY, PROVEN,
-    RATIO, REGIME, RELEASED_BOOK, RELEASE_LOAD, REST, SETTLES, SIGMA, STATES, STATIC, STEPS, STOP, TO_FAST, TO_RISE,
+    A1, A3, AMPLITUDE, BELT, BOOK, CROSSED, DONE, ETA0, FALL, FIRST_SLIP, GAMMA, MEMORY, PROVEN, RATIO, REGIME,
+    RELEASED_BOOK, RELEASE_LOAD, REST, REVERSAL, SETTLES, SIGMA, STATES, STATIC, STEPS, STOP, TO_FAST, TO_RISE,
     UNDECIDED, WHOLE, W_MIN, XI0, P, W,
 )  # fmt: skip
 from .phases import fall, rest, slip
@@ -31,6 +31,7 @@ def begin(c, s, books):
     s[W_MIN] = 0.0 if isnan(c[STOP]) else speed_of_minimum(c)
     prove_settling(c, s)
     s[AMPLITUDE], s[RATIO], s[FIRST_SLIP], s[RELEASE_LOAD] = nan, nan, nan, c[STATIC]
+    s[REVERSAL] = inf
     for book in range(3):
         forget(books[book])
     relative = 0.0 if isnan(c[ETA0]) else c[BELT] - c[ETA0]

@@ -7,12 +7,14 @@ from .curve import slope_of_curve, weakened
 from .jit import compiled
 from .layout import (
     A1, A3, A4, ACCELERATION_MAX, AMPLITUDE, BACKWARD, BELT, BREAKAWAYS, CROSSED, CROSSINGS, CYCLE_SPEED_RANGE,
-    CYCLE_XI_MAX, CYCLE_XI_MIN, DECREMENT, DONE, ENTERED, FASTEST, FIRST_SLIP, FORWARD, GAMMA, HARDEST,
+    CYCLE_XI_MAX, CYCLE_XI_MIN, DECIDED_AT, DECREMENT, DONE, ENTERED, FASTEST, FIRST_SLIP, FORWARD, GAMMA, HARDEST,
     HEAT_PER_CYCLE, HIGH, INSIDE, LOOP, LOOPS_PER_CYCLE, LOOP_HEAT, LOOP_TAU, LOW, MU_BREAKAWAY, MU_REVERSAL, PERIOD,
     PROVEN, QUIET, RADIUS, RATIO, REGIME, RELEASES, RELEASE_LOAD, REVERSAL, RINGS, SETTLES, SETTLING_TIME, SIGMA,
-    SPEED_MAX, STICK_TIME, STIFFEST, WHOLE, W_MIN, XI_MAX, XI_MIN, XI_SETTLED, XI_STEADY, P, W,
+    SPEED_MAX, STICK_TIME, STIFFEST, TAU, WHOLE, W_MIN, XI_MAX, XI_MIN, XI_SETTLED, XI_STEADY, P, W,
 )  # fmt: skip
 from .linear import linear, turn_of_linear
+
+ROUNDING = 1e-11  # distance from steady sliding at which the sign of w' is no longer certain
 
 # --- books of extrema ---
 
@@ -52,7 +54,7 @@ def answer(c, s, out, regime, book):
     out[XI_MAX], out[XI_MIN] = book[HIGH], book[LOW]
     out[SPEED_MAX], out[ACCELERATION_MAX] = book[FASTEST], book[HARDEST]
     out[MU_BREAKAWAY], out[MU_REVERSAL] = s[RELEASE_LOAD], s[REVERSAL] if s[REVERSAL] < inf else nan
-    out[XI_STEADY], out[LOOPS_PER_CYCLE] = steady(c), 0.0
+    out[XI_STEADY], out[LOOPS_PER_CYCLE], out[DECIDED_AT] = steady(c), 0.0, s[TAU]
     return DONE
 
 
@@ -115,7 +117,7 @@ def settled(c, s, out, books):
     drag = c[GAMMA] + slope_of_curve(c, belt)
     small = 1e-7 * min(c[A4], belt) if c[A3] != 0.0 else inf
     if s[W_MIN] > belt:  # below the minimum of the hysteretic curve: only a creeping approach stays on the curve
-        if not (drag > 2.0 and r < 1e-4 * small and s[W] < belt):
+        if not (drag > 2.0 and r < max(1e-4 * small, ROUNDING) and s[W] < belt):
             return False
     elif r >= s[RADIUS]:
         return False
