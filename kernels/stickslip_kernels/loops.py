@@ -27,7 +27,7 @@ ROUNDING = 1e-9  # amplitude below which rounding is seen as a change
 MOST_STILL = 20  # looks without a change that are enough to give up
 
 
-@compiled
+@compiled(inline=True)
 def forget_loops(s, i):
     """The next maximum of u is the first."""
     s[LOOP_COUNT + i], s[LOOP_CHANGE + i], s[LOOP_MOVED + i], s[LOOP_STILL + i] = -1.0, inf, 0.0, 0.0
