@@ -117,7 +117,7 @@ def confirm_cycle(law, s, i, results, control, tau, heat, xi):
         set_reference(s, i, tau, heat, xi)
         return
     kind, share = kind_of_cycle(law, s, i), length / LOOPS
-    if kind == SLIP_CYCLE and s[LOOP_MOVED + i] == 0.0:
+    if amplitude <= ROUNDING or (kind == SLIP_CYCLE and s[LOOP_MOVED + i] == 0.0):
         decide(s, i, results, UNRESOLVED, TOO_SLOW_TO_TELL)
         return
     period, work = (tau - s[LOOP_TAU + i]) * share, (heat - s[LOOP_HEAT + i]) * share
