@@ -22,8 +22,10 @@ if __name__ == "__main__":  # as a script, on the sources of this checkout
 from adversary_cells import FAMILIES, REFUSED, draw
 from adversary_court import MOST_JUDGED, Dispute, columns, compare, horizon_of, minimised, run_engine, stands
 from judge import INPUTS, judge
+from stickslip.variables import STATUSES
 
-COUNTED = ("cells", "agree", "undecided", "unresolved", "sensitive", "wrong regime", "late sticks", "wrong number")
+COUNTED = ("cells", "agree", "undecided", "sensitive", "regime", "damped/creep", "late sticks", "wrong number")
+AT_HORIZON = "at the horizon"  # whatever the status
 HORIZON_RATIO = 3.0  # cells whose horizons differ by less run together
 
 
@@ -60,8 +62,9 @@ def try_group(family, law, rtol, early_stop, group, verdict, counts, threads):
         counts["max steps"] = max(counts["max steps"], int(np.nanmax(ours["steps"])))
         for cell, found in zip(cells, compare(cells, law, rtol, ours, ruled, horizon), strict=True):
             counts["cells"] += 1
+            counts["to a horizon"] += not early_stop
             if isinstance(found, str):
-                counts[found] += 1
+                counts[AT_HORIZON if found in STATUSES and not early_stop else found] += 1
                 continue
             kept = []
             for what, said, judged, error in found:
@@ -70,7 +73,7 @@ def try_group(family, law, rtol, early_stop, group, verdict, counts, threads):
             standing = [d for word, d in kept if word == "stands"]
             if standing:
                 what = standing[0].what
-                counts["wrong regime" if what == "regime" else what if what == "late sticks" else "wrong number"] += 1
+                counts[what if what in COUNTED else "wrong number"] += 1
                 disputes.append(standing[0])
             else:
                 counts[kept[0][0] if kept else "agree"] += 1
@@ -87,10 +90,22 @@ def parts(group, law, verdict, early_stop):
 
 
 def table(counted):
-    """Counts by family, as text."""
+    """Counts by family, as text, and the share of cells the engine left unresolved: without a horizon by status."""
     names = (*COUNTED, "max steps")
-    head = f"{'family':14}" + "".join(f"{n:>14}" for n in names)
-    return "\n".join([head, *(f"{f:14}" + "".join(f"{c[n]:14}" for n in names) for f, c in counted.items())])
+    unresolved = [s for s in (*STATUSES, AT_HORIZON) if any(c[s] for c in counted.values())]
+    lines = [["family", *names, *unresolved]]
+    for family, c in counted.items():
+        lines.append([family, *(str(c[n]) for n in names), *(share(c, s) for s in unresolved)])
+    widths = [max(len(n) + 2, 9) for n in lines[0][1:]]
+    return "\n".join(
+        f"{first:14}" + "".join(f"{text:>{w}}" for text, w in zip(rest, widths, strict=True)) for first, *rest in lines
+    )
+
+
+def share(counts, unresolved):
+    """Of the cells that were run the same way, in per cent."""
+    of = counts["to a horizon"] if unresolved == AT_HORIZON else counts["cells"] - counts["to a horizon"]
+    return f"{100 * counts[unresolved] / of:.1f} %" if of else "-"
 
 
 def main(arguments=None):

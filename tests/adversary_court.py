@@ -8,24 +8,29 @@ import numpy as np
 
 import stickslip
 from adversary_cells import to_units
-from judge import DEFAULTS, INPUTS, TIGHT, judge
+from judge import BAND_SHARE, DEFAULTS, INPUTS, TIGHT, judge, to_kernel
+from judge.curve import weakened
 from stickslip.variables import REGIMES, STATUSES
 
+SETTLES = ("damped", "creep")
 CLASS = {"stick_slip": "stick_slip", "damped": "settles", "creep": "settles", "sustained": "rings", "stuck": "stuck"}
 NUMBERS = (
     "breakaway_time", "restick_time", "restick_displacement", "period", "stick_time", "spring_force_max",
-    "spring_force_min", "slip_speed_max", "acceleration_max", "energy_per_cycle",
+    "spring_force_min", "slip_speed_max", "acceleration_max", "energy_per_cycle", "cycle_force_max", "cycle_force_min",
+    "displacement_amplitude", "velocity_amplitude", "settled_displacement", "mu_breakaway", "mu_reversal", "tendency",
 )  # fmt: skip
+BY_BAND = ("damped/creep", "equilibrium_crossings", "settling_time")  # what hangs on the settling band
 OWED = 100.0  # errors owed, in units of rtol
+SAME_TIME = 1e-3  # of settling, and of a free oscillation
+BANDS = (0.99, 1.01)  # what changes between these bands, in units of the true one, is not decided
 HORIZON_LOOPS = 60
 SLOWEST_DECREMENT = 1e-4  # decay or growth this slow: whether it "rings" is a matter of words
 MOST_JUDGED = 2e5
-FEW_STEPS = 100_000  # while minimising
 
 
 @dataclass
 class Dispute:
-    """One cell on which engine and judge disagree. `what` is "regime" or the name of a number."""
+    """One cell on which engine and judge disagree. `what` is "regime", "late sticks", one of BY_BAND or NUMBERS."""
 
     family: str
     law: str
@@ -43,7 +48,7 @@ class Dispute:
         given = ", ".join(f"{n}={v!r}" for n, v in self.cell.items() if not _is_default(n, v))
         how = "" if self.early_stop else f", early_stop=False, horizon={horizon_of([self.cell], self.law):.6g}"
         call = f'stickslip.evaluate(dict({given}), rtol={self.rtol:g}, law="{self.law}"{how})'
-        more = "" if self.what == "regime" else f" ({self.error:.3g} rtol; inputs +-rtol: {self.sensitivity:.2g} rtol)"
+        more = f" ({self.error:.3g} rtol; inputs +-rtol: {self.sensitivity:.2g} rtol)" if self.what in NUMBERS else ""
         return f"{call}  # {self.family}: {self.what}: ours {_text(self.ours)}, judge {_text(self.judged)}{more}"
 
 
@@ -69,14 +74,12 @@ def horizon_of(cells, law, verdict=None):
     return float(np.max(start + HORIZON_LOOPS * np.fmax(verdict["period"], loop)))
 
 
-def run_engine(cells, law, rtol, horizon=None, threads=1, max_steps=1_000_000):
-    """`evaluate` as arrays, with regimes by class and the stick time per period."""
-    ds = stickslip.evaluate(
-        columns(cells), rtol, horizon, early_stop=horizon is None, threads=threads, law=law, max_steps=max_steps
-    )
+def run_engine(cells, law, rtol, horizon=None, threads=1):
+    """`evaluate` as arrays, with regimes by class, and the stick time per period."""
+    ds = stickslip.evaluate(columns(cells), rtol, horizon, early_stop=horizon is None, threads=threads, law=law)
     ours = {name: ds[name].values for name in ds.data_vars}
     names = np.array(REGIMES)[ours["regime"]]
-    ours["regime"] = np.array([CLASS.get(name, name) for name in names])
+    ours["kind"], ours["regime"] = names, np.array([CLASS.get(name, name) for name in names])
     ours["stick_time_all"] = ours.get("stick_time", np.full(len(names), np.nan))
     ours["stick_time"] = ours["stick_fraction"] * ours["period"]
     return ours
@@ -85,10 +88,15 @@ def run_engine(cells, law, rtol, horizon=None, threads=1, max_steps=1_000_000):
 def scales(cells, verdict):
     """What the error of each number is measured by."""
     c = columns(cells)
-    force = c["normal_load"] * (c["a1"] + c["a3"])
+    impedance = np.sqrt(c["stiffness"] * c["mass"])
+    force = np.fmax(c["normal_load"] * (c["a1"] + c["a3"]), impedance * np.abs(c["belt_speed"]))
+    force = np.fmax(force, np.fmax(c["stiffness"] * np.abs(c["displacement"]), impedance * np.abs(c["velocity"])))
     scale = {name: np.abs(verdict[name]) for name in NUMBERS}
-    scale["restick_displacement"] = force / c["stiffness"]
-    scale["spring_force_max"] = scale["spring_force_min"] = force
+    for name in ("spring_force_max", "spring_force_min", "cycle_force_max", "cycle_force_min"):
+        scale[name] = force
+    for name in ("restick_displacement", "settled_displacement", "displacement_amplitude"):
+        scale[name] = force / c["stiffness"]
+    scale["velocity_amplitude"], scale["tendency"] = scale["slip_speed_max"], scale["mu_breakaway"]
     scale["stick_time"] = np.abs(verdict["period"])
     scale["acceleration_max"] = np.fmax(scale["acceleration_max"], force / c["mass"])
     return scale
@@ -124,6 +132,51 @@ def late_sticks_wrong(cells, ours, verdict, horizon):
     return wrong & (ours["status"] == STATUSES.index("horizon_reached"))  # not where the step budget ran out
 
 
+# --- what hangs on the settling band ---
+
+
+def kind_of(verdict):
+    """Damped or creep; the class of a motion that does not settle."""
+    damped = np.where(verdict["equilibrium_crossings"] >= 2.0, *SETTLES)
+    return np.where(verdict["regime"] == "settles", damped, verdict["regime"])
+
+
+def time_allowed(cells, verdict):
+    """By how much times of settling may differ."""
+    c = columns(cells)
+    return SAME_TIME * (np.nan_to_num(verdict["settling_time"]) + 2 * np.pi * np.sqrt(c["mass"] / c["stiffness"]))
+
+
+def by_band(cells, ours, verdict, i):
+    """Disagreements on what hangs on the band, of a cell that settles on both sides.
+
+    A motion that is known to settle before it comes into the band has no time, and crosses as often as was seen.
+    """
+    wrong, kind = [], str(kind_of(verdict)[i])
+    if ours["kind"][i] != kind:
+        wrong.append(("damped/creep", str(ours["kind"][i]), kind, np.nan))
+    known = np.isfinite(ours["settling_time"][i]) and np.isfinite(verdict["settling_time"][i])
+    allowed = {"equilibrium_crossings": 0.0, "settling_time": time_allowed(cells, verdict)[i]}
+    for name, most in allowed.items():
+        if known and abs(ours[name][i] - verdict[name][i]) > most:
+            wrong.append((name, float(ours[name][i]), float(verdict[name][i]), np.nan))
+    return wrong
+
+
+def stands_by_band(dispute):
+    """ "undecided" where a slightly different band would say what the engine says, or something else again."""
+    one = [dispute.cell]
+    others = [judge(columns(one), dispute.law, most_steps=MOST_JUDGED, band=BAND_SHARE * b) for b in BANDS]
+    if dispute.what == "settling_time":
+        times, allowed = [v["settling_time"][0] for v in others], time_allowed(one, others[0])[0]
+        inside = min(times) - allowed <= dispute.ours <= max(times) + allowed
+        return "undecided" if inside or not np.isfinite(times).all() else "stands"
+    counts = {dispute.judged} | {
+        str(kind_of(v)[0]) if dispute.what == "damped/creep" else v[dispute.what][0] for v in others
+    }
+    return "undecided" if len(counts) > 1 else "stands"
+
+
 # --- re-judging ---
 
 
@@ -140,6 +193,8 @@ def stands(dispute):
         return "undecided"
     if dispute.what in ("regime", "late sticks"):
         return "stands"
+    if dispute.what in BY_BAND:
+        return stands_by_band(dispute)
     if errors(one, first, tight, rtol)[dispute.what][0] > 0.1 * OWED:
         return "undecided"
     moved = errors(near, {n: np.full(len(near), tight[n][0]) for n in NUMBERS}, others, rtol)[dispute.what]
@@ -167,15 +222,15 @@ def disagreement(cell, law, rtol, early_stop, what=None):
     one = [cell]
     verdict = judge(columns(one), law, most_steps=MOST_JUDGED)
     horizon = None if early_stop else horizon_of(one, law, verdict)
-    ours = run_engine(one, law, rtol, horizon, max_steps=FEW_STEPS)
+    ours = run_engine(one, law, rtol, horizon)
     found = compare(one, law, rtol, ours, verdict, horizon)
     kinds = [f for f in found[0] if what is None or f[0] == what]
     return kinds[0] if kinds else None
 
 
 def compare(cells, law, rtol, ours, verdict, horizon=None):
-    """For every cell the list of disagreements (what, ours, judged, error); the string "unresolved" or "undecided"
-    stands for a cell that cannot be compared."""
+    """For every cell the list of disagreements (what, ours, judged, error); a string stands for a cell that cannot be
+    compared: "undecided", or the status with which the engine left it unresolved."""
     error = errors(cells, ours, verdict, rtol)
     slow = np.abs(2 * np.pi * ours["damping_ratio"]) < SLOWEST_DECREMENT
     slow |= np.abs(verdict["decrement"]) < SLOWEST_DECREMENT
@@ -185,21 +240,28 @@ def compare(cells, law, rtol, ours, verdict, horizon=None):
         ruled, said = verdict["regime"][i], ours["regime"][i]
         if ruled == "undecided" or ({ruled, said} == {"settles", "rings"} and slow[i]):
             outcome.append("undecided")
-        elif said == "unresolved":
-            outcome.append("unresolved")
+        elif said == "unresolved" or negative_friction(cells[i], law, ours, verdict, i):
+            outcome.append(STATUSES[ours["status"][i]])
         elif said != ruled:
             outcome.append([("regime", str(said), str(ruled), np.nan)])
         else:
-            wrong = (
-                []
-                if not late[i]
-                else [("late sticks", float(ours["sticks"][i]), float(verdict["releases"][i]), np.nan)]
-            )
+            wrong = by_band(cells, ours, verdict, i) if ruled == "settles" else []
+            if late[i]:
+                wrong.append(("late sticks", float(ours["sticks"][i]), float(verdict["releases"][i]), np.nan))
             wrong += [
                 (n, float(ours[n][i]), float(verdict[n][i]), float(error[n][i])) for n in NUMBERS if error[n][i] > OWED
             ]
             outcome.append(wrong)
     return outcome
+
+
+def negative_friction(cell, law, ours, verdict, i):
+    """Whether the engine says nothing because friction would drive the motion, and rightly so."""
+    if STATUSES[ours["status"][i]] != "negative_friction":
+        return False
+    row = to_kernel(columns([cell]), law)[0]
+    speed = cell["normal_load"] / np.sqrt(cell["stiffness"] * cell["mass"])
+    return cell["a1"] + cell["a3"] - weakened(row, verdict["slip_speed_max"][i] / speed) < 0.0
 
 
 # --- minimising ---

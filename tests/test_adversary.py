@@ -26,15 +26,26 @@ def test_every_family_draws_cells_the_engine_accepts(family):
     assert set(laws) <= set(LAWS)
 
 
-def test_a_right_answer_passes_and_a_wrong_one_does_not():
-    verdict, ours = judge({n: [v] for n, v in CELL.items()}), run_engine([CELL], "stribeck", 1e-6)
-    assert compare([CELL], "stribeck", 1e-6, ours, verdict) == [[]]
-    for name in NUMBERS:
-        wrong = ours | {name: ours[name] * (1 + 1e-3)}
-        (found,) = compare([CELL], "stribeck", 1e-6, wrong, verdict)
-        assert [what for what, *_ in found] == [name]
-    (found,) = compare([CELL], "stribeck", 1e-6, ours | {"regime": np.array(["settles"])}, verdict)
-    assert found[0][:3] == ("regime", "settles", "stick_slip")
+HYSTERETIC = CELL | {"mu_stop": 1.2}
+SETTLING = CELL | {"damping": 20.0, "belt_speed": 0.3}
+
+
+@pytest.mark.parametrize("cell", [CELL, HYSTERETIC, SETTLING], ids=["plain", "hysteretic", "settling"])
+def test_a_right_answer_passes_and_a_wrong_one_does_not(cell):
+    verdict, ours = judge({n: [v] for n, v in cell.items()}), run_engine([cell], "stribeck", 1e-6)
+    assert compare([cell], "stribeck", 1e-6, ours, verdict) == [[]]
+    for name in (*NUMBERS, "settling_time"):
+        wrong = ours | {name: ours[name] * (1 + 1e-2)}
+        (found,) = compare([cell], "stribeck", 1e-6, wrong, verdict)
+        assert [what for what, *_ in found] == [name] * np.count_nonzero(np.nan_to_num(ours[name]))
+    (found,) = compare([cell], "stribeck", 1e-6, ours | {"regime": np.array(["stuck"])}, verdict)
+    assert found[0][:3] == ("regime", "stuck", verdict["regime"][0])
+
+
+def test_damped_and_creep_are_told_apart():
+    verdict, ours = judge({n: [v] for n, v in SETTLING.items()}), run_engine([SETTLING], "stribeck", 1e-6)
+    (found,) = compare([SETTLING], "stribeck", 1e-6, ours | {"kind": np.array(["other"])}, verdict)
+    assert [what for what, *_ in found] == ["damped/creep"] and ours["kind"][0] in ("damped", "creep")
 
 
 @pytest.mark.slow

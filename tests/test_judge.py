@@ -47,7 +47,9 @@ def test_the_reference_of_hysteretic_and_plain_cells_is_met():
     found = judge(inputs(rows))
     settles = np.array([row["regime"] in ("damped", "creep") for row in rows])
     np.testing.assert_array_equal(found["regime"] == "settles", settles)
+    np.testing.assert_array_equal(found["equilibrium_crossings"], outputs(rows, "crossings"))
     names = {"breakaway_time": "t_breakaway", "restick_time": "t_restick", "restick_displacement": "x_restick"}
+    names["mu_reversal"] = "mu_reversal"
     for ours, theirs in names.items():
         np.testing.assert_allclose(found[ours], outputs(rows, theirs), rtol=1e-10, err_msg=ours)
 
@@ -60,6 +62,8 @@ def test_the_reference_of_hysteretic_and_plain_cells_is_met():
         {"belt": 0.3, "gamma": 0.2, "curve": (0.5, 0.05, 0.4, 0.02)},
         {"belt": 0.2, "curve": (0.3, 0.0, 0.6, 0.1), "law": "stribeck_delta", "delta": 2.5},
         {"belt": 0.02, "curve": (0.0, 0.0, 1.0, 0.3), "xi": -1.2, "eta": 0.5},
+        {"belt": 0.3, "curve": (0.8, -0.02, 0.1, 0.1)},
+        {"belt": 0.02, "curve": (0.8, 0.1, -0.3, 0.1), "xi": 2.0, "eta": -0.1},
     ],
 )
 def test_scipy_with_short_steps_agrees(given):
@@ -95,9 +99,23 @@ def test_a_linear_oscillator_without_damping_rings_and_one_with_damping_settles(
     free, damped = judge(cell), judge(cell | {"damping": 0.1})
     assert free["regime"][0] == "rings" and free["period"][0] == pytest.approx(2 * np.pi, rel=1e-11)
     assert free["spring_force_min"][0] == pytest.approx(-0.1, abs=1e-11)
+    assert free["velocity_amplitude"][0] == pytest.approx(free["displacement_amplitude"][0], rel=1e-11)
+    assert free["displacement_amplitude"][0] == pytest.approx(0.4, rel=1e-11)
     assert damped["regime"][0] == "settles"
     decay = np.exp(-0.05 * np.pi / np.sqrt(1 - 0.05**2))
     assert damped["spring_force_min"][0] == pytest.approx(0.3 - 0.4 * decay, rel=1e-11)
+    assert damped["settled_displacement"][0] == pytest.approx(0.3, rel=1e-11)
+    assert damped["equilibrium_crossings"][0] == np.floor(np.log(1e-4) / np.log(decay))
+
+
+def test_what_settles_on_the_line_is_timed_by_its_distance_from_there():
+    cell = UNITS | {"belt_speed": 0.034, "a1": 0.296, "a2": 0.006, "a3": 0.084, "a4": 0.08}
+    found, given = judge(cell | {"damping": 1.34, "mu_stop": 0.312}), {"curve": (0.296, 0.006, 0.084, 0.08)}
+    time, rest = found["settling_time"][0] + found["breakaway_time"][0], found["settled_displacement"][0]
+    motion = Oscillator(0.034, time, gamma=1.34, mu_stop=0.312, **given)
+    begin = np.hypot(0.296 + 0.084 - 1.34 * 0.034 - motion.stribeck(0.034), 0.034)
+    assert np.hypot(motion.xi - rest, motion.eta) == pytest.approx(1e-4 * begin, rel=1e-5)
+    assert rest == pytest.approx(motion.line(0.034), rel=1e-12) and abs(rest - motion.stribeck(0.034)) > 0.01
 
 
 def test_coulomb_friction_has_the_closed_cycle():

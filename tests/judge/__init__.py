@@ -14,6 +14,7 @@ DEFAULTS = {
     "damping": 0.0, "delta": 1.0, "mu_stop": NAN, "mu_static": NAN, "ageing_rate": 0.0, "ageing_time": 1.0,
     "displacement": 0.0, "velocity": NAN, "contact_time": 0.0,
 }  # fmt: skip
+BAND_SHARE = 1e-4
 NEEDED = ("mass", "stiffness", "normal_load", "belt_speed", "a1", "a2", "a3", "a4")
 INPUTS = (*NEEDED, *DEFAULTS)
 REGIMES = ("undecided", "stick_slip", "settles", "rings", "stuck")
@@ -22,18 +23,32 @@ ORDINARY = {"rtol": 1e-12, "share": 0.25}
 TIGHT = {"rtol": 1e-13, "share": 0.125}
 
 
-def judge(cells: Mapping, law="stribeck", rtol=1e-12, share=0.25, most_steps=3e5) -> dict[str, np.ndarray]:
+def judge(
+    cells: Mapping, law="stribeck", rtol=1e-12, share=0.25, most_steps=3e5, band=BAND_SHARE
+) -> dict[str, np.ndarray]:
     """Regime (as one of `REGIMES`) and metrics of any number of cells, in SI; NaN where undefined.
 
     cells : numbers or arrays by the names of `INPUTS`. rtol : of a step. share : part of a4 by which the slip speed
         may change in one step where the curve is steep. most_steps : budget, after which a cell is undecided.
+    band : settling band over the distance from steady sliding at which the slip begins.
     """
     given = np.broadcast_arrays(*(np.atleast_1d(np.asarray({**DEFAULTS, **cells}[n], float)) for n in INPUTS))
     full = dict(zip(INPUTS, given, strict=True))
     rows = to_kernel(full, law)
+    rows[:, at.BAND_SHARE], rows[:, at.CENTRE] = band, NAN
     out = np.empty((len(rows), at.ANSWERS))
     judge_cells(rows, out, rtol, share, most_steps)
+    time_to_settle_elsewhere(rows, out, rtol, share, most_steps)
     return to_si(out, full)
+
+
+def time_to_settle_elsewhere(rows, out, rtol, share, most_steps):
+    """A motion that comes to rest on a line of friction is followed again, its distance from there being watched."""
+    away = np.flatnonzero((out[:, at.REGIME] == at.SETTLES) & (out[:, at.XI_SETTLED] != out[:, at.XI_STEADY]))
+    again, answers = rows[away], np.empty((away.size, at.ANSWERS))
+    again[:, at.CENTRE] = out[away, at.XI_SETTLED]
+    judge_cells(again, answers, rtol, share, most_steps)
+    out[away, at.SETTLING_TIME] = answers[:, at.SETTLING_TIME]
 
 
 def to_kernel(full, law) -> np.ndarray:
@@ -67,6 +82,16 @@ def to_si(out, full) -> dict[str, np.ndarray]:
         "slip_speed_max": out[:, at.SPEED_MAX] * length / time,
         "acceleration_max": out[:, at.ACCELERATION_MAX] * load / m,
         "energy_per_cycle": out[:, at.HEAT_PER_CYCLE] * load * length,
+        "mu_breakaway": out[:, at.MU_BREAKAWAY],
+        "mu_reversal": out[:, at.MU_REVERSAL],
+        "tendency": out[:, at.MU_BREAKAWAY] - 2.0 * out[:, at.MU_REVERSAL] + full["mu_stop"],
+        "equilibrium_crossings": out[:, at.CROSSINGS],
+        "settling_time": out[:, at.SETTLING_TIME] * time,
+        "settled_displacement": out[:, at.XI_SETTLED] * length,
+        "displacement_amplitude": 0.5 * (out[:, at.CYCLE_XI_MAX] - out[:, at.CYCLE_XI_MIN]) * length,
+        "velocity_amplitude": 0.5 * out[:, at.CYCLE_SPEED_RANGE] * length / time,
+        "cycle_force_max": out[:, at.CYCLE_XI_MAX] * load,
+        "cycle_force_min": out[:, at.CYCLE_XI_MIN] * load,
         "loops": out[:, at.LOOPS_PER_CYCLE],
         "decrement": out[:, at.DECREMENT],
         "releases": out[:, at.BREAKAWAYS],

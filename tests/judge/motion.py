@@ -11,35 +11,16 @@ from math import isnan, nan
 
 import numpy as np
 
+from .band import begin_band, steady
 from .curve import speed_of_minimum
 from .jit import compiled
 from .layout import (
-    A1,
-    A3,
-    AMPLITUDE,
-    BELT,
-    DONE,
-    ETA0,
-    FALL,
-    GAMMA,
-    MEMORY,
-    RATIO,
-    REGIME,
-    REST,
-    SIGMA,
-    STATES,
-    STEPS,
-    STOP,
-    TO_FAST,
-    TO_RISE,
-    UNDECIDED,
-    W_MIN,
-    XI0,
-    P,
-    W,
-)
+    A1, A3, AMPLITUDE, BELT, BOOK, CROSSED, DONE, ETA0, FALL, FIRST_SLIP, GAMMA, MEMORY, PROVEN,
+    RATIO, REGIME, RELEASED_BOOK, RELEASE_LOAD, REST, SETTLES, SIGMA, STATES, STATIC, STEPS, STOP, TO_FAST, TO_RISE,
+    UNDECIDED, WHOLE, W_MIN, XI0, P, W,
+)  # fmt: skip
 from .phases import fall, rest, slip
-from .settling import forget, note, prove_settling
+from .settling import answer_point, forget, note, prove_settling
 from .stepping import rate
 
 
@@ -49,12 +30,14 @@ def begin(c, s, books):
     mu0 = c[A1] + c[A3]
     s[W_MIN] = 0.0 if isnan(c[STOP]) else speed_of_minimum(c)
     prove_settling(c, s)
-    s[AMPLITUDE], s[RATIO] = nan, nan
+    s[AMPLITUDE], s[RATIO], s[FIRST_SLIP], s[RELEASE_LOAD] = nan, nan, nan, c[STATIC]
     for book in range(3):
         forget(books[book])
     relative = 0.0 if isnan(c[ETA0]) else c[BELT] - c[ETA0]
     s[SIGMA] = -1.0 if relative < 0.0 else 1.0
     s[W], s[P] = abs(relative), s[SIGMA] * (c[XI0] + c[GAMMA] * c[BELT]) - mu0
+    if relative != 0.0:
+        begin_band(c, s)
     return relative == 0.0
 
 
@@ -64,7 +47,8 @@ def judge_cell(c, out, rtol, share, most_steps):
 
     rtol : of a step. share : of a4, by which w may change in a step on the steep part.
     """
-    s, books, memory, k = np.zeros(STATES), np.empty((3, 4)), np.zeros((MEMORY, 8)), np.zeros((13, 3))
+    s, books, k = np.zeros(STATES), np.empty((3, BOOK)), np.zeros((13, 3))
+    memory = np.zeros((MEMORY, RELEASED_BOOK + BOOK))
     out[:] = nan
     out[REGIME], out[STEPS] = UNDECIDED, 0.0
     starting, fast = begin(c, s, books), False
@@ -84,6 +68,8 @@ def judge_cell(c, out, rtol, share, most_steps):
             fast = fast or what == TO_FAST
             what = slip(c, s, out, books, k, fast, rtol, share, most_steps)
         starting = False
+    if out[REGIME] == UNDECIDED and s[PROVEN] > 0.0 and s[CROSSED] >= 2.0:  # damped, if slowly
+        answer_point(c, s, out, SETTLES, books[WHOLE], steady(c))
 
 
 @compiled

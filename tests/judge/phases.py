@@ -1,63 +1,22 @@
 """Phases of the motion; each returns what comes next."""
 
-from math import inf, isnan, log1p, nan
+from math import inf, isnan, log1p, nan, sqrt
 
+from .band import begin_band, displacement, note_entry_in_hold, note_entry_in_step, note_entry_on_line, note_side
 from .curve import room, weakened
 from .jit import compiled
 from .layout import (
-    A1,
-    A3,
-    A4,
-    AGE_TIME,
-    AGEING,
-    AMPLITUDE,
-    BELT,
-    BIRTH,
-    BREAKAWAY_TIME,
-    CONTACT,
-    CYCLE,
-    DONE,
-    FALL,
-    FASTEST,
-    GAMMA,
-    HARDEST,
-    HEAT,
-    HIGH,
-    LOOP,
-    LOW,
-    MEMORY,
-    QUIET,
-    RATIO,
-    RELEASED_AT,
-    RELEASED_HEAT,
-    RELEASED_P,
-    RELEASED_STICK,
-    RELEASES,
-    REST,
-    RESTICK_TIME,
-    RESTICK_XI,
-    SETTLES,
-    SIGMA,
-    SLIP_AGAIN,
-    STATIC,
-    STEPS,
-    STICK_SLIP,
-    STOP,
-    STUCK,
-    STUCK_FOR,
-    TAU,
-    TO_FAST,
-    TO_RISE,
-    W_MIN,
-    WHOLE,
-    P,
-    W,
-)
+    A1, A3, A4, AGEING, AGE_TIME, AMPLITUDE, BAND2, BELT, BIRTH, BREAKAWAY_TIME, CONTACT, CYCLE, DONE, FALL, GAMMA,
+    HEAT, LOOP, MEMORY, QUIET, RATIO, RELEASED_AT, RELEASED_BOOK, RELEASED_HEAT, RELEASED_P, RELEASED_STICK, RELEASES,
+    RELEASE_LOAD, REST, RESTICK_TIME, RESTICK_XI, REVERSAL, SETTLES, SIGMA, SLIP_AGAIN, STATIC, STEPS, STICK_SLIP,
+    STOP, STUCK, STUCK_FOR, TAU, TO_FAST, TO_RISE, WHOLE, W_MIN, P, W,
+)  # fmt: skip
 from .linear import linear, square_of_linear, time_of_level, turn_of_linear
-from .settling import answer, close_loop, forget, note, settled
+from .settling import answer_cycle, answer_point, close_loop, forget, join, note, settled
 from .stepping import locate, longest, quantity, rate, step
 
 SAME_LOAD, OTHER_LOAD = 1e-12, 1e-6  # relative differences of loads at break-away: one cycle, another one
+NO_TURN = 1e-6  # slip speed below that of the belt, in settling bands: the mass comes to rest rather than turns round
 
 
 @compiled
@@ -122,12 +81,14 @@ def pass_over(c, s, out, books, belt, h, k):
             there = step(c, belt, p, w, heat, t, k)
             note(c, s, books, there[0], there[1], rate(c, there[0], there[1]))
     note(c, s, books, p1, w1, dw1)
+    note_entry_in_step(c, s, belt, h, k)
     decided = False
     if belt >= 0.0 and (w < belt) != (w1 < belt):
         t = locate(c, belt, p, w, h, 0, belt, k)
         there = step(c, belt, p, w, heat, t, k)
         dw = rate(c, there[0], there[1])
         note(c, s, books, there[0], belt, dw)
+        note_side(c, s, displacement(c, s, there[0]))
         if w < belt:
             decided = close_loop(c, s, out, books, s[TAU] + t, there[2], dw)
     s[TAU] += h
@@ -146,10 +107,11 @@ def fall(c, s, out, books):
         v = 0.0
     turn = turn_of_linear(q, v, d)
     stops, duration = False, turn
+    if s[REVERSAL] == inf:
+        s[REVERSAL] = mu_line
     if turn == inf:
         if belt > 0.0 and d > 0.0:
             note(c, s, books, c[GAMMA] * belt + stop + slope * belt - mu0, belt, 0.0)
-            answer(s, out, SETTLES, books[WHOLE], nan, nan, nan, 0.0)
         elif belt == 0.0 and d > 0.0:
             return DONE
         else:
@@ -162,13 +124,17 @@ def fall(c, s, out, books):
     hardest = turn_of_linear(v, -q - d * v, d)
     if hardest < duration:
         note(c, s, books, s[P], w, linear(q, v, d, hardest)[1])
+    note_entry_on_line(c, s, q, v, d, slope, duration)
     if duration == inf:
-        return DONE
+        return answer_point(c, s, out, SETTLES, books[WHOLE], s[SIGMA] * (stop + slope * belt))
     q1, v1 = linear(q, v, d, duration)
     if q > 0.0 > q1:
         t = time_of_level(q, v, d, 0.0, duration)
         v_there = linear(q, v, d, t)[1]
-        note(c, s, books, v_there + c[GAMMA] * belt + stop + slope * belt - mu0, belt, v_there)
+        p_there = v_there + c[GAMMA] * belt + stop + slope * belt - mu0
+        note(c, s, books, p_there, belt, v_there)
+        if -q1 > NO_TURN * sqrt(s[BAND2]):
+            note_side(c, s, displacement(c, s, p_there))
     w1 = 0.0 if stops else q1 + belt
     p1 = v1 + c[GAMMA] * w1 + stop + slope * w1 - mu0
     note(c, s, books, p1, w1, v1)
@@ -187,8 +153,9 @@ def leave_line(c, s, out, books, mu_line):
     if mu_curve > mu_line:
         if belt - w <= 1e-13 * belt:
             note(c, s, books, c[GAMMA] * w - weakened(c, w), w, 0.0)
-            return answer(s, out, SETTLES, books[WHOLE], nan, nan, nan, 0.0)
+            return answer_point(c, s, out, SETTLES, books[WHOLE], displacement(c, s, s[P]))
         duration = (mu_curve - mu_line) / (belt - w)
+        note_entry_in_hold(c, s, duration)
         s[TAU] += duration
         s[HEAT] += w * duration * 0.5 * (mu_line + mu_curve)
         s[P] = c[GAMMA] * w - weakened(c, w)
@@ -213,12 +180,14 @@ def rest(c, s, out, books, memory, starting):
     if abs(load) > static:
         if load < 0.0:
             turn_round(c, s)
+        if starting:
+            begin_band(c, s)
         return TO_RISE
     if not starting and isnan(out[RESTICK_TIME]):
         out[RESTICK_TIME], out[RESTICK_XI] = s[TAU], s[SIGMA] * (load - c[GAMMA] * s[SIGMA] * c[BELT])
     note(c, s, books, s[P], 0.0, 0.0)
     if c[BELT] == 0.0:
-        return answer(s, out, STUCK, books[WHOLE], nan, nan, nan, 0.0)
+        return answer_point(c, s, out, STUCK, books[WHOLE], displacement(c, s, s[P]))
     if s[SIGMA] * c[BELT] < 0.0:
         turn_round(c, s)
     dwell = time_in_contact(c, static - (s[P] + mu0), abs(c[BELT]), age)
@@ -273,14 +242,14 @@ def release(c, s, out, books, memory, dwell):
         if change <= SAME_LOAD:
             book = books[CYCLE]
             for back in range(1, lag):
-                old = memory[(n - back) % MEMORY, 4:]
-                book[HIGH], book[LOW] = max(book[HIGH], old[HIGH]), min(book[LOW], old[LOW])
-                book[FASTEST], book[HARDEST] = max(book[FASTEST], old[FASTEST]), max(book[HARDEST], old[HARDEST])
+                join(book, memory[(n - back) % MEMORY, RELEASED_BOOK:])
             period, heat = s[TAU] - then[RELEASED_AT], s[HEAT] - then[RELEASED_HEAT]
-            return answer(s, out, STICK_SLIP, book, period, s[STUCK_FOR] - then[RELEASED_STICK], heat, float(lag))
+            stuck = s[STUCK_FOR] - then[RELEASED_STICK]
+            return answer_cycle(c, s, out, STICK_SLIP, book, book, period, stuck, heat, float(lag))
     here[RELEASED_AT], here[RELEASED_P], here[RELEASED_STICK], here[RELEASED_HEAT] = s[TAU], s[P], s[STUCK_FOR], s[HEAT]
-    here[4:] = books[CYCLE]
-    s[RELEASES] += 1.0
+    here[RELEASED_BOOK:] = books[CYCLE]
+    s[RELEASES], s[RELEASE_LOAD] = s[RELEASES] + 1.0, s[P] + c[A1] + c[A3]
+    begin_band(c, s)
     forget(books[CYCLE])
     forget(books[LOOP])
     note(c, s, books, s[P], 0.0, 0.0)

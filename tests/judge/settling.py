@@ -2,47 +2,16 @@
 
 from math import inf, isnan, log, nan, sqrt
 
+from .band import steady
 from .curve import slope_of_curve, weakened
 from .jit import compiled
 from .layout import (
-    A1,
-    A3,
-    A4,
-    ACCELERATION_MAX,
-    AMPLITUDE,
-    BELT,
-    BREAKAWAYS,
-    DECREMENT,
-    DONE,
-    FASTEST,
-    GAMMA,
-    HARDEST,
-    HEAT_PER_CYCLE,
-    HIGH,
-    LOOP,
-    LOOP_HEAT,
-    LOOP_TAU,
-    LOOPS_PER_CYCLE,
-    LOW,
-    PERIOD,
-    QUIET,
-    RADIUS,
-    RATIO,
-    REGIME,
-    RELEASES,
-    RINGS,
-    SETTLES,
-    SIGMA,
-    SPEED_MAX,
-    STICK_TIME,
-    STIFFEST,
-    W_MIN,
-    WHOLE,
-    XI_MAX,
-    XI_MIN,
-    P,
-    W,
-)
+    A1, A3, A4, ACCELERATION_MAX, AMPLITUDE, BACKWARD, BELT, BREAKAWAYS, CROSSED, CROSSINGS, CYCLE_SPEED_RANGE,
+    CYCLE_XI_MAX, CYCLE_XI_MIN, DECREMENT, DONE, ENTERED, FASTEST, FIRST_SLIP, FORWARD, GAMMA, HARDEST,
+    HEAT_PER_CYCLE, HIGH, INSIDE, LOOP, LOOPS_PER_CYCLE, LOOP_HEAT, LOOP_TAU, LOW, MU_BREAKAWAY, MU_REVERSAL, PERIOD,
+    PROVEN, QUIET, RADIUS, RATIO, REGIME, RELEASES, RELEASE_LOAD, REVERSAL, RINGS, SETTLES, SETTLING_TIME, SIGMA,
+    SPEED_MAX, STICK_TIME, STIFFEST, WHOLE, W_MIN, XI_MAX, XI_MIN, XI_SETTLED, XI_STEADY, P, W,
+)  # fmt: skip
 from .linear import linear, turn_of_linear
 
 # --- books of extrema ---
@@ -55,25 +24,55 @@ def note(c, s, books, p, w, dw):
     for book in range(3):
         books[book, HIGH], books[book, LOW] = max(books[book, HIGH], xi), min(books[book, LOW], xi)
         books[book, FASTEST], books[book, HARDEST] = max(books[book, FASTEST], w), max(books[book, HARDEST], abs(dw))
+        relative = s[SIGMA] * w
+        books[book, FORWARD] = max(books[book, FORWARD], relative)
+        books[book, BACKWARD] = min(books[book, BACKWARD], relative)
 
 
 @compiled
 def forget(book):
     """Start a book of extrema again."""
     book[HIGH], book[LOW], book[FASTEST], book[HARDEST] = -inf, inf, 0.0, 0.0
+    book[FORWARD], book[BACKWARD] = -inf, inf
 
 
 @compiled
-def answer(s, out, regime, book, period, stick_time, heat, loops):
-    """Write the verdict."""
-    out[REGIME], out[PERIOD], out[STICK_TIME], out[HEAT_PER_CYCLE] = regime, period, stick_time, heat
-    out[XI_MAX], out[XI_MIN], out[SPEED_MAX], out[ACCELERATION_MAX] = (
-        book[HIGH],
-        book[LOW],
-        book[FASTEST],
-        book[HARDEST],
-    )
-    out[LOOPS_PER_CYCLE], out[BREAKAWAYS] = loops, s[RELEASES]
+def join(book, other):
+    """Let the extrema of the other book count in this one."""
+    for row in (HIGH, FASTEST, HARDEST, FORWARD):
+        book[row] = max(book[row], other[row])
+    for row in (LOW, BACKWARD):
+        book[row] = min(book[row], other[row])
+
+
+@compiled
+def answer(c, s, out, regime, book):
+    """Write the verdict, and what is known of every motion. book : of its extrema."""
+    out[REGIME], out[BREAKAWAYS], out[CROSSINGS] = regime, s[RELEASES], s[CROSSED]
+    out[XI_MAX], out[XI_MIN] = book[HIGH], book[LOW]
+    out[SPEED_MAX], out[ACCELERATION_MAX] = book[FASTEST], book[HARDEST]
+    out[MU_BREAKAWAY], out[MU_REVERSAL] = s[RELEASE_LOAD], s[REVERSAL] if s[REVERSAL] < inf else nan
+    out[XI_STEADY], out[LOOPS_PER_CYCLE] = steady(c), 0.0
+    return DONE
+
+
+@compiled
+def answer_cycle(c, s, out, regime, book, cycle, period, stick_time, heat, loops):
+    """A motion that is periodic in the end. cycle : book of its last cycle."""
+    answer(c, s, out, regime, book)
+    out[PERIOD], out[STICK_TIME], out[HEAT_PER_CYCLE], out[LOOPS_PER_CYCLE] = period, stick_time, heat, loops
+    out[CYCLE_XI_MAX], out[CYCLE_XI_MIN] = cycle[HIGH], cycle[LOW]
+    out[CYCLE_SPEED_RANGE] = cycle[FORWARD] - cycle[BACKWARD]
+    return DONE
+
+
+@compiled
+def answer_point(c, s, out, regime, book, xi):
+    """A motion that comes to rest at xi."""
+    answer(c, s, out, regime, book)
+    out[XI_SETTLED], out[CYCLE_XI_MAX], out[CYCLE_XI_MIN], out[CYCLE_SPEED_RANGE] = xi, xi, xi, 0.0
+    if regime == SETTLES:
+        out[SETTLING_TIME] = s[ENTERED] - s[FIRST_SLIP] if s[INSIDE] > 0.0 else nan
     return DONE
 
 
@@ -106,7 +105,7 @@ def prove_settling(c, s):
 
 @compiled
 def settled(c, s, out, books):
-    """Whether the motion on the curve has come to steady sliding for good, its extrema known."""
+    """Whether the motion on the curve has come into the settling band for good, its extrema known."""
     belt = s[SIGMA] * c[BELT]
     if belt <= 0.0:
         return False
@@ -128,7 +127,10 @@ def settled(c, s, out, books):
         if r >= small:
             return False
         ring_down(c, s, books, belt, load, q, drag)
-    answer(s, out, SETTLES, book, nan, nan, nan, 0.0)
+    s[PROVEN] = 1.0
+    if s[INSIDE] == 0.0:
+        return False
+    answer_point(c, s, out, SETTLES, book, xi)
     return True
 
 
@@ -167,13 +169,13 @@ def close_loop(c, s, out, books, tau, heat, amplitude):
         s[QUIET] = s[QUIET] + 1.0 if abs(amplitude - before) <= 2e-11 * amplitude else 0.0
         belt = s[SIGMA] * c[BELT]
         if s[QUIET] >= 3.0:
-            answer(s, out, RINGS, books[WHOLE], period, 0.0, work, 1.0)
+            answer_cycle(c, s, out, RINGS, books[WHOLE], books[LOOP], period, 0.0, work, 1.0)
             decided = True
-        elif s[W_MIN] > belt > 0.0 and amplitude < 1e-6 * min(c[A4], belt, 1.0):
+        elif s[W_MIN] > belt > 0.0 and amplitude < 1e-6 * min(c[A4], belt, 1.0) and s[INSIDE] > 0.0:
             # straight pieces, the same at every scale: the peaks shrink by a constant factor from here on
             if s[RATIO] < 0.999 and abs(s[RATIO] - ratio_before) < 1e-3:
                 note(c, s, books, c[GAMMA] * belt - weakened(c, belt), belt, 0.0)
-                answer(s, out, SETTLES, books[WHOLE], nan, nan, nan, 0.0)
+                answer_point(c, s, out, SETTLES, books[WHOLE], steady(c))
                 decided = True
     forget(books[LOOP])
     return decided
