@@ -27,7 +27,7 @@ ROUNDING = 1e-9  # amplitude below which rounding is seen as a change
 MOST_STILL = 20  # looks without a change that are enough to give up
 
 
-@compiled
+@compiled(inline=True)
 def forget_loops(s, i):
     """The next maximum of u is the first."""
     s[LOOP_COUNT + i], s[LOOP_CHANGE + i], s[LOOP_MOVED + i], s[LOOP_STILL + i] = -1.0, inf, 0.0, 0.0
@@ -117,7 +117,7 @@ def confirm_cycle(law, s, i, results, control, tau, heat, xi):
         set_reference(s, i, tau, heat, xi)
         return
     kind, share = kind_of_cycle(law, s, i), length / LOOPS
-    if kind == SLIP_CYCLE and s[LOOP_MOVED + i] == 0.0:
+    if amplitude <= ROUNDING or (kind == SLIP_CYCLE and s[LOOP_MOVED + i] == 0.0):
         decide(s, i, results, UNRESOLVED, TOO_SLOW_TO_TELL)
         return
     period, work = (tau - s[LOOP_TAU + i]) * share, (heat - s[LOOP_HEAT + i]) * share

@@ -13,14 +13,14 @@ from .events import LEVEL_REACHED, NO_EVENT, TURNED, find_event
 from .extrema import count_quiet_turns, note_peak, note_side, record_extrema, show_tops
 from .friction import speed_of_slope, stable_speeds
 from .jit import compiled
-from .equations import jerk_in_lane
+from .equations import jerk_in_lane, weakening_in_lane
 from .lanes import begin_stepping, restart
 from .layout import (
     A4, B, BAND2, BELT, CELL, CELL_ROWS, DAMPING_RATIO, DECIDED, DECIDED_BY, DELTA, DW, EARLY_STOP, ETA_START,
     EXPONENT, FAILED, FAST, FLAG, FLOOR, G, GAMMA, HEAT, HORIZON, HORIZON_REACHED, JERK, LEVEL, MARK, MODE,
-    MU_STOP, NOT_FINITE, OFFSET, RATE, REGIME, RISE, SETTLING_CERTAIN, SIGMA, SLIP_START, SMALLEST_STEP,
-    STABLE_FROM, STABLE_TO, STATUS, STEP, STEP_LIMIT, STEP_UNDERFLOW, TAKEN, TAU, TAU_END, TRIED, UNRESOLVED, W,
-    WEAK, WEAK_NEW, W_MIN, XI_STAR, XI_START, Y,
+    MU_STOP, NEGATIVE_FRICTION, NOT_FINITE, OFFSET, RATE, REGIME, RISE, SETTLING_CERTAIN, SIGMA, SLIP_START,
+    SLOPE, SMALLEST_STEP, STABLE_FROM, STABLE_TO, STATUS, STEP, STEP_LIMIT, STEP_UNDERFLOW, TAKEN, TAU, TAU_END,
+    TRIED, UNRESOLVED, W, WEAK, WEAK_NEW, W_MIN, XI_STAR, XI_START, Y,
 )  # fmt: skip
 from .regimes import damping_ratio, decide_settled, finish, note_ends, start_book
 from .rest import DONE, RUNNING, come_to_rest
@@ -132,7 +132,9 @@ def give_up(law, s, i, results):
             decide_settled(s, i, results, nan, s[XI_STAR + i], SETTLING_CERTAIN)
             return close(s, i, results, SETTLING_CERTAIN)
         return close(s, i, results, STEP_LIMIT)
-    finish(s, i, results, FAILED, STEP_UNDERFLOW if finite else NOT_FINITE, nan, nan)
+    mu = s[OFFSET + i] + s[SLOPE + i] * s[W + i] + weakening_in_lane(law, s, i, s[W + i])
+    status = NEGATIVE_FRICTION if mu < 0.0 else STEP_UNDERFLOW if finite else NOT_FINITE
+    finish(s, i, results, FAILED, status, nan, nan)
     return DONE
 
 

@@ -131,7 +131,7 @@ def come_to_a_point(results, c, xi):
     results[CYCLE_XI_MAX, c], results[CYCLE_XI_MIN, c] = xi, xi
 
 
-@compiled
+@compiled(inline=True)
 def decide_cycle(s, i, results, regime, status, period, stick_time, heat):
     """A cycle with the extremes recorded last, with the time it sticks and its friction work."""
     c = int(s[CELL + i])

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from .fit import AGEING_COLUMNS, AgeingFit, CurveFit, Ranking, fit_ageing, fit_file, rank, read_points
-from .problems import ConfigError, Problem
+from .fit import AgeingFit, CurveFit, Ranking, fit_ageing_file, fit_file, rank
 
 _CURVE = ("a1", "a2", "a3", "a4")
 _UNITS = {"a2": "s/m", "a4": "m/s", "t0": "s", "beta": "per decade"}
@@ -21,26 +20,28 @@ class FileFit:
     ageing: AgeingFit | None = None
 
 
-def fit_points(path: Path) -> FileFit:
-    """The fit that belongs to the columns of a CSV file: speed and mu, or time and mu. Raises ConfigError."""
+def fit_points(path: Path, unit: str | None = None) -> FileFit:
+    """The fit that belongs to the columns of a CSV file: speed and mu, or time and mu.
+
+    unit : of the speeds or times, where the header names none. Raises ConfigError.
+    """
     try:
         heading = next(
             (line for line in path.read_text("utf-8-sig").splitlines() if line.strip()[:1] not in ("", "#")), ""
         )
     except (OSError, UnicodeDecodeError):
         heading = ""  # the reader of points says what is wrong
-    if not heading.strip().lower().startswith("time"):
-        return FileFit(curve=fit_file(path))
-    points = read_points(path, AGEING_COLUMNS)
-    try:
-        return FileFit(ageing=fit_ageing(points["time"], points["mu"]))
-    except ValueError as error:
-        raise ConfigError(str(path), [Problem((), str(error))]) from None
+    if heading.strip().lower().startswith("time"):
+        return FileFit(ageing=fit_ageing_file(path, unit))
+    return FileFit(curve=fit_file(path, unit))
 
 
 def describe_curve(fit: CurveFit) -> str:
     """Coefficients with their 95 % intervals, and what the fit is worth."""
-    rows = [_row(name, getattr(fit, name), fit.interval[name]) for name in (*_CURVE, "mu_start")]
+    rows = [
+        _row(name, getattr(fit, name), None if name in fit.assumed else fit.interval[name], name in fit.at_bound)
+        for name in (*_CURVE, "mu_start")
+    ]
     worth = f"  {fit.points} points, residual {fit.residual_rms:.2g}, R2 {fit.r_squared:.4f}"
     return "\n".join([*rows, worth, f"  {fit.quality}"])
 
@@ -62,6 +63,7 @@ def describe_ranking(fits: Mapping[str, AgeingFit], at: float) -> str:
     return f"best first\n  by static friction after {at:g} s: {level}\n  by growth per decade: {slope}"
 
 
-def _row(name: str, value: float, interval: tuple[float, float]) -> str:
-    unit = _UNITS.get(name, "")
-    return f"  {name:9}{value:10.4g} {unit:11} 95 %: {interval[0]:.4g} to {interval[1]:.4g}".rstrip()
+def _row(name: str, value: float, interval: tuple[float, float] | None, at_bound: bool = False) -> str:
+    """A coefficient with its 95 % interval; None: it was assumed."""
+    known = "assumed" if interval is None else f"95 %: {interval[0]:.4g} to {interval[1]:.4g}"
+    return f"  {name:9}{value:10.4g} {_UNITS.get(name, ''):11} {known}{', at its bound' if at_bound else ''}"

@@ -90,8 +90,8 @@ _VARIABLES = (
         "tendency",
         "1",
         "stick-slip tendency mu_breakaway - 2 mu_reversal + mu_stop",
-        comment="Eq. (3) with what occurred in this motion: friction at break-away, mu_static and ageing included, and at "
-        "reversal, which is not the minimum of the curve. It diagnoses a motion, it does not predict one.",
+        comment="Eq. (3) with what occurred in this motion: friction at break-away, mu_static and ageing included, and "
+        "at reversal, which is not the minimum of the curve. It diagnoses a motion, it does not predict one.",
     ),
     Variable("energy_per_cycle", "J", "friction heat per cycle"),
     Variable("equilibrium_crossings", "1", "crossings of the equilibrium with extrema outside the settling band"),

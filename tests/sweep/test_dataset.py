@@ -29,7 +29,7 @@ def test_every_variable_carries_units_and_long_name():
 def test_the_tendency_says_in_the_file_that_it_diagnoses_a_motion():
     ds = cell_dataset({"mass": 1.0}, {"tendency": [0.1]}, {})
     comment = ds["tendency"].attrs["comment"]
-    assert "as it occurred" in comment and "break-away" in comment and "does not predict" in comment
+    assert "what occurred in this motion" in comment and "break-away" in comment and "does not predict" in comment
 
 
 def test_parameters_equal_in_every_cell_are_scalar_coordinates():

@@ -9,7 +9,16 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.optimize import curve_fit
 
-from stickslip.fit import AGEING_COLUMNS, CURVE_COLUMNS, fit_ageing, fit_curve, rank, read_points
+from stickslip.fit import (
+    AGEING_COLUMNS,
+    CURVE_COLUMNS,
+    fit_ageing,
+    fit_ageing_file,
+    fit_curve,
+    fit_file,
+    rank,
+    read_points,
+)
 from stickslip.problems import ConfigError
 
 ARTICLE = (1.0, 0.1, 0.3, 0.1)
@@ -149,6 +158,82 @@ def test_impossible_points_are_refused(speed, mu, message):
         fit_curve(speed, mu)
     with pytest.raises(ValueError, match=r"sigma\[1\]: got 0"):
         fit_curve([0, 1, 2, 3], [1, 1, 1, 1], [1, 0, 1, 1])
+
+
+# --- curves that fall all the way, that rise, that end at a bound -----------------------------------------------------
+
+# speed in mm/s, mu
+FALLS = {
+    "bending": ([0.5, 1, 2, 5, 10], [0.14, 0.132, 0.124, 0.115, 0.11]),
+    "straight": ([0.5, 2, 5, 7, 10], [0.14, 0.1355, 0.125, 0.12, 0.11]),
+    "steeper and steeper": ([0.5, 2, 5, 7, 10], [0.14, 0.138, 0.13, 0.122, 0.11]),
+    "with an outlier": ([0.5, 1, 2, 4, 7, 10], [0.14, 0.132, 0.124, 0.126, 0.115, 0.11]),
+    "four": ([0.5, 2, 5, 10], [0.14, 0.132, 0.12, 0.11]),
+}
+
+
+@pytest.mark.parametrize(("speed", "mu"), FALLS.values(), ids=FALLS)
+def test_a_few_points_that_fall_all_the_way_give_a_curve_that_falls(speed, mu):
+    """Never a3 = 0, which would mean no stick-slip at all; what was not determined is said."""
+    w = np.array(speed) / 1000
+    fit = fit_curve(w, mu)
+    assert "a3 = 0" not in fit.quality and "falls all the way from 0.14 at 0.0005 m/s to 0.11 at 0.01" in fit.quality
+    assert fit.assumed == ("a2",) and fit.a2 == 0 and "a2" in fit.unidentified and not fit.good
+    assert "a2, which was taken as 0" in fit.quality
+    curve = fit.predict(np.linspace(w[0], w[-1], 50))
+    assert (np.diff(curve) < 0).all()
+    np.testing.assert_allclose(fit.predict(w), mu, atol=0.006)
+    assert fit.interval["mu_start"][0] > 0.12 and fit.interval["mu_start"][1] < 0.17
+
+
+def test_coefficients_that_trade_off_against_each_other_are_named():
+    speed, mu = FALLS["straight"]
+    fit = fit_curve(np.array(speed) / 1000, mu)
+    assert {"a1", "a3", "a4"} <= set(fit.unidentified)
+    assert "a1 and a3 and a4 singly, only the curve between" in fit.quality and "measure faster" in fit.quality
+
+
+@pytest.mark.parametrize("mu", [[0.14, 0.12, 0.121, 0.119, 0.122], [0.14, 0.11, 0.112, 0.111]])
+def test_a_few_points_in_no_order_are_too_few_to_tell(mu):
+    """A first point above the others may well be a decline: nobody is told to leave it out."""
+    quality = fit_curve(np.array([0.5, 1, 2, 5, 10])[: len(mu)] / 1000, mu).quality
+    assert "measure more" in quality and "a3 = 0" not in quality
+
+
+def test_confidence_intervals_of_a_curve_that_strengthens_hold_what_they_promise():
+    random = np.random.default_rng(12)
+    truth = (0.4, 0.05, -0.15, 0.1)
+    speed, trials, hits = np.linspace(0, 1, 40), 200, np.zeros(5)
+    for _ in range(trials):
+        fit = fit_curve(speed, law(speed, *truth) + random.normal(0, 0.005, speed.size))
+        assert fit.good and fit.a3 < 0 and "no declining branch" in fit.quality
+        hits += covered((*truth, 0.25), [fit.interval[name] for name in (*NAMES, "mu_start")])
+    low, high = binomial_bounds(trials)
+    assert (hits > low).all() and (hits < high).all(), hits / trials
+
+
+def test_a_curve_that_rises_and_then_falls_is_found():
+    speed = np.linspace(0, 1, 40)
+    truth = (0.4, -0.1, -0.15, 0.1)
+    fit = fit_curve(speed, law(speed, *truth))
+    assert list(fit.coefficients().values()) == pytest.approx(truth, rel=1e-5)
+
+
+def test_static_friction_of_a_fit_is_not_negative():
+    speed = np.linspace(0.02, 1, 30)
+    fit = fit_curve(speed, np.maximum(law(speed, 0.4, 0.0, -0.5, 0.1), 0))
+    assert fit.mu_start == 0.0 and fit.interval["mu_start"][0] == 0.0
+    assert "mu_start" in fit.at_bound and "mu_start is at its bound, 0" in fit.quality and not fit.good
+
+
+def test_a_coefficient_at_its_bound_is_not_praised():
+    speed = np.linspace(0, 1, 30)
+    fit = fit_curve(speed, law(speed, 0.5, -0.01, 0.3, 0.1) + np.random.default_rng(2).normal(0, 0.003, 30))
+    assert fit.a2 == 0.0 and fit.at_bound == ("a2",)
+    assert "a2 is at its bound, 0: they show no rise up to 1 m/s" in fit.quality
+    assert "all four" not in fit.quality and "they determine a1, a3 and a4" in fit.quality
+    fit = fit_curve(speed, law(speed, 0.0, 0.1, 0.3, 0.1) - 0.01 * np.exp(-((speed - 0.3) ** 2) / 0.02))
+    assert "a1" in fit.at_bound and "a1 is at its bound, 0" in fit.quality and not fit.good
 
 
 # --- ageing -----------------------------------------------------------------------------------------------------------
@@ -298,6 +383,22 @@ def test_a_file_becomes_a_fit(tmp_path):
     assert [fit.a1, fit.a2, fit.a3, fit.a4] == pytest.approx(ARTICLE, rel=1e-6)
 
 
+def test_a_unit_that_the_header_lacks_is_assumed_aloud_or_taken_from_the_caller(tmp_path):
+    rows = "".join(f"{w},{mu}\n" for w, mu in zip(*FALLS["bending"], strict=True))
+    bare = write(tmp_path, f"speed,mu\n{rows}")
+    fit = fit_file(bare)
+    assert fit.quality.startswith("The header gives no unit of speed, so the numbers were read in m/s (0.5 to 10 m/s)")
+    assert "write 'speed [mm/s]'" in fit.quality and not fit.good
+    told = fit_file(bare, unit="mm/s")
+    assert told.a4 == pytest.approx(fit.a4 / 1000) and "header" not in told.quality
+    assert fit_file(write(tmp_path, f"speed [m/s],mu\n{rows}"), unit="mm/s").a4 == fit.a4  # the header counts
+    with pytest.raises(ConfigError, match=r"expected the unit of a speed(.|\n)*mm is a unit of length"):
+        fit_file(write(tmp_path, f"speed,mu\n{rows}"), unit="mm")
+    waits = "time,mu\n10,0.1\n60,0.12\n300,0.14\n1000,0.15\n"
+    assert "no unit of time, so the numbers were read in s" in fit_ageing_file(write(tmp_path, waits)).quality
+    assert "header" not in fit_ageing_file(write(tmp_path, waits), unit="min").quality
+
+
 @pytest.mark.parametrize(
     ("text", "place", "said"),
     [
@@ -310,7 +411,7 @@ def test_a_file_becomes_a_fit(tmp_path):
         ("speed [mm/s],mu\n1,\n", (2, 3), "mu: empty, expected a number"),
         ("speed [mm/s],mu\n1,nan\n", (2, 3), "leave out points that were not measured"),
         ("speed [mm/s],mu\n1,0.5\n\n# x\n -2 ,0.5\n", (5, 2), "speed: got '-2', expected a number >= 0"),
-        ("speed [mm],mu\n1,0.5\n", (1, 1), "this is a unit of length"),
+        ("speed [mm],mu\n1,0.5\n", (1, 1), "mm is a unit of length"),
         ("speed [mm/x],mu\n1,0.5\n", (1, 1), "no unit is called 'x'"),
         ("speed [nan],mu\n1,0.5\n", (1, 1), "no unit is called 'nan'"),
         ('speed,mu\n1,0"5\n2,0.5"\n', (2, 4), "not CSV: a quotation mark inside a cell"),

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import stickslip
+from judge import judge
 from stickslip.variables import REGIMES, STATUSES
 
 DATA = Path(__file__).parents[1] / "data" / "hard.csv"
@@ -328,3 +329,45 @@ def test_a_mass_thrown_on_a_belt_that_stands_still_has_its_re_stick_in_every_kin
     early, full = evaluate(cell, "rational"), evaluate(cell, "rational", horizon=100.0, early_stop=False)
     assert early["regime"] == full["regime"] == "stuck"
     assert early["restick_time"] == full["restick_time"] == pytest.approx(4.707468882, rel=1e-6)
+
+
+# --- curves that strengthen, or weaken all the way ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_strengthening_curves_are_solved_as_an_independent_judge_solves_them(law):
+    rng = np.random.default_rng(14)
+    n = 40
+    a3 = rng.uniform(-0.3, 0.3, n)
+    cells = {
+        "mass": np.ones(n), "stiffness": np.ones(n), "normal_load": np.ones(n), "a1": rng.uniform(0.4, 1.0, n),
+        "a2": rng.uniform(-0.02, 0.2, n), "a3": a3, "a4": 10.0 ** rng.uniform(-1.5, 0.0, n),
+        "belt_speed": 10.0 ** rng.uniform(-1.5, 0.3, n), "damping": rng.uniform(0.05, 0.3, n),
+        "delta": rng.uniform(1.0, 3.0, n), "displacement": rng.uniform(-1.0, 1.0, n),
+    }  # fmt: skip
+    if law == "cubic":  # which would end below zero
+        cells["a3"] = np.abs(a3)
+    ds, ruled = stickslip.evaluate(cells, law=law), judge(cells, law)
+    settles = {"damped": "settles", "creep": "settles", "sustained": "rings"}
+    ours = np.array([settles.get(name, name) for name in np.array(REGIMES)[ds["regime"]]])
+    known = np.isin(ruled["regime"], ("stick_slip", "settles", "rings", "stuck"))
+    assert known.mean() > 0.7 and (ours == ruled["regime"])[known].all()
+    for name in ("breakaway_time", "restick_time", "period"):
+        np.testing.assert_allclose(ds[name].values[known], ruled[name][known], rtol=OWED * 1e-6, err_msg=name)
+
+
+def test_a_damper_holds_a_line_that_falls():
+    """gamma + a2 alone damps: a linear oscillator, and an unstable one if a2 wins."""
+    line = {"a1": 0.8, "a3": 0.0, "a4": 1.0, "belt_speed": 0.5, "displacement": 0.7, "velocity": 0.1}
+    held = evaluate(line | {"a2": -0.1, "damping": 0.3})
+    assert (held["regime"], held["damping_ratio"]) == ("damped", pytest.approx(0.1))
+    assert held["settling_time"] == pytest.approx(np.log(1e4) / 0.1, rel=0.02)
+    assert evaluate(line | {"a2": -0.1, "damping": 0.05})["regime"] == "stick_slip"
+
+
+def test_where_the_law_makes_friction_negative_nothing_is_said():
+    runaway = {"a1": 0.5, "a2": -0.4, "a3": 0.3, "a4": 0.1, "belt_speed": 1.0}
+    found = evaluate(runaway)
+    assert (found["regime"], found["status"]) == ("failed", "negative_friction")
+    assert evaluate(runaway | {"belt_speed": 0.2})["regime"] == "stick_slip"
+    assert evaluate({"a1": 0.5, "a2": 0.0, "a3": -0.3, "a4": 0.1, "belt_speed": 0.05})["regime"] == "creep"

@@ -332,6 +332,12 @@ def test_thresholds_of_thomsen_and_fidlin():
     assert float(theory.cubic_loss_of_stability(**CUBIC, damping=1.0, normal_load=1.0)) == 0.0
 
 
+def test_a_cubic_law_that_rises_first_has_no_speed_from_which_sliding_is_stable():
+    rising = {"mu_start": 0.2, "mu_reversal": 0.25, "v_reversal": 0.5, "damping": 0.1, "normal_load": 1.0}
+    assert np.isnan(theory.cubic_loss_of_stability(**rising)) and np.isnan(theory.cubic_stick_slip_limit(**rising))
+    assert np.isnan(theory.cubic_pure_slip_speed(0.5, **rising))
+
+
 def amplitudes(belt_speed, load, start, duration):
     """Half of what displacement and velocity span in slip on the cubic law, by SciPy; m = k = 1, damper 0.1 N.
 

@@ -5,10 +5,10 @@ Every fit comes with 95 % confidence intervals and with `quality`, a plain sente
 
 from stickslip.fit.ageing import AgeingFit, Rank, Ranking, fit_ageing, rank
 from stickslip.fit.curve import CurveFit, fit_curve
-from stickslip.fit.files import fit_file
+from stickslip.fit.files import fit_ageing_file, fit_file
 from stickslip.fit.points import AGEING_COLUMNS, CURVE_COLUMNS, read_points
 
 __all__ = [
-    "AGEING_COLUMNS", "AgeingFit", "CURVE_COLUMNS", "CurveFit", "Rank", "Ranking", "fit_ageing", "fit_curve",
-    "fit_file", "rank", "read_points",
+    "AGEING_COLUMNS", "AgeingFit", "CURVE_COLUMNS", "CurveFit", "Rank", "Ranking", "fit_ageing",
+    "fit_ageing_file", "fit_curve", "fit_file", "rank", "read_points",
 ]  # fmt: skip

@@ -1,18 +1,42 @@
-"""Curves fitted to the points of a file."""
+"""Curves and ageing fitted to the points of a file."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
+from stickslip.fit.ageing import AgeingFit, fit_ageing
 from stickslip.fit.curve import CurveFit, fit_curve
-from stickslip.fit.points import CURVE_COLUMNS, read_points
+from stickslip.fit.points import AGEING_COLUMNS, CURVE_COLUMNS, Columns, read_points
 from stickslip.problems import ConfigError, Problem
 
+AnyFit = TypeVar("AnyFit", CurveFit, AgeingFit)
 
-def fit_file(path: Path) -> CurveFit:
-    """The curve through the points of a CSV file. Raises ConfigError."""
-    points = read_points(path, CURVE_COLUMNS)
+
+def fit_file(path: Path, unit: str | None = None) -> CurveFit:
+    """The curve through the points of a CSV file.
+
+    unit : of the speeds, where the header names none. Without it they are read in m/s, which the quality of the fit
+        says, and it is not called good. Raises ConfigError.
+    """
+    points = read_points(path, CURVE_COLUMNS, unit)
     try:
-        return fit_curve(**points)
+        return _cautious(fit_curve(**points), points)
     except ValueError as error:
         raise ConfigError(str(path), [Problem((), str(error))]) from None
+
+
+def fit_ageing_file(path: Path, unit: str | None = None) -> AgeingFit:
+    """Ageing from the waiting times and friction coefficients of a CSV file; `unit` is that of the times, as above."""
+    points = read_points(path, AGEING_COLUMNS, unit)
+    try:
+        return _cautious(fit_ageing(points["time"], points["mu"]), points)
+    except ValueError as error:
+        raise ConfigError(str(path), [Problem((), str(error))]) from None
+
+
+def _cautious(fit: AnyFit, points: Columns) -> AnyFit:
+    """The fit, with a word on units that were assumed."""
+    caution = points.caution()
+    return replace(fit, quality=f"{caution} {fit.quality}", good=False) if caution else fit

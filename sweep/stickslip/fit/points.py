@@ -6,7 +6,8 @@
     1,   0.58
 
 The first line that is not a comment names the columns, in any order, with their units in brackets; without a unit a
-column is in SI. Numbers have decimal points, columns are separated by commas, empty lines and those with # are skipped.
+column is in SI, or in the unit the caller names. Numbers have decimal points, columns are separated by commas, empty
+lines and those with # are skipped.
 """
 
 from __future__ import annotations
@@ -42,11 +43,29 @@ _MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
 _Cell = tuple[str, int]  # what stands there, and in which column of the text, from 1
 
 
-def read_points(path: str | Path, columns: Sequence[Parameter]) -> dict[str, NDArray[np.float64]]:
+class Columns(dict[str, NDArray[np.float64]]):
+    """Columns by name, in SI, row by row. assumed : those that were read in SI for want of a unit."""
+
+    assumed: tuple[Parameter, ...] = ()
+
+    def caution(self) -> str:
+        """What was assumed, in words; empty if nothing was."""
+        told = []
+        for column in self.assumed:
+            unit, values = units.spelled(column.units), self[column.name]
+            told.append(
+                f"The header gives no unit of {column.name}, so the numbers were read in {unit} ({values.min():.4g} to "
+                f"{values.max():.4g} {unit}): write '{_titled(column)}', or the unit they have."
+            )
+        return " ".join(told)
+
+
+def read_points(path: str | Path, columns: Sequence[Parameter], unit: str | None = None) -> Columns:
     """The columns of a CSV file by name, in SI, row by row.
 
     columns : what may stand in the file, CURVE_COLUMNS or AGEING_COLUMNS; one whose default is not None may be missing,
         and then is missing in the result.
+    unit : of the column that has one, speed or time, where the header does not name it; None takes SI.
     Raises ConfigError with everything that is wrong, by line and column.
     """
     name = str(path)
@@ -54,7 +73,7 @@ def read_points(path: str | Path, columns: Sequence[Parameter]) -> dict[str, NDA
     if not rows:
         raise ConfigError(name, [Problem((), "no line names the columns", hint=_example(columns))])
     (line, heading), *rest = rows
-    asked = _heading(name, line, heading, columns)
+    asked = _heading(name, line, heading, columns, unit or "")
     if not rest:
         raise ConfigError(name, [Problem((), "no points, only the names of columns", Place(line, 1))])
     problems: list[Problem] = []
@@ -73,7 +92,9 @@ def read_points(path: str | Path, columns: Sequence[Parameter]) -> dict[str, NDA
                 problems.append(Problem((column.name,), message, Place(line, start), error.hint))
     if problems:
         raise ConfigError(name, problems)
-    return {column: np.array(values) for column, values in found.items()}
+    read = Columns({column: np.array(values) for column, values in found.items()})
+    read.assumed = tuple(column for column, unit in asked if column.units != "1" and not unit)
+    return read
 
 
 # --- the text ---------------------------------------------------------------------------------------------------------
@@ -110,14 +131,16 @@ def _starts(line: str) -> Iterator[int]:
 # --- the names of the columns -----------------------------------------------------------------------------------------
 
 
-def _heading(name: str, line: int, cells: Sequence[_Cell], columns: Sequence[Parameter]) -> list[tuple[Parameter, str]]:
-    """What each column of the file is, and its unit as written."""
+def _heading(
+    name: str, line: int, cells: Sequence[_Cell], columns: Sequence[Parameter], otherwise: str
+) -> list[tuple[Parameter, str]]:
+    """What each column of the file is, and its unit as written; `otherwise` that of one that has none."""
     known = {column.name: column for column in columns}
     found: dict[str, tuple[Parameter, str]] = {}
     problems = []
     for text, start in cells:
         try:
-            column, unit = _column(text, known)
+            column, unit = _column(text, known, otherwise)
             if column.name in found:
                 raise units.QuantityError("it once", "remove one of the two columns")
             found[column.name] = (column, unit)
@@ -132,7 +155,7 @@ def _heading(name: str, line: int, cells: Sequence[_Cell], columns: Sequence[Par
     return list(found.values())
 
 
-def _column(text: str, known: dict[str, Parameter]) -> tuple[Parameter, str]:
+def _column(text: str, known: dict[str, Parameter], otherwise: str) -> tuple[Parameter, str]:
     """One name with its unit. Raises QuantityError."""
     if re.search(r"[;\t]", text):
         raise units.QuantityError("columns separated by commas", "save the file with commas and decimal points")
@@ -148,19 +171,23 @@ def _column(text: str, known: dict[str, Parameter]) -> tuple[Parameter, str]:
         if unit not in _PURE:
             raise units.QuantityError("no unit", f"{column.name} is a pure number")
         return column, ""
-    if unit:
+    if unit := unit or otherwise:
         try:
             units.si_value(f"1 {unit}", column.units)
         except units.QuantityError as error:
-            hint = f"this is a unit of {error.found}" if error.found else error.hint
+            hint = f"{unit} is a unit of {error.found}" if error.found else error.hint
             raise units.QuantityError(f"the unit of {units.kind(column.units)}", hint) from None
     return column, unit
 
 
 def _example(columns: Sequence[Parameter]) -> str:
-    words = [f"{c.name} [{units.example(c.units).split(' ', 1)[1]}]" if c.units != "1" else c.name for c in columns
-             if c.default is None]  # fmt: skip
-    return f"the first line that is not a comment says, for instance, '{', '.join(words)}'"
+    words = ", ".join(_titled(column) for column in columns if column.default is None)
+    return f"the first line that is not a comment says, for instance, '{words}'"
+
+
+def _titled(column: Parameter) -> str:
+    """The name of a column with a unit that people use: ``speed [mm/s]``."""
+    return f"{column.name} [{units.example(column.units).split(' ', 1)[1]}]" if column.units != "1" else column.name
 
 
 # --- the numbers ------------------------------------------------------------------------------------------------------

@@ -32,12 +32,13 @@ def cubic_loss_of_stability(
 ) -> Floats:
     """Belt speed v_b1 (m/s) below which steady sliding is unstable: v_reversal sqrt(1 - 2 c v_reversal/(3 N drop)).
 
-    drop = mu_start - mu_reversal; damping N s/m, load N. 0 where the damper keeps sliding stable at every speed.
+    drop = mu_start - mu_reversal; damping N s/m, load N. 0 where the damper keeps sliding stable at every speed,
+    NaN for a drop below 0: friction that rises first makes sliding unstable above some speed, not below.
     In their units (N = 1, c = 2 beta): v_m sqrt(1 - 4 beta v_m/(3 (mu_s - mu_m))).
     """
     start, reversal, v_min, c, load = floats(mu_start, mu_reversal, v_reversal, damping, normal_load)
     left = 1.0 - 2.0 * c * v_min / (3.0 * load * (start - reversal))
-    return np.asarray(v_min * np.sqrt(np.maximum(left, 0.0)))
+    return np.where(start < reversal, np.nan, v_min * np.sqrt(np.maximum(left, 0.0)))
 
 
 def cubic_pure_slip_speed(

@@ -1,0 +1,159 @@
+"""What a fitted curve is worth, in plain words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats  # type: ignore[import-untyped]
+
+from stickslip.fit.forms import COEFFICIENTS, FALLING, STRENGTHENING, Form
+from stickslip.fit.uncertainty import Floats, rms, run_score
+
+_SHARE = 0.5  # of the mean friction: a coefficient that moves the curve by more, within its interval, is not known
+_SYSTEMATIC = -3.0  # standard deviations of the number of runs; one random sample in 700 goes below
+_CERTAIN = 0.99  # confidence with which a branch must be seen
+_TREND = 0.05  # chance of as many falls among points without a trend
+_FEW = 4  # points to spare below which a branch that is not seen may well be there
+_ROUNDING = 1e-9  # of the friction: smaller residuals are none
+_VISIBLE = 0.01  # of the span of the points: smaller residuals do no harm, however regular they are
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A fit and what is known of it.
+
+    seen : whether the points show a branch of this form, declining or rising from rest.
+    reach : half widths of the confidence intervals. at_bound : coefficients at the end of their range.
+    freedom : points to spare.
+    """
+
+    form: Form
+    seen: bool
+    estimates: Mapping[str, float]
+    reach: Mapping[str, float]
+    at_bound: tuple[str, ...]
+    speed: Floats
+    mu: Floats
+    residuals: Floats
+    r_squared: float
+    freedom: int
+
+    def unidentified(self) -> tuple[str, ...]:
+        """Coefficients that the points do not determine."""
+        allowed = _SHARE * float(self.mu.mean())
+        effect = {"a1": self.reach["a1"], "a2": self.reach["a2"] * float(self.speed.max())}
+        unknown = {name for name, moved in effect.items() if not moved < allowed}
+        unknown |= {name for name in ("a3", "a4") if not self.reach[name] < abs(self.estimates[name])}
+        if not self.seen:
+            unknown |= {"a3", "a4"}
+        return tuple(name for name in COEFFICIENTS if name in unknown)
+
+    def findings(self) -> Iterator[str]:
+        """What speaks against using the curve."""
+        slowest, fastest = float(self.speed.min()), float(self.speed.max())
+        if self.freedom <= 0:
+            yield f"{self.speed.size} points for four coefficients leave nothing to judge the fit by: measure more."
+        elif self.form is FALLING:
+            yield self._falling(slowest, fastest)
+        elif not self.seen:
+            yield self._unseen(slowest, fastest)
+        else:
+            yield from self._undetermined(slowest, fastest)
+        yield from self._bounds()
+        if self.seen and self.r_squared < 0.5:
+            yield f"The curve explains only {100 * self.r_squared:.0f} % of the variance of the points."
+        harmless = max(_VISIBLE * float(np.ptp(self.mu)), _ROUNDING * float(self.mu.max()))
+        if rms(self.residuals) > harmless and run_score(self._in_order()) < _SYSTEMATIC:
+            yield "The residuals change sign too seldom along the speed: the points follow a curve of another shape."
+
+    def _falling(self, slowest: float, fastest: float) -> str:
+        """Points that fall all the way, but no four coefficients."""
+        first, last = (float(self.mu[self.speed == speed].mean()) for speed in (slowest, fastest))
+        others = [name for name in self.unidentified() if name not in self.form.assumed]
+        lost = f" Neither do they determine {' and '.join(others)} singly, only the curve between." if others else ""
+        over = fastest > 3 * self.estimates["a4"]
+        missing = (
+            "more points would show whether it rises again" if over else "measure faster to see where the fall ends"
+        )
+        return (
+            f"Friction falls all the way from {first:.3g} at {slowest:.3g} m/s to {last:.3g} at {fastest:.3g} m/s, and "
+            f"the points do not determine a2, which was taken as 0 (no rise at speed).{lost} Use the curve between "
+            f"these speeds; {missing}."
+        )
+
+    def _unseen(self, slowest: float, fastest: float) -> str:
+        """Points without a declining branch, or too few to tell."""
+        where = f"between {slowest:.3g} and {fastest:.3g} m/s"
+        if self.freedom < _FEW:
+            return f"{self.speed.size} points are too few to tell whether friction declines {where}: measure more."
+        return (
+            f"The points show no declining branch {where}, so a3 and a4 mean nothing: use a3 = 0, or measure slower if "
+            "the friction is known to fall."
+        )
+
+    def _undetermined(self, slowest: float, fastest: float) -> Iterator[str]:
+        """Branches that begin before the points, or end behind them."""
+        a4, unknown = self.estimates["a4"], self.unidentified()
+        branch = "rise from rest" if self.form is STRENGTHENING else "decline"
+        if slowest > a4:
+            yield (
+                f"The slowest point, at {slowest:.3g} m/s, is {slowest / a4:.3g} times a4: the {branch} is over before "
+                f"the points begin, and mu_start = {self.estimates['mu_start']:.3g} is extrapolated. Measure slower."
+            )
+        elif unknown:
+            beyond = f" The {branch} does not end before {fastest:.3g} m/s: measure faster." if fastest < 2 * a4 else ""
+            yield f"The points do not determine {' and '.join(unknown)}.{beyond}"
+
+    def _bounds(self) -> Iterator[str]:
+        """Bounds that the points press against. That a2 is one says no more than that no rise is seen."""
+        if not self.seen and self.form is not FALLING:
+            return
+        if "a1" in self.at_bound:
+            yield "a1 is at its bound, 0: beyond the points the curve is a guess."
+        if "mu_start" in self.at_bound:
+            yield "mu_start is at its bound, 0: the curve has no static friction."
+        if "a4" in self.at_bound:
+            yield f"a4 = {self.estimates['a4']:.3g} m/s is at the end of the range that was searched."
+
+    def praise(self) -> str:
+        """What a good fit is told."""
+        known, no_rise = "all four coefficients", ""
+        if "a2" in self.at_bound:
+            known = "a1, a3 and a4"
+            no_rise = f" a2 is at its bound, 0: they show no rise up to {float(self.speed.max()):.3g} m/s."
+        rising = " Friction rises from rest: a3 is negative, and there is no declining branch."
+        return (
+            f"The curve explains {100 * self.r_squared:.3g} % of the variance of {self.speed.size} points, "
+            f"with a residual rms of {rms(self.residuals):.2g}, and they determine {known}."
+            f"{no_rise}{rising if self.form is STRENGTHENING else ''}"
+        )
+
+    def _in_order(self) -> Floats:
+        """One residual per speed, the mean of repetitions, from slow to fast."""
+        _, group = np.unique(self.speed, return_inverse=True)
+        return np.asarray(np.bincount(group, self.residuals) / np.bincount(group))
+
+
+def is_seen(gain: float, chi_squared: float | None, freedom: int) -> bool:
+    """Whether the two coefficients of a branch lower the sum of squares by more than chance does.
+
+    gain : see `ScaledPoints.gain`. chi_squared : of the whole curve, where sigma is known. freedom : points left over.
+    """
+    if chi_squared is not None and chi_squared > 0:
+        return gain * chi_squared > float(stats.chi2(2).ppf(_CERTAIN))
+    return freedom > 0 and gain * freedom / 2.0 > float(stats.f(2, freedom).ppf(_CERTAIN))
+
+
+def falls(speed: Floats, mu: Floats) -> bool:
+    """Whether friction falls over the whole range of speeds, by the order of the points alone (Kendall)."""
+    return bool(stats.kendalltau(speed, mu, alternative="less").pvalue < _TREND)
+
+
+def excess(chi_squared: float, freedom: int) -> Iterator[str]:
+    """Residuals that the standard deviations given do not explain, in fewer than one of a thousand samples."""
+    if freedom > 0 and stats.chi2(freedom).sf(chi_squared) < 1e-3:
+        times = math.sqrt(chi_squared / freedom)
+        yield f"The residuals are {times:.2g} times sigma: the points follow another curve, or sigma is too small."
