@@ -151,7 +151,7 @@ def leave_line(c, s, out, books, mu_line):
     belt, w = s[SIGMA] * c[BELT], s[W]
     mu_curve = c[A1] + c[A3] - weakened(c, w)
     if mu_curve > mu_line:
-        if belt - w <= 1e-13 * belt:
+        if belt - w <= max(NO_TURN * sqrt(s[BAND2]), 1e-13 * belt):
             note(c, s, books, c[GAMMA] * w - weakened(c, w), w, 0.0)
             return answer_point(c, s, out, SETTLES, books[WHOLE], displacement(c, s, s[P]))
         duration = (mu_curve - mu_line) / (belt - w)
