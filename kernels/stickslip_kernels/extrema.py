@@ -3,7 +3,7 @@
 from math import inf
 
 from .jit import compiled
-from .lanes import reach, slope_inside
+from .lanes import extreme_slope, reach
 from .layout import (
     B, BAND, CONFIRMING, CROSSED, DW, DW_HIGH, DW_TOP, G, HEAT, JERK, LOOP_COUNT, OFFSET, PEAK, PEAK_BEFORE, QUIET,
     QUIET_GIVEN, SIDE_LAST, SIGMA, TAU, TURN_BEFORE, TURN_LAST, V_HIGH, V_LOW, W, W_MIN, W_TOP, XI_HIGH, XI_LOW,
@@ -11,7 +11,7 @@ from .layout import (
 )  # fmt: skip
 from .loops import LOOPS, note_loop
 from .regimes import note_force, note_speed
-from .roots import FOR_A_VALUE, arrival, extreme_slope, extreme_speed
+from .roots import FOR_A_VALUE, arrival, extreme_speed
 
 
 @compiled(inline=True)
@@ -24,8 +24,7 @@ def record_extrema(law, s, i, results, control, h, y1, w1, dw1, jerk1):
         if dw0 > 0.0:
             note_peak(s, i, top - b)
     if jerk0 * jerk1 < 0.0 and max(abs(dw0), abs(dw1)) + reach(jerk0, jerk1, h) >= s[DW_TOP + i]:
-        t, slope = extreme_slope(s, i, h, at_end)
-        s[DW_HIGH + i] = max(s[DW_HIGH + i], abs(slope_inside(law, s, i, t, slope)))
+        s[DW_HIGH + i] = max(s[DW_HIGH + i], abs(extreme_slope(law, s, i, h, at_end)))
     if (w0 > b) != (w1 > b):  # u' = b - w changes sign
         t, rise, work = arrival(s, i, b, 1.0 if w1 > b else -1.0, h, at_end)
         xi = s[SIGMA + i] * (s[Y + i] + rise - s[G + i] * b + s[OFFSET + i])

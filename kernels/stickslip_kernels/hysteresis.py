@@ -8,8 +8,8 @@ from math import inf, isnan
 from .friction import coefficient, line_slope
 from .jit import compiled
 from .layout import (
-    BAND, BAND2, CELL, DECIDED, DECIDED_BY, EARLY_STOP, ENTERED, G, HEAT, HELD, HOLD, HORIZON_REACHED, MARK, MU_STOP,
-    MU_TURN, RISE, SETTLED, SETTLING_OBSERVED, SIGMA, TAU, TAU_END, UNRESOLVED, XI_STAR,
+    BAND, BAND2, CELL, DECIDED, DECIDED_BY, DW_HIGH, EARLY_STOP, ENTERED, G, HEAT, HELD, HOLD, HORIZON_REACHED,
+    MARK, MU_STOP, MU_TURN, RISE, SETTLED, SETTLING_OBSERVED, SIGMA, TAU, TAU_END, UNRESOLVED, XI_STAR,
 )  # fmt: skip
 from .line import distance2, entry_time, level_time, motion, square_integral, turn_time
 from .extrema import note_turn
@@ -79,7 +79,7 @@ def along_line(s, i, results, u, q, v, drag, slope, mu_stop, b, duration):
     if s[MARK + i] > 0.0:
         steepest = turn_time(v, -q - drag * v, drag)
         if steepest < duration:
-            note_ends(s, i, u, 0.0, motion(q, v, drag, steepest)[1])
+            s[DW_HIGH + i] = max(s[DW_HIGH + i], abs(motion(q, v, drag, steepest)[1]))
         if q > 0.0 > q1:
             t = level_time(q, v, drag, 0.0, duration)
             note_turn(s, i, sigma * (mu_stop + slope * b + motion(q, v, drag, t)[1]))
@@ -106,7 +106,7 @@ def note_entry_on_line(s, i, q, v, drag, shift, duration):
         for level in levels:  # the last extreme before the end of this piece
             if q_start > level > q_end:
                 start = level_time(q, v, drag, level, duration)
-                q_start, v_start = motion(q, v, drag, start)
+                q_start, v_start = level, motion(q, v, drag, start)[1]  # exactly: it is not found again
         if distance2(q_start, v_start, drag, shift) >= band2:
             s[ENTERED + i] = s[TAU + i] + start + entry_time(q_start, v_start, drag, shift, band2, end - start)
             return
@@ -138,7 +138,9 @@ def stay_on_line(s, i, cells, results, control, u, q, v, drag, slope, b, settled
     status = HORIZON_REACHED
     if settled < left and s[DECIDED + i] == 0.0:
         note_ends(s, i, u_star, b, 0.0)
-        decide_settled(s, i, results, s[TAU + i] + settled, sigma * u_star, settled_by)
+        inside = settled == 0.0 and distance2(q, v, drag, u_star - sigma * s[XI_STAR + i]) < band2
+        entered = s[ENTERED + i] if inside else s[TAU + i] + settled
+        decide_settled(s, i, results, entered, sigma * u_star, settled_by)
         if control[EARLY_STOP] > 0.0:
             left, status = settled, s[DECIDED_BY + i]
     q1, v1 = motion(q, v, drag, left)

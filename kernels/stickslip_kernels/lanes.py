@@ -10,10 +10,8 @@ from typing import Any
 
 from numba.extending import overload
 
-from . import rk_lanes, taylor
+from . import rk_lanes, roots, taylor
 from .bits import select
-from .dense import load_and_speed
-from .equations import slope_in_lane
 from .jit import compiled
 from .laws import is_exponential
 from .layout import (
@@ -44,8 +42,8 @@ def restart(law, s, i, h):
     raise NotImplementedError
 
 
-def slope_inside(law, s, i, t, slope):
-    """w' of lane i at t after the start of its step, of which the dense output says `slope` (compiled code only)."""
+def extreme_slope(law, s, i, h, at_end):
+    """w' where w'' of lane i vanishes within h; at_end as for `roots.arrival` (compiled code only)."""
     raise NotImplementedError
 
 
@@ -70,12 +68,11 @@ def _restart(law, s, i, h):
     return lambda law, s, i, h: rk_lanes.restart(s, i, h)
 
 
-@overload(slope_inside, jit_options=UNCOUNTED)
-def _slope_inside(law, s, i, t, slope):
+@overload(extreme_slope, jit_options=UNCOUNTED)
+def _extreme_slope(law, s, i, h, at_end):
     if is_exponential(law):
-        return lambda law, s, i, t, slope: slope
-    # The derivative of a Hermite polynomial is less exact than the polynomial: ask the equation of motion.
-    return lambda law, s, i, t, slope: slope_in_lane(law, s, i, *load_and_speed(s, i, t))
+        return lambda law, s, i, h, at_end: roots.extreme_slope(s, i, h, at_end)
+    return lambda law, s, i, h, at_end: rk_lanes.extreme_slope(law, s, i, h, at_end[2])
 
 
 # --- all lanes ------------------------------------------------------------------------------------------------------

@@ -70,8 +70,8 @@ def start_sliding(law, s, i, cells, results, control, log, xi, relative):
     s[SIGMA + i], s[SLIP_START + i] = sigma, 0.0
     set_band(s, i, u, w, b)
     note_side(s, i, xi)
-    begin_stepping(law, s, i, cells, c)
     enter_curve(law, s, i, cells, FAST if w >= s[W_MIN + i] > 0.0 else RISE, u, w, b, False)
+    begin_stepping(law, s, i, cells, c)
     dw = s[DW + i]
     note_ends(s, i, u, w, dw)
     if w < s[W_MIN + i] and (dw < 0.0 or (dw == 0.0 and w > b)):

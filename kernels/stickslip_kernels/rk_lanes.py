@@ -7,7 +7,7 @@ six exponentials is too long for the processor to overlap two of them (measured 
 
 from .bits import select
 from .friction import coefficient_slope
-from .dense import conservative_work, subtract_damper_work
+from .dense import conservative_work, load_and_speed, subtract_damper_work
 from .equations import jerk_in_lane, slope_in_lane
 from .jit import compiled
 from .laws import inflection
@@ -21,6 +21,9 @@ from .rk import (
     stage_5, stage_6, stage_7, step_factor,
 )  # fmt: skip
 from .steep import may_hide
+
+MOST_TRIES = 30
+FLAT = 1e-6  # of the step: an extreme value is known when its time is to this
 
 
 @compiled
@@ -148,6 +151,30 @@ def interpolate(s):
 
 
 @compiled
+def extreme_slope(law, s, i, h, jerk1):
+    """w' where w'' of lane i vanishes within h, w'' being jerk1 at the end.
+
+    The derivatives of a Hermite polynomial are less exact than the polynomial, so w' and w'' are those of the equation
+    of motion along it. By the Illinois method.
+    """
+    low, high, f_low, f_high, slope = 0.0, h, s[JERK + i], jerk1, s[DW + i]
+    for _ in range(MOST_TRIES):
+        t = (low * f_high - high * f_low) / (f_high - f_low)
+        y, w = load_and_speed(s, i, t)
+        slope = slope_in_lane(law, s, i, y, w)
+        f = jerk_in_lane(law, s, i, y, w, slope, s[B + i] + t * s[ALPHA + i])
+        moved = abs(t - high)
+        if f * f_high < 0.0:
+            low, f_low = high, f_high
+        else:
+            f_low *= 0.5
+        high, f_high = t, f
+        if moved <= FLAT * h or f == 0.0:
+            break
+    return slope
+
+
+@compiled
 def restart(s, i, h):
     """Let the next step of lane i be of size h, without a memory of errors."""
     s[STEP + i], s[ERROR_LOG + i] = h, 0.0
@@ -155,7 +182,7 @@ def restart(s, i, h):
 
 @compiled
 def begin_stepping(law, s, i, cells, c):
-    """Size of the first step of a slip from rest, where the slip speed may grow as fast as the curve falls."""
+    """Size of the first step of a slip, where the speed may grow as fast as the curve falls, or be thrown across it."""
     steepest = cells[A4, c] * inflection(law, cells[DELTA, c])
     growth = abs(coefficient_slope(law, cells, c, steepest)) + cells[GAMMA, c]
-    restart(s, i, 0.05 / (1.0 + growth))
+    restart(s, i, min(0.05 / (1.0 + growth), s[HIDES + i] / abs(s[DW + i])))

@@ -144,7 +144,7 @@ def extreme_speed(s, i, end, at_end, resolved):
 
 @compiled
 def extreme_slope(s, i, end, at_end):
-    """When, before `end`, w'' vanishes, and w' there. at_end : as for `arrival`."""
+    """w' where w'' vanishes before `end`. at_end : as for `arrival`."""
     jerk, snap = s[JERK + i], 6.0 * s[SERIES + 3 * WIDTH + i]
     change = at_end[2] - jerk
     part = -jerk / change
@@ -155,7 +155,6 @@ def extreme_slope(s, i, end, at_end):
         _, dw, jerk, snap = speed(s, i, t)
         d = -jerk / snap
         if abs(d) <= FOR_A_VALUE_BY_NEWTON * end and 0.0 < t + d <= end:
-            return t + d, dw + d * (jerk + 0.5 * d * snap)
+            return dw + d * (jerk + 0.5 * d * snap)
         t += d
-    t = crossing(s, i, 2, 0.0, end, at_end, FOR_A_VALUE_BY_NEWTON)
-    return t, speed(s, i, t)[1]
+    return speed(s, i, crossing(s, i, 2, 0.0, end, at_end, FOR_A_VALUE_BY_NEWTON))[1]

@@ -100,8 +100,8 @@ def settles_for_certain(law, s, i):
 
 @compiled
 def is_neutral(law, s, i):
-    """Whether nothing damps or feeds a motion as large as this, at a maximum of u."""
-    b, reach = s[B + i], abs(s[Y + i] - s[Y_STAR + i]) + abs(s[W + i] - s[B + i])
+    """Whether nothing damps or feeds a motion as large as this."""
+    b, reach = s[B + i], ((s[Y + i] - s[Y_STAR + i]) ** 2 + (s[W + i] - s[B + i]) ** 2) ** 0.5
     low, high, bend = max(b - reach, 0.0), b + reach, inflection(law, s[EXPONENT + i]) / s[RATE + i]
     if low < s[W_MIN + i] or (low < bend < high and s[DROP + i] != 0.0):
         return False

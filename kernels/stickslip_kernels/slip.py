@@ -55,7 +55,7 @@ def begin_slip(law, s, i, cells, log, u, b, lifting_off, fresh):
         set_band(s, i, u, 0.0, b)
     if s[SIDE_LAST + i] == 0.0:
         note_side(s, i, s[SIGMA + i] * u)
-    begin_stepping(law, s, i, cells, c)
     enter_curve(law, s, i, cells, RISE, u, 0.0, b, lifting_off)
+    begin_stepping(law, s, i, cells, c)
     note_ends(s, i, u, 0.0, s[DW + i])
     log_slip(log, s, i, RISE, s[SIGMA + i])

