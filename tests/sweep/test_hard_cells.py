@@ -180,7 +180,7 @@ def test_settling_counts_from_the_last_excursion_of_a_chain_of_holds():
 
 
 def test_settling_on_the_line_counts_from_when_the_band_was_entered_for_good():
-    """Told by the judge: an extreme of the distance was found twice, by rounding; the last fall began inside the band."""
+    """Told by the judge: rounding found an extreme of the distance twice; the last fall began inside the band."""
     once = {"belt_speed": 0.65, "a1": 0.8, "a2": 0.003, "a3": 0.2, "a4": 0.1, "damping": 1.4, "mu_stop": 0.5}
     assert evaluate(once)["settling_time"] == pytest.approx(13.5204, rel=1e-4)
     inside = {"belt_speed": 0.2, "a1": 0.2, "a2": 0.15, "a3": 0.4, "a4": 0.3, "damping": 0.02, "mu_stop": 0.1}
