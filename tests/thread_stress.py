@@ -1,6 +1,6 @@
 """Threads of one process that read, write, run and extend results at once: every value is checked, nothing crashes.
 
-python tests/thread_stress.py SECONDS        # prints how often each was done, and ends with 1 if anything went wrong
+python tests/thread_stress.py SECONDS   # prints how often each was done, and ends with 1 if anything went wrong
 """
 
 from __future__ import annotations
