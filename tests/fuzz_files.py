@@ -137,8 +137,8 @@ def small() -> xr.Dataset:
 def every_byte(kind: str, seed: int) -> int:
     """Flip a bit of every byte of a small file, one at a time; the number of times something went wrong.
 
-    The HDF5 library dies of a damaged global heap (31 of 23,925 bytes), before anything of ours sees the file. These are
-    shown, and are too many above half a percent.
+    The HDF5 library dies of a damaged global heap (31 of 23,925 bytes), before anything of ours sees the file. These
+    deaths are shown, and are too many above half a percent.
     """
     chance, expected = random.Random(seed), small()
     folder = Path(tempfile.mkdtemp(prefix="stickslip-fuzz-"))
