@@ -15,7 +15,11 @@ KERNELS = ROOT / "kernels" / "stickslip_kernels"
 
 # From the ground up. A module imports modules of its own floor or of lower ones, and never in a circle.
 FLOORS = (
-    ("ground", {"_version", "variables", "problems", "csv_file", "file_errors", "machine", "addresses", "compiling"}),
+    (
+        "ground",
+        {"_version", "variables", "problems", "csv_file", "file_errors", "machine", "addresses", "compiling"}
+        | {"netcdf_lock"},
+    ),
     (
         "what is asked, how it is labelled",
         {"quantities", "yaml_source", "sections", "kinds", "models", "checks", "cells", "pick"}

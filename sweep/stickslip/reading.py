@@ -4,13 +4,15 @@ Data variables come back as dask arrays with the chunks of the file; a chunk is 
 is a StoreError that names file, variable and place. Chunks carry checksums and the rest of the file is sealed
 (`seal.py`), so a flipped bit or a missing piece is refused, not drawn.
 
-Threads: xarray's own lock lets one thread at a time into the netCDF library, which is not safe without.
+Threads: netCDF files are opened, read and closed under one lock (`netcdf_lock.py`); Zarr needs none.
 """
 
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .file_errors import StoreError, reason, require_zarr
+from .netcdf_lock import NETCDF_LOCK
 from .seal import SEAL, digest, is_unwritten
 
 _LABEL = "_label"
@@ -31,19 +34,26 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:
     Coordinates are in memory, data variables are dask arrays. Raises StoreError; so does reading a corrupt chunk later.
     """
     source = _source(path)
-    engine = "zarr" if _is_zarr(source) else "netcdf4"
-    if engine == "zarr":
+    if _is_zarr(source):
         require_zarr(path)
-    try:
-        opened = _opened(source, engine)
-        objection = _objection(source, opened, engine)
-        ds = _labels_as_index(_with_plain_flags(_in_chunks(opened, str(path))))
-    except Exception as error:  # a damaged file can make these libraries raise whatever there is
-        kind = "Zarr" if engine == "zarr" else "netCDF"
-        raise StoreError(f"{path}: cannot be read as {kind} ({reason(error)})") from error
-    if objection:
-        opened.close()
-        raise StoreError(f"{path}: {objection}")
+        return _checked(path, source, "zarr")
+    with NETCDF_LOCK:
+        return _checked(path, source, "netcdf4")
+
+
+def _checked(path: str | os.PathLike[str], source: Path | str, engine: str) -> xr.Dataset:
+    """The dataset as people use it; a file that is refused is closed."""
+    with ExitStack() as to_close:
+        try:
+            opened = _opened(source, engine, to_close)
+            objection = _objection(source, opened, engine)
+            ds = _labels_as_index(_with_plain_flags(_in_chunks(opened, str(path))))
+        except Exception as error:  # a damaged file can make these libraries raise whatever there is
+            kind = "Zarr" if engine == "zarr" else "netCDF"
+            raise StoreError(f"{path}: cannot be read as {kind} ({reason(error)})") from error
+        if objection:
+            raise StoreError(f"{path}: {objection}")
+        to_close.pop_all()
     ds.attrs = {name: value for name, value in opened.attrs.items() if name != SEAL}
     ds.set_close(opened.close)
     return ds
@@ -77,12 +87,13 @@ def _is_zarr(source: Path | str) -> bool:
     return source.is_dir() if isinstance(source, Path) else source.rstrip("/").endswith(".zarr")
 
 
-def _opened(source: Path | str, engine: str) -> xr.Dataset:
+def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
     """The dataset as it lies in the file, coordinates and single numbers loaded, the rest waiting."""
-    options: dict[str, Any] = {"consolidated": False} if engine == "zarr" else {}
+    options: dict[str, Any] = {"consolidated": False} if engine == "zarr" else {"lock": NETCDF_LOCK}
     ds = xr.open_dataset(
         source, engine=engine, decode_times=False, decode_timedelta=False, chunks=None, cache=False, **options
     )
+    to_close.callback(ds.close)
     for name, variable in list(ds.variables.items()):
         if name in ds.coords or not variable.ndim:
             values = variable.values
@@ -146,6 +157,18 @@ def _in_chunks(ds: xr.Dataset, path: str) -> xr.Dataset:
             array = from_array(guarded, chunks=lengths, name=False, meta=blank, lock=False, fancy=False)
             chunked[name] = xr.Variable(variable.dims, array, variable.attrs)
     return ds.assign(chunked)
+
+
+def _without_threads() -> None:
+    """Have dask start threads anew in a forked process: it would wait for those of its parent for ever."""
+    threaded: Any = sys.modules.get("dask.threaded")
+    if threaded:
+        threaded.default_pool = None
+        threaded.pools.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_without_threads)
 
 
 def _chunk_lengths(variable: xr.Variable) -> tuple[int, ...]:

@@ -25,9 +25,12 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
+from xarray.backends import NetCDF4DataStore
+from xarray.backends.common import ArrayWriter
 
 from . import machine
 from .file_errors import StoreError, reason, require_zarr
+from .netcdf_lock import NETCDF_LOCK
 from .reading import open
 from .seal import NOBODY_WROTE, sealed
 
@@ -54,15 +57,27 @@ def write_netcdf(ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None
     """Write a compressed netCDF-4 file, replacing `path` only once the new file is whole and on the disk."""
     target = _target(path)
     with _temporary_neighbour(target) as temporary:
-        plain = sealed(_labels_beside_dimensions(ds.drop_encoding()))
-        encoding = _netcdf_encoding(plain)
-        plain.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding, compute=fill is None)
+        _create_netcdf(sealed(_labels_beside_dimensions(ds.drop_encoding())), temporary, with_lazy=fill is None)
         if fill:
             fill(temporary)
         _flush(temporary)
         os.replace(temporary, target)
         _flush(target.parent)
     return Path(path)
+
+
+def _create_netcdf(ds: xr.Dataset, path: Path, with_lazy: bool) -> None:
+    """What `to_netcdf` does, which takes no lock. with_lazy : whether lazy values are computed and written as well."""
+    lazy = ArrayWriter()  # type: ignore[no-untyped-call]
+    with NETCDF_LOCK:
+        file = NetCDF4DataStore.open(path, mode="w", format="NETCDF4", lock=NETCDF_LOCK)  # type: ignore[no-untyped-call]
+    try:
+        with NETCDF_LOCK:
+            ds.dump_to_store(file, writer=lazy, encoding=_netcdf_encoding(ds))
+        if with_lazy:  # without the lock: dask's threads may read netCDF, and take it to write each chunk
+            lazy.sync(chunkmanager_store_kwargs={"scheduler": "threads"})  # type: ignore[no-untyped-call]
+    finally:
+        file.close()
 
 
 def write_zarr(ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None) -> Path:

@@ -32,12 +32,21 @@ PIECES = st.one_of(
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="every file is read in a forked process")
-@pytest.mark.parametrize(("kind", "count"), [("nc", 100), ("zarr", 40)])
+@pytest.mark.parametrize(
+    ("kind", "count"),
+    [
+        ("nc", 100),
+        ("zarr", 40),
+        pytest.param("nc", "every", marks=pytest.mark.slow),
+        pytest.param("zarr", "every", marks=pytest.mark.slow),
+    ],
+)
 def test_damaged_results_are_refused_or_read_as_they_were_written(kind, count):
     if kind == "zarr":
         pytest.importorskip("zarr")
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(TESTS), *sys.path])}
-    command = [sys.executable, str(TESTS / "fuzz_files.py"), kind, str(min(EXAMPLES, 5000) or count), "1"]
+    examples = count if count == "every" else min(EXAMPLES, 5000) or count
+    command = [sys.executable, str(TESTS / "fuzz_files.py"), kind, str(examples), "1"]
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
 

@@ -97,11 +97,11 @@ def test_a_failing_write_leaves_the_good_file_as_it_was(failure, tmp_path, monke
     path = store.write(plane(), tmp_path / "map.nc")
     before = path.read_bytes()
 
-    def half_written(self, target, **options):
-        target.write_bytes(b"half")
+    def half_written(ds, path, with_lazy):
+        path.write_bytes(b"half")
         raise failure
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", half_written)
+    monkeypatch.setattr(store, "_create_netcdf", half_written)
     with pytest.raises(StoreError, match="map.nc: cannot be written .*(No space left|HDF error)"):
         store.write(labelled(), path)
     assert path.read_bytes() == before

@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+import os
+import threading
+
 import llvmlite.binding as llvm
 import numpy as np
 
 from stickslip.compiling import compile_apart
 from stickslip_kernels import block, jit, laws, layout
 from stickslip_kernels.rig import block as rig_block
+
+_loading = threading.Lock()
+
+
+def _free_after_fork() -> None:
+    """A lock nobody holds: whoever does is not part of the forked process."""
+    global _loading
+    _loading = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_free_after_fork)
 
 
 def will_compile(law: str = "stribeck", rigs: bool = False) -> bool:
@@ -16,10 +31,11 @@ def will_compile(law: str = "stribeck", rigs: bool = False) -> bool:
 
 
 def warm_up(law: str = "stribeck", rigs: bool = False) -> None:
-    """Load the kernels from the cache, and have them compiled into it before if need be."""
-    if jit.CACHE_FOLDER is not None and will_compile(law, rigs):
-        compile_apart(f"load({law!r}, {rigs})", lambda: will_compile(law, rigs))
-    load(law, rigs)
+    """Load the kernels from the cache, and have them compiled into it before if need be; one thread at a time."""
+    with _loading:
+        if jit.CACHE_FOLDER is not None and will_compile(law, rigs):
+            compile_apart(f"load({law!r}, {rigs})", lambda: will_compile(law, rigs))
+        load(law, rigs)
 
 
 def load(law: str, rigs: bool = False) -> None:

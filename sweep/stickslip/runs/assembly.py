@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +15,7 @@ import numpy as np
 from stickslip import engine, store
 from stickslip.dataset import map_dataset, map_template, provenance
 from stickslip.engine import Progress, Results
+from stickslip.netcdf_lock import NETCDF_LOCK
 from stickslip.runs.boxes import aligned, boxes, extent
 from stickslip.runs.encoding import DamagedBlock
 from stickslip.runs.lock import Notice
@@ -22,6 +24,7 @@ from stickslip.runs.work import Work
 
 IN_MEMORY = 2**20  # cells; smaller maps are written at once, which spares loading dask
 _REMEMBERED = 2  # blocks; a chunk may begin in one and end in the next
+_zarr_config = threading.Lock()  # settings of Zarr are those of all threads, and are read when a group is opened
 
 
 class Gathered:
@@ -105,20 +108,27 @@ def _pieces(
 
 
 def _fill_netcdf(file: Path, gathered: Gathered, work: Work, progress: Progress | None) -> None:
-    with netCDF4.Dataset(file, "a") as target:
-        target.set_auto_maskandscale(False)
-        chunks = tuple(target["regime"].chunking())
-        for name in engine.columns(work.options):
-            target[name].set_var_chunk_cache(0)  # whole chunks are written once; a cache would hold 16 MiB of each
+    with NETCDF_LOCK:
+        target = netCDF4.Dataset(file, "a")
+    try:
+        with NETCDF_LOCK:
+            target.set_auto_maskandscale(False)
+            chunks = tuple(target["regime"].chunking())
+            for name in engine.columns(work.options):
+                target[name].set_var_chunk_cache(0)  # whole chunks are written once; a cache would hold 16 MiB of each
         for box, name, values in _pieces(gathered, work, chunks, progress):
-            target[name][box] = values
+            with NETCDF_LOCK:
+                target[name][box] = values
+    finally:
+        with NETCDF_LOCK:
+            target.close()
 
 
 def _fill_zarr(file: Path, gathered: Gathered, work: Work, progress: Progress | None) -> None:
     """Chunks are files of their own, so that threads compress several at a time."""
     import zarr
 
-    with zarr.config.set({"array.write_empty_chunks": True}):  # a chunk that is not there is a lost one
+    with _zarr_config, zarr.config.set({"array.write_empty_chunks": True}):  # a chunk that is not there is a lost one
         target = zarr.open_group(file, mode="r+")
         arrays: dict[str, Any] = {name: target[name] for name in engine.columns(work.options)}
     threads = work.options.threads or engine.processors()
