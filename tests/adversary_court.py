@@ -97,7 +97,8 @@ def scales(cells, verdict):
         scale[name] = force
     for name in ("restick_displacement", "settled_displacement", "displacement_amplitude"):
         scale[name] = force / c["stiffness"]
-    scale["velocity_amplitude"], scale["tendency"] = scale["slip_speed_max"], scale["mu_breakaway"]
+    scale["velocity_amplitude"] = scale["slip_speed_max"]
+    scale["tendency"] = scale["mu_reversal"] = scale["mu_breakaway"]
     way = np.abs(c["belt_speed"]) * np.nan_to_num(verdict["period"])
     scale["energy_per_cycle"] = np.fmax(scale["energy_per_cycle"], LITTLE_HEAT * force * way)
     scale["stick_time"] = np.abs(verdict["period"])
