@@ -1,7 +1,7 @@
 """P3, test rigs: strokes to and fro, ours through the lanes beside a SciPy user on the same rigs.
 
-SciPy integrates phase by phase with events and dense output (`tests/scipy_rig.py`, here at rtol 1e-6 as a user would);
-both give the motion at the same times, 8,000 a second, and the times of all events.
+SciPy integrates phase by phase with events and dense output (`tests/helpers/scipy_rig.py`, here at rtol 1e-6 as a user
+would); both give the motion at the same times, 8,000 a second, and the times of all events.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from stickslip import engine
 from stickslip.cells import as_cells
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
-from scipy_rig import Rig, trapezoidal  # noqa: E402
+from helpers.scipy_rig import Rig, trapezoidal  # noqa: E402
 
 RATE = 8000.0  # samples per second
 RTOL = 1e-6

@@ -19,8 +19,8 @@ if __name__ == "__main__":  # as a script, on the sources of this checkout
     root = Path(__file__).resolve().parents[1]
     sys.path[:0] = [str(root / folder) for folder in ("tests", "sweep", "kernels")]
 
-from adversary_cells import FAMILIES, draw
-from adversary_court import MOST_JUDGED, Dispute, columns, compare, horizon_of, minimised, run_engine, stands
+from helpers.adversary_cells import FAMILIES, draw
+from helpers.adversary_court import MOST_JUDGED, Dispute, columns, compare, horizon_of, minimised, run_engine, stands
 from judge import INPUTS, judge
 from stickslip.variables import STATUSES
 

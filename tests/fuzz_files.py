@@ -22,8 +22,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from helpers.maps import axis, make_map
 from stickslip import store
-from support import axis, make_map
 
 LONGEST = 20  # s for one file
 REFUSED, AS_WRITTEN = "refused", "as written"

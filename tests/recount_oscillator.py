@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scipy_oscillator import Oscillator
+from helpers.scipy_oscillator import Oscillator
 
 TABLE = Path(__file__).parent / "data" / "oscillator.csv"
 BAND_SHARE = 1e-4  # of the distance from steady sliding at which the slip begins

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from adversary import challenge
-from adversary_cells import FAMILIES, LAWS, draw
-from adversary_court import NUMBERS, compare, run_engine
+from helpers.adversary_cells import FAMILIES, LAWS, draw
+from helpers.adversary_court import NUMBERS, compare, run_engine
 from judge import INPUTS, judge
 from stickslip.cells import as_cells
 

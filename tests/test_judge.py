@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from helpers.scipy_oscillator import Oscillator
 from judge import INPUTS, TIGHT, judge
-from scipy_oscillator import Oscillator
 
 DATA = Path(__file__).parent / "data"
 UNITS = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}

@@ -19,10 +19,10 @@ from pathlib import Path
 import xarray as xr
 
 import stickslip
+from helpers.maps import plane
 from stickslip import store
 from stickslip.config import Config, parse_config
 from stickslip.runs import assembly
-from support import plane
 
 KINDS = ["nc", "zarr"] if find_spec("zarr") else ["nc"]
 ROWS, COLUMNS = 60, 80

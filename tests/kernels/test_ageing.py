@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from kernel_runs import ARTICLE, block_of, cell, outcome
+from helpers.kernel_runs import ARTICLE, block_of, cell, outcome
 from stickslip_kernels import ageing
 from stickslip_kernels import layout as at
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kernel_runs import NAN, block_of, cell, run
+from helpers.kernel_runs import NAN, block_of, cell, run
 from stickslip_kernels import layout as at
 
 columns = st.builds(

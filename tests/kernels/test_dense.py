@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slip_step import LANE, exact, holding, lanes, polynomials
+from helpers.slip_step import LANE, exact, holding, lanes, polynomials
 from stickslip_kernels import layout as at
 from stickslip_kernels import taylor
 from stickslip_kernels.dense import motion, rise_and_work, speed, state_at

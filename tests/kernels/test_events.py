@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kernel_runs import ARTICLE, outcome
+from helpers.kernel_runs import ARTICLE, outcome
 from stickslip_kernels import layout as at
 
 CURVES = {"plain": {}, "hysteretic": {"mu_stop": 1.15}, "damped": {"gamma": 0.1}, "backwards": {"belt": -0.25}}

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numba import njit
 
-from kernel_runs import ARTICLE, block_of, cell
+from helpers.kernel_runs import ARTICLE, block_of, cell
 from stickslip_kernels import friction
 from stickslip_kernels.laws import LAWS
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from kernel_runs import NAN, block_of, cell, outcome, run
-from scipy_oscillator import Oscillator
+from helpers.kernel_runs import NAN, block_of, cell, outcome, run
+from helpers.scipy_oscillator import Oscillator
 from stickslip_kernels import layout as at
 
 # Every one of these was chosen for what happens in it; the modes it passes through are part of the test.

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from kernel_runs import ARTICLE, INF, NAN, block_of, cell, outcome, run
+from helpers.kernel_runs import ARTICLE, INF, NAN, block_of, cell, outcome, run
 from stickslip_kernels import layout as at
 from stickslip_kernels.settling import ring_extremum
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from slip_step import LANE, holding, lanes, numbers, polynomials
+from helpers.slip_step import LANE, holding, lanes, numbers, polynomials
 from stickslip_kernels import layout as at
 from stickslip_kernels import taylor
 from stickslip_kernels.dense import rise_and_work, speed

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, exact, lanes
+from helpers.slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, exact, lanes
 from stickslip_kernels import layout as at
 from stickslip_kernels import taylor
 

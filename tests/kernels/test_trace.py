@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from kernel_runs import Outcome, block_of, cell, run
-from scipy_oscillator import Oscillator
+from helpers.kernel_runs import Outcome, block_of, cell, run
+from helpers.scipy_oscillator import Oscillator
 from stickslip_kernels import layout as at
 from stickslip_kernels.laws import LAWS
 from stickslip_kernels.trace import sample

@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 import stickslip
+from helpers.configs import write_config
 from stickslip.variables import MODES, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES
-from support_configs import write_config
 
 REFERENCE = Path(__file__).parents[1] / "data" / "oscillator.csv"
 INPUTS = ("mass", "stiffness", "damping", "normal_load", "belt_speed", "a1", "a2", "a3", "a4", "mu_stop")

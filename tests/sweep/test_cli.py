@@ -15,10 +15,10 @@ import pytest
 from click.testing import CliRunner
 
 import stickslip
+from helpers.configs import write_config
 from stickslip import engine
 from stickslip.cli import main
 from stickslip.variables import STATUSES
-from support_configs import write_config
 
 ROOT = Path(__file__).parents[2]
 

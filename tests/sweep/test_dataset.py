@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from helpers.maps import FIXED, axis, make_grid, make_map, make_results, plane
 from stickslip import dataset
 from stickslip.dataset import cell_dataset, map_dataset, provenance, trace_dataset
 from stickslip.palette import FLAG_COLOURS
 from stickslip.variables import FLAGS, MODES, PARAMETERS, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES
-from support import FIXED, axis, make_grid, make_map, make_results, plane
 
 
 def test_last_dimension_of_the_grid_runs_fastest():

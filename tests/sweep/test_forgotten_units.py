@@ -5,12 +5,12 @@ import warnings
 import pytest
 from click.testing import CliRunner
 
+from helpers.configs import TEXT
 from stickslip.cli import main
 from stickslip.config import UnitWarning, load_config, parse_config
 from stickslip.resources import config_names, config_path
 from stickslip.rig import load_rig
 from stickslip.rig.config import is_rig
-from support_configs import TEXT
 
 QUIET = """\
 system: {mass: 1 kg, normal_load: 10, damping: 0}

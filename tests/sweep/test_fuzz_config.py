@@ -13,7 +13,7 @@ from time import thread_time
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from fuzzing import EXAMPLES, GOOD, TRIPWIRE, files
+from helpers.fuzzing import EXAMPLES, GOOD, TRIPWIRE, files
 from stickslip.config import Config, ConfigError, FitWarning, UnitWarning, load_config, parse_config
 from stickslip.grid import build_grid
 from stickslip.variables import PARAMETERS

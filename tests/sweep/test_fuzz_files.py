@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fuzzing import EXAMPLES
+from helpers.fuzzing import EXAMPLES
 from stickslip.measured import FileFit, describe_ageing, describe_curve, fit_points
 from stickslip.problems import ConfigError
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import LogNorm, to_rgb
 
+from helpers.maps import axis, make_map, plane
 from stickslip import plots
 from stickslip.dataset import cell_dataset, trace_dataset
 from stickslip.mapaxis import MapAxis, title
@@ -14,7 +15,6 @@ from stickslip.palette import FLAG_COLOURS, UNDEFINED_COLOUR, paint
 from stickslip.plots import PlotError, plot_map, plot_trace
 from stickslip.selection import selected
 from stickslip.variables import REGIMES
-from support import axis, make_map, plane
 
 LUBRICANTS = ["dry", "grease", "bonded coating"]
 

@@ -8,11 +8,11 @@ import pytest
 import xarray as xr
 
 import stickslip
+from helpers.maps import axis, make_map, plane
 from stickslip import plots, store
 from stickslip.seal import SEAL
 from stickslip.store import StoreError
 from stickslip.summary import summary
-from support import axis, make_map, plane
 
 KINDS = ["nc", "zarr"]
 TESTS = Path(__file__).parents[1]
@@ -101,7 +101,7 @@ import sys
 from stickslip import plots, store
 from stickslip.inspection import survey
 from stickslip.summary import summary
-from support import plane
+from helpers.maps import plane
 
 def peak():
     lines = dict(line.split(":", 1) for line in open("/proc/self/status"))

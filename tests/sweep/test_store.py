@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from helpers.maps import axis, make_map, plane
 from stickslip import store
 from stickslip.dataset import cell_dataset, provenance, trace_dataset
 from stickslip.store import StoreError
 from stickslip.variables import TRACE_VARIABLES
-from support import axis, make_map, plane
 
 
 def labelled() -> xr.Dataset:

@@ -15,13 +15,13 @@ import xarray as xr
 
 import stickslip
 import stickslip_kernels
+from helpers.configs import write_config
+from helpers.maps import plane
 from stickslip import store
 from stickslip.engine import compiled
 from stickslip.netcdf_lock import NETCDF_LOCK
 from stickslip.runs import work
 from stickslip.store import StoreError
-from support import plane
-from support_configs import write_config
 
 TESTS = Path(__file__).parents[1]
 posix = pytest.mark.skipif(not hasattr(os, "fork"), reason="fork")

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from kernel_runs import block_of, cell
-from kernel_runs import run as run_cells
-from rig_runs import NO_STOPS, drive_of, run
+from helpers.kernel_runs import block_of, cell
+from helpers.kernel_runs import run as run_cells
+from helpers.rig_runs import NO_STOPS, drive_of, run
 from stickslip_kernels import layout as at
 from stickslip_kernels.laws import LAWS
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rig_runs import cut, drive_of, imbalance, outcome, random_contact, random_drive, rig, run, strokes
+from helpers.rig_runs import cut, drive_of, imbalance, outcome, random_contact, random_drive, rig, run, strokes
 from stickslip_kernels import layout as at
 from stickslip_kernels.laws import LAWS
 

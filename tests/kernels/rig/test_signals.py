@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from rig_runs import drive_of, outcome, random_contact, random_drive, strokes
-from scipy_rig import Rig, trapezoidal
+from helpers.rig_runs import drive_of, outcome, random_contact, random_drive, strokes
+from helpers.scipy_rig import Rig, trapezoidal
 from stickslip_kernels import layout as at
 from stickslip_kernels.laws import LAWS
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scipy_rig import trapezoidal
+from helpers.scipy_rig import trapezoidal
 from stickslip.rig.drive import duration, motion, segments
 
 SPEED, STROKE, RAMP = 0.02, 0.01, 0.05

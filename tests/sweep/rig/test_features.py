@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rig_signals import record, saw_tooth, times, to_and_fro
+from helpers.rig_signals import record, saw_tooth, times, to_and_fro
 from stickslip.rig import FeatureSettings, feature_table, features, find_sticks
 from stickslip.rig.sampling import band_limited, noise_of, spectrum_peaks
 from stickslip.rig.turning import find_drops, turning_points

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rig_cases import data, rig
+from helpers.rig_cases import data, rig
 from stickslip.engine import NotReachedError
 from stickslip.problems import ConfigError
 from stickslip.rig import RigTests, features, identify, make_rig, simulator

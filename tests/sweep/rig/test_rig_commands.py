@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rig_signals import record, saw_tooth, times
+from helpers.rig_signals import record, saw_tooth, times
 from stickslip import store
 from stickslip.cli import main
 from stickslip.cli.rig import feature_screen_table

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from rig_cases import data, rig
+from helpers.rig_cases import data, rig
 from stickslip.config import load_config, parse_config
 from stickslip.grid import build_grid
 from stickslip.problems import ConfigError

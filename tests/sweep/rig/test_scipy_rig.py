@@ -1,11 +1,11 @@
-"""The independent rig of tests/scipy_rig.py against closed forms, and the features of what it records."""
+"""The independent rig of tests/helpers/scipy_rig.py against closed forms, and the features of what it records."""
 
 import functools
 
 import numpy as np
 import pytest
 
-from scipy_rig import Rig, trapezoidal
+from helpers.scipy_rig import Rig, trapezoidal
 from stickslip.rig import Risk, features, find_sticks, identify, make_record
 from stickslip.rig.features import risk_inputs
 

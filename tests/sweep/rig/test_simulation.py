@@ -1,4 +1,4 @@
-"""Rigs in the computer against the independent ones of tests/scipy_rig.py, and whole matrices of them."""
+"""Rigs in the computer against the independent ones of tests/helpers/scipy_rig.py, and whole matrices of them."""
 
 import functools
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip
-from rig_cases import data, exact, random_data, reference, rig
+from helpers.rig_cases import data, exact, random_data, reference, rig
 from stickslip.rig import RigTests, features, make_record, make_rig, run_matrix
 from stickslip.rig import sensor as sensors
 from stickslip.rig.quantities import EXACT, FEATURES

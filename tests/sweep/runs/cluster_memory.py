@@ -18,8 +18,8 @@ import numpy as np
 import psutil
 
 import stickslip
+from helpers.cluster import BLOCK
 from stickslip.runs import blocks
-from support_cluster import BLOCK
 
 NAMES = ("client", "scheduler", "worker 1", "worker 2", "worker 3")
 blocks._FEWEST, blocks._BLOCKS = BLOCK, 10**9

@@ -3,8 +3,8 @@
 import pytest
 
 import stickslip
+from helpers.configs import write_config
 from stickslip.runs import blocks, work
-from support_configs import write_config
 
 SIDE, BLOCK = 30, 64  # 900 cells in 15 blocks
 

@@ -13,12 +13,12 @@ import pytest
 from click.testing import CliRunner
 
 import stickslip
+from helpers.cluster import BLOCK, CLI, Cluster, environment, until
+from helpers.configs import write_config
+from helpers.runs import block_files, opened, same
 from stickslip import engine
 from stickslip.cli import main
 from stickslip.runs import blocks
-from support_cluster import BLOCK, CLI, Cluster, environment, until
-from support_configs import write_config
-from support_runs import block_files, opened, same
 
 distributed = pytest.importorskip("distributed")
 pytestmark = [

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import stickslip
+from helpers.runs import FEW, block_files, same, stop_early, with_axes
 from stickslip.runs import work
 from stickslip.runs.folder import folder_at
 from stickslip.store import StoreError
-from support_runs import FEW, block_files, same, stop_early, with_axes
 
 # --- shards, collect, status ------------------------------------------------------------------------------------------
 

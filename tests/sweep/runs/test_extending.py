@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import stickslip
+from helpers.runs import FEW, MANY, same, stop_early, with_axes
 from stickslip.store import StoreError
-from support_runs import FEW, MANY, same, stop_early, with_axes
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])

@@ -9,10 +9,10 @@ import time
 import pytest
 
 import stickslip
+from helpers.runs import block_files, same
 from stickslip import machine
 from stickslip.runs import lock
 from stickslip.store import StoreError
-from support_runs import block_files, same
 
 
 def holding(output, **changes):

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from helpers.configs import write_config
 from stickslip import engine
 from stickslip.config import load_config
 from stickslip.grid import build_grid
 from stickslip.runs import probe as probing
 from stickslip.runs.probe import probe
-from support_configs import write_config
 
 
 def grid(folder, num):

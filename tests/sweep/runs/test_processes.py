@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import stickslip
-from support_configs import write_config
+from helpers.configs import write_config
 
 ROOT = Path(__file__).parents[3]
 COMMAND = (sys.executable, "-m", "stickslip")

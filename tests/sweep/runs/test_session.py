@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import stickslip
+from helpers.configs import write_config
+from helpers.runs import block_files, same, stop_early
 from stickslip.runs import assembly, parts
 from stickslip.store import StoreError
-from support_configs import write_config
-from support_runs import block_files, same, stop_early
 
 # --- the result -------------------------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
-from kernel_runs import ARTICLE, NAN
+from helpers.kernel_runs import ARTICLE, NAN
 
 SHAPES = {  # over z = w/a4; even or linear continuation below zero does not matter here, events are located tightly
     "stribeck": lambda z, delta: np.exp(-z),

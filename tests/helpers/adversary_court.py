@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import stickslip
-from adversary_cells import to_units
+from helpers.adversary_cells import to_units
 from judge import BAND_SHARE, DEFAULTS, INPUTS, TIGHT, judge, to_kernel
 from judge.curve import weakened
 from stickslip.variables import REGIMES, STATUSES

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scipy_rig import Rig, trapezoidal
+from helpers.scipy_rig import Rig, trapezoidal
 from stickslip.rig import make_rig
 
 FELT = {

@@ -16,7 +16,7 @@ from stickslip.config import SECTIONS
 from stickslip.quantities import QUANTITIES
 from stickslip.yaml_source import parse_yaml
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 EXAMPLES = int(os.environ.get("STICKSLIP_FUZZ", "0"))  # of each kind; 0: the few that continuous integration tries
 TRIPWIRE = "stickslip-fuzz-tripwire"  # a file that code smuggled into a configuration would make
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kernel_runs import cell
+from helpers.kernel_runs import cell
 from stickslip_kernels import layout as at
 from stickslip_kernels.laws import LAWS
 from stickslip_kernels.rig.block import NO_STOPS, new_results, run_rigs

@@ -1,0 +1,1 @@
+"""What tests share: references of their own (SciPy), made-up maps and configurations, random cells. No tests."""
