@@ -5,10 +5,6 @@ import os
 import pytest
 from hypothesis import settings
 
-from stickslip import engine
-from stickslip.compiling import compile_apart
-from stickslip.variables import LAWS
-
 os.environ.setdefault("MPLBACKEND", "Agg")  # pictures never open a window
 # The first example of a kernel loads compiled code: no deadline. What a run finds, the next one finds too, unless fresh
 # seeds are asked for (`make nightly`).
@@ -17,8 +13,13 @@ settings.register_profile("fresh", deadline=None, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 
 
-@pytest.fixture(scope="session", autouse=True)
-def compiled():
-    """As in every run, kernels are compiled by a process of their own: tests compare bits with those of processes."""
-    for law in LAWS:
-        compile_apart(f"load({law!r})", lambda law=law: engine.will_compile(law))
+@pytest.fixture(scope="session")
+def kernels():
+    """The article's kernels, in the cache: for tests of what should not compile while it is watched.
+
+    All others have kernels compiled when they first compute, as every run does: by another process (`warm_up`), since
+    tests compare bits with those of processes.
+    """
+    from stickslip import engine
+
+    engine.warm_up()

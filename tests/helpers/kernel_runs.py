@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
+from stickslip import engine
 from stickslip_kernels import layout as at
 from stickslip_kernels.block import NO_LOG, new_results, run_block
 from stickslip_kernels.laws import LAWS
 
 ARTICLE = (1.0, 0.1, 0.3, 0.1)  # a1..a4 of the article
 NAN, INF = float("nan"), float("inf")
+warm_up = cache(engine.warm_up)  # a law is compiled by another process when it first runs, and then loaded
 
 
 def cell(
@@ -39,6 +42,7 @@ def block_of(*columns):
 
 def run(cells, rtol=1e-6, max_steps=1e6, early_stop=True, log=NO_LOG, stop=0, law="stribeck"):
     """Results of a block (CELL_ROWS, n)."""
+    warm_up(law)
     results = new_results(cells.shape[1])
     run_block(
         LAWS[law], cells, results, np.array([rtol, max_steps, float(early_stop)]), log, np.array([stop], np.int64)

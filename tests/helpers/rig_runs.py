@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from helpers.kernel_runs import cell
+from helpers.kernel_runs import cell, warm_up
 from stickslip_kernels import layout as at
 from stickslip_kernels.laws import LAWS
 from stickslip_kernels.rig.block import NO_STOPS, new_results, run_rigs
@@ -80,6 +80,7 @@ def run(columns, drives, samples=0, start=0.0, rtol=1e-6, max_steps=1e6, law="st
 
     samples : how many each takes from `start` to the end of its drive.
     """
+    warm_up(law, rigs=True)
     n = len(columns)
     lengths = [len(drive) for drive in drives]
     lasts = np.cumsum(lengths)

@@ -16,7 +16,6 @@ from click.testing import CliRunner
 
 import stickslip
 from helpers.configs import write_config
-from stickslip import engine
 from stickslip.cli import main
 from stickslip.variables import STATUSES
 
@@ -56,7 +55,7 @@ def test_options_go_before_the_output_section(here):
     assert {p.name for p in here.iterdir()} == {"small.yaml", "other.nc"}
 
 
-def test_without_an_output_it_is_said_before_and_after_that_the_map_is_not_kept(here):
+def test_without_an_output_it_is_said_before_and_after_that_the_map_is_not_kept(here, kernels):
     write_config(here, name="a map.yaml")
     done = call("run", "a map.yaml")
     assert done.exit_code == 0 and "stick_slip" in done.stdout
@@ -113,11 +112,10 @@ def command(*arguments, **options):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends Ctrl-C to whole groups of processes")
 @pytest.mark.skipif(signal.getsignal(signal.SIGINT) is signal.SIG_IGN, reason="Ctrl-C is ignored, as by a shell's jobs")
-def test_ctrl_c_stops_promptly_and_says_what_is_safe(here):
+def test_ctrl_c_stops_promptly_and_says_what_is_safe(here, kernels):
     """A map of minutes, interrupted after seconds; later, should the program still be loading by then."""
     more = "solver: {horizon: 20000, early_stop: false}\noutput: {file: map.nc}\n"
     config = write_config(here, num=700, more=more)
-    engine.warm_up()  # into the cache: compiling cannot be interrupted
     for patience in (3.0, 9.0, 27.0):
         process = command("run", config, cwd=here)
         time.sleep(patience)
@@ -415,7 +413,7 @@ def test_a_configuration_that_does_not_ship_is_told_where_the_others_are_listed(
     assert done.exit_code == 2 and "no such file" in done.stderr and "`stickslip init --list` names" in done.stderr
 
 
-def test_a_file_that_is_there_goes_before_one_that_ships(here):
+def test_a_file_that_is_there_goes_before_one_that_ships(here, kernels):
     (here / "configs").mkdir()
     write_config(here / "configs", name="quickstart.yaml")
     done = call("plan", "configs/quickstart.yaml")

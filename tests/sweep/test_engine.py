@@ -98,7 +98,7 @@ def test_an_interruption_keeps_what_is_finished_and_stops_at_once():
     np.testing.assert_array_equal(again["period"], stopped.results["period"][few])
 
 
-def test_a_kernel_under_way_leaves_within_a_moment_of_being_told():
+def test_a_kernel_under_way_leaves_within_a_moment_of_being_told(kernels):
     """One cell that would go on for minutes: undamped flat friction to a far horizon."""
     cell = as_cells({"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "belt_speed": 1.0, "a1": 0.5, "a2": 0.0,
                      "a3": 0.0, "a4": 1.0, "velocity": 0.5})  # fmt: skip

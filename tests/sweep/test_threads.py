@@ -60,7 +60,7 @@ def at_once(*tasks):
 
 
 @pytest.mark.parametrize("seconds", [2, pytest.param(60, marks=pytest.mark.slow)])
-def test_threads_read_write_run_and_extend_at_once(seconds):
+def test_threads_read_write_run_and_extend_at_once(kernels, seconds):
     in_process(TESTS / "thread_stress.py", seconds, patience=seconds + 200)
 
 
@@ -167,7 +167,7 @@ def test_runs_to_one_output_that_begin_together_write_it_or_are_refused(tmp_path
 
 @posix
 @pytest.mark.parametrize("kind", ["nc", "zarr"])
-def test_a_process_forked_after_a_run_reads_and_runs(kind, tmp_path):
+def test_a_process_forked_after_a_run_reads_and_runs(kernels, kind, tmp_path):
     if kind == "zarr":
         pytest.importorskip("zarr")
     in_process("-W", "ignore", "-c", FORK, write_config(tmp_path), tmp_path, kind)

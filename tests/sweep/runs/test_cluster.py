@@ -16,7 +16,6 @@ import stickslip
 from helpers.cluster import BLOCK, CLI, Cluster, environment, until
 from helpers.configs import write_config
 from helpers.runs import block_files, opened, same
-from stickslip import engine
 from stickslip.cli import main
 from stickslip.runs import blocks
 
@@ -30,8 +29,7 @@ SIDE, COUNT = 60, 57  # 3,600 cells in 57 blocks
 
 
 @pytest.fixture(scope="module")
-def shared(tmp_path_factory):
-    engine.warm_up()
+def shared(kernels, tmp_path_factory):
     cluster = Cluster(tmp_path_factory.mktemp("cluster"), 3)
     yield cluster
     cluster.close()

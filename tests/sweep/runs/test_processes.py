@@ -18,6 +18,7 @@ from helpers.configs import write_config
 
 ROOT = Path(__file__).parents[3]
 COMMAND = (sys.executable, "-m", "stickslip")
+pytestmark = pytest.mark.usefixtures("kernels")  # what is watched should not compile
 posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals, limits and users")
 
 
