@@ -1,6 +1,10 @@
-"""A small configuration to write, run and break."""
+"""Small configurations: one to write and run, others to break."""
 
 from pathlib import Path
+
+import pytest
+
+from stickslip.config import ConfigError, parse_config
 
 TEXT = """\
 title: A small map
@@ -17,3 +21,42 @@ def write_config(folder: Path, num: int = 12, block: int = 4096, more: str = "",
     path = folder / name
     path.write_text(TEXT.format(num=num, block=block) + more)
     return path
+
+
+GOOD = """\
+title: A map
+system:
+  mass: 1 kg
+  stiffness: 10
+  normal_load: 5 N
+  belt_speed: 10 mm/s
+friction:
+  a1: 1
+  a2: 0.1
+  a3: 0.3
+  a4: 0.1
+"""
+MEASURED_FORM = (
+    GOOD[: GOOD.index("friction")]
+    + """\
+friction:
+  mu_start: 0.4
+  mu_reversal: 0.3
+  v_reversal: 0.2
+  a4: 0.05
+"""
+)
+
+
+def with_line(number: int, *lines: str, text: str = GOOD) -> str:
+    """`text` with one line replaced by others."""
+    all_lines = text.splitlines()
+    all_lines[number - 1 : number] = lines
+    return "\n".join(all_lines) + "\n"
+
+
+def message(text: str) -> str:
+    """What is wrong with a configuration, in full."""
+    with pytest.raises(ConfigError) as caught:
+        parse_config(text, "map.yaml")
+    return str(caught.value)

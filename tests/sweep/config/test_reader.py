@@ -1,0 +1,194 @@
+"""Single values, keys and sections: what is read, and what is said of what cannot be."""
+
+import pickle
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from helpers.configs import GOOD, message, with_line
+from stickslip.config import ConfigError, load_config, make_config, parse_config
+from stickslip.resources import config_names, config_path
+from stickslip.rig.config import is_rig, load_rig, parse_rig
+
+
+def test_quantities_become_si():
+    config = parse_config(GOOD)
+    assert (config.system.mass, config.system.belt_speed) == (1.0, 0.01)
+
+
+def test_a_power_of_ten_without_a_point_is_a_number():
+    """YAML 1.1 reads 1e-3 as a word."""
+    assert parse_config(with_line(3, "  mass: 1e-3")).system.mass == 0.001
+
+
+def test_words_stand_for_absent_quantities():
+    config = parse_config(GOOD + "  mu_stop: none\nstart: {velocity: sticking}\naxes: {mu_static: [mu_start, 1.5]}\n")
+    assert (config.friction.mu_stop, config.start.velocity) == ("none", "sticking")
+    assert config.axes[0].values == ("mu_start", 1.5)
+
+
+def test_sections_without_content_are_allowed():
+    assert parse_config(GOOD + "start:\naxes:\nsolver:\n") == parse_config(GOOD)
+
+
+@pytest.mark.parametrize("name", config_names())
+def test_configurations_that_ship_are_good(name):
+    load, parse = (load_rig, parse_rig) if is_rig(config_path(name)) else (load_config, parse_config)
+    config = load(config_path(name))
+    assert parse(config.to_yaml()) == config
+    assert getattr(config, "config", config).output.file == f"{name.rpartition('/')[2]}.nc"
+
+
+BAD = {
+    "negative mass": (
+        with_line(3, "  mass: -1 kg"),
+        "map.yaml:3:9: system.mass: got '-1 kg', expected a mass above 0 kg",
+    ),
+    "no mass at all": (
+        with_line(3, "  mass: 0"),
+        "map.yaml:3:9: system.mass: got 0, expected a mass above 0 kg",
+    ),
+    "negative coefficient": (
+        with_line(8, "  a1: -0.1"),
+        "map.yaml:8:7: friction.a1: got -0.1, expected a number of at least 0",
+    ),
+    "NaN": (
+        with_line(4, "  stiffness: .nan"),
+        "map.yaml:4:14: system.stiffness: got .nan, expected a finite number in N/m",
+    ),
+    "infinity": (
+        with_line(4, "  stiffness: 1e400"),
+        "map.yaml:4:14: system.stiffness: got 1e400, expected a finite number in N/m",
+    ),
+    "a number in quotes": (
+        with_line(3, '  mass: "1e-3"'),
+        "map.yaml:3:9: system.mass: got '1e-3', expected a mass such as '250 g' or a number in kg\n"
+        "  hint: remove the quotes: 1e-3 is read in kg",
+    ),
+    "a comma for a point": (
+        GOOD + 'start: {displacement: "1,5 mm"}\n',
+        "map.yaml:12:23: start.displacement: got '1,5 mm', expected a length such as '10 mm' or a number in m\n"
+        "  hint: write a decimal point, not a comma: '1.5 mm'",
+    ),
+    "a wrong unit": (
+        with_line(6, "  belt_speed: 10 mm"),
+        "map.yaml:6:15: system.belt_speed: got '10 mm' (length), "
+        "expected a speed such as '10 mm/s' or a number in m/s",
+    ),
+    "a truth value": (
+        with_line(3, "  mass: true"),
+        "map.yaml:3:9: system.mass: got true, expected a mass such as '250 g' or a number in kg",
+    ),
+    "nothing": (
+        with_line(3, "  mass:"),
+        "map.yaml:3:3: system.mass: got nothing, expected a mass such as '250 g' or a number in kg",
+    ),
+    "a duplicate key": (
+        with_line(4, "  stiffness: 10", "  stiffness: 20"),
+        "map.yaml:5:3: system.stiffness: given twice, first on line 4, expected once\n  hint: remove one of the two",
+    ),
+    "a misspelt key": (
+        with_line(4, "  stifness: 10"),
+        "map.yaml:4:3: system.stifness: unknown key, expected mass, stiffness, damping, normal_load or belt_speed\n"
+        "  hint: did you mean stiffness?",
+    ),
+    "a misspelt section": (
+        with_line(1, "sistem: {}", text=GOOD),
+        "map.yaml:1:1: sistem: unknown key, "
+        "expected title, system, friction, start, axes, solver, execution or output\n  hint: did you mean system?",
+    ),
+    "a key of another section": (
+        GOOD + "solver: {mu_stop: 1}\n",
+        "map.yaml:12:10: solver.mu_stop: unknown key, expected rtol, horizon, max_steps or early_stop\n"
+        "  hint: mu_stop belongs to friction, or to axes",
+    ),
+    "a law nobody knows": (
+        with_line(7, "friction:", "  law: coulomb"),
+        "map.yaml:8:8: friction.law: got 'coulomb', expected stribeck, stribeck_delta, rational or cubic",
+    ),
+    "a tolerance out of range": (
+        GOOD + "solver: {rtol: 0.1}\n",
+        "map.yaml:12:16: solver.rtol: got 0.1, expected a number from 1e-12 to 0.01",
+    ),
+    "a horizon that is no time": (
+        GOOD + "solver: {horizon: 3 m}\n",
+        "map.yaml:12:19: solver.horizon: got '3 m' (length), expected a time such as '2 min' or a number in s\n"
+        "  hint: leave horizon out for no limit",
+    ),
+    "a word of YAML 1.1": (
+        GOOD + "solver: {early_stop: yes}\n",
+        "map.yaml:12:22: solver.early_stop: got 'yes', expected true or false",
+    ),
+    "no steps": (
+        GOOD + "solver: {max_steps: 0}\n",
+        "map.yaml:12:21: solver.max_steps: got 0, expected a whole number from 1 to 2000000000",
+    ),
+    "no threads": (
+        GOOD + "execution: {threads: 0}\n",
+        "map.yaml:12:22: execution.threads: got 0, expected auto or a whole number from 1 to 4096",
+    ),
+    "no scheduler": (
+        GOOD + "execution: {dask: head:8786}\n",
+        "map.yaml:12:19: execution.dask: got 'head:8786', expected an address such as tcp://host:8786, "
+        "a scheduler file (.json), local or none",
+    ),
+    "a table as output": (
+        GOOD + "output: {file: map.csv}\n",
+        "map.yaml:12:16: output.file: got 'map.csv', expected a file name that ends in .nc or .zarr",
+    ),
+    "a picture of unknown kind": (
+        GOOD + "output: {plot: map.jpg}\n",
+        "map.yaml:12:16: output.plot: got 'map.jpg', expected a file name that ends in .png, .svg or .pdf",
+    ),
+    "a title that is a number": (
+        with_line(1, "title: 2024"),
+        "map.yaml:1:8: title: got 2024, expected a text\n  hint: put it in quotes",
+    ),
+    "a list for a section": (
+        GOOD + "solver: [1]\n",
+        "map.yaml:12:9: solver: got a list, expected a mapping with the keys rtol, horizon, max_steps or early_stop",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_explained(name):
+    text, expected = BAD[name]
+    assert message(text) == expected
+
+
+def test_all_problems_are_reported_at_once_in_the_order_of_the_file():
+    text = with_line(3, "  mass: -1", text=with_line(6, "  belt_speed: 10 mm", text=GOOD))
+    text += "  mu_stop: 2\nsolver: {rtol: 1, max_step: 3}\naxes: {damping: {start: 2, stop: 1, num: 1}}\n"
+    assert [line.split(" got ")[0] for line in message(text).splitlines() if "hint" not in line] == [
+        "map.yaml:3:9: system.mass:",
+        "map.yaml:6:15: system.belt_speed:",
+        "map.yaml:12:12: friction.mu_stop:",
+        "map.yaml:13:16: solver.rtol:",
+        "map.yaml:13:19: solver.max_step: unknown key, expected rtol, horizon, max_steps or early_stop",
+        "map.yaml:14:34: axes.damping.stop:",
+        "map.yaml:14:42: axes.damping.num:",
+    ]
+
+
+@given(st.text(max_size=200))
+def test_any_text_is_a_configuration_or_explained(text):
+    with pytest.raises(ConfigError) as caught:
+        parse_config(text, "map.yaml")
+    assert caught.value.problems
+    assert all(line.startswith(("map.yaml", "  hint: ")) for line in str(caught.value).splitlines())
+
+
+def test_errors_survive_pickling():
+    """They travel from worker processes."""
+    with pytest.raises(ConfigError) as caught:
+        parse_config("title: 1\n", "map.yaml")
+    copy = pickle.loads(pickle.dumps(caught.value))
+    assert str(copy) == str(caught.value) and copy.problems == caught.value.problems
+
+
+def test_plain_data_is_explained_without_lines():
+    with pytest.raises(ConfigError, match=r"^<data>: system\.mass: got '1 m' \(length\), expected a mass"):
+        make_config(parse_config(GOOD).resolved() | {"system": {"mass": "1 m", "stiffness": 1, "normal_load": 1,
+                                                                "belt_speed": 1}})  # fmt: skip
