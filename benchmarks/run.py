@@ -33,7 +33,7 @@ from peers import Peer, all_peers
 from peers.scipy_events import after_release, cycle, motion, rest
 from problem import HORIZON, MU_START, MU_STOP
 from stickslip import engine
-from stickslip.resources import config_path
+from stickslip.config.examples import config_path
 
 TOLERANCES = (1e-6, 1e-9)
 CURVE_TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
@@ -188,7 +188,7 @@ def where_the_time_goes(accepted_sample: int = 100) -> list[dict]:
 
 def accepted_share(cells: problem.Cells, rtol: float) -> float | None:
     """Accepted over tried steps, from the trace log of single trajectories; None where the kernels keep no such log."""
-    from stickslip.cells import as_cells
+    from stickslip.vocabulary.cells import as_cells
 
     try:
         from stickslip_kernels import block, laws, layout

@@ -16,7 +16,7 @@ HERE = Path(__file__).parent
 # The command `stickslip run configs/quickstart.yaml`, left when its first block is finished.
 FIRST_BLOCK = """
 import os, sys
-from stickslip.engine import maps
+from stickslip.engine import cells
 finished = maps.to_si
 def leave(*arguments):
     finished(*arguments)
@@ -42,7 +42,7 @@ import sys
 sys.path.insert(0, {here!r})
 import stickslip
 from startup import map_config, peak_memory
-from stickslip.config import parse_config
+from stickslip.config.reader import parse_config
 for n in (16, {n}):
     before = peak_memory()
     config = parse_config(map_config(n))
@@ -91,7 +91,7 @@ def python(script: str, folder: str | None = None, **environment: str) -> str:
 
 def first_block(repeats: int = 3) -> dict[str, float]:
     """Seconds from the shell to the first block of a quickstart whose kernels are compiled."""
-    from stickslip.resources import config_path
+    from stickslip.config.examples import config_path
 
     seconds = []
     script = FIRST_BLOCK.format(config=str(config_path("quickstart")))

@@ -22,7 +22,7 @@ if __name__ == "__main__":  # as a script, on the sources of this checkout
 from helpers.adversary_cells import FAMILIES, draw
 from helpers.adversary_court import MOST_JUDGED, Dispute, columns, compare, horizon_of, minimised, run_engine, stands
 from judge import INPUTS, judge
-from stickslip.variables import STATUSES
+from stickslip.vocabulary.flags import STATUSES
 
 COUNTED = ("cells", "agree", "undecided", "sensitive", "regime", "damped/creep", "late sticks", "wrong number")
 AT_HORIZON = "at the horizon"  # whatever the status

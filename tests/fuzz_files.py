@@ -23,7 +23,9 @@ import numpy as np
 import xarray as xr
 
 from helpers.maps import axis, make_map
-from stickslip import store
+from stickslip import errors
+from stickslip.files import reading as reading_
+from stickslip.files import writing as store
 
 LONGEST = 20  # s for one file
 REFUSED, AS_WRITTEN = "refused", "as written"
@@ -52,9 +54,9 @@ DAMAGES: dict[str, Callable[[random.Random, bytearray, int], object]] = {
 def outcome(path: Path, expected: xr.Dataset) -> str:
     """What reading everything in a file gives."""
     try:
-        with store.open(path) as ds:
+        with reading_.open(path) as ds:
             found = ds.load()
-    except store.StoreError:
+    except errors.StoreError:
         return REFUSED
     try:
         xr.testing.assert_equal(found, expected)

@@ -2,7 +2,8 @@
 
 import pytest
 
-from stickslip.variables import LAWS, MODES, REGIMES, STATUSES
+from stickslip.vocabulary.flags import MODES, REGIMES, STATUSES
+from stickslip.vocabulary.laws import LAWS
 from stickslip_kernels import laws, layout
 
 

@@ -20,8 +20,9 @@ import xarray as xr
 
 import stickslip
 from helpers.maps import plane
-from stickslip import store
-from stickslip.config import Config, parse_config
+from stickslip.config.model import Config
+from stickslip.config.reader import parse_config
+from stickslip.files import writing
 from stickslip.runs import assembly
 
 KINDS = ["nc", "zarr"] if find_spec("zarr") else ["nc"]
@@ -59,13 +60,13 @@ def read_plainly(ds: xr.Dataset, expected: xr.Dataset) -> None:
 
 
 def write(path: Path, expected: xr.Dataset) -> None:
-    load(store.write(expected, path), expected)
+    load(writing.write(expected, path), expected)
 
 
 def rewrite(source: Path, path: Path, expected: xr.Dataset) -> None:
     """A lazy dataset from one file into another."""
     with stickslip.open(source) as ds:
-        store.write(ds, path)
+        writing.write(ds, path)
     load(path, expected)
 
 
@@ -82,7 +83,7 @@ def tasks(folder: Path) -> dict[str, Callable[[], None]]:
     assembly.IN_MEMORY = few["regime"].size  # the first is written at once, the other chunk by chunk
     found: dict[str, Callable[[], None]] = {}
     for kind in KINDS:
-        path = store.write(expected, folder / f"map.{kind}")
+        path = writing.write(expected, folder / f"map.{kind}")
         found |= {f"load {number} {kind}": partial(load, path, expected) for number in range(2)}
         found |= {f"read pieces {kind}": partial(read_pieces_and_forget, path, expected)}
         found |= {f"write {kind}": partial(write, folder / f"written.{kind}", expected)}

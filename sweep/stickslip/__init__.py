@@ -9,21 +9,11 @@ from typing import TYPE_CHECKING, Any
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from .api import (
-        ClusterError,
-        IncompleteError,
-        Interrupted,
-        collect,
-        evaluate,
-        open,
-        retry_failed,
-        run,
-        run_shard,
-        simulate,
-        status,
-    )
-    from .config import Config, ConfigError, load_config
+    from .api import collect, evaluate, open, retry_failed, run, run_shard, simulate, status
+    from .config.model import Config
+    from .config.reader import load_config
     from .engine import Options
+    from .errors import ClusterError, ConfigError, IncompleteError, Interrupted
 
 __all__ = [
     "ClusterError", "Config", "ConfigError", "IncompleteError", "Interrupted", "Options", "__version__",
@@ -31,9 +21,10 @@ __all__ = [
 ]  # fmt: skip
 
 _HOMES = {
-    "Config": "config", "ConfigError": "config", "load_config": "config", "Options": "engine",
-    "ClusterError": "api", "IncompleteError": "api", "Interrupted": "api", "collect": "api", "evaluate": "api",
-    "open": "api", "retry_failed": "api", "run": "api", "run_shard": "api", "simulate": "api", "status": "api",
+    "Config": "config.model", "load_config": "config.reader", "Options": "engine",
+    "ClusterError": "errors", "ConfigError": "errors", "IncompleteError": "errors", "Interrupted": "errors",
+    "collect": "api", "evaluate": "api", "open": "api", "retry_failed": "api", "run": "api", "run_shard": "api",
+    "simulate": "api", "status": "api",
 }  # fmt: skip
 
 

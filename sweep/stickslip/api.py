@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from math import inf, isinf
 from pathlib import Path
@@ -14,18 +14,21 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from .addresses import HERE
-from .cells import as_cells
-from .config import Config, load_config
-from .dataset import cell_dataset, map_dataset, provenance, trace_dataset
+from .config.addresses import HERE
+from .config.grid import build_grid
+from .config.model import Config
+from .config.reader import load_config
+from .dataset.build import cell_dataset, map_dataset, trace_dataset
+from .dataset.provenance import provenance
 from .engine import Options, Progress, compute, trajectory
-from .grid import build_grid
+from .errors import ClusterError, IncompleteError, Interrupted
+from .files.reading import open
 from .runs import collecting, session
 from .runs.blocks import parse_shard
-from .runs.lock import Notice
-from .runs.request import ClusterError, IncompleteError, OnError, Outcome, Request, Stopped, request_for
+from .runs.request import OnError, Outcome, Request, request_for
 from .runs.work import options_of
-from .store import open
+from .runs.workdir.lock import Notice
+from .vocabulary.cells import as_cells
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -34,19 +37,6 @@ __all__ = [
     "ClusterError", "IncompleteError", "Interrupted", "collect", "evaluate", "open", "options_of", "retry_failed",
     "run", "run_shard", "simulate", "status",
 ]  # fmt: skip
-
-
-class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a run: `done` of `cells` cells are finished.
-
-    kept : the working store they are safe in, from which the same call goes on; None for a run without output.
-    dataset : they themselves, for a run without output; None for others.
-    """
-
-    def __init__(self, done: int, cells: int, kept: str | None = None, dataset: xr.Dataset | None = None):
-        self.done, self.cells, self.kept, self.dataset = done, cells, kept, dataset
-        where = f"safe in {kept}; the same command goes on from there" if kept else "finished, not written to a file"
-        super().__init__(f"interrupted: {done:,} of {cells:,} cells are {where}")
 
 
 def run(
@@ -90,7 +80,7 @@ def run(
         config, Path(output), _text(store), None, fresh, keep_parts, on_error, progress,
         notice=notice or _silent, dask=dask,
     )  # fmt: skip
-    _resumable(session.run, request)
+    session.run(request)
     return open(output)
 
 
@@ -134,7 +124,7 @@ def run_shard(
         config, None, _text(store), parse_shard(shard), on_error=on_error, progress=progress,
         notice=notice or _silent, dask=dask,
     )  # fmt: skip
-    return _resumable(session.run, request)
+    return session.run(request)
 
 
 def collect(
@@ -173,7 +163,7 @@ def retry_failed(
 ) -> Outcome:
     """Compute blocks that failed again; the map is written if nothing is missing then. Raises as `run` does."""
     request = request_for(config_or_store, output, _text(store))
-    return _resumable(session.retry_failed, replace(request, progress=progress, notice=notice or _silent, dask=dask))
+    return session.retry_failed(replace(request, progress=progress, notice=notice or _silent, dask=dask))
 
 
 def _config(config_or_path: Config | str | os.PathLike[str]) -> Config:
@@ -186,14 +176,6 @@ def _text(place: str | os.PathLike[str] | None) -> str | None:
 
 def _silent(_: str) -> None:
     """Take notice of nothing."""
-
-
-def _resumable(action: Callable[[Request], Outcome], request: Request) -> Outcome:
-    """Do it; Ctrl-C comes out as Interrupted."""
-    try:
-        return action(request)
-    except Stopped as stopped:
-        raise Interrupted(stopped.safe, stopped.cells, stopped.where) from None
 
 
 # --- cells and trajectories -------------------------------------------------------------------------------------------
@@ -217,7 +199,7 @@ def evaluate(
         before the start.
     rtol : relative tolerance of the integration. horizon : s, None for no limit.
     early_stop : False integrates every cell to the horizon and adds sticks, stick_time, displacement_end, velocity_end.
-    threads : None for one per processor. law : shape of the weakening of friction, one of `variables.LAWS`.
+    threads : None for one per processor. law : shape of the weakening of friction, one of `vocabulary.laws.LAWS`.
     max_steps : step budget of a cell.
 
     Returns a dataset over `cell`. Raises TypeError or ValueError for bad input before anything is computed.

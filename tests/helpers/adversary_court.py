@@ -10,7 +10,7 @@ import stickslip
 from helpers.adversary_cells import to_units
 from judge import BAND_SHARE, DEFAULTS, INPUTS, TIGHT, judge, to_kernel
 from judge.curve import weakened
-from stickslip.variables import REGIMES, STATUSES
+from stickslip.vocabulary.flags import REGIMES, STATUSES
 
 SETTLES = ("damped", "creep")
 CLASS = {"stick_slip": "stick_slip", "damped": "settles", "creep": "settles", "sustained": "rings", "stuck": "stuck"}

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.config import ConfigError, parse_config
+from stickslip.config.reader import parse_config
+from stickslip.errors import ConfigError
 
 TEXT = """\
 title: A small map

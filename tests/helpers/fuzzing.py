@@ -12,9 +12,9 @@ from pathlib import Path
 
 from hypothesis import strategies as st
 
-from stickslip.config import SECTIONS
-from stickslip.quantities import QUANTITIES
-from stickslip.yaml_source import parse_yaml
+from stickslip.config.reader import SECTIONS
+from stickslip.config.yaml import parse_yaml
+from stickslip.vocabulary.quantities import QUANTITIES
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = int(os.environ.get("STICKSLIP_FUZZ", "0"))  # of each kind; 0: the few that continuous integration tries

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
-from stickslip.dataset import map_dataset, provenance
-from stickslip.variables import PARAMETERS
+from stickslip.dataset.build import map_dataset
+from stickslip.dataset.provenance import provenance
+from stickslip.vocabulary.quantities import PARAMETERS
 
 FIXED = {"mass": 1.0, "damping": 0.05, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1,
          "mu_stop": float("nan"), "mu_static": float("nan"), "displacement": 0.0, "velocity": float("nan")}  # fmt: skip

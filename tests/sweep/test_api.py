@@ -10,7 +10,8 @@ import xarray as xr
 
 import stickslip
 from helpers.configs import write_config
-from stickslip.variables import MODES, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES
+from stickslip.vocabulary.flags import MODES, REGIMES, STATUSES
+from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
 
 REFERENCE = Path(__file__).parents[1] / "data" / "oscillator.csv"
 INPUTS = ("mass", "stiffness", "damping", "normal_load", "belt_speed", "a1", "a2", "a3", "a4", "mu_stop")
@@ -141,7 +142,7 @@ def test_a_long_trajectory_outgrows_its_first_log():
 
 
 def test_a_trajectory_that_takes_too_many_steps_says_how_far_it_came():
-    from stickslip.engine import NotReachedError
+    from stickslip.errors import NotReachedError
 
     with pytest.raises(NotReachedError, match=r"the motion is known to 1\d\.\d+ s of 50 s, step_limit: .*max_steps"):
         stickslip.simulate(duration=50.0, max_steps=10, **PAIR)
@@ -189,7 +190,7 @@ def test_nothing_is_written_unless_asked_for(tmp_path, monkeypatch):
 
 
 def test_a_target_that_cannot_be_written_is_told_before_anything_is_computed(tmp_path):
-    from stickslip.store import StoreError
+    from stickslip.errors import StoreError
 
     def never(done, of):
         raise AssertionError("computed")
@@ -218,7 +219,7 @@ def test_an_interruption_without_an_output_hands_over_what_is_finished(tmp_path)
 def test_an_interruption_while_writing_loses_nothing(tmp_path, monkeypatch):
     from stickslip.runs import assembly
 
-    write, calls = assembly.store.write, []
+    write, calls = assembly.writing.write, []
 
     def interrupted_once(*given):
         calls.append(given)
@@ -226,7 +227,7 @@ def test_an_interruption_while_writing_loses_nothing(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return write(*given)
 
-    monkeypatch.setattr(assembly.store, "write", interrupted_once)
+    monkeypatch.setattr(assembly.writing, "write", interrupted_once)
     path, target = write_config(tmp_path), tmp_path / "map.nc"
     with pytest.raises(stickslip.Interrupted, match="144 of 144 cells are safe in"):
         stickslip.run(path, target)

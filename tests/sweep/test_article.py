@@ -9,9 +9,10 @@ import pytest
 
 import stickslip
 from stickslip import theory
-from stickslip.article import FIGURES, UnknownFigure, Written, gallery, make
+from stickslip.article import FIGURES, Written, gallery, make
 from stickslip.article.recipe import border, cell, configuration
-from stickslip.resources import config_names
+from stickslip.config.examples import config_names
+from stickslip.errors import UnknownFigureError
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = 100_000  # bytes; pictures are kept in the repository
@@ -204,7 +205,7 @@ def test_a_figure_becomes_a_picture_and_a_file_that_says_what_was_found(tmp_path
 
 
 def test_an_unknown_figure_is_refused_before_anything_is_made(tmp_path):
-    with pytest.raises(UnknownFigure, match="fig1; there are fig2, fig3"):
+    with pytest.raises(UnknownFigureError, match="fig1; there are fig2, fig3"):
         make(["fig3", "fig1"], tmp_path / "new")
     assert not (tmp_path / "new").exists()
 

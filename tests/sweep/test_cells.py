@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stickslip.cells import as_cells
-from stickslip.variables import PARAMETERS
+from stickslip.vocabulary.cells import as_cells
+from stickslip.vocabulary.quantities import PARAMETERS
 
 PAIR = {
     "mass": 1.0,

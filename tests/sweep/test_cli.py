@@ -17,7 +17,7 @@ from click.testing import CliRunner
 import stickslip
 from helpers.configs import write_config
 from stickslip.cli import main
-from stickslip.variables import STATUSES
+from stickslip.vocabulary.flags import STATUSES
 
 ROOT = Path(__file__).parents[2]
 

@@ -4,8 +4,8 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip import coarse
-from stickslip.slabs import pieces, slabs
+from stickslip.dataset import coarse
+from stickslip.dataset.slabs import pieces, slabs
 
 
 def array(values) -> xr.DataArray:

@@ -6,10 +6,13 @@ import pytest
 import xarray as xr
 
 from helpers.maps import FIXED, axis, make_grid, make_map, make_results, plane
-from stickslip import dataset
-from stickslip.dataset import cell_dataset, map_dataset, provenance, trace_dataset
-from stickslip.palette import FLAG_COLOURS
-from stickslip.variables import FLAGS, MODES, PARAMETERS, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES
+from stickslip.dataset import provenance as made_by
+from stickslip.dataset.build import cell_dataset, map_dataset, trace_dataset
+from stickslip.dataset.provenance import provenance
+from stickslip.plots.palette import FLAG_COLOURS
+from stickslip.vocabulary.flags import FLAGS, MODES, REGIMES, STATUSES
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
 
 
 def test_last_dimension_of_the_grid_runs_fastest():
@@ -141,42 +144,43 @@ def test_provenance_names_source_configuration_and_time():
 
 @pytest.fixture
 def checkout(tmp_path, monkeypatch):
-    """A git repository with one commit, in which dataset.py seems to lie."""
+    """A git repository with one commit, in which provenance.py seems to lie."""
 
     def git(*arguments):
         command = ["git", "-c", "user.name=t", "-c", "user.email=t@example.org", *arguments]
         return subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True).stdout.strip()
 
-    (tmp_path / "sweep/stickslip").mkdir(parents=True)
-    (tmp_path / "sweep/stickslip/dataset.py").write_text("")
+    file = tmp_path / "sweep/stickslip/dataset/provenance.py"
+    file.parent.mkdir(parents=True)
+    file.write_text("")
     try:
         git("init", "-q")
     except FileNotFoundError:
         pytest.skip("git is not installed")
     git("add", ".")
     git("commit", "-q", "-m", "first")
-    monkeypatch.setattr(dataset, "__file__", str(tmp_path / "sweep/stickslip/dataset.py"))
+    monkeypatch.setattr(made_by, "__file__", str(file))
     return tmp_path, git("rev-parse", "HEAD")
 
 
 def test_source_names_the_commit_and_whether_files_differ_from_it(checkout):
     root, commit = checkout
     assert provenance("", title="")["source"].endswith(f"git {commit}")
-    (root / "sweep/stickslip/dataset.py").write_text("edited")
-    assert dataset.git_revision() == f"{commit}-dirty"
+    (root / "sweep/stickslip/dataset/provenance.py").write_text("edited")
+    assert made_by.git_revision() == f"{commit}-dirty"
 
 
 def test_provenance_needs_no_git(checkout, monkeypatch):
     monkeypatch.setenv("PATH", "")
-    assert dataset.git_revision() is None
+    assert made_by.git_revision() is None
     assert "git" not in provenance("", title="")["source"]
 
 
 def test_an_installed_package_does_not_report_the_repository_around_it(checkout, monkeypatch):
     root, _ = checkout
-    inside = root / ".venv/lib/python3.11/site-packages/stickslip/dataset.py"
-    monkeypatch.setattr(dataset, "__file__", str(inside))
-    assert dataset.git_revision() is None
+    inside = root / ".venv/lib/python3.11/site-packages/stickslip/dataset/provenance.py"
+    monkeypatch.setattr(made_by, "__file__", str(inside))
+    assert made_by.git_revision() is None
 
 
 def test_datasets_survive_pickling_between_processes():

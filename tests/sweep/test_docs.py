@@ -11,8 +11,8 @@ import stickslip
 from helpers.configs import write_config
 from stickslip import rig
 from stickslip.cli import main
-from stickslip.rig.records import write_record
-from stickslip.yaml_source import parse_yaml
+from stickslip.config.yaml import parse_yaml
+from stickslip.rig.records.record import write_record
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))}

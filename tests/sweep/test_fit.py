@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.optimize import curve_fit
 
+from stickslip.errors import ConfigError
 from stickslip.fit import (
     AGEING_COLUMNS,
     CURVE_COLUMNS,
@@ -19,7 +20,6 @@ from stickslip.fit import (
     rank,
     read_points,
 )
-from stickslip.problems import ConfigError
 
 ARTICLE = (1.0, 0.1, 0.3, 0.1)
 NAMES = ("a1", "a2", "a3", "a4")

@@ -7,10 +7,11 @@ from click.testing import CliRunner
 
 from helpers.configs import TEXT
 from stickslip.cli import main
-from stickslip.config import UnitWarning, load_config, parse_config
-from stickslip.resources import config_names, config_path
+from stickslip.config.examples import config_names, config_path
+from stickslip.config.reader import load_config, parse_config
+from stickslip.errors import UnitWarning
 from stickslip.rig import load_rig
-from stickslip.rig.config import is_rig
+from stickslip.rig.simulate.config import is_rig
 
 QUIET = """\
 system: {mass: 1 kg, normal_load: 10, damping: 0}

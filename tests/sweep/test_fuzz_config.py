@@ -14,9 +14,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from helpers.fuzzing import EXAMPLES, GOOD, TRIPWIRE, files
-from stickslip.config import Config, ConfigError, FitWarning, UnitWarning, load_config, parse_config
-from stickslip.grid import build_grid
-from stickslip.variables import PARAMETERS
+from stickslip.config.grid import build_grid
+from stickslip.config.model import Config
+from stickslip.config.reader import load_config, parse_config
+from stickslip.errors import ConfigError, FitWarning, UnitWarning
+from stickslip.vocabulary.quantities import PARAMETERS
 
 LONGEST = 5.0  # s of computing for one file; the usual is a hundredth
 MOST_MEMORY = 600  # MB that a session of reading may grow by: a grid of 1e15 cells is refused, not allocated

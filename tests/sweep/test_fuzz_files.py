@@ -13,8 +13,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from helpers.fuzzing import EXAMPLES
-from stickslip.measured import FileFit, describe_ageing, describe_curve, fit_points
-from stickslip.problems import ConfigError
+from stickslip.errors import ConfigError
+from stickslip.fit.described import FileFit, describe_ageing, describe_curve, fit_points
 
 TESTS = Path(__file__).parents[1]
 

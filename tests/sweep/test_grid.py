@@ -8,12 +8,13 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.config import load_config, make_config
-from stickslip.dataset import map_dataset
-from stickslip.grid import build_grid
-from stickslip.quantities import coefficients
-from stickslip.resources import config_path
-from stickslip.variables import PARAMETERS, VARIABLES
+from stickslip.config.examples import config_path
+from stickslip.config.grid import build_grid
+from stickslip.config.reader import load_config, make_config
+from stickslip.dataset.build import map_dataset
+from stickslip.vocabulary.curve import coefficients
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import VARIABLES
 
 SYSTEM = {"mass": 1.0, "stiffness": 10.0, "normal_load": 5.0, "belt_speed": 0.1, "damping": 0.5}
 CURVE = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}

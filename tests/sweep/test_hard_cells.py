@@ -12,7 +12,7 @@ import pytest
 
 import stickslip
 from judge import judge
-from stickslip.variables import REGIMES, STATUSES
+from stickslip.vocabulary.flags import REGIMES, STATUSES
 
 DATA = Path(__file__).parents[1] / "data" / "hard.csv"
 INPUTS = (

@@ -5,16 +5,17 @@ import pytest
 from click.testing import CliRunner
 
 import stickslip
-from stickslip import store
 from stickslip.cli import main
-from stickslip.config import parse_config
-from stickslip.dataset import map_dataset, provenance
-from stickslip.grid import build_grid
-from stickslip.inspection import survey
-from stickslip.pick import cell_at, recipe_of
-from stickslip.problems import ConfigError
-from stickslip.summary import remark, summary
-from stickslip.variables import REGIMES, STATUSES
+from stickslip.config.grid import build_grid
+from stickslip.config.pick import cell_at, recipe_of
+from stickslip.config.reader import parse_config
+from stickslip.dataset.build import map_dataset
+from stickslip.dataset.inspect import survey
+from stickslip.dataset.provenance import provenance
+from stickslip.dataset.summary import remark, summary
+from stickslip.errors import ConfigError
+from stickslip.files import writing
+from stickslip.vocabulary.flags import REGIMES, STATUSES
 
 MAP = """
 title: a map
@@ -107,7 +108,7 @@ def pasted(command: str):
 def test_the_line_gives_the_same_cell_bit_for_bit(tmp_path):
     everywhere = slice(None, None, 11)
     ds, config, grid = made_up(MAP, failed=everywhere)
-    with stickslip.open(store.write(ds, tmp_path / "a map.nc")) as ds:
+    with stickslip.open(writing.write(ds, tmp_path / "a map.nc")) as ds:
         recipe = recipe_of(ds, "a map.nc")
         cells = survey(ds, recipe, limit=10**6).cells
     assert len(cells) == len(range(grid.size)[everywhere])
@@ -126,7 +127,7 @@ def test_cells_of_a_list_are_spelt_out(tmp_path):
     given = {name: chance.random(6) + 0.1 for name in ("mass", "stiffness", "normal_load", "a1", "a2", "a3", "a4")}
     given["mu_stop"] = np.array([np.nan, 0.01, np.nan, 0.02, 0.03, np.nan])
     ds = stickslip.evaluate(given | {"belt_speed": 0.3}, law="rational")
-    with stickslip.open(store.write(ds, tmp_path / "cells.nc")) as ds:
+    with stickslip.open(writing.write(ds, tmp_path / "cells.nc")) as ds:
         recipe = recipe_of(ds, "cells.nc")
         for cell in survey(ds, recipe, regimes=REGIMES).cells:
             found = cell_at(recipe, pasted(cell.command("cells.nc"))[1])
@@ -187,12 +188,12 @@ def test_run_reports_bad_cells_inspect_lists_them_and_simulate_shows_them(here):
 
 def test_the_table_of_a_map_is_not_cut_in_a_pipe(here, monkeypatch):
     monkeypatch.setenv("COLUMNS", "12")
-    store.write(made_up(MAP)[0], "map.nc")
+    writing.write(made_up(MAP)[0], "map.nc")
     assert call("inspect", "map.nc").stdout.splitlines()[0].split() == ["regime", "status", "cells", "share"]
 
 
 def test_inspecting_a_good_map_says_so(here):
-    store.write(made_up(MAP)[0], "map.nc")
+    writing.write(made_up(MAP)[0], "map.nc")
     done = call("inspect", "map.nc")
     assert done.exit_code == 0
     assert "0 cells failed, are unresolved or were not computed" in done.stdout
@@ -201,7 +202,7 @@ def test_inspecting_a_good_map_says_so(here):
 def test_inspecting_what_is_no_map_says_so(here):
     cell = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "belt_speed": 0.1}
     curve = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
-    store.write(stickslip.simulate(duration=1.0, **cell, **curve), "trace.nc")
+    writing.write(stickslip.simulate(duration=1.0, **cell, **curve), "trace.nc")
     for command in (["inspect", "trace.nc"], ["simulate", "trace.nc", "-t", "1", "--plot", "x.png"]):
         done = call(*command)
         assert done.exit_code == 2 and "trace.nc: holds no regimes" in done.stderr
@@ -209,7 +210,7 @@ def test_inspecting_what_is_no_map_says_so(here):
 
 
 def test_a_damaged_file_is_told_in_words(here):
-    path = store.write(made_up(MAP, failed=[1])[0], "map.nc")
+    path = writing.write(made_up(MAP, failed=[1])[0], "map.nc")
     data = path.read_bytes()
     path.write_bytes(data[: len(data) // 2])
     for command in (["inspect", "map.nc"], ["plot", "map.nc"], ["simulate", "map.nc", "-t", "1", "-o", "x.nc"]):

@@ -8,7 +8,8 @@ from click.testing import CliRunner
 
 import stickslip
 from stickslip.cli import main
-from stickslip.config import ConfigError, FitWarning, load_config, parse_config
+from stickslip.config.reader import load_config, parse_config
+from stickslip.errors import ConfigError, FitWarning
 
 SPEED = np.array([0.1, 20, 50, 100, 200, 340, 500, 800, 1200])  # mm/s
 CURVE = (1.0, 0.1, 0.3, 0.1)

@@ -2,9 +2,10 @@ import math
 
 import pytest
 
-from stickslip.config import ConfigError, parse_config
-from stickslip.pick import cell_at, seconds
-from stickslip.variables import PARAMETERS
+from stickslip.config.pick import cell_at, seconds
+from stickslip.config.reader import parse_config
+from stickslip.errors import ConfigError
+from stickslip.vocabulary.quantities import PARAMETERS
 
 MAP = parse_config("""
 system: {mass: 1 kg, normal_load: 2}

@@ -8,13 +8,15 @@ import pytest
 from matplotlib.colors import LogNorm, to_rgb
 
 from helpers.maps import axis, make_map, plane
-from stickslip import plots
-from stickslip.dataset import cell_dataset, trace_dataset
-from stickslip.mapaxis import MapAxis, title
-from stickslip.palette import FLAG_COLOURS, UNDEFINED_COLOUR, paint
-from stickslip.plots import PlotError, plot_map, plot_trace
-from stickslip.selection import selected
-from stickslip.variables import REGIMES
+from stickslip.dataset.axis import MapAxis, title
+from stickslip.dataset.build import cell_dataset, trace_dataset
+from stickslip.dataset.select import selected
+from stickslip.errors import PlotError
+from stickslip.plots import page, traces
+from stickslip.plots.maps import plot_map
+from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, paint
+from stickslip.plots.traces import plot_trace
+from stickslip.vocabulary.flags import REGIMES
 
 LUBRICANTS = ["dry", "grease", "bonded coating"]
 
@@ -411,7 +413,7 @@ def test_stick_phases_are_shaded_from_re_stick_to_break_away():
 
 
 def test_a_phase_that_lasts_to_the_end_is_shaded_to_the_end():
-    assert list(plots._spans(np.arange(3.0), np.array([False, True, True]))) == [(1.0, 2.0)]
+    assert list(traces._spans(np.arange(3.0), np.array([False, True, True]))) == [(1.0, 2.0)]
 
 
 def test_the_phase_portrait_shows_the_belt_speed_if_it_is_constant():
@@ -430,14 +432,14 @@ def test_a_map_is_no_trajectory():
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_pictures_are_written_in_the_format_of_their_name(suffix, tmp_path):
     path = tmp_path / f"map{suffix}"
-    plots.save(plot_map(plane()), path, dpi=60)
+    page.save(plot_map(plane()), path, dpi=60)
     assert path.read_bytes()[:4] in (b"\x89PNG", b"<?xm", b"%PDF")
 
 
 @pytest.mark.parametrize("name", ["map.sketch", "absent/map.png"])
 def test_pictures_that_cannot_be_written_are_named(name, tmp_path):
     with pytest.raises(PlotError, match=name):
-        plots.save(plot_map(plane()), tmp_path / name)
+        page.save(plot_map(plane()), tmp_path / name)
 
 
 def test_drawing_needs_no_pyplot():

@@ -6,7 +6,8 @@ from scipy.optimize import brentq
 from scipy.special import i1e
 
 import stickslip
-from stickslip.variables import LAWS, REGIMES
+from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.laws import LAWS
 
 STICK_SLIP = REGIMES.index("stick_slip")
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from stickslip import resources
-from stickslip.resources import config_names, config_path, found
+from stickslip.config import examples
+from stickslip.config.examples import config_names, config_path, found
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -47,7 +47,7 @@ def test_a_file_that_is_missing_is_not_replaced_by_one_that_ships(name, tmp_path
 
 
 def test_a_package_without_configurations_says_where_it_looked(monkeypatch):
-    monkeypatch.setattr(resources, "_FOLDERS", (Path("nowhere"), Path("neither")))
+    monkeypatch.setattr(examples, "_FOLDERS", (Path("nowhere"), Path("neither")))
     with pytest.raises(FileNotFoundError, match="nowhere.*neither"):
         config_names()
 
@@ -75,7 +75,7 @@ def test_a_wheel_carries_both_packages_their_types_and_the_configurations(unpack
 
 
 def test_an_installed_package_finds_its_own_configurations(unpacked_wheel, tmp_path):
-    code = "from stickslip.resources import config_path; print(config_path('quickstart'), config_path('article/fig9'))"
+    code = "from stickslip.config.examples import config_path as p; print(p('quickstart'), p('article/fig9'))"
     paths = ":".join([str(unpacked_wheel), *(path for path in sys.path if "site-packages" in path)])
     command = [sys.executable, "-S", "-c", code]
     done = subprocess.run(command, cwd=tmp_path, env={"PYTHONPATH": paths}, capture_output=True, text=True, check=True)

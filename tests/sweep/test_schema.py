@@ -4,12 +4,12 @@ import jsonschema
 import pytest
 from ruamel.yaml import YAML
 
-from stickslip.config import load_config
-from stickslip.quantities import QUANTITIES
-from stickslip.resources import config_names, config_path
-from stickslip.rig.config import is_rig, load_rig
-from stickslip.schema import json_schema
-from stickslip.starter import STARTER
+from stickslip.config.examples import config_names, config_path
+from stickslip.config.reader import load_config
+from stickslip.config.schema import json_schema
+from stickslip.config.starter import STARTER
+from stickslip.rig.simulate.config import is_rig, load_rig
+from stickslip.vocabulary.quantities import QUANTITIES
 
 SCHEMA = json_schema()
 

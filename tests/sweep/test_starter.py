@@ -2,14 +2,15 @@ import inspect
 import re
 
 from stickslip import evaluate, simulate
-from stickslip.config import Config, make_config, parse_config
+from stickslip.config.grid import build_grid
+from stickslip.config.kinds import OF_RIGS
+from stickslip.config.model import Config
+from stickslip.config.reader import make_config, parse_config
+from stickslip.config.schema import json_schema
+from stickslip.config.sections import Execution, Solver, Start
+from stickslip.config.starter import STARTER
 from stickslip.engine import Options
-from stickslip.grid import build_grid
-from stickslip.kinds import OF_RIGS
-from stickslip.quantities import QUANTITIES
-from stickslip.schema import json_schema
-from stickslip.sections import Execution, Solver, Start
-from stickslip.starter import STARTER
+from stickslip.vocabulary.quantities import QUANTITIES
 
 
 def test_the_starter_is_a_configuration():

@@ -10,10 +10,11 @@ import pytest
 import xarray as xr
 
 from helpers.maps import axis, make_map, plane
-from stickslip import store
-from stickslip.dataset import cell_dataset, provenance, trace_dataset
-from stickslip.store import StoreError
-from stickslip.variables import TRACE_VARIABLES
+from stickslip.dataset.build import cell_dataset, trace_dataset
+from stickslip.dataset.provenance import provenance
+from stickslip.errors import StoreError
+from stickslip.files import reading, writing
+from stickslip.vocabulary.results import TRACE_VARIABLES
 
 
 def labelled() -> xr.Dataset:
@@ -47,8 +48,8 @@ def test_reading_gives_what_was_written(make, suffix, tmp_path):
     if suffix == ".zarr":
         pytest.importorskip("zarr")
     ds = make()
-    path = store.write(ds, tmp_path / f"map{suffix}")
-    with store.open(path) as back:
+    path = writing.write(ds, tmp_path / f"map{suffix}")
+    with reading.open(path) as back:
         xr.testing.assert_identical(back, ds)
         assert {name: v.dtype for name, v in back.variables.items()} == {
             name: v.dtype for name, v in ds.variables.items()
@@ -62,16 +63,16 @@ def test_reading_gives_what_was_written(make, suffix, tmp_path):
 def test_what_was_read_can_be_written_in_the_other_format(tmp_path):
     pytest.importorskip("zarr")
     ds = labelled()
-    with store.open(store.write(ds, tmp_path / "a.nc")) as a:
-        store.write(a, tmp_path / "b.zarr")
-    with store.open(tmp_path / "b.zarr") as b:
-        store.write(b, tmp_path / "c.nc")
-    with store.open(tmp_path / "c.nc") as c:
+    with reading.open(writing.write(ds, tmp_path / "a.nc")) as a:
+        writing.write(a, tmp_path / "b.zarr")
+    with reading.open(tmp_path / "b.zarr") as b:
+        writing.write(b, tmp_path / "c.nc")
+    with reading.open(tmp_path / "c.nc") as c:
         xr.testing.assert_identical(c, ds)
 
 
 def test_a_plain_netcdf_reader_sees_flags_as_int8_without_fill_value(tmp_path):
-    store.write(plane(), tmp_path / "map.nc")
+    writing.write(plane(), tmp_path / "map.nc")
     with netCDF4.Dataset(tmp_path / "map.nc") as file:
         for name in ("regime", "status", "steps", "stiffness", "belt_speed", "a1"):
             assert "_FillValue" not in file[name].ncattrs()
@@ -80,9 +81,9 @@ def test_a_plain_netcdf_reader_sees_flags_as_int8_without_fill_value(tmp_path):
 
 
 def test_chunks_hold_at_most_a_mebibyte_and_whole_last_dimensions():
-    assert store._chunks((100, 200)) == (100, 200)
-    assert store._chunks((50, 1000, 1000)) == (1, 131, 1000)
-    assert store._chunks((10**7,)) == (2**17,)
+    assert writing._chunks((100, 200)) == (100, 200)
+    assert writing._chunks((50, 1000, 1000)) == (1, 131, 1000)
+    assert writing._chunks((10**7,)) == (2**17,)
 
 
 # --- all or nothing ---------------------------------------------------------------------------------------------------
@@ -94,30 +95,30 @@ def test_chunks_hold_at_most_a_mebibyte_and_whole_last_dimensions():
     ids=["os", "netcdf"],
 )
 def test_a_failing_write_leaves_the_good_file_as_it_was(failure, tmp_path, monkeypatch):
-    path = store.write(plane(), tmp_path / "map.nc")
+    path = writing.write(plane(), tmp_path / "map.nc")
     before = path.read_bytes()
 
     def half_written(ds, path, with_lazy):
         path.write_bytes(b"half")
         raise failure
 
-    monkeypatch.setattr(store, "_create_netcdf", half_written)
+    monkeypatch.setattr(writing, "_create_netcdf", half_written)
     with pytest.raises(StoreError, match="map.nc: cannot be written .*(No space left|HDF error)"):
-        store.write(labelled(), path)
+        writing.write(labelled(), path)
     assert path.read_bytes() == before
     assert files_in(tmp_path) == ["map.nc"]
 
 
 def test_a_new_result_replaces_the_old_one(tmp_path):
-    path = store.write(plane(), tmp_path / "map.nc")
-    store.write(labelled(), path)
-    with store.open(path) as back:
+    path = writing.write(plane(), tmp_path / "map.nc")
+    writing.write(labelled(), path)
+    with reading.open(path) as back:
         xr.testing.assert_identical(back, labelled().assign_attrs(back.attrs))
 
 
 def test_a_failing_zarr_write_leaves_the_good_store_as_it_was(tmp_path, monkeypatch):
     pytest.importorskip("zarr")
-    path = store.write(plane(), tmp_path / "map.zarr")
+    path = writing.write(plane(), tmp_path / "map.zarr")
     replace = os.replace
 
     def fail_the_second_rename(source, target):
@@ -127,8 +128,8 @@ def test_a_failing_zarr_write_leaves_the_good_store_as_it_was(tmp_path, monkeypa
 
     monkeypatch.setattr(os, "replace", fail_the_second_rename)
     with pytest.raises(StoreError, match="Input/output error"):
-        store.write(labelled(), path)
-    with store.open(path) as back:
+        writing.write(labelled(), path)
+    with reading.open(path) as back:
         assert "stiffness" in back.dims
     assert files_in(tmp_path) == ["map.zarr"]
 
@@ -137,14 +138,14 @@ def test_a_link_stays_a_link_to_the_new_file(tmp_path):
     (tmp_path / "data").mkdir()
     link = tmp_path / "latest.nc"
     link.symlink_to(tmp_path / "data" / "map.nc")
-    store.write(plane(), link)
+    writing.write(plane(), link)
     assert link.is_symlink() and (tmp_path / "data" / "map.nc").is_file()
 
 
 def test_files_get_the_permissions_the_user_wants(tmp_path):
     umask = os.umask(0o022)
     try:
-        path = store.write(plane(), tmp_path / "map.nc")
+        path = writing.write(plane(), tmp_path / "map.nc")
     finally:
         os.umask(umask)
     assert stat.S_IMODE(path.stat().st_mode) == 0o644
@@ -154,10 +155,12 @@ def test_files_get_the_permissions_the_user_wants(tmp_path):
 
 
 def test_missing_folders_are_made(tmp_path):
-    assert store.write(plane(), tmp_path / "results" / "felt" / "map.nc").is_file()
+    assert writing.write(plane(), tmp_path / "results" / "felt" / "map.nc").is_file()
 
 
-@pytest.mark.parametrize("act", [lambda path: store.write(plane(), path), store.check_writable], ids=["write", "check"])
+@pytest.mark.parametrize(
+    "act", [lambda path: writing.write(plane(), path), writing.check_writable], ids=["write", "check"]
+)
 def test_an_impossible_folder_is_named_with_the_reason(act, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(StoreError, match="map.nc: cannot be written .*(Not a directory|File exists)"):
@@ -169,26 +172,26 @@ def test_a_folder_without_permission_is_named_with_the_reason(tmp_path):
     tmp_path.chmod(0o500)
     try:
         with pytest.raises(StoreError, match="Permission denied"):
-            store.check_writable(tmp_path / "map.nc")
+            writing.check_writable(tmp_path / "map.nc")
     finally:
         tmp_path.chmod(0o700)
 
 
 def test_checking_for_permission_leaves_nothing_behind(tmp_path):
-    store.check_writable(tmp_path / "map.nc")
+    writing.check_writable(tmp_path / "map.nc")
     assert files_in(tmp_path) == []
 
 
 @pytest.mark.parametrize("name", ["map.csv", "map", "map.nc.gz"])
 def test_unknown_kinds_of_file_are_refused(name, tmp_path):
     with pytest.raises(StoreError, match=r"expected a name that ends in \.nc or \.zarr"):
-        store.write(plane(), tmp_path / name)
+        writing.write(plane(), tmp_path / name)
 
 
 def test_a_device_or_folder_in_the_place_of_the_file_is_left_alone(tmp_path):
     (tmp_path / "map.nc").mkdir()
     with pytest.raises(StoreError, match="not a regular file"):
-        store.write(plane(), tmp_path / "map.nc")
+        writing.write(plane(), tmp_path / "map.nc")
 
 
 def test_a_folder_that_is_no_zarr_store_is_left_alone(tmp_path):
@@ -196,7 +199,7 @@ def test_a_folder_that_is_no_zarr_store_is_left_alone(tmp_path):
     (tmp_path / "map.zarr").mkdir()
     (tmp_path / "map.zarr" / "precious.txt").write_text("")
     with pytest.raises(StoreError, match="not a Zarr store"):
-        store.write(plane(), tmp_path / "map.zarr")
+        writing.write(plane(), tmp_path / "map.zarr")
     assert (tmp_path / "map.zarr" / "precious.txt").exists()
 
 
@@ -205,24 +208,24 @@ def test_without_zarr_the_message_says_how_to_get_it(tmp_path, monkeypatch):
 
     monkeypatch.setitem(sys.modules, "zarr", None)
     with pytest.raises(StoreError, match=r"stickslip\[zarr\]"):
-        store.write(plane(), tmp_path / "map.zarr")
+        writing.write(plane(), tmp_path / "map.zarr")
 
 
 def test_opening_what_is_not_there_says_so(tmp_path):
     with pytest.raises(StoreError, match="absent.nc: no such file"):
-        store.open(tmp_path / "absent.nc")
+        reading.open(tmp_path / "absent.nc")
 
 
 def test_opening_what_is_not_netcdf_says_so(tmp_path):
     (tmp_path / "notes.nc").write_text("not a dataset")
     with pytest.raises(StoreError, match="notes.nc: cannot be read as netCDF"):
-        store.open(tmp_path / "notes.nc")
+        reading.open(tmp_path / "notes.nc")
 
 
 def test_opening_a_netcdf_file_of_someone_else_says_so(tmp_path):
     xr.Dataset({"wind": ("x", [1.0])}).to_netcdf(tmp_path / "wind.nc")
     with pytest.raises(StoreError, match="not written by stickslip"):
-        store.open(tmp_path / "wind.nc")
+        reading.open(tmp_path / "wind.nc")
 
 
 # --- the conventions the files claim ----------------------------------------------------------------------------------
@@ -251,7 +254,7 @@ def test_files_pass_the_cf_checker_without_a_single_remark(make, cf_checker, tmp
 
     monkeypatch.setattr(socket.socket, "connect", no_network)
     ds = make()
-    path = store.write(ds, tmp_path / "map.nc")
+    path = writing.write(ds, tmp_path / "map.nc")
     check = f"cf:{ds.attrs['Conventions'].removeprefix('CF-')}"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -1,8 +1,8 @@
 import pytest
 
 from helpers.maps import axis, make_map, plane
-from stickslip.summary import summary
-from stickslip.variables import REGIMES
+from stickslip.dataset.summary import summary
+from stickslip.vocabulary.flags import REGIMES
 
 
 def test_regimes_that_occur_are_counted_and_their_shares_add_up():

@@ -17,11 +17,11 @@ import stickslip
 import stickslip_kernels
 from helpers.configs import write_config
 from helpers.maps import plane
-from stickslip import store
 from stickslip.engine import compiled
-from stickslip.netcdf_lock import NETCDF_LOCK
+from stickslip.errors import StoreError
+from stickslip.files import writing
+from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.runs import work
-from stickslip.store import StoreError
 
 TESTS = Path(__file__).parents[1]
 posix = pytest.mark.skipif(not hasattr(os, "fork"), reason="fork")
@@ -65,7 +65,7 @@ def test_threads_read_write_run_and_extend_at_once(kernels, seconds):
 
 
 def test_six_threads_open_load_and_close_one_file(tmp_path):
-    path = store.write(plane(100, 100), tmp_path / "map.nc")
+    path = writing.write(plane(100, 100), tmp_path / "map.nc")
     in_process("-c", OPEN_LOAD_CLOSE, path)
 
 
@@ -85,10 +85,10 @@ for thread in threads: thread.join()
 
 
 def test_threads_that_read_and_copy_one_lazy_dataset_do_not_wait_for_each_other_for_ever(tmp_path):
-    path = store.write(plane(20, 20), tmp_path / "map.nc")
+    path = writing.write(plane(20, 20), tmp_path / "map.nc")
     with stickslip.open(path) as ds:
         loads = [lambda: ds.compute().identical(plane(20, 20)) for _ in range(2)]
-        writes = [lambda n=n: store.write(ds, tmp_path / f"copy{n}.nc") for n in range(2)]
+        writes = [lambda n=n: writing.write(ds, tmp_path / f"copy{n}.nc") for n in range(2)]
         outcomes = at_once(*loads, *writes)
     assert not [outcome for outcome in outcomes if isinstance(outcome, Exception)]
 
@@ -96,7 +96,7 @@ def test_threads_that_read_and_copy_one_lazy_dataset_do_not_wait_for_each_other_
 def test_a_file_that_nobody_closed_is_closed_by_the_garbage_collector(tmp_path):
     from xarray.backends.file_manager import FILE_CACHE
 
-    path = store.write(plane(), tmp_path / "map.nc")
+    path = writing.write(plane(), tmp_path / "map.nc")
     gc.collect()
     before = len(FILE_CACHE)
     ds = stickslip.open(path)
@@ -107,7 +107,7 @@ def test_a_file_that_nobody_closed_is_closed_by_the_garbage_collector(tmp_path):
 
 
 def test_plain_xarray_waits_for_us_and_we_for_it(tmp_path):
-    path = store.write(plane(), tmp_path / "map.nc")
+    path = writing.write(plane(), tmp_path / "map.nc")
     with xr.open_dataset(path, engine="netcdf4", cache=False) as plain:
         read = threading.Thread(target=lambda: plain["period"].values, daemon=True)
         with NETCDF_LOCK:
@@ -119,14 +119,14 @@ def test_plain_xarray_waits_for_us_and_we_for_it(tmp_path):
 
 
 def test_plain_xarray_given_our_lock_opens_safely_while_holding_it(tmp_path):
-    path = store.write(plane(), tmp_path / "map.nc")
+    path = writing.write(plane(), tmp_path / "map.nc")
     with NETCDF_LOCK, xr.open_dataset(path, engine="netcdf4", lock=NETCDF_LOCK) as ds:
         ds.load()
     assert not NETCDF_LOCK.locked()
 
 
 def test_an_open_dataset_goes_to_other_processes(tmp_path):
-    path = store.write(plane(), tmp_path / "map.nc")
+    path = writing.write(plane(), tmp_path / "map.nc")
     assert pickle.loads(pickle.dumps(NETCDF_LOCK)) is NETCDF_LOCK
     with stickslip.open(path) as ds, pickle.loads(pickle.dumps(ds)) as copy:
         xr.testing.assert_equal(copy.load(), plane())

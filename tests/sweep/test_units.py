@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip import units
-from stickslip.quantities import QUANTITIES
-from stickslip.units import QuantityError, si_value
+from stickslip.errors import QuantityError
+from stickslip.vocabulary import units
+from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.units import si_value
 
 
 @pytest.mark.parametrize(
@@ -127,7 +128,8 @@ def test_units_are_spelled_for_people():
 
 
 def test_pint_is_not_imported_before_a_text_is_met():
-    code = "import sys, stickslip.config, stickslip.units as u; u.si_value(1.0, 'm'); sys.exit('pint' in sys.modules)"
+    code = "import sys, stickslip.config.reader, stickslip.vocabulary.units as u; u.si_value(1.0, 'm'); "
+    code += "sys.exit('pint' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": ":".join(sys.path)}).returncode == 0
 
 
@@ -149,7 +151,7 @@ def test_plain_units_are_those_of_pint(name, si):
 
 def test_pint_reads_its_registry_only_for_units_that_are_not_plain():
     code = (
-        "import stickslip.units as u\n"
+        "import stickslip.vocabulary.units as u\n"
         "print(u.si_value('5 N/mm', 'N m-1'), u.si_value('10 mm/s', 'm s-1'), u.si_value('250 g', 'kg'))\n"
         "print(u._all_units.cache_info().misses, u.si_value('1 inch', 'm'), u._all_units.cache_info().misses)"
     )

@@ -2,8 +2,9 @@
 
 import pytest
 
-from stickslip.config import ConfigError, load_config, parse_config
-from stickslip.yaml_source import parse_yaml
+from stickslip.config.reader import load_config, parse_config
+from stickslip.config.yaml import parse_yaml
+from stickslip.errors import ConfigError
 
 GOOD = """\
 system: {mass: 1 kg, stiffness: 10, normal_load: 5 N, belt_speed: 10 mm/s}

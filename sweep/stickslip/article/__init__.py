@@ -11,16 +11,14 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from stickslip import plots, store
+from stickslip import plots
 from stickslip.article.drawing import DPI
 from stickslip.article.recipe import Figure, Findings, Made
 from stickslip.article.registry import FIGURES
+from stickslip.errors import UnknownFigureError
+from stickslip.files import writing
 
-__all__ = ["FIGURES", "Figure", "Findings", "Made", "UnknownFigure", "Written", "make"]
-
-
-class UnknownFigure(ValueError):
-    """There is no figure of this name; the message lists those there are."""
+__all__ = ["FIGURES", "Figure", "Findings", "Made", "UnknownFigureError", "Written", "make"]
 
 
 @dataclass(frozen=True)
@@ -39,11 +37,11 @@ def make(
     """Make figures into a folder, which is created: NAME.png and NAME.nc each.
 
     names : of `FIGURES`; none at all means every one. progress : called with each name before it is made.
-    Raises UnknownFigure before anything is made.
+    Raises UnknownFigureError before anything is made.
     """
     wanted = list(dict.fromkeys(names)) or list(FIGURES)
     if unknown := [name for name in wanted if name not in FIGURES]:
-        raise UnknownFigure(f"no figure is called {', '.join(unknown)}; there are {', '.join(FIGURES)}")
+        raise UnknownFigureError(f"no figure is called {', '.join(unknown)}; there are {', '.join(FIGURES)}")
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     written = []
@@ -53,6 +51,6 @@ def make(
         made = FIGURES[name].function()
         picture, data = target / f"{name}.png", target / f"{name}.nc"
         plots.save(made.picture, picture, DPI)
-        store.write(made.data, data)
+        writing.write(made.data, data)
         written.append(Written(name, picture, data, made.findings))
     return written

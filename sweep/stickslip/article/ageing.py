@@ -11,7 +11,7 @@ from stickslip.article.curves import friction
 from stickslip.article.drawing import SERIES, axes_of, legend, name_axes, picture
 from stickslip.article.recipe import Cell, Findings, Floats, Made, cell, cells, configuration, labelled, traces
 from stickslip.fit import AgeingFit, Ranking, fit_ageing, rank
-from stickslip.palette import BLACK, BLUE, GREY, VERMILLION
+from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.theory import static_friction
 
 _SCATTER, _REPETITIONS, _SEED = 0.015, 3, 19  # of a measurement, made up: standard deviation over the mean

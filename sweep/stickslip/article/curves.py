@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from stickslip.api import run
 from stickslip.article.drawing import SERIES, axes_of, legend, mark, name_axes, picture
 from stickslip.article.recipe import Cell, Findings, Floats, Made, border, cell, cells, configuration, labelled
-from stickslip.mapaxis import MapAxis
-from stickslip.palette import BLACK, BLUE, GREY, VERMILLION, paint
+from stickslip.dataset.axis import MapAxis
+from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION, paint
 from stickslip.theory import reversal_speed, stribeck, tendency
 
 

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure as Picture
 from matplotlib.figure import FigureBase
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.mapaxis import title
-from stickslip.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
-from stickslip.variables import MODES
+from stickslip.dataset.axis import title
+from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
+from stickslip.vocabulary.flags import MODES
 
 SERIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE)  # of cases side by side, in this order
 DPI = 110

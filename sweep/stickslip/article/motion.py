@@ -24,8 +24,8 @@ from stickslip.article.recipe import (
     traces,
     trajectory,
 )
-from stickslip.palette import BLACK, BLUE, FLAG_COLOURS, GREY
-from stickslip.variables import MODES, REGIMES
+from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREY
+from stickslip.vocabulary.flags import MODES, REGIMES
 
 _SPEED = "speed (m s$^{-1}$)"
 

@@ -16,11 +16,13 @@ from matplotlib.figure import Figure as Picture
 from numpy.typing import NDArray
 
 from stickslip.api import evaluate, simulate
-from stickslip.config import Config, load_config
-from stickslip.dataset import provenance
-from stickslip.grid import build_grid
-from stickslip.resources import config_path
-from stickslip.variables import PARAMETERS, REGIMES
+from stickslip.config.examples import config_path
+from stickslip.config.grid import build_grid
+from stickslip.config.model import Config
+from stickslip.config.reader import load_config
+from stickslip.dataset.provenance import provenance
+from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.quantities import PARAMETERS
 
 Cell = Mapping[str, float]
 Findings = dict[str, float | str]

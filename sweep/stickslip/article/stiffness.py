@@ -22,8 +22,8 @@ from stickslip.article.recipe import (
     tendency_positive,
     traces,
 )
-from stickslip.palette import BLACK, BLUE, GREY, VERMILLION
-from stickslip.variables import REGIMES
+from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
+from stickslip.vocabulary.flags import REGIMES
 
 _STIFFNESS = "stiffness (N m$^{-1}$)"
 

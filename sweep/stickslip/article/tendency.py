@@ -18,9 +18,9 @@ from stickslip.api import evaluate, run
 from stickslip.article.curves import friction
 from stickslip.article.drawing import axes_of, in_words, name_axes, picture, tick_values, write_table
 from stickslip.article.recipe import STICK_SLIP, Findings, Floats, Made, border, cell, configuration, labelled
-from stickslip.palette import BLACK, paint
+from stickslip.plots.palette import BLACK, paint
 from stickslip.theory import tendency
-from stickslip.variables import REGIMES
+from stickslip.vocabulary.flags import REGIMES
 
 _V_REVERSAL = 0.34  # m/s, minimum of the curves of both configurations
 _RULED_OUT = tuple(REGIMES.index(name) for name in ("not_computed", "stuck", "unresolved", "failed"))

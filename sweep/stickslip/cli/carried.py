@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip import screen
+from stickslip.cli import screen
 from stickslip.cli.common import incomplete, prepare_kernels
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def carried_out(action: Callable[[Request], Outcome], request: Request, cells: int) -> tuple[Outcome, float]:
     """What `action` came to, and the seconds it computed. Ctrl-C and SIGTERM end the command."""
-    from stickslip.runs.request import Stopped
+    from stickslip.errors import Interrupted
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # what schedulers send before they kill
     began = finished = perf_counter()
@@ -44,8 +44,8 @@ def carried_out(action: Callable[[Request], Outcome], request: Request, cells: i
 
             told = replace(request, progress=note, assembling=write, notice=notice, prepare=prepare)
             outcome = action(told)
-    except Stopped as stopped:
-        incomplete(f"interrupted: {stopped}")
+    except Interrupted as interrupted:
+        incomplete(interrupted)
     return outcome, finished - began
 
 
@@ -56,7 +56,7 @@ def notice(text: str) -> None:
 
 def report(outcome: Outcome, seconds: float, request: Request, picture: Path | None) -> None:
     """The picture and the summary of a run that wrote its map; of one that had nothing to do, a picture that lacks."""
-    from stickslip import store
+    from stickslip.files import reading
     from stickslip.runs.work import options_of
 
     if outcome.output is None:
@@ -65,9 +65,9 @@ def report(outcome: Outcome, seconds: float, request: Request, picture: Path | N
         click.echo(f"map      {outcome.output} is finished already; --fresh computes it again")
         if picture is None or picture.exists():
             return
-    with store.open(outcome.output) as ds:
+    with reading.open(outcome.output) as ds:
         if picture is not None and ds["regime"].ndim:
-            from stickslip import plots  # Matplotlib takes its time, and the first block need not wait for it
+            from stickslip import plots
 
             plots.save(plots.plot_map(ds), picture)
         if outcome.up_to_date:

@@ -11,7 +11,8 @@ from typing import Any, NoReturn
 
 import click
 
-from stickslip import screen
+from stickslip.cli import screen
+from stickslip.errors import ClusterError, ConfigError, IncompleteError, NotReachedError, StoreError
 
 DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
 CONFIG = click.argument(
@@ -32,7 +33,7 @@ Exit codes:
 
 def config_file(path: Path) -> Path:
     """The file of a configuration: the one named or, which is said, the one of the package that is called so."""
-    from stickslip.resources import found
+    from stickslip.config.examples import found
 
     file = found(path)
     if file != path:
@@ -57,30 +58,18 @@ def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def guarded(*args: Any, **kwargs: Any) -> None:
-        from stickslip.problems import ConfigError
-        from stickslip.store import StoreError
-
         try:
             command(*args, **kwargs)
-        except (ConfigError, StoreError) as error:
-            if getattr(error, "incomplete", False):
-                incomplete(error)
-            fail(error)
-        except Exception as error:
-            from stickslip.engine import NotReachedError
-            from stickslip.runs.request import ClusterError
-
-            if isinstance(error, ClusterError):
-                fail(error)
-            if not isinstance(error, NotReachedError):
-                raise
+        except (IncompleteError, NotReachedError) as error:
             incomplete(error)
+        except (ClusterError, ConfigError, StoreError) as error:
+            fail(error)
 
     return guarded
 
 
 def _dask(value: str | None) -> str | None:
-    from stickslip.addresses import EXPECTED, is_address
+    from stickslip.config.addresses import EXPECTED, is_address
 
     if value is not None and not is_address(value):
         raise click.BadParameter(f"got {value!r}, expected {EXPECTED}")
@@ -111,7 +100,7 @@ def path_or_none(name: str | Path | None) -> Path | None:
 
 def check_picture(picture: Path) -> None:
     """End if no picture can be drawn there: a suffix nobody knows, or no folder."""
-    from stickslip.sections import PLOT_SUFFIXES
+    from stickslip.config.sections import PLOT_SUFFIXES
 
     if picture.suffix.lower() not in PLOT_SUFFIXES:
         fail(f"{picture}: pictures end in {', '.join(PLOT_SUFFIXES)}")

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip import screen
+from stickslip.cli import screen
 from stickslip.cli.common import DONE, WRONG_INPUT, config_file, fail
 
 if TYPE_CHECKING:
-    from stickslip.config import Config
+    from stickslip.config.model import Config
 
 
 @click.command()
@@ -25,10 +25,10 @@ def validate(configs: tuple[Path, ...]) -> None:
     Every mistake of every file is listed, with its line and column. Of good ones it is said what was understood: every
     quantity in SI, every axis with its points.
     """
-    from stickslip.config import load_config
-    from stickslip.grid import build_grid
-    from stickslip.problems import ConfigError
-    from stickslip.rig.config import is_rig, load_rig
+    from stickslip.config.grid import build_grid
+    from stickslip.config.reader import load_config
+    from stickslip.errors import ConfigError
+    from stickslip.rig.simulate.config import is_rig, load_rig
 
     wrong = False
     for path in map(config_file, configs):
@@ -44,7 +44,7 @@ def validate(configs: tuple[Path, ...]) -> None:
 
 def _show(config: Config) -> None:
     """What was understood, in three columns."""
-    from stickslip.understood import understood
+    from stickslip.config.understood import understood
 
     rows = list(understood(config))
     name, value = (max(map(len, column)) for column in list(zip(*rows, strict=True))[:2])
@@ -82,9 +82,9 @@ def init(file: Path, name: str | None, listing: bool) -> None:
 
 def _beginning(name: str | None) -> tuple[str, str]:
     """The text to start from, and the command that computes it."""
-    from stickslip.resources import config_path
-    from stickslip.rig.config import is_rig
-    from stickslip.starter import STARTER
+    from stickslip.config.examples import config_path
+    from stickslip.config.starter import STARTER
+    from stickslip.rig.simulate.config import is_rig
 
     if name is None:
         return STARTER, "run"
@@ -97,8 +97,8 @@ def _beginning(name: str | None) -> tuple[str, str]:
 
 def _list() -> None:
     """The configurations that come with the package, by the command that computes them."""
-    from stickslip.resources import config_names, config_path
-    from stickslip.yaml_source import read_yaml
+    from stickslip.config.examples import config_names, config_path
+    from stickslip.config.yaml import read_yaml
 
     for name in config_names():
         data = read_yaml(config_path(name)).data
@@ -117,6 +117,6 @@ def schema() -> None:
     and as first line of a configuration
       # yaml-language-server: $schema=stickslip.schema.json
     """
-    from stickslip.schema import json_schema
+    from stickslip.config.schema import json_schema
 
     click.echo(json.dumps(json_schema(), indent=2))

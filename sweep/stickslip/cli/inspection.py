@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip import screen
+from stickslip.cli import screen
 from stickslip.cli.common import reports_wrong_input
 
 if TYPE_CHECKING:
-    from stickslip.inspection import Survey
+    from stickslip.dataset.inspect import Survey
 
 
 @click.command(
@@ -33,10 +33,11 @@ def inspect(file: Path, regimes: tuple[str, ...], statuses: tuple[str, ...], lim
     Bad are those that failed, are unresolved or were not computed, unless --regime or --status say which to list. Each
     comes as a line that computes this very cell over time, ready to paste.
     """
-    from stickslip import inspection, store
-    from stickslip.pick import recipe_of
+    from stickslip.config.pick import recipe_of
+    from stickslip.dataset import inspect as inspection
+    from stickslip.files import reading
 
-    ds = store.open(file)
+    ds = reading.open(file)
     found = inspection.survey(ds, recipe_of(ds, str(file)), regimes=regimes, statuses=statuses, limit=limit)
     _table(found)
     what = "such cells" if regimes or statuses else "cells failed, are unresolved or were not computed"
@@ -53,7 +54,7 @@ def _table(found: Survey) -> None:
     """Numbers of cells by regime and status."""
     from rich.table import Table
 
-    from stickslip.variables import flag_label
+    from stickslip.vocabulary.flags import flag_label
 
     table = Table("regime", "status", box=None, pad_edge=False, header_style="bold")
     table.add_column("cells", justify="right")
@@ -66,7 +67,7 @@ def _table(found: Survey) -> None:
 
 def _lines(found: Survey, file: str) -> None:
     """A command for each cell, under what became of it."""
-    from stickslip.variables import STATUS_MESSAGES
+    from stickslip.vocabulary.flags import STATUS_MESSAGES
 
     by_fate = sorted(found.cells, key=lambda cell: (cell.regime, cell.status))
     for (regime, status), cells in groupby(by_fate, key=lambda cell: (cell.regime, cell.status)):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from stickslip import screen
+from stickslip.cli import screen
 from stickslip.cli.carried import carried_out, notice, report
 from stickslip.cli.common import (
     CONFIG,
@@ -24,7 +24,7 @@ from stickslip.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from stickslip.config import Config
+    from stickslip.config.model import Config
     from stickslip.runs.blocks import Shard
     from stickslip.runs.request import Outcome, Request
 
@@ -75,9 +75,9 @@ def run(
     OUTPUT.parts until the map is written: whatever stops a run, the same command goes on from there. Without an
     output the map is counted, drawn if a picture is asked for, and not kept.
     """
-    from stickslip import store as files
-    from stickslip.config import load_config
-    from stickslip.grid import build_grid
+    from stickslip.config.grid import build_grid
+    from stickslip.config.reader import load_config
+    from stickslip.files import writing as files
     from stickslip.runs import session
     from stickslip.runs.request import Request
 
@@ -176,8 +176,8 @@ def plan(config: Path) -> None:
     Times a few cells spread over the map. Nothing is written.
     """
     from stickslip import api, engine
-    from stickslip.config import load_config
-    from stickslip.grid import build_grid
+    from stickslip.config.grid import build_grid
+    from stickslip.config.reader import load_config
     from stickslip.runs.assembly import IN_MEMORY
     from stickslip.runs.blocks import blocks_of
     from stickslip.runs.probe import probe

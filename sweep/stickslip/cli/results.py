@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from stickslip.cli.common import check_picture, fail, reports_wrong_input
+from stickslip.errors import PlotError
 
 
 @click.command(
@@ -31,16 +32,18 @@ Examples:
 @reports_wrong_input
 def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, output: Path | None) -> None:
     """Draw a result: a map, or a trajectory."""
-    from stickslip import plots, selection, store
+    from stickslip import plots
+    from stickslip.dataset import select as selection
+    from stickslip.files import reading
 
-    ds = store.open(file)
+    ds = reading.open(file)
     is_map = "time" not in ds.dims
     target = output or _picture_of(file, variable if is_map else None)
     check_picture(target)
     places = _pairs(select) if is_map else {}
     try:
         figure = plots.plot_map(ds, variable, select=places, borders=not no_borders) if is_map else plots.plot_trace(ds)
-    except plots.PlotError as error:
+    except PlotError as error:
         fail(f"{file}: {error}")
     for point in selection.told(ds, places):
         click.echo(f"drawn    {point}")

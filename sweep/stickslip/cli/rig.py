@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip import screen
+from stickslip.cli import screen
 from stickslip.cli.common import check_picture, fail, reports_wrong_input
 
 if TYPE_CHECKING:
@@ -73,13 +73,14 @@ def rig_features(
     Each FILE is a CSV with the columns time, force and acceleration, and, if known, drive_velocity or
     drive_displacement; units stand in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.
     """
-    from stickslip import rig, store
+    from stickslip import rig
+    from stickslip.files import writing
 
     settings = _settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
     if plot is not None:
         check_picture(plot)
     if output is not None:
-        store.check_writable(output)
+        writing.check_writable(output)
     window = time_window(begin, end)
     records = {}
     for name, file in zip(_names(files), files, strict=True):
@@ -93,13 +94,13 @@ def rig_features(
     console.print(f"RPN: {rig.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
     if plot is not None:
         from stickslip import plots
-        from stickslip.rig.drawing import plot_records
+        from stickslip.rig.report.drawing import plot_records
 
         numbers = dict(zip(records, found["model_rpn"].values.tolist(), strict=True))
         plots.save(plot_records(records, shifted=beside, numbers=numbers, window=window), plot)
         click.echo(f"picture   {plot}")
     if output is not None:
-        store.write(_with_provenance(found, settings, files), output)
+        writing.write(_with_provenance(found, settings, files), output)
         click.echo(f"features  {output} ({screen.size_of(output)})")
 
 
@@ -120,7 +121,7 @@ def calibrate(file: Path, config: Path | None, scales: bool) -> None:
 
     Prints the parameters ready to paste into a configuration; what they are worth goes to standard error.
     """
-    from stickslip.rig.calibrate import calibrate_file
+    from stickslip.rig.analysis.calibrate import calibrate_file
 
     found = calibrate_file(file, _settings(config, {}, None).risk, scales)
     click.echo(found.text())
@@ -148,10 +149,9 @@ def _settings(config: Path | None, conditions: Mapping[str, str | None], bandwid
 
 def _quantity(name: str, text: str) -> float:
     """An option in SI."""
-    from stickslip.problems import ConfigError, Problem
+    from stickslip.errors import ConfigError, Problem, QuantityError
     from stickslip.rig.quantities import CONDITIONS
     from stickslip.rig.settings import FEATURE_PARAMETERS, within
-    from stickslip.units import QuantityError
 
     try:
         try:
@@ -166,7 +166,7 @@ def _quantity(name: str, text: str) -> float:
 
 def time_window(begin: str | None, end: str | None) -> tuple[float, float] | None:
     """The part of a record that two options ask for, in s."""
-    from stickslip.pick import seconds
+    from stickslip.config.pick import seconds
 
     if begin is None and end is None:
         return None
@@ -189,7 +189,7 @@ def _names(files: tuple[Path, ...]) -> list[str]:
 
 
 def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, ...]) -> xr.Dataset:
-    from stickslip.dataset import provenance
+    from stickslip.dataset.provenance import provenance
     from stickslip.rig.settings import as_text
 
     action = f"rig-features {' '.join(map(str, files))}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip import screen
+from stickslip.cli import screen
 from stickslip.cli.common import (
     CONFIG,
     check_picture,
@@ -23,8 +23,8 @@ from stickslip.cli.rig import feature_screen_table, time_window
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip.rig.config import RigConfig
-    from stickslip.rig.simulation import RigTests
+    from stickslip.rig.simulate.config import RigConfig
+    from stickslip.rig.simulate.simulation import RigTests
 
 _MOST_TRACES = 6  # drawn over each other
 _MOST_ROWS = 60  # on screen
@@ -64,10 +64,10 @@ def rig(
     A specimen on a flat spring, a plate that moves to and fro, sensors: CONFIG is that of a map with a drive. Prints
     features and model RPN (not the rig maker's) of every test. Times count from the first stroke.
     """
-    from stickslip import store
-    from stickslip.rig.config import load_rig
-    from stickslip.rig.matrix import run_matrix
-    from stickslip.rig.simulation import RigTests
+    from stickslip.files import writing
+    from stickslip.rig.simulate.config import load_rig
+    from stickslip.rig.simulate.matrix import run_matrix
+    from stickslip.rig.simulate.simulation import RigTests
 
     asked = load_rig(config)
     output, plot = output or path_or_none(asked.config.output.file), plot or path_or_none(asked.config.output.plot)
@@ -77,7 +77,7 @@ def rig(
         fail("--test says what is drawn: name a picture with --plot, or a page with --report")
     _check_targets(output, plot, report, records)
     if output is not None:
-        store.check_writable(output)
+        writing.check_writable(output)
     prepare_kernels(asked.config.friction.law, rigs=True)
     size = tests.grid.size
     click.echo(f"{asked.config.title}\n{_counted(tests)}")
@@ -91,7 +91,7 @@ def rig(
     if plot is not None:
         _draw(plot, found, tests, drawn, beside, window)
     if output is not None:
-        store.write(found, output)
+        writing.write(found, output)
         click.echo(f"features  {output} ({screen.size_of(output)})")
     if records is not None:
         _write_records(records, tests)
@@ -132,8 +132,8 @@ def _show(found: xr.Dataset, tests: RigTests, seconds: float) -> None:
     import numpy as np
 
     from stickslip import rig as rigs
-    from stickslip.rig.matrix import as_table
-    from stickslip.variables import STATUS_MESSAGES, STATUSES
+    from stickslip.rig.simulate.matrix import as_table
+    from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 
     console = screen.terminal()
     table = as_table(found, [tests.name(n) for n in range(min(tests.grid.size, _MOST_ROWS))])
@@ -162,13 +162,13 @@ def _draw(
 
     records = _records(tests, drawn)
     if records:
-        from stickslip.rig.drawing import plot_records
+        from stickslip.rig.report.drawing import plot_records
 
         rpn = found["model_rpn"].values.ravel()
         numbers = {tests.name(n): int(rpn[n]) for n in drawn}
         figure = plot_records(records, shifted=beside, numbers=numbers, window=window, heading=tests.rig.config.title)
     else:
-        from stickslip.rig.matrix_drawing import plot_matrix
+        from stickslip.rig.report.matrix import plot_matrix
 
         figure = plot_matrix(found)
     plots.save(figure, plot)
@@ -181,7 +181,7 @@ def _records(tests: RigTests, numbers: list[int]) -> dict[str, xr.Dataset]:
 
 
 def _write_records(folder: Path, tests: RigTests) -> None:
-    from stickslip.rig.records import write_record
+    from stickslip.rig.records.record import write_record
 
     digits = len(str(tests.grid.size - 1))
     for test in tests.tests(range(tests.grid.size)):
@@ -191,7 +191,7 @@ def _write_records(folder: Path, tests: RigTests) -> None:
 
 
 def _write_report(report: Path, found: xr.Dataset, asked: RigConfig, tests: RigTests, drawn: list[int]) -> None:
-    from stickslip.rig.report import write_report
+    from stickslip.rig.report.build import write_report
 
     write_report(report, found, _records(tests, drawn or list(range(min(tests.grid.size, _MOST_TRACES)))), asked)
     click.echo(f"report    {report} ({screen.size_of(report)})")

@@ -28,8 +28,8 @@ def fit(files: tuple[Path, ...], at: str, unit: str | None) -> None:
     Points of (speed, mu) give a1 to a4 of the Stribeck curve, points of (time, mu) the growth of static friction with
     the waiting time; several files of the latter are ranked. The header of each file names columns and units.
     """
-    from stickslip.measured import describe_ageing, describe_curve, describe_ranking, fit_points
-    from stickslip.pick import seconds
+    from stickslip.config.pick import seconds
+    from stickslip.fit.described import describe_ageing, describe_curve, describe_ranking, fit_points
 
     fits = {file.stem: fit_points(file, unit) for file in files}
     for name, found in fits.items():
@@ -49,12 +49,13 @@ def article(figures: tuple[str, ...], output: Path) -> None:
     Writes a picture and a netCDF file for each FIGURE (fig2 to fig11, fig19, eq3, eq3_box; all unless given), and
     says what was found.
     """
-    from stickslip.article import UnknownFigure, make
+    from stickslip.article import make
+    from stickslip.errors import UnknownFigureError
 
     prepare_kernels("stribeck")
     try:
         made = make(figures, output, progress=lambda name: click.echo(f"{name} ...", err=True))
-    except UnknownFigure as error:
+    except UnknownFigureError as error:
         fail(error)
     for figure in made:
         click.echo(f"{figure.name:8} {figure.picture}  {figure.data}")

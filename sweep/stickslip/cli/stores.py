@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip import screen
+from stickslip.cli import screen
 from stickslip.cli.carried import carried_out, notice, report
 from stickslip.cli.common import DASK, reports_wrong_input
 
@@ -105,7 +105,7 @@ def retry_failed(config_or_store: str, store: str | None, output: Path | None, d
 
     The map is written if nothing is missing then. Names a configuration, or the folder or URL of a store.
     """
-    from stickslip.grid import build_grid
+    from stickslip.config.grid import build_grid
     from stickslip.runs import session
     from stickslip.runs.request import request_for
 

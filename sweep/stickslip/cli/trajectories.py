@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip import screen
+from stickslip.cli import screen
 from stickslip.cli.common import CONFIG, check_picture, fail, prepare_kernels, reports_wrong_input
 
 if TYPE_CHECKING:
-    from stickslip.pick import Recipe
+    from stickslip.config.pick import Recipe
 
 
 @click.command(
@@ -37,15 +37,16 @@ def simulate(
     CONFIG is a YAML file, or a result (.nc, .zarr), which holds its configuration. The axes need a value each (--at);
     everything else is as in the file.
     """
-    from stickslip import api, plots, store
-    from stickslip.pick import cell_of, config_at, seconds
+    from stickslip import api, plots
+    from stickslip.config.pick import cell_of, config_at, seconds
+    from stickslip.files import writing
 
     one = config_at(_recipe(config), at)
     time, solver = seconds(duration), one.solver
     if output is None and plot is None:
         fail("nothing to do: name a file (--output trace.nc), a picture (--plot trace.png), or both")
     if output is not None:
-        store.check_writable(output)
+        writing.check_writable(output)
     if plot is not None:
         check_picture(plot)
     law = one.friction.law
@@ -53,7 +54,7 @@ def simulate(
     cell = cell_of(one)
     ds = api.simulate(duration=time, samples=samples, law=law, rtol=solver.rtol, max_steps=solver.max_steps, **cell)
     if output is not None:
-        store.write(ds, output)
+        writing.write(ds, output)
         click.echo(f"trajectory  {output} ({screen.size_of(output)})")
     if plot is not None:
         plots.save(plots.plot_trace(ds, title=", ".join([one.title, *at])), plot)
@@ -62,12 +63,12 @@ def simulate(
 
 def _recipe(path: Path) -> Recipe:
     """The configuration in a YAML file, or the one in a result."""
-    from stickslip import store
-    from stickslip.config import load_config
-    from stickslip.pick import recipe_of
-    from stickslip.sections import OUTPUT_SUFFIXES
+    from stickslip.config.pick import recipe_of
+    from stickslip.config.reader import load_config
+    from stickslip.config.sections import OUTPUT_SUFFIXES
+    from stickslip.files import reading
 
     if path.suffix.lower() not in OUTPUT_SUFFIXES:
         return load_config(path)
-    with store.open(path) as ds:
+    with reading.open(path) as ds:
         return recipe_of(ds, str(path))

@@ -1,32 +1,18 @@
 """The seam to the kernels: SI outside, kernel units inside.
 
-Only this package knows the kernels. `scales.py` converts, `maps.py` has blocks of cells on a pool of threads
-(`threads.py`), `trajectories.py` one cell over time, `rigs.py` specimens on a belt that follows a drive; `compiled.py`
+Only this package knows the kernels. `scales.py` converts, `cells.py` has blocks of cells on a pool of threads
+(`threads.py`), `traces.py` one cell over time, `rigs.py` specimens on a belt that follows a drive; `compiled.py`
 knows what is in the cache.
 """
 
+from stickslip.engine.cells import blank_results, blocks, bytes_per_cell, columns, compute, compute_range
 from stickslip.engine.compiled import kernels_digest, load, processor, warm_up, will_compile
-from stickslip.engine.maps import (
-    blank_results,
-    blocks,
-    bytes_per_cell,
-    columns,
-    compute,
-    compute_range,
-)
-from stickslip.engine.options import (
-    RTOL_RANGE,
-    Computed,
-    NotReachedError,
-    Options,
-    Progress,
-    Results,
-    StopFlag,
-)  # fmt: skip
+from stickslip.engine.options import RTOL_RANGE, Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.rigs import RigRuns, Sampling, compute_rigs
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import processors, spread, stop_flag
-from stickslip.engine.trajectories import trajectory
+from stickslip.engine.traces import trajectory
+from stickslip.errors import NotReachedError
 
 __all__ = [
     "Computed", "NotReachedError", "Options", "Progress", "RTOL_RANGE", "Results", "RigRuns",

@@ -8,7 +8,7 @@ import threading
 import llvmlite.binding as llvm
 import numpy as np
 
-from stickslip.compiling import compile_apart
+from stickslip.engine.compiling import compile_apart
 from stickslip_kernels import block, jit, laws, layout
 from stickslip_kernels.rig import block as rig_block
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.variables import LAWS
+from stickslip.vocabulary.laws import LAWS
 
 Results = dict[str, NDArray[Any]]
 Progress = Callable[[int, int], None]
@@ -24,7 +24,7 @@ RTOL_RANGE = (1e-12, 1e-2)
 class Options:
     """How to integrate and how to spread the work. Defaults and limits are those of the configuration.
 
-    law : one of `variables.LAWS`. horizon : s; inf for none. threads : None for one per processor.
+    law : one of `vocabulary.laws.LAWS`. horizon : s; inf for none. threads : None for one per processor.
     block : most cells computed together.
     """
 
@@ -49,10 +49,6 @@ class Options:
             value = getattr(self, name)
             if not (value is None and name == "threads" or (isinstance(value, Integral) and int(value) >= 1)):
                 raise ValueError(f"{name}: got {value!r}, expected a whole number >= 1")
-
-
-class NotReachedError(RuntimeError):
-    """A trajectory could not be integrated to its end; the message says how far, and why."""
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.cells import Cells
 from stickslip.engine.compiled import warm_up
 from stickslip.engine.options import Options, Results, StopFlag
 from stickslip.engine.scales import to_kernel
+from stickslip.vocabulary.cells import Cells
 from stickslip_kernels import laws, layout
 from stickslip_kernels.rig import block
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.cells import Cells
 from stickslip.engine.options import Results
+from stickslip.vocabulary.cells import Cells
 from stickslip_kernels import layout
 
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
+from stickslip.errors import ConfigError, Problem
 from stickslip.fit.ageing import AgeingFit, fit_ageing
 from stickslip.fit.curve import CurveFit, fit_curve
 from stickslip.fit.points import AGEING_COLUMNS, CURVE_COLUMNS, Columns, read_points
-from stickslip.problems import ConfigError, Problem
 
 AnyFit = TypeVar("AnyFit", CurveFit, AgeingFit)
 

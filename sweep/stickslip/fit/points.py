@@ -12,18 +12,18 @@ lines and those with # are skipped.
 
 from __future__ import annotations
 
-import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip import units
-from stickslip.csv_file import read_text
-from stickslip.problems import ConfigError, Place, Problem, listed, nearest
-from stickslip.variables import NAN, Parameter
+from stickslip.errors import ConfigError, Place, Problem, QuantityError
+from stickslip.files.tables import DECIMAL_COMMA, MOST_PROBLEMS, NUMBER, Table, cells, read_table, wrong_count
+from stickslip.vocabulary import units
+from stickslip.vocabulary.quantities import NAN, Parameter
+from stickslip.vocabulary.words import listed, nearest
 
 _MU = Parameter("mu", "1", "friction coefficient", "points", None, 0.0)
 CURVE_COLUMNS = (
@@ -34,13 +34,8 @@ CURVE_COLUMNS = (
 AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", None, 0.0), _MU)
 
 _HEADING = re.compile(r"([^\[\]()]*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
-_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+", re.ASCII)
 _SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; nobody measures more or less, and squares must stay finite
 _PURE = ("", "1", "-")  # how people write "no unit"
-_MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
-
-_Cell = tuple[str, int]  # what stands there, and in which column of the text, from 1
 
 
 class Columns(dict[str, NDArray[np.float64]]):
@@ -68,121 +63,82 @@ def read_points(path: str | Path, columns: Sequence[Parameter], unit: str | None
     unit : of the column that has one, speed or time, where the header does not name it; None takes SI.
     Raises ConfigError with everything that is wrong, by line and column.
     """
-    name = str(path)
-    rows = list(_rows(name, read_text(Path(path))))
-    if not rows:
-        raise ConfigError(name, [Problem((), "no line names the columns", hint=_example(columns))])
-    (line, heading), *rest = rows
-    asked = _heading(name, line, heading, columns, unit or "")
-    if not rest:
-        raise ConfigError(name, [Problem((), "no points, only the names of columns", Place(line, 1))])
+    table = read_table(Path(path), _example(columns), "points", ",")
+    asked = _heading(table, columns, unit or "")
     problems: list[Problem] = []
     found: dict[str, list[float]] = {column.name: [] for column, _ in asked}
-    for line, cells in rest:
-        if len(problems) >= _MOST_PROBLEMS:
+    for row in cells(table):
+        if len(problems) >= MOST_PROBLEMS:
             break
-        if len(cells) != len(asked):
-            problems.append(_wrong_number(line, cells, len(asked)))
+        if len(row) != len(asked):
+            problems.append(wrong_count(table, row))
             continue
-        for (column, unit), (text, start) in zip(asked, cells, strict=True):
+        for (column, unit), (text, place) in zip(asked, row, strict=True):
             try:
                 found[column.name].append(_number(text, unit, column))
-            except units.QuantityError as error:
+            except QuantityError as error:
                 message = f"got {text!r}, expected {error.expected}" if text else f"empty, expected {error.expected}"
-                problems.append(Problem((column.name,), message, Place(line, start), error.hint))
+                problems.append(Problem((column.name,), message, place, error.hint))
     if problems:
-        raise ConfigError(name, problems)
+        raise ConfigError(table.name, problems)
     read = Columns({column: np.array(values) for column, values in found.items()})
     read.assumed = tuple(column for column, unit in asked if column.units != "1" and not unit)
     return read
 
 
-# --- the text ---------------------------------------------------------------------------------------------------------
-
-
-def _rows(name: str, text: str) -> Iterator[tuple[int, list[_Cell]]]:
-    """Number and cells of every line that holds something. A row is one line: numbers need no line breaks."""
-    for number, line in enumerate(text.splitlines(), 1):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        try:
-            (fields,) = csv.reader([line], strict=True, skipinitialspace=True)
-        except (csv.Error, ValueError) as error:
-            raise ConfigError(name, [Problem((), f"not CSV: {error}", Place(number, 1))]) from None
-        starts = list(_starts(line))
-        if len(starts) != len(fields):
-            message = "not CSV: a quotation mark inside a cell"
-            raise ConfigError(name, [Problem((), message, Place(number, line.index('"') + 1))])
-        yield number, [(f.strip(), start) for f, start in zip(fields, starts, strict=True)]
-
-
-def _starts(line: str) -> Iterator[int]:
-    """Where the cells of a line start, from 1, spaces left out."""
-    quoted, begin = False, 0
-    for i, character in enumerate(f"{line},"):
-        if character == '"':
-            quoted = not quoted
-        elif character == "," and not quoted:
-            cell = line[begin:i]
-            yield begin + len(cell) - len(cell.lstrip()) + 1
-            begin = i + 1
-
-
 # --- the names of the columns -----------------------------------------------------------------------------------------
 
 
-def _heading(
-    name: str, line: int, cells: Sequence[_Cell], columns: Sequence[Parameter], otherwise: str
-) -> list[tuple[Parameter, str]]:
+def _heading(table: Table, columns: Sequence[Parameter], otherwise: str) -> list[tuple[Parameter, str]]:
     """What each column of the file is, and its unit as written; `otherwise` that of one that has none."""
     known = {column.name: column for column in columns}
     found: dict[str, tuple[Parameter, str]] = {}
     problems = []
-    for text, start in cells:
+    for text, place in table.heading:
         try:
             column, unit = _column(text, known, otherwise)
             if column.name in found:
-                raise units.QuantityError("it once", "remove one of the two columns")
+                raise QuantityError("it once", "remove one of the two columns")
             found[column.name] = (column, unit)
-        except units.QuantityError as error:
-            problems.append(Problem((), f"got {text!r}, expected {error.expected}", Place(line, start), error.hint))
+        except QuantityError as error:
+            problems.append(Problem((), f"got {text!r}, expected {error.expected}", place, error.hint))
     missing = [c for c in columns if c.default is None and c.name not in found]
     if missing and not problems:
         lacking = listed([f"{c.name} ({c.long_name})" for c in missing], "and")
-        problems = [Problem((), f"no column is called {lacking}", Place(line, 1), _example(columns))]
+        hint = f"the first line that is not a comment says, for instance, '{_example(columns)}'"
+        problems = [Problem((), f"no column is called {lacking}", Place(table.heading[0].place.line, 1), hint)]
     if problems:
-        raise ConfigError(name, problems)
+        raise ConfigError(table.name, problems)
     return list(found.values())
 
 
 def _column(text: str, known: dict[str, Parameter], otherwise: str) -> tuple[Parameter, str]:
     """One name with its unit. Raises QuantityError."""
     if re.search(r"[;\t]", text):
-        raise units.QuantityError("columns separated by commas", "save the file with commas and decimal points")
+        raise QuantityError("columns separated by commas", "save the file with commas and decimal points")
     match = _HEADING.fullmatch(text)
     word = "" if match is None else match[1].strip().lower()
     if match is None or word not in known:
         near = nearest(word, known)
         names = listed([c.name for c in known.values()])
         remedy = f"did you mean {near!r}?" if near else "the first line names the columns; remarks start with #"
-        raise units.QuantityError(f"{names}, with the unit in brackets", remedy)
+        raise QuantityError(f"{names}, with the unit in brackets", remedy)
     column, unit = known[word], str(match[2] or match[3] or "").strip()
     if column.units == "1":
         if unit not in _PURE:
-            raise units.QuantityError("no unit", f"{column.name} is a pure number")
+            raise QuantityError("no unit", f"{column.name} is a pure number")
         return column, ""
     if unit := unit or otherwise:
         try:
             units.si_value(f"1 {unit}", column.units)
-        except units.QuantityError as error:
+        except QuantityError as error:
             hint = f"{unit} is a unit of {error.found}" if error.found else error.hint
-            raise units.QuantityError(f"the unit of {units.kind(column.units)}", hint) from None
+            raise QuantityError(f"the unit of {units.kind(column.units)}", hint) from None
     return column, unit
 
 
 def _example(columns: Sequence[Parameter]) -> str:
-    words = ", ".join(_titled(column) for column in columns if column.default is None)
-    return f"the first line that is not a comment says, for instance, '{words}'"
+    return ", ".join(_titled(column) for column in columns if column.default is None)
 
 
 def _titled(column: Parameter) -> str:
@@ -195,28 +151,16 @@ def _titled(column: Parameter) -> str:
 
 def _number(text: str, unit: str, column: Parameter) -> float:
     """One number in SI. Raises QuantityError."""
-    if not _NUMBER.fullmatch(text):
+    if not NUMBER.fullmatch(text):
         hint = None
-        if _DECIMAL_COMMA.fullmatch(text):
+        if DECIMAL_COMMA.fullmatch(text):
             hint = f"write a decimal point, not a comma: {text.replace(',', '.')}"
         elif text.lower() in ("", "nan", "na", "n/a", "-"):
             hint = "leave out points that were not measured"
-        raise units.QuantityError("a number", hint)
+        raise QuantityError("a number", hint)
     value = units.si_value(f"{text} {unit}", column.units) if unit else units.si_value(float(text), column.units)
     if value < column.minimum or (column.exclusive and value == column.minimum):
-        raise units.QuantityError(f"a number {'>' if column.exclusive else '>='} {column.minimum:g}")
+        raise QuantityError(f"a number {'>' if column.exclusive else '>='} {column.minimum:g}")
     if value and not _SMALLEST <= value <= _LARGEST:
-        raise units.QuantityError(f"0 or a number from {_SMALLEST:g} to {_LARGEST:g} in SI")
+        raise QuantityError(f"0 or a number from {_SMALLEST:g} to {_LARGEST:g} in SI")
     return value
-
-
-def _wrong_number(line: int, cells: Sequence[_Cell], wanted: int) -> Problem:
-    """A line with too few or too many numbers; twice as many are decimal commas."""
-    text = ", ".join(cell for cell, _ in cells)
-    hint = None
-    if ";" in text or "\t" in text:
-        hint = "separate columns with commas, and write decimal points"
-    elif len(cells) > wanted and all(re.fullmatch(r"[-+]?\d+", cell) for cell, _ in cells):
-        hint = "write decimal points, not commas: commas separate columns"
-    message = f"got {len(cells)} value{'s' * (len(cells) != 1)}, expected {wanted}, one for each column"
-    return Problem((), message, Place(line, cells[min(wanted, len(cells) - 1)][1]), hint)

@@ -1,9 +1,13 @@
 """What is done with the record of a stick-slip test rig, measured or simulated.
 
 A record is a dataset over `time` (s): the force on the specimen and its acceleration, the motion of the drive where it
-is known, and the conditions of the test as coordinates (`records.py`). From it come the stick phases (`sticks.py`), the
-features (`features.py`), the model RPN, not the rig maker's (`risk.py`), and pictures (`drawing.py`); `calibrate.py`
-fits the risk model to measured numbers, `identify.py` the parameters of a simulated rig to a measured record.
+is known, and the conditions of the test as coordinates.
+
+    records/     records read from files, or made            quantities, settings, words   what all of them share
+    analysis/    their stick phases and features             risk       the model RPN, not the rig maker's
+    simulate/    records of simulated rigs, and the parameters of one that resembles a measured record
+    report/      figures, and the page about a test matrix
+
 `quantities.FEATURES` says what each feature is.
 
 What simulates rigs is loaded when first used, so that records are read without the compiler.
@@ -12,19 +16,19 @@ What simulates rigs is loaded when first used, so that records are read without 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from stickslip.rig.calibrate import Calibration, calibrate
-from stickslip.rig.features import feature_table, features
-from stickslip.rig.identify import Identification, identify
-from stickslip.rig.records import make_record, read_record
+from stickslip.rig.analysis.calibrate import Calibration, calibrate
+from stickslip.rig.analysis.sticks import Sticks, find_sticks
+from stickslip.rig.analysis.table import feature_table, features
+from stickslip.rig.records.record import make_record, read_record
 from stickslip.rig.risk import RPN_NAME, Risk
 from stickslip.rig.settings import FeatureSettings, RecordSettings, Settings, load_settings
-from stickslip.rig.sticks import Sticks, find_sticks
+from stickslip.rig.simulate.identify import Identification, identify
 
 if TYPE_CHECKING:
-    from stickslip.rig.config import RigConfig, load_rig, make_rig
-    from stickslip.rig.matrix import run_matrix
-    from stickslip.rig.parametric import simulator
-    from stickslip.rig.simulation import RigTests
+    from stickslip.rig.simulate.config import RigConfig, load_rig, make_rig
+    from stickslip.rig.simulate.matrix import run_matrix
+    from stickslip.rig.simulate.parametric import simulator
+    from stickslip.rig.simulate.simulation import RigTests
 
 __all__ = [
     "Calibration", "FeatureSettings", "Identification", "RPN_NAME", "RecordSettings", "RigConfig", "RigTests", "Risk",
@@ -41,4 +45,4 @@ _HOMES = {
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    return getattr(import_module(f".simulate.{_HOMES[name]}", __name__), name)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from stickslip.variables import PARAMETERS, Parameter, Variable
+from stickslip.vocabulary.quantities import PARAMETERS, Parameter
+from stickslip.vocabulary.results import Variable
 
 TIME = Variable("time", "s", "time since the start of the record")
 _SIGNALS = (

@@ -18,7 +18,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.variables import Parameter
+from stickslip.vocabulary.quantities import Parameter
 
 RPN_NAME = "model RPN, not the rig maker's"
 FORMULA = "base + sum of weight log10(1 + feature/scale) over sticks, acceleration_max and acceleration_integral"

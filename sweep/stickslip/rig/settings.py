@@ -19,13 +19,14 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path as FilePath
 from typing import Any
 
-from stickslip import units
-from stickslip.problems import ConfigError, Path, Problem, listed, nearest
+from stickslip.config.yaml import Document, read_yaml
+from stickslip.errors import ConfigError, Path, Problem, QuantityError
 from stickslip.rig.quantities import COLUMN_WORDS, CONDITION_WORDS, CONDITIONS, MATERIAL, SIGNALS, TIME
 from stickslip.rig.risk import PARAMETERS as RISK_PARAMETERS
 from stickslip.rig.risk import Risk
-from stickslip.variables import NAN, Parameter
-from stickslip.yaml_source import Document, read_yaml
+from stickslip.vocabulary import units
+from stickslip.vocabulary.quantities import NAN, Parameter
+from stickslip.vocabulary.words import listed, nearest
 
 Condition = str | float
 
@@ -89,7 +90,7 @@ def condition(name: str, text: object) -> Condition:
     """A condition in SI, or the name of a material. Raises QuantityError."""
     if name == MATERIAL:
         if not isinstance(text, str) or not text.strip():
-            raise units.QuantityError("the name of a material")
+            raise QuantityError("the name of a material")
         return text.strip()
     return within(CONDITIONS[name], text)
 
@@ -114,7 +115,7 @@ def within(declared: Parameter, value: object) -> float:
     if number < declared.minimum or (declared.exclusive and number == declared.minimum):
         relation = "above" if declared.exclusive else "of at least"
         bound = f"{units.kind(declared.units)} {relation} {declared.minimum:g} {units.spelled(declared.units)}"
-        raise units.QuantityError(bound.rstrip())
+        raise QuantityError(bound.rstrip())
     return number
 
 
@@ -164,7 +165,7 @@ class _Reader:
             declared = TIME.units if name == TIME.name else SIGNALS[name].units
             try:
                 units.si_value(f"1 {unit}", declared)
-            except units.QuantityError as error:
+            except QuantityError as error:
                 path = self._path_of("units", name)
                 self._refuse(path, f"the unit of {units.kind(declared)}", error.hint)
         ignore = self._at(("record", "ignore")) or []
@@ -200,7 +201,7 @@ class _Reader:
                 continue
             try:
                 found[name] = condition(name, text)
-            except units.QuantityError as error:
+            except QuantityError as error:
                 self._refuse(path, error.expected, error.hint)
         return found
 
@@ -212,7 +213,7 @@ class _Reader:
                 continue
             try:
                 found[name] = within(known[name], value)
-            except units.QuantityError as error:
+            except QuantityError as error:
                 self._refuse((key, name), error.expected, error.hint)
         return found
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip import units
+from stickslip.vocabulary import units
 
 # SI units, what people say instead where all numbers are below 1, and the factor.
 _SMALL = {"m s-1": ("mm/s", 1e3), "m": ("mm", 1e3), "kg": ("g", 1e3), "J": ("mJ", 1e3)}

@@ -1,10 +1,10 @@
 """Runs of any size that survive: working store, resume, shards, and the result put together at the end.
 
-    request     what is wanted of a run, what comes of it, how it may end
+    request     what is wanted of a run, what comes of it
     session     run, retry_failed        collecting  collect, status
-    execution   missing blocks on threads            assembly    blocks into one result
+    compute/    missing blocks on threads, or on a cluster         assembly    blocks into one result
     work        configuration and number of a block in, arrays out; what any worker calls
-    parts       the store: manifest, encoding of blocks, folder, lock
+    workdir/    the store: manifest, encoding of blocks, folder, lock
     earlier     the result that lies where this one goes; reuse: its cells
 
 `work.Work.compute` is pure, so that it does not matter who computes a block, when, or how often.

@@ -12,15 +12,17 @@ from typing import Any
 import netCDF4
 import numpy as np
 
-from stickslip import engine, store
-from stickslip.dataset import map_dataset, map_template, provenance
+from stickslip import engine
+from stickslip.dataset.build import map_dataset, map_template
+from stickslip.dataset.provenance import provenance
 from stickslip.engine import Progress, Results
-from stickslip.netcdf_lock import NETCDF_LOCK
+from stickslip.errors import DamagedBlockError
+from stickslip.files import writing
+from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.runs.boxes import aligned, boxes, extent
-from stickslip.runs.encoding import DamagedBlock
-from stickslip.runs.lock import Notice
-from stickslip.runs.parts import Parts
 from stickslip.runs.work import Work
+from stickslip.runs.workdir.lock import Notice
+from stickslip.runs.workdir.parts import Parts
 
 IN_MEMORY = 2**20  # cells; smaller maps are written at once, which spares loading dask
 _REMEMBERED = 2  # blocks; a chunk may begin in one and end in the next
@@ -66,7 +68,7 @@ class Gathered:
             return self._parts.load(number, self._columns)
         except FileNotFoundError:
             pass
-        except DamagedBlock as damage:
+        except DamagedBlockError as damage:
             again = "computed again" if self._repair else "left out"
             self._notice(f"block {number} of {self._parts.where} is damaged: {damage}; {again}")
             self._parts.drop(number)
@@ -84,11 +86,11 @@ def assemble(gathered: Gathered, parts: Parts, work: Work, output: Path, progres
     attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
     size = work.grid.size
     if size <= IN_MEMORY:
-        store.write(map_dataset(work.grid, gathered.cells(range(size)), attributes), output)
+        writing.write(map_dataset(work.grid, gathered.cells(range(size)), attributes), output)
         return
     template = map_template(work.grid, engine.columns(work.options), attributes)
     fill = _fill_zarr if output.suffix == ".zarr" else _fill_netcdf
-    store.write(template, output, lambda file: fill(file, gathered, work, progress))
+    writing.write(template, output, lambda file: fill(file, gathered, work, progress))
 
 
 def _pieces(

@@ -38,7 +38,7 @@ def extent(box: Box) -> tuple[int, ...]:
 def aligned(shape: tuple[int, ...], chunks: tuple[int, ...]) -> list[range]:
     """The cells of an array of this shape in ranges that are a chunk each, so that each chunk is compressed once.
 
-    Chunks are those of `store.write`: cut along one dimension, whole along those after it, one long along those before.
+    Chunks are those that are written: cut along one dimension, whole along those after it, one long along those before.
     """
     cuts = [i for i, (length, chunk) in enumerate(zip(shape, chunks, strict=True)) if chunk < length]
     if not cuts:

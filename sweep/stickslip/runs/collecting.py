@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from stickslip.runs import earlier, parts
+from stickslip.errors import StoreError
+from stickslip.files.writing import check_writable
+from stickslip.runs import earlier
 from stickslip.runs.assembly import Gathered, assemble
-from stickslip.runs.lock import Holder, held, holders
-from stickslip.runs.parts import Failure
 from stickslip.runs.request import Request
 from stickslip.runs.work import Work
-from stickslip.store import StoreError, check_writable
+from stickslip.runs.workdir import parts
+from stickslip.runs.workdir.lock import Holder, held, holders
+from stickslip.runs.workdir.parts import Failure
 
 
 @dataclass(frozen=True)

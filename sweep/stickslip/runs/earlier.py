@@ -10,14 +10,15 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from stickslip import store
 from stickslip._version import __version__
-from stickslip.config import Config, ConfigError, parse_config
-from stickslip.grid import build_grid
-from stickslip.runs.parts import refuse, same_major
+from stickslip.config.grid import build_grid
+from stickslip.config.model import Config
+from stickslip.config.reader import parse_config
+from stickslip.errors import ConfigError, StoreError
+from stickslip.files import reading
 from stickslip.runs.reuse import KnownCells, points_of
 from stickslip.runs.settings import differences
-from stickslip.store import StoreError
+from stickslip.runs.workdir.parts import refuse, same_major
 
 _FRESH = "hint: --fresh computes it anew and replaces it; --output names another file"
 
@@ -42,7 +43,7 @@ def result(output: Path | None, config: Config, fresh: bool) -> Iterator[Earlier
         yield None
         return
     try:
-        dataset = store.open(output)
+        dataset = reading.open(output)
     except StoreError as error:
         raise StoreError(f"{error}\n{_FRESH}") from error
     with dataset:

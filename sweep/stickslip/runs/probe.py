@@ -7,10 +7,10 @@ from time import perf_counter
 
 import numpy as np
 
-from stickslip.cells import Cells
+from stickslip.config.grid import Grid
 from stickslip.engine import Options, compute, processors, warm_up
-from stickslip.grid import Grid
-from stickslip.variables import STATUSES
+from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.flags import STATUSES
 
 _TOGETHER = 32  # neighbouring cells, as many as there are lanes
 

@@ -8,34 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from stickslip.addresses import EXPECTED, HERE, is_address
-from stickslip.config import Config, load_config
+from stickslip.config.addresses import EXPECTED, HERE, is_address
+from stickslip.config.model import Config
+from stickslip.config.reader import load_config
 from stickslip.engine import Progress, warm_up
-from stickslip.runs import parts
+from stickslip.errors import StoreError
 from stickslip.runs.blocks import Shard
-from stickslip.runs.folder import Folder, folder_at
-from stickslip.runs.lock import Notice
-from stickslip.store import StoreError
+from stickslip.runs.workdir import parts
+from stickslip.runs.workdir.folder import Folder, folder_at
+from stickslip.runs.workdir.lock import Notice
 
 OnError = Literal["continue", "stop"]
-
-
-class IncompleteError(StoreError):
-    """Not everything could be computed or written; what was is safe in the working store."""
-
-    incomplete = True  # for who catches StoreError, without loading this module
-
-
-class ClusterError(RuntimeError):
-    """The machines that blocks were to be computed on cannot be used, or are gone."""
-
-
-class Stopped(KeyboardInterrupt):
-    """Ctrl-C: `safe` of `cells` cells are in the working store `where`."""
-
-    def __init__(self, safe: int, cells: int, where: str) -> None:
-        self.safe, self.cells, self.where = safe, cells, where
-        super().__init__(f"{safe:,} of {cells:,} cells are safe in {where}; the same command goes on from there")
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.grid import Grid
+from stickslip.config.grid import Grid
 from stickslip.runs.boxes import Box, boxes, extent
 
 Indices = NDArray[np.int64]

@@ -9,16 +9,18 @@ from functools import partial
 from pathlib import Path
 
 from stickslip.engine import Results, StopFlag, stop_flag
-from stickslip.runs import earlier, parts
+from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
+from stickslip.files.writing import check_writable
+from stickslip.runs import earlier
 from stickslip.runs.assembly import Gathered, assemble
-from stickslip.runs.execution import BlockFailed, Compute, Tally, compute_blocks
-from stickslip.runs.folder import Folder
-from stickslip.runs.lock import Lock, held
-from stickslip.runs.parts import Parts
-from stickslip.runs.request import ClusterError, IncompleteError, Outcome, Request, Stopped
+from stickslip.runs.compute.threads import Compute, Tally, compute_blocks
+from stickslip.runs.request import Outcome, Request
 from stickslip.runs.settings import fingerprint
 from stickslip.runs.work import Work
-from stickslip.store import StoreError, check_writable
+from stickslip.runs.workdir import parts
+from stickslip.runs.workdir.folder import Folder
+from stickslip.runs.workdir.lock import Lock, held
+from stickslip.runs.workdir.parts import Parts
 
 Choice = Callable[[Parts, Request], set[int]]
 
@@ -35,7 +37,7 @@ def run(request: Request) -> Outcome:
     """Compute what is missing, and write the result unless only a shard was asked for.
 
     Raises StoreError before anything is computed if output or store will not do, ClusterError if the cluster will not,
-    IncompleteError if something could not be computed or written, and Stopped on Ctrl-C.
+    IncompleteError if something could not be computed or written, and Interrupted on Ctrl-C.
     """
     folder = request.folder()
     parts.check_ours(folder)
@@ -63,7 +65,7 @@ def _machines(request: Request, folder: Folder) -> Iterator[Machines]:
     if request.cluster is None or _has_all_blocks(request, folder):
         yield Machines(compute_blocks)
         return
-    from stickslip.runs.cluster import connecting, dispatch
+    from stickslip.runs.compute.dask import connecting, dispatch
 
     with connecting.connected(request) as cluster:
         yield Machines(partial(dispatch.compute_blocks, cluster), str(cluster))
@@ -134,23 +136,28 @@ def _computed(
     try:
         machines.compute(store, work, wanted, tally, stop, stop_on_error=at_once, progress=request.progress)
     except KeyboardInterrupt:
-        raise _stopped(store) from None
-    except BlockFailed as failed:
+        raise _interrupted(store) from None
+    except BlockFailedError as failed:
         _require_none_failed(store, {failed.number})
     except (StoreError, ClusterError) as error:
-        raise IncompleteError(f"{error}\n{_stopped(store)}") from error
+        raise IncompleteError(f"{error}\n{_kept(store)}") from error
     return Outcome(
         work.grid.size, found, tally.reused, tally.cells - tally.reused, where=store.where, machines=machines.name
     )  # fmt: skip
 
 
-def _stopped(store: Parts) -> Stopped:
-    return Stopped(store.cells(store.finished()), store.blocks.size, store.where)
+def _interrupted(store: Parts) -> Interrupted:
+    return Interrupted(store.cells(store.finished()), store.blocks.size, store.where)
+
+
+def _kept(store: Parts) -> str:
+    """What is not lost, whatever happened."""
+    return _interrupted(store).kept_cells
 
 
 def _require_lock(lock: Lock, store: Parts) -> None:
     if not lock.ours:
-        raise IncompleteError(f"{store.where}: another run took over\n{_stopped(store)}")
+        raise IncompleteError(f"{store.where}: another run took over\n{_kept(store)}")
 
 
 def _require_none_failed(store: Parts, failed: Collection[int]) -> None:
@@ -160,7 +167,7 @@ def _require_none_failed(store: Parts, failed: Collection[int]) -> None:
         raise IncompleteError(
             f"{store.where}: {count}, the first, number {first.block}, with {first.message}\n"
             "hint: stickslip status shows what happened, stickslip retry-failed computes them again, and "
-            f"stickslip collect writes a map without them\n{_stopped(store)}"
+            f"stickslip collect writes a map without them\n{_kept(store)}"
         )
 
 
@@ -177,9 +184,9 @@ def _assembled(request: Request, store: Parts, output: Path) -> None:
     try:
         assemble(gathered, store, work, output, request.assembling)
     except KeyboardInterrupt:
-        raise _stopped(store) from None
+        raise _interrupted(store) from None
     except StoreError as error:
-        raise IncompleteError(f"{error}\n{_stopped(store)}") from error
+        raise IncompleteError(f"{error}\n{_kept(store)}") from error
 
 
 def _remove_leftovers(folder: Folder, request: Request) -> None:

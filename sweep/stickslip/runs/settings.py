@@ -11,7 +11,7 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from stickslip.config import Config
+from stickslip.config.model import Config
 
 _LONGEST = 60  # characters of a value that is shown
 _NOTHING = "nothing"

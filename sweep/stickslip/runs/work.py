@@ -10,12 +10,12 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.cells import Cells
-from stickslip.config import Config
+from stickslip.config.grid import Grid, build_grid
+from stickslip.config.model import Config
 from stickslip.engine import Computed, Options, Results, StopFlag, blank_results, compute_range, stop_flag
-from stickslip.grid import Grid, build_grid
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.reuse import KnownCells
+from stickslip.vocabulary.cells import Cells
 
 
 def options_of(config: Config) -> Options:

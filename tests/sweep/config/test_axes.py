@@ -3,8 +3,9 @@
 import pytest
 
 from helpers.configs import GOOD, message, with_line
-from stickslip.config import ConfigError, make_config, parse_config
-from stickslip.models import Range, Values
+from stickslip.config.model import Range, Values
+from stickslip.config.reader import make_config, parse_config
+from stickslip.errors import ConfigError
 
 
 def test_axes_keep_the_order_of_the_file():

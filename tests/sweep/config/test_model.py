@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from helpers.configs import GOOD
-from stickslip.config import make_config, parse_config
-from stickslip.quantities import MEASURED, QUANTITIES
-from stickslip.sections import Friction, Start, System
-from stickslip.variables import LAWS, PARAMETERS
+from stickslip.config.reader import make_config, parse_config
+from stickslip.config.sections import Friction, Start, System
+from stickslip.vocabulary.laws import LAWS
+from stickslip.vocabulary.quantities import MEASURED, PARAMETERS, QUANTITIES
 
 
 def test_defaults_are_filled_in():

@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers.configs import GOOD, message, with_line
-from stickslip.config import ConfigError, load_config, make_config, parse_config
-from stickslip.resources import config_names, config_path
-from stickslip.rig.config import is_rig, load_rig, parse_rig
+from stickslip.config.examples import config_names, config_path
+from stickslip.config.reader import load_config, make_config, parse_config
+from stickslip.errors import ConfigError
+from stickslip.rig.simulate.config import is_rig, load_rig, parse_rig
 
 
 def test_quantities_become_si():

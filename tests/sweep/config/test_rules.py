@@ -3,8 +3,9 @@
 import pytest
 
 from helpers.configs import GOOD, MEASURED_FORM, message, with_line
-from stickslip.checks import MOST_CELLS
-from stickslip.config import ConfigError, parse_config
+from stickslip.config.reader import parse_config
+from stickslip.config.rules import MOST_CELLS
+from stickslip.errors import ConfigError
 
 
 def test_curves_that_strengthen_from_rest_or_weaken_at_speed_are_read():

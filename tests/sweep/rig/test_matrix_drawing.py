@@ -5,11 +5,12 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_rgb
 
-from stickslip.palette import UNDEFINED_COLOUR
-from stickslip.plots import PlotError, save
+from stickslip.errors import PlotError
+from stickslip.plots.page import save
+from stickslip.plots.palette import UNDEFINED_COLOUR
 from stickslip.rig import RPN_NAME
-from stickslip.rig.drawing import LIGHTS
-from stickslip.rig.matrix_drawing import plot_matrix
+from stickslip.rig.report.drawing import LIGHTS
+from stickslip.rig.report.matrix import plot_matrix
 from stickslip.rig.risk import BANDS, band_of
 from stickslip.rig.words import along, name_of, number, quantity, unit_for
 

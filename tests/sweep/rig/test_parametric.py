@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from helpers.rig_cases import data, rig
-from stickslip.engine import NotReachedError
-from stickslip.problems import ConfigError
+from stickslip.errors import ConfigError, NotReachedError
 from stickslip.rig import RigTests, features, identify, make_rig, simulator
 
 CURVE = {"a1": None, "a2": None, "a3": None, "mu_start": 0.4, "mu_reversal": 0.3, "v_reversal": 0.1}

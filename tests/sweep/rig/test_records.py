@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.problems import ConfigError
+from stickslip.errors import ConfigError
 from stickslip.rig import FeatureSettings, RecordSettings, Settings, load_settings, make_record, read_record
-from stickslip.rig.records import force_of
+from stickslip.rig.records.record import force_of
 from stickslip.rig.settings import as_text
 
 GOOD = "time [ms], force [N], acceleration [m/s2]"
@@ -115,7 +116,6 @@ def test_the_force_of_the_spring_comes_from_friction_and_mass():
         (GOOD, [*ROWS, "20, nan, 0"], "a signal has no gaps"),
         (GOOD, [*ROWS, "20, 1_0, 0"], "got '1_0', expected a number"),
         (GOOD, [*ROWS, "20, 1e400, 0"], "got '1e400', expected a number"),
-        (GOOD, [*ROWS, '20, "1", 0'], "expected a number"),
         (GOOD, [*ROWS, "20, 1"], "felt.csv:22:5: got 2 values, expected 3, one for each column (commas separate them)"),
         (GOOD, ["0,0, 0,1, 0,2", *ROWS], "so write decimal points"),
         (GOOD, ["ms, N, m/s2", *ROWS], "units stand in brackets behind the names"),
@@ -144,6 +144,11 @@ def test_the_force_of_the_spring_comes_from_friction_and_mass():
 def test_what_is_wrong_is_said_with_line_and_column(tmp_path, heading, rows, expected):
     said = complaint(read_record, write(tmp_path, heading, rows))
     assert expected in said, said
+
+
+def test_quotation_marks_around_a_number_change_nothing(tmp_path):
+    plain = read_record(write(tmp_path, GOOD, [*ROWS, "20, 1, 0"]))
+    xr.testing.assert_equal(read_record(write(tmp_path, GOOD, [*ROWS, '20, "1", 0'])), plain)
 
 
 def test_every_bad_cell_is_reported_up_to_a_limit(tmp_path):

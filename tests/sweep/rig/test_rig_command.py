@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from stickslip import store
 from stickslip.cli import main
+from stickslip.files import reading
 from stickslip.rig import RPN_NAME, RigTests, features, load_rig, read_record
 
 TEXT = """\
@@ -40,7 +40,7 @@ def test_a_matrix_becomes_a_table_a_file_and_a_picture(tmp_path, config):
     assert done.output.startswith("Three loads\n3 tests: normal_load (3)\n")
     assert RPN_NAME in done.output and "2000\N{NO-BREAK SPACE}N" in done.output and "warning" not in done.output
     assert picture.stat().st_size > 10_000
-    with store.open(output) as found:
+    with reading.open(output) as found:
         assert found["normal_load"].values.tolist() == [5.0, 10.0, 2000.0]
         assert found["sticks_exact"].values[2] == 1 and (found["model_rpn"] >= 1).all()
         assert "rig" in found.attrs["history"] and '"stroke": 0.004' in found.attrs["configuration"]
@@ -75,7 +75,7 @@ def test_records_read_back_with_the_features_of_the_matrix(tmp_path, config):
         found = features(record, made.features)
         for name in expected.data_vars:
             assert found[name].values == pytest.approx(expected[name].values, rel=1e-6, nan_ok=True), name
-    with store.open(output) as table:
+    with reading.open(output) as table:
         assert table["normal_load"].values.tolist() == [5.0, 10.0, 2000.0]
         assert np.isfinite(table["acceleration_max_limited"]).all()
 

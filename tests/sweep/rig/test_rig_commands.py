@@ -5,11 +5,11 @@ import pytest
 from click.testing import CliRunner
 
 from helpers.rig_signals import record, saw_tooth, times
-from stickslip import store
 from stickslip.cli import main
 from stickslip.cli.rig import feature_screen_table
+from stickslip.files import reading
 from stickslip.rig import RPN_NAME, Risk, feature_table, load_settings, read_record
-from stickslip.rig.drawing import plot_records
+from stickslip.rig.report.drawing import plot_records
 from stickslip.rig.risk import INPUTS
 
 
@@ -44,7 +44,7 @@ def test_records_stand_in_one_table_one_file_and_one_picture(tmp_path, files):
     assert RPN_NAME in done.output and "19" in done.output
     assert max(map(len, lines[:4])) <= 80 and "…" not in done.output
     assert picture.stat().st_size > 10_000
-    with store.open(output) as ds:
+    with reading.open(output) as ds:
         assert ds["record"].values.tolist() == ["dry", "felt"]
         assert (ds["model_rpn"] >= 1).all() and ds["model_rpn"].dtype == np.int8
         assert RPN_NAME in ds["model_rpn"].attrs["long_name"]
@@ -70,7 +70,7 @@ def test_a_configuration_sets_bandwidth_and_risk(tmp_path, files):
     config.write_text("features: {bandwidth: 100 Hz}\nrisk: {base: 10}\n")
     output = tmp_path / "features.nc"
     assert invoke("rig-features", files[0], "-c", config, "-o", output).exit_code == 0
-    with store.open(output) as ds:
+    with reading.open(output) as ds:
         assert int(ds["model_rpn"][0]) == 10
         assert ds["acceleration_max_limited"][0] < ds["acceleration_max"][0]
 

@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 from helpers.rig_cases import data, rig
-from stickslip.config import load_config, parse_config
-from stickslip.grid import build_grid
-from stickslip.problems import ConfigError
+from stickslip.config.grid import build_grid
+from stickslip.config.reader import load_config, parse_config
+from stickslip.errors import ConfigError
 from stickslip.rig import load_rig, make_rig
-from stickslip.rig.config import MOST_TESTS, is_rig, parse_rig
+from stickslip.rig.simulate.config import MOST_TESTS, is_rig, parse_rig
 
 SYSTEM = "system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}\n"
 FRICTION = "friction: {a1: 0.28, a2: 0, a3: 0.12, a4: 20 mm/s}\n"

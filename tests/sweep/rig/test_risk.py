@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.rig import RPN_NAME, Risk, calibrate
-from stickslip.rig.calibrate import calibrate_file
+from stickslip.rig.analysis.calibrate import calibrate_file
 from stickslip.rig.risk import BANDS, INPUTS, band_of, decades, number_of
 from stickslip.rig.settings import load_settings
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from stickslip.rig import sensor as sensors
-from stickslip.sections import Sensor
+from stickslip.config.sections import Sensor
+from stickslip.rig.simulate import sensor as sensors
 
 RATE, OVER = 2000.0, 8
 FINE = RATE * OVER

@@ -7,11 +7,12 @@ import pytest
 
 import stickslip
 from helpers.rig_cases import data, exact, random_data, reference, rig
+from stickslip.config.sections import Sensor
 from stickslip.rig import RigTests, features, make_record, make_rig, run_matrix
-from stickslip.rig import sensor as sensors
 from stickslip.rig.quantities import EXACT, FEATURES
-from stickslip.sections import Sensor
-from stickslip.variables import LAWS, STATUSES
+from stickslip.rig.simulate import sensor as sensors
+from stickslip.vocabulary.flags import STATUSES
+from stickslip.vocabulary.laws import LAWS
 
 TIGHT = {"rtol": 1e-9}
 SEEDS = range(20)

@@ -19,8 +19,10 @@ from pathlib import Path
 import dask.array  # noqa: F401
 
 import stickslip
-from stickslip import engine, plots, screen, store
-from stickslip.cli import main
+from stickslip import engine
+from stickslip.cli import main, screen
+from stickslip.files import writing as store
+from stickslip.plots import maps as plots
 from stickslip.runs import session
 
 LOADED = (stickslip.run, plots, screen, session, store)  # what a child would load before it computes

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip import store
+from stickslip.files import writing
 from stickslip.runs.blocks import Shard, blocks_of
 from stickslip.runs.boxes import aligned, boxes, extent
 
@@ -39,7 +39,7 @@ def test_aligned_ranges_are_one_chunk_each(shape, most):
 
 def test_the_chunks_of_files_are_of_that_kind():
     for shape in [(50, 1000, 1000), (3, 7), (10**6, 2), (5, 131_073), (2, 2, 2, 99_999)]:
-        assert all(len(boxes(r.start, r.stop, shape)) == 1 for r in aligned(shape, store._chunks(shape)))
+        assert all(len(boxes(r.start, r.stop, shape)) == 1 for r in aligned(shape, writing._chunks(shape)))
 
 
 @given(st.integers(1, 10**12))

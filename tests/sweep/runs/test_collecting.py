@@ -7,9 +7,9 @@ import pytest
 
 import stickslip
 from helpers.runs import FEW, block_files, same, stop_early, with_axes
+from stickslip.errors import StoreError
 from stickslip.runs import work
-from stickslip.runs.folder import folder_at
-from stickslip.store import StoreError
+from stickslip.runs.workdir.folder import folder_at
 
 # --- shards, collect, status ------------------------------------------------------------------------------------------
 

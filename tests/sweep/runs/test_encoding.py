@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from stickslip.config import make_config
-from stickslip.runs import manifest as manifests
+from stickslip.config.reader import make_config
+from stickslip.errors import DamagedBlockError, DamagedManifestError
 from stickslip.runs.blocks import blocks_of
-from stickslip.runs.encoding import MAGIC, DamagedBlock, decode, encode
-from stickslip.runs.manifest import DamagedManifest
+from stickslip.runs.workdir import manifest as manifests
+from stickslip.runs.workdir.encoding import MAGIC, decode, encode
 
 PAIR = {"system": {"mass": 1, "stiffness": 1, "normal_load": 1}, "friction": {"a1": 1, "a2": 0, "a3": 0.1, "a4": 1}}
 columns = st.dictionaries(
@@ -50,7 +50,7 @@ def test_no_changed_bytes_pass_for_a_block(data):
         "add": good + b"\0",
         "drop": good[:place] + good[place + 1 :],
     }[kind]
-    with pytest.raises(DamagedBlock):
+    with pytest.raises(DamagedBlockError):
         decode(bad)
 
 
@@ -62,7 +62,7 @@ def test_arbitrary_bytes_with_a_good_checksum_are_refused_or_read(body):
     for data in (MAGIC + body, MAGIC + len(body).to_bytes(4, "little") + body):
         try:
             decode(data + hashlib.sha256(data).digest())
-        except DamagedBlock:
+        except DamagedBlockError:
             pass
 
 
@@ -81,11 +81,11 @@ def test_a_manifest_comes_back():
 def test_no_changed_bytes_pass_for_a_manifest(data):
     good = manifests.encode(manifest())
     place = data.draw(st.integers(0, len(good) - 1))
-    with pytest.raises(DamagedManifest):
+    with pytest.raises(DamagedManifestError):
         manifests.decode(good[:place])
     flipped = good[:place] + bytes([good[place] ^ 4]) + good[place + 1 :]
     if json_of(flipped) != json_of(good):  # a changed blank changes nothing
-        with pytest.raises(DamagedManifest):
+        with pytest.raises(DamagedManifestError):
             manifests.decode(flipped)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import stickslip
 from helpers.runs import FEW, MANY, same, stop_early, with_axes
-from stickslip.store import StoreError
+from stickslip.errors import StoreError
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])

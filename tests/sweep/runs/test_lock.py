@@ -10,9 +10,9 @@ import pytest
 
 import stickslip
 from helpers.runs import block_files, same
-from stickslip import machine
-from stickslip.runs import lock
-from stickslip.store import StoreError
+from stickslip.errors import StoreError
+from stickslip.files import machine
+from stickslip.runs.workdir import lock
 
 
 def holding(output, **changes):

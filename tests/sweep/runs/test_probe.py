@@ -5,8 +5,8 @@ import pytest
 
 from helpers.configs import write_config
 from stickslip import engine
-from stickslip.config import load_config
-from stickslip.grid import build_grid
+from stickslip.config.grid import build_grid
+from stickslip.config.reader import load_config
 from stickslip.runs import probe as probing
 from stickslip.runs.probe import probe
 

@@ -10,8 +10,10 @@ import pytest
 import stickslip
 from helpers.configs import write_config
 from helpers.runs import block_files, same, stop_early
-from stickslip.runs import assembly, parts
-from stickslip.store import StoreError
+from stickslip.errors import StoreError
+from stickslip.files import writing
+from stickslip.runs import assembly
+from stickslip.runs.workdir import parts
 
 # --- the result -------------------------------------------------------------------------------------------------------
 
@@ -23,7 +25,7 @@ def test_a_run_in_parts_gives_the_dataset_of_a_run_in_memory(config, whole, tmp_
         pytest.importorskip("zarr")
     if streamed:
         monkeypatch.setattr(assembly, "IN_MEMORY", 0)
-        monkeypatch.setattr("stickslip.store._CHUNK_VALUES", 100)
+        monkeypatch.setattr("stickslip.files.writing._CHUNK_VALUES", 100)
     target = tmp_path / f"map{suffix}"
     same(stickslip.run(config, target), whole)
     assert {p.name for p in tmp_path.iterdir()} == {config.name, target.name}
@@ -32,7 +34,7 @@ def test_a_run_in_parts_gives_the_dataset_of_a_run_in_memory(config, whole, tmp_
 def test_streamed_files_are_laid_out_like_files_written_at_once(config, whole, tmp_path, monkeypatch):
     import netCDF4
 
-    monkeypatch.setattr("stickslip.store._CHUNK_VALUES", 100)
+    monkeypatch.setattr("stickslip.files.writing._CHUNK_VALUES", 100)
     stickslip.run(config, tmp_path / "at_once.nc").close()
     monkeypatch.setattr(assembly, "IN_MEMORY", 0)
     stickslip.run(config, tmp_path / "streamed.nc").close()
@@ -198,7 +200,7 @@ def test_a_file_that_is_no_result_is_left_alone(config, output):
 
 
 def test_a_trajectory_is_not_taken_for_a_map(config, output):
-    stickslip.store.write(stickslip.simulate(duration=1.0, mass=1, stiffness=1, normal_load=1, belt_speed=0.1,
+    writing.write(stickslip.simulate(duration=1.0, mass=1, stiffness=1, normal_load=1, belt_speed=0.1,
                                              a1=1, a2=0, a3=0.1, a4=0.1), output)  # fmt: skip
     with pytest.raises(StoreError, match="exists and is not a map"):
         stickslip.run(config, output)

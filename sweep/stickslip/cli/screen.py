@@ -1,0 +1,133 @@
+"""What the command says on screen: numbers for people, the progress bar, the summary of a run.
+
+Rich is imported when it is needed, so that `--help` answers at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.console import Console
+
+    from stickslip.config.grid import Grid
+    from stickslip.engine import Options
+
+_WIDE = 1000  # characters, wider than any table
+
+
+def terminal(stderr: bool = False) -> Console:
+    """The terminal. Colours only where it shows them; numbers and paths are not decorated.
+
+    A file or a pipe has no width, so nothing that is printed there is cut to that of a terminal.
+    """
+    from rich.console import Console
+
+    stream = sys.stderr if stderr else sys.stdout
+    return Console(stderr=stderr, highlight=False, soft_wrap=True, width=None if stream.isatty() else _WIDE)
+
+
+def size_of(path: Path) -> str:
+    """Size of a file or of all files in a folder, for people."""
+    count = sum(p.stat().st_size for p in path.rglob("*")) if path.is_dir() else path.stat().st_size
+    return memory(count)
+
+
+def memory(count: float) -> str:
+    """A number of bytes, for people."""
+    for unit in ("B", "kB", "MB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} GB"
+
+
+def duration_text(seconds: float) -> str:
+    """A time, for people."""
+    if seconds < 120:
+        return f"{seconds:.2g} s" if seconds < 10 else f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def share_text(fraction: float) -> str:
+    """A share, for people; a few cells of very many are not "0.0%"."""
+    return "<0.1%" if 0.0 < fraction < 0.0005 else f"{fraction:.1%}"
+
+
+def describe(grid: Grid) -> str:
+    """`57,600 cells: stiffness (240) x belt_speed (240)`."""
+    axes = " x ".join(f"{dim} ({length})" for dim, length in zip(grid.dims, grid.shape, strict=True))
+    return f"{grid.size:,} cell{'s' if grid.size != 1 else ''}" + (f": {axes}" if axes else "")
+
+
+@contextmanager
+def progress_bar(total: int, doing: str = "", of: str = "cells") -> Iterator[Callable[[int, int], None]]:
+    """A bar of cells, or what else is counted, with the rate and the time left; gives the function that moves it.
+
+    It is shown once it moves. What is done by then was found finished, and does not count for the rate.
+    """
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    counts = TextColumn(
+        f"{{task.completed:,.0f}} of {{task.total:,.0f}} {of}{doing}" + ", {task.fields[rate]:,.0f} per second"
+    )
+    bar = Progress(BarColumn(), counts, TimeRemainingColumn(), console=terminal(stderr=True))
+    task = bar.add_task("cells", total=total, rate=0.0)
+    first: list[tuple[int, float]] = []
+
+    def move(done: int, _: int) -> None:
+        if not first:
+            first.append((done, perf_counter()))
+            bar.reset(task, completed=done, rate=0.0)
+            bar.start()
+        found, began = first[0]
+        bar.update(task, completed=done, rate=(done - found) / max(perf_counter() - began, 1e-9))
+
+    try:
+        yield move
+    finally:
+        if first:
+            bar.stop()
+
+
+def threads(options: Options) -> str:
+    """`2 threads`: what a computation with these options runs on."""
+    from stickslip import engine
+
+    count = options.threads or engine.processors()
+    return f"{count} thread{'s' if count != 1 else ''}"
+
+
+def report(
+    ds: xr.Dataset, computed: int, seconds: float, machines: str, output: Path | None, picture: Path | None
+) -> None:
+    """The summary a run ends with; `computed` is how many cells it computed in how many seconds, on which machines."""
+    from rich.table import Table
+
+    from stickslip.dataset.summary import remark, step_limit_remark, summary
+    from stickslip.vocabulary.flags import flag_label
+
+    found = summary(ds)
+    table = Table("regime", box=None, pad_edge=False, header_style="bold")
+    table.add_column("cells", justify="right")
+    table.add_column("share", justify="right")
+    for name, share in found.items():
+        table.add_row(flag_label(name), f"{share.cells:,}", share_text(share.fraction))
+    console = terminal()
+    console.print(table)
+    if words := remark(found, None if output is None else str(output)):
+        console.print(words, markup=False)
+    if words := step_limit_remark(ds, None if output is None else str(output)):
+        console.print(words, markup=False)
+    rate = f"{computed:,} cells in {duration_text(seconds)}, {computed / max(seconds, 1e-9):,.0f} cells/s"
+    console.print(f"{rate} on {machines}")
+    if output is not None:
+        console.print(f"map      {output} ({size_of(output)})", markup=False)
+    if picture is not None and ds["regime"].ndim:
+        console.print(f"picture  {picture}", markup=False)

@@ -1,0 +1,166 @@
+"""One cell out of a configuration: its axes, and whatever else one likes, at chosen values.
+
+A result holds the configuration it was computed from, so a cell can be picked out of a file as well.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any
+
+import xarray as xr
+
+from stickslip.config.grid import build_grid, quantity_of
+from stickslip.config.model import Axis, Config, Group, Range
+from stickslip.config.reader import make_config, parse_config
+from stickslip.config.yaml import parse_yaml
+from stickslip.errors import ConfigError, Problem, QuantityError
+from stickslip.vocabulary import units
+from stickslip.vocabulary.quantities import DRIVE, HORIZON_UNITS, QUANTITIES, WORDS
+from stickslip.vocabulary.words import listed, nearest
+
+Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
+_SOURCE = "--at"
+
+
+def cell_at(recipe: Recipe, settings: Iterable[str]) -> dict[str, float]:
+    """Parameters of one cell, in SI, by names of `PARAMETERS`; `settings` as in `config_at`. Raises ConfigError."""
+    return cell_of(config_at(recipe, settings))
+
+
+def cell_of(config: Config) -> dict[str, float]:
+    """Parameters of the cell of a configuration without axes, in SI, by names of `PARAMETERS`."""
+    return {name: float(values[0]) for name, values in build_grid(config).cells(0, 1).items()}
+
+
+def config_at(recipe: Recipe, settings: Iterable[str]) -> Config:
+    """The configuration of one cell.
+
+    settings : texts like ``stiffness=5 N/mm``, ``velocity=sticking`` or, for quantities that vary together,
+        ``lubricant=grease`` (a label, or a position counted from 0). Every axis needs one, other quantities may have
+        one.
+    Raises ConfigError.
+    """
+    data = _plain(recipe)
+    axes = {axis.name: axis for axis in recipe.axes} if isinstance(recipe, Config) else {}
+    given = dict(map(_split, settings))
+    for name, value in given.items():
+        if isinstance(axis := axes.get(name), Group):
+            for member, at_point in _point(axis, value).items():
+                data[QUANTITIES[member].section][member] = at_point
+        else:
+            _check_name(name, axes)
+            data[QUANTITIES[name].section][name] = _number_or_text(value)
+    axes = {name: axis for name, axis in axes.items() if not _is_settled(axis, given)}
+    data["axes"] = {}
+    if axes:
+        raise ConfigError(_SOURCE, [_missing(axis) for axis in axes.values()])
+    return make_config(data, _SOURCE)
+
+
+def recipe_of(ds: xr.Dataset, name: str) -> Recipe:
+    """What a result was computed from; `name` is that of its file. Raises ConfigError."""
+    if "regime" not in ds.data_vars:
+        raise ConfigError(name, [Problem((), "holds no regimes, expected a map or a list of cells")])
+    text, source = str(ds.attrs.get("configuration", "")), f"{name} (configuration)"
+    shared = parse_yaml(text, source).data
+    if isinstance(shared, dict) and "system" not in shared and "axes" not in shared:  # `evaluate` wrote it
+        return shared
+    return parse_config(text, source)
+
+
+def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> list[str]:
+    """The settings that pick the cell of a result at `position`, by dimension, out of its recipe, to the last bit."""
+    shape = tuple((str(dim), length) for dim, length in ds["regime"].sizes.items())
+    if isinstance(recipe, Config) and _shape(recipe) == shape:
+        return [f"{axis.name}={_at(axis, i)}" for axis, i in zip(recipe.axes, position.values(), strict=True)]
+    given = {quantity_of(str(name)): values.isel(position, missing_dims="ignore") for name, values in ds.coords.items()}
+    return [f"{name}={_text(name, float(given[name]))}" for name in QUANTITIES if name in given]
+
+
+def seconds(text: str, option: str = "--duration") -> float:
+    """A time on the command line: a number of seconds, or a text with a unit. Raises ConfigError."""
+    try:
+        time = units.si_value(_number_or_text(text), HORIZON_UNITS)
+    except QuantityError as error:
+        raise ConfigError(option, [Problem((), f"got {text!r}, {error}")]) from None
+    if time <= 0:
+        raise ConfigError(option, [Problem((), f"got {text!r}, expected a time above 0 s")])
+    return time
+
+
+def _plain(recipe: Recipe) -> dict[str, Any]:
+    """The recipe as plain data with every section that holds quantities."""
+    if isinstance(recipe, Config):
+        return recipe.resolved()
+    sections: dict[str, Any] = {quantity.section: {} for quantity in QUANTITIES.values() if quantity.name not in DRIVE}
+    sections["axes"] = {}
+    given = {name: {key: value for key, value in keys.items() if value is not None} for name, keys in recipe.items()}
+    return sections | given
+
+
+def _shape(config: Config) -> tuple[tuple[str, int], ...]:
+    grid = build_grid(config)
+    return tuple(zip(grid.dims, grid.shape, strict=True))
+
+
+def _is_settled(axis: Axis, given: Collection[str]) -> bool:
+    """Whether an axis has its value: of its own, or, if it is a group, one for each of its quantities."""
+    return axis.name in given or (isinstance(axis, Group) and all(member.name in given for member in axis.members))
+
+
+def _at(axis: Axis, i: int) -> str:
+    """Point `i` of an axis as a setting."""
+    if isinstance(axis, Group):
+        label = axis.labels[i] if axis.labels else ""
+        return label if label and label == label.strip() else str(i)
+    value = float(axis.points()[i]) if isinstance(axis, Range) else axis.values[i]
+    return value if isinstance(value, str) else repr(value)
+
+
+def _text(name: str, value: float) -> str:
+    """A quantity as a setting: its shortest exact spelling, or the word for its absence."""
+    return WORDS[name] if math.isnan(value) and name in WORDS else repr(value)
+
+
+def _split(setting: str) -> tuple[str, str]:
+    name, equals, value = setting.partition("=")
+    if not equals:
+        raise ConfigError(_SOURCE, [Problem((), f"got {setting!r}, expected NAME=VALUE")])
+    return name.strip(), value.strip()
+
+
+def _number_or_text(value: str) -> float | str:
+    try:
+        return float(value)
+    except ValueError:
+        return value
+
+
+def _check_name(name: str, axes: Iterable[str]) -> None:
+    known = [*axes, *(quantity for quantity in QUANTITIES if quantity not in axes)]
+    if name not in known:
+        near = nearest(name, known)
+        hint = f"did you mean {near}?" if near else None
+        raise ConfigError(_SOURCE, [Problem((name,), f"unknown quantity, expected {listed(known)}", hint=hint)])
+
+
+def _point(group: Group, value: str) -> dict[str, Any]:
+    """The quantities of a group at one of its points."""
+    labels = group.labels or ()
+    if value in labels:
+        position = labels.index(value)
+    elif value.isdecimal() and int(value) < group.size:
+        position = int(value)
+    else:
+        expected = listed([*labels, f"a position from 0 to {group.size - 1}"])
+        raise ConfigError(_SOURCE, [Problem((group.name,), f"got {value!r}, expected {expected}")])
+    return {member.name: member.values[position] for member in group.members}
+
+
+def _missing(axis: Axis) -> Problem:
+    if isinstance(axis, Group):
+        return Problem((axis.name,), "missing, expected one of the points of the group", hint=f"--at {axis.name}=0")
+    example = axis.start if isinstance(axis, Range) else axis.values[0]
+    return Problem((axis.name,), "missing, expected a value for this axis", hint=f"--at {axis.name}={example}")

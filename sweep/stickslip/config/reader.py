@@ -1,0 +1,393 @@
+"""Configurations from YAML files: everything is checked before anything is computed.
+
+All problems are reported at once, each with its line and column. `model.py` holds what a configuration consists of,
+`rules.py` what must hold between its parts; this file reads, finds what is missing or given twice, and explains.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from stickslip.config import examples, kinds, rules
+from stickslip.config.fitted import COEFFICIENTS, fitted
+from stickslip.config.forgotten_units import ask
+from stickslip.config.model import Axis, Config, Group, Range, Values
+from stickslip.config.sections import (
+    REFUSED,
+    Drive,
+    Execution,
+    Friction,
+    Output,
+    Section,
+    Sensor,
+    Solver,
+    Start,
+    System,
+)
+from stickslip.config.yaml import Document, parse_yaml, read_yaml
+from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, dotted
+from stickslip.vocabulary import units
+from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED, default
+from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.words import listed, nearest
+
+DEFAULT_TITLE = "Regimes of a friction oscillator"
+QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start, "drive": Drive}
+SECTIONS: dict[str, type[Section]] = {
+    **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output, "sensor": Sensor,
+}  # fmt: skip
+
+_AXIS_FORMS = "a list of values, or start, stop and num"
+_CURVE_FORMS = f"{', '.join(REPLACED)}, a4, or {', '.join(MEASURED)}, a4"
+_GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+_LONGEST_TEXT = 60  # characters of what is quoted in a message
+_EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
+
+AnySection = TypeVar("AnySection", bound=Section)
+
+
+def load_config(path: str | os.PathLike[str]) -> Config:
+    """The configuration in a YAML file, or the one of the package that `path` calls (see `examples.found`).
+
+    Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
+    """
+    document = read_yaml(examples.found(path))
+    config = _read(document)
+    ask(document, config)
+    return config
+
+
+def read_rig_config(document: Document, others: Collection[str]) -> Config:
+    """The configuration of a test rig, with a drive; keys `others` are somebody else's. Raises ConfigError."""
+    return _read(document, rig=True, others=others)
+
+
+def parse_config(text: str, name: str = "<text>") -> Config:
+    """The configuration in a YAML text, such as the one kept in a result; `name` stands for a file in messages.
+
+    Raises ConfigError.
+    """
+    return _read(parse_yaml(text, name))
+
+
+def make_config(data: Mapping[str, Any], name: str = "<data>") -> Config:
+    """The configuration in plain data (mappings, lists, numbers, texts), shaped like the YAML. Raises ConfigError."""
+    return _read(Document(name, dict(data)))
+
+
+def _read(document: Document, rig: bool = False, others: Collection[str] = ()) -> Config:
+    """A document with its curve fitted, if it names points, and then checked."""
+    return _Reader(fitted(document), rig, others).config()
+
+
+class _Reader:
+    """Reads one document and collects what is wrong with it."""
+
+    def __init__(self, document: Document, rig: bool = False, others: Collection[str] = ()) -> None:
+        self._document = document
+        self._rig, self._others = rig, others
+        self._problems = list(document.problems)
+        self._meant: set[str] = set()  # keys that misspelt ones were probably meant to be
+
+    def config(self) -> Config:
+        """The configuration. Raises ConfigError."""
+        whole = self._mapping(self._document.data, ())
+        if not isinstance(self._document.data, dict):  # everything else would be missing
+            raise ConfigError(self._document.name, self._problems)
+        for found in kinds.misplaced(self._rig, whole):
+            self._meant |= DRIVE.keys() if found.path == ("drive",) else set()
+            self._add(*found, at_key=True)
+        data = self._known_keys(
+            whole, (), [key for key in (*Config.model_fields, *self._others) if kinds.has(self._rig, key)]
+        )
+        title = self._title(data)
+        raw = {key: self._mapping(data.get(key), (key,)) for key in SECTIONS}
+        raw_axes = self._mapping(data.get("axes"), ("axes",))
+        sections = {key: self._section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
+        axes = [axis for name, value in raw_axes.items() if (axis := self._axis(name, value)) is not None]
+        given = self._given(raw, raw_axes)
+        self._check_once(given)
+        self._check_curve(given)
+        self._check_law(sections["friction"], given)
+        for found in kinds.ramp_of_no_use(sections["drive"], given):  # type: ignore[arg-type]
+            self._add(found.path, found.message, found.hint, at_key=True)
+        fixed = _fixed(sections[key] for key in QUANTITY_SECTIONS)
+        fixed = kinds.with_ramp(self._rig, fixed, sections["drive"], "ramp" in given)  # type: ignore[arg-type]
+        for finding in rules.findings(rules.Space(fixed, axes)):
+            got = finding.got or self._text(finding.path)
+            self._add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
+        if self._problems:
+            raise ConfigError(self._document.name, self._problems)
+        for key in QUANTITY_SECTIONS:
+            own = [name for name in type(sections[key]).model_fields if name in QUANTITIES]
+            absent = {name: default(name) for name in own if name not in given}
+            sections[key] = sections[key].model_copy(update=absent)
+        of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
+        return Config(title=title, axes=tuple(axes), **{**sections, **of_rigs})  # type: ignore[arg-type]
+
+    # --- problems -----------------------------------------------------------------------------------------------------
+
+    def _add(self, path: Path, message: str, hint: str | None = None, at_key: bool = False) -> None:
+        """Note a problem with the value at `path`, or with its key."""
+        path = self._written(path)
+        self._problems.append(Problem(path, message, self._place(path, at_key), hint))
+        if len(self._problems) >= MOST_PROBLEMS:
+            raise ConfigError(self._document.name, self._problems)
+
+    def _refuse(self, path: Path, expected: str, hint: str | None = None, found: str | None = None) -> None:
+        """Note that the value at `path` is not what was expected; `found` says what kind of quantity it is."""
+        kind = f" ({found})" if found else ""
+        self._add(path, f"got {self._text(path)}{kind}, expected {expected}", hint)
+
+    def _place(self, path: Path, at_key: bool = False) -> Place | None:
+        """Where `path` stands; where it does not exist, what is around it."""
+        document = self._document
+        if at_key and path in document.keys:
+            return document.keys[path]
+        if path in document.values:
+            return document.values[path]
+        parent = path[:-1]
+        return document.keys.get(parent) or (self._place(parent) if path else None)
+
+    def _written(self, path: Path) -> Path:
+        """`path` as it is in the file, where `mass: [1, 2]` may stand for `mass: {values: [1, 2]}`."""
+        value, found = self._document.data, []
+        for key in path:
+            if key == "values" and isinstance(value, list):
+                continue
+            found.append(key)
+            inside = isinstance(value, dict) and key in value or isinstance(value, list) and isinstance(key, int)
+            value = value[key] if inside else None
+        return tuple(found)
+
+    def _line(self, path: Path) -> str:
+        """` on line 7`, or nothing for plain data."""
+        place = self._document.keys.get(path)
+        return f" on line {place.line}" if place else ""
+
+    def _text(self, path: Path) -> str:
+        """What stands at `path`, as it was written."""
+        text = self._document.texts.get(self._written(path))
+        if text is None:
+            value = self._document.data
+            for key in self._written(path):
+                value = value[key]
+            kinds = {dict: "a mapping", list: "a list", type(None): "nothing"}
+            text = kinds.get(type(value)) or repr(value)
+        return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
+
+    # --- keys, sections -----------------------------------------------------------------------------------------------
+
+    def _mapping(self, value: object, path: Path) -> dict[str, Any]:
+        """`value` if it is a mapping, else an empty one; a section without content is one."""
+        if isinstance(value, dict):
+            return value
+        if value is not None or not path:
+            whole = [key for key in Config.model_fields if kinds.has(self._rig, key)]
+            keys = listed(SECTIONS[str(path[0])].model_fields if path and path[0] in SECTIONS else whole)
+            what = "names of quantities" if path == ("axes",) else f"the keys {keys}"
+            self._refuse(path, f"a mapping with {what}")
+        return {}
+
+    def _known_keys(self, data: Mapping[str, Any], path: Path, known: Collection[str]) -> dict[str, Any]:
+        """`data` without keys that are not `known`, each of which is a problem."""
+        for key in data:
+            if key not in known and (path or key not in kinds.OF_RIGS):
+                self._unknown_key((*path, key), known)
+        return {key: value for key, value in data.items() if key in known}
+
+    def _unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
+        key = str(path[-1])
+        if key in QUANTITIES:
+            hint = f"{key} belongs to {QUANTITIES[key].section}, or to axes"
+        elif meant := nearest(key, known):
+            self._meant.add(meant)
+            hint = f"did you mean {meant}?"
+        self._add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
+
+    def _title(self, data: Mapping[str, Any]) -> str:
+        title = data.get("title", DEFAULT_TITLE)
+        if not isinstance(title, str) or not title.strip():
+            self._refuse(("title",), "a text", "put it in quotes" if isinstance(title, int | float) else None)
+        return str(title).strip()
+
+    def _section(self, model: type[AnySection], path: Path, data: Mapping[str, Any]) -> AnySection:
+        """A section from what of `data` is right; the rest becomes problems."""
+        known = self._known_keys(data, path, model.model_fields)
+        try:
+            return model.model_validate(known)
+        except ValidationError as error:
+            bad = self._report(error, path)
+        try:
+            return model.model_validate({key: value for key, value in known.items() if key not in bad})
+        except ValidationError:  # what was left out is missed by the rest; reported it is already
+            return model()
+
+    def _report(self, error: ValidationError, path: Path, skipped: int = 0) -> set[str | int]:
+        """Note what pydantic found; the keys it found wrong.
+
+        skipped : how many of its keys lead to what stands at `path` already.
+        """
+        details = error.errors(include_url=False)
+        for detail in details:
+            where = (*path, *detail["loc"][skipped:])
+            context = detail.get("ctx", {})
+            if detail["type"] == REFUSED:
+                self._refuse(where, context["expected"], context["hint"], context["found"])
+            elif detail["type"] == "missing":
+                self._add(where, f"missing, expected {_AXIS_FORMS}")
+            else:
+                self._refuse(where, _EXPECTED.get(detail["type"], detail["msg"]))
+        return {detail["loc"][0] for detail in details}
+
+    # --- axes ---------------------------------------------------------------------------------------------------------
+
+    def _axis(self, name: str, raw: object) -> Axis | None:
+        """The axis called `name`; None if something is wrong with it."""
+        path: Path = ("axes", name)
+        if isinstance(raw, dict) and ("zip" in raw or "labels" in raw):
+            return self._group(path, self._known_keys(raw, path, ("zip", "labels")))
+        if name not in QUANTITIES:
+            quantities = [quantity for quantity in QUANTITIES if kinds.has(self._rig, quantity)]
+            self._unknown_key(path, quantities, "quantity", "a group of quantities needs the key zip")
+            return None
+        if isinstance(raw, list):
+            return self._values(name, raw, path)
+        if isinstance(raw, dict) and "values" in raw:
+            known = self._known_keys(raw, path, ("values",))
+            return self._values(name, known["values"], (*path, "values"))
+        if isinstance(raw, dict) and raw:
+            known = self._known_keys(raw, path, [key for key in Range.model_fields if key != "name"])
+            return self._valid(Range, {"name": name, **known}, path)
+        self._refuse(path, _AXIS_FORMS)
+        return None
+
+    def _valid(
+        self, model: type[AnySection], data: Mapping[str, Any], path: Path, skipped: int = 0
+    ) -> AnySection | None:
+        """The model of `data`, which stands at `path`; None if something is wrong with it. `skipped`: see `_report`."""
+        try:
+            return model.model_validate(data, context=[MOST_PROBLEMS])
+        except ValidationError as error:
+            self._report(error, path, skipped)
+            return None
+
+    def _values(self, name: str, raw: object, path: Path) -> Values | None:
+        """The list of values that stands at `path`."""
+        if not isinstance(raw, list) or not raw:
+            self._refuse(path, "a list of values")
+            return None
+        return self._valid(Values, {"name": name, "values": raw}, path, skipped=1)
+
+    def _group(self, path: Path, raw: Mapping[str, Any]) -> Group | None:
+        """Quantities that vary together, under a name of their own."""
+        name, before = str(path[-1]), len(self._problems)
+        if name in QUANTITIES or name in VARIABLES or not _GROUP_NAME.fullmatch(name):
+            expected = "a name of its own for the group: a word that is no quantity and no result"
+            self._add(path, f"got the name {name}, expected {expected}", at_key=True)
+        lists = raw.get("zip")
+        if not isinstance(lists, dict) or not lists:
+            self._add((*path, "zip"), "expected a mapping of quantities to lists of values", "zip: {mass: [1, 2], ...}")
+            return None
+        zipped = self._known_keys(lists, (*path, "zip"), QUANTITIES)
+        members = [self._values(member, value, (*path, "zip", member)) for member, value in zipped.items()]
+        labels = raw.get("labels")
+        lengths = {(*path, "zip", key): len(value) for key, value in zipped.items() if isinstance(value, list)}
+        if labels is not None and self._are_labels(labels, (*path, "labels")):
+            lengths[(*path, "labels")] = len(labels)
+        self._check_lengths(lengths)
+        if len(self._problems) > before:
+            return None
+        return Group(name=name, members=tuple(m for m in members if m), labels=labels)
+
+    def _are_labels(self, labels: object, path: Path) -> bool:
+        """Whether `labels` is a list of texts that differ; if not, why not is noted."""
+        if not isinstance(labels, list):
+            self._refuse(path, "a list of names")
+            return False
+        seen: set[str] = set()
+        for i, label in enumerate(labels):
+            if not isinstance(label, str) or not label.strip():
+                self._refuse((*path, i), "a name", "put it in quotes" if isinstance(label, int | float) else None)
+            elif label in seen:
+                self._refuse((*path, i), "a name that is not in the list yet")
+            else:
+                seen.add(label)
+        return True
+
+    def _check_lengths(self, lengths: Mapping[Path, int]) -> None:
+        """Lists of a group are of one length."""
+        first = next(iter(lengths), ())
+        for path, length in lengths.items():
+            if length != lengths[first]:
+                expected = f"{lengths[first]} like {first[-1]}{self._line(first)}"
+                self._add(path, f"got {length} values, expected {expected}")
+
+    # --- every quantity exactly once ----------------------------------------------------------------------------------
+
+    def _given(self, raw: Mapping[str, Mapping[str, Any]], axes: Mapping[str, Any]) -> dict[str, list[Path]]:
+        """Where each quantity is given, rightly or wrongly."""
+        paths: list[Path] = [(key, name) for key, model in QUANTITY_SECTIONS.items()
+                             for name in raw[key] if name in model.model_fields and name in QUANTITIES]  # fmt: skip
+        given: dict[str, list[Path]] = {}
+        for path in [*paths, *kinds.varied_paths(axes)]:
+            given.setdefault(str(path[-1]), []).append(path)
+        return given
+
+    def _check_once(self, given: Mapping[str, list[Path]]) -> None:
+        """No quantity is given twice, and those without a default are given."""
+        for first, *others in given.values():
+            for path in others:
+                message = f"given twice, as {dotted(first)}{self._line(first)} already, expected once"
+                self._add(path, message, "keep the one you mean", at_key=True)
+        for name, declared in QUANTITIES.items():
+            if declared.section not in ("friction", *(() if self._rig else kinds.OF_RIGS)) and default(name) is None:
+                self._check_given(name, given)
+
+    def _check_given(self, name: str, given: Collection[str]) -> None:
+        if name not in given and name not in self._meant:
+            declared = QUANTITIES[name]
+            message = f"missing, expected the {declared.long_name}: {units.expected(declared.units)}"
+            self._add((declared.section, name), message, f"or vary it: axes: {{{name}: ...}}")
+
+    def _check_curve(self, given: Mapping[str, list[Path]]) -> None:
+        """The friction curve is given in one of its two forms, and completely."""
+        measured = [name for name in MEASURED if name in given]
+        replaced = [name for name in REPLACED if name in given]
+        if measured and replaced:
+            line = self._line(given[measured[0]][0])
+            for name in replaced:
+                message = f"got {name} besides {measured[0]}{line}, expected one form of the curve"
+                self._add(given[name][0], message, f"the forms are {_CURVE_FORMS}", at_key=True)
+        elif not measured and not replaced and not self._meant & {*REPLACED, *MEASURED}:
+            self._add(("friction",), f"the friction curve is missing, expected {_CURVE_FORMS}")
+            return
+        for name in ("a4",) if measured and replaced else (*(MEASURED if measured else REPLACED), "a4"):
+            self._check_given(name, given)
+
+    def _check_law(self, friction: Any, given: Mapping[str, list[Path]]) -> None:
+        """What is given belongs to the law."""
+        law = friction.law
+        if friction.fit is not None and law != "stribeck" and not {*COEFFICIENTS, *MEASURED} & given.keys():
+            self._refuse(("friction", "fit"), "no points: the curve fitted to them is that of the law stribeck")
+        if law != "stribeck":
+            for name in MEASURED:
+                if name in given:
+                    expected = "a1, a2, a3 and a4: this form is for the law stribeck"
+                    self._add(given[name][0], f"got {name} with the law {law}, expected {expected}", at_key=True)
+        if law != "stribeck_delta" and "delta" in given and friction.delta != default("delta"):
+            message = f"got an exponent with the law {law}, expected none"
+            self._add(given["delta"][0], message, "the law stribeck_delta has one", at_key=True)
+
+
+def _fixed(sections: Iterable[Section]) -> dict[str, float]:
+    """Quantities with one value for all cells, NaN for words."""
+    named = {name: value for section in sections for name, value in section if name in QUANTITIES}
+    given = {name: value for name, value in named.items() if value is not None}
+    return {name: math.nan if isinstance(value, str) else value for name, value in given.items()}

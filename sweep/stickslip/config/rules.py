@@ -1,0 +1,230 @@
+"""What must hold between quantities, in every cell of the grid.
+
+Grids have up to 1e10 cells, so nothing here walks over cells. Each rule is a margin that is monotone in every quantity
+it involves: along an axis that varies one of them only the worst end can break it; of quantities that vary together all
+points are tried. What is reported is the worst cell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.config.model import Axis, Group, Range, Values
+from stickslip.errors import Path
+from stickslip.vocabulary.curve import coefficients
+from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
+
+MOST_CELLS = 10_000_000_000
+_ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
+
+Floats = NDArray[np.float64]
+
+
+class Finding(NamedTuple):
+    """One thing that does not fit: what stands at `path` is not what the rest makes one expect.
+
+    got : what was found, where that is not what stands there.
+    """
+
+    path: Path
+    expected: str
+    hint: str
+    got: str | None = None
+
+
+@dataclass(frozen=True)
+class Space:
+    """The quantities that were read without problems: what is fixed (NaN for words), and the axes."""
+
+    fixed: Mapping[str, float]
+    axes: Sequence[Axis]
+
+    def names(self) -> set[str]:
+        """All quantities, fixed or varied."""
+        return set(self.fixed) | {member.name for axis in self.axes for member in members(axis)}
+
+
+def members(axis: Axis) -> tuple[Range | Values, ...]:
+    """The quantities along an axis."""
+    return axis.members if isinstance(axis, Group) else (axis,)
+
+
+def findings(space: Space) -> Iterator[Finding]:
+    """Everything that is wrong between the quantities of `space`. Rules about absent quantities are left out."""
+    cells = math.prod(axis.size for axis in space.axes)
+    if cells > MOST_CELLS:
+        shape = " x ".join(str(axis.size) for axis in space.axes)
+        number = f"{cells:.3g}" if cells < 10**15 else f"10^{len(str(cells)) - 1}"  # no float is as large as some grids
+        got = f"{number} cells ({shape})"
+        yield Finding(("axes",), f"at most {MOST_CELLS:.0e}", "use fewer points, or fewer axes", got)
+    for axis in space.axes:
+        if isinstance(axis, Values):
+            yield from _order(axis)
+    curve = {"mu_start": 1} if set(MEASURED) & space.names() else {"a1": 1, "a3": 1}
+    below_zero = list(_start(space))
+    yield from below_zero
+    if not below_zero:  # else nothing could be right beside it
+        yield from _stop(space, curve)
+        yield from _static(space, curve)
+    yield from _measured(space)
+    yield from _drive(space)
+
+
+def _order(axis: Values) -> Iterator[Finding]:
+    """Values of an axis differ, and numbers run one way: they become a coordinate."""
+    seen: dict[float | str, int] = {}
+    for i, value in enumerate(axis.values):
+        if value in seen:
+            hint = f"it is the same as value number {seen[value] + 1}"
+            yield Finding(("axes", axis.name, "values", i), "a value that is not in the list yet", hint)
+        seen.setdefault(value, i)
+    steps = np.diff(axis.points())
+    if len(seen) == axis.size and not np.isnan(steps).any() and not ((steps > 0).all() or (steps < 0).all()):
+        turn = 1 + int(np.flatnonzero(np.sign(steps) != np.sign(steps[0]))[0])
+        hint = "sort them; a group (zip) keeps any order"
+        yield Finding(("axes", axis.name, "values", turn), "values that rise or fall all the way", hint)
+
+
+# --- rules of the friction curve --------------------------------------------------------------------------------------
+
+
+def _start(space: Space) -> Iterator[Finding]:
+    """mu_start = a1 + a3 >= 0: a3 is negative where friction rises from break-away, but static friction is not."""
+    cell = _worst(space, {"a1": -1, "a3": -1}, lambda p: p["a1"] + p["a3"])
+    if cell and cell.margin < -_ROUNDING * cell.values["a1"]:
+        hint = "the curve starts at mu_start = a1 + a3, which is the static friction"
+        yield Finding(cell.paths["a3"], f"at least -a1 = {-cell.values['a1']:.6g}", hint)
+
+
+def _stop(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
+    """mu_stop <= mu_start."""
+    cell = _worst(space, {"mu_stop": 1, **{name: -1 for name in curve}}, lambda p: _total(p, curve) - p["mu_stop"])
+    if cell and cell.margin < -_ROUNDING * cell.values["mu_stop"]:
+        hint = "a contact cannot need more friction coming to rest than to break away"
+        yield Finding(cell.paths["mu_stop"], f"at most {_start_text(cell.values, curve)}", hint)
+
+
+def _static(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
+    """mu_static >= mu_start."""
+    cell = _worst(space, {"mu_static": -1, **curve}, lambda p: p["mu_static"] - _total(p, curve))
+    if cell and cell.margin < -_ROUNDING * _total(cell.values, curve):
+        hint = "the static friction is that of break-away or more; leave mu_static out for mu_start"
+        yield Finding(cell.paths["mu_static"], f"at least {_start_text(cell.values, curve)}", hint)
+
+
+def _measured(space: Space) -> Iterator[Finding]:
+    """mu_reversal < mu_start, and a1 >= 0."""
+    cell = _worst(space, {"mu_reversal": 1, "mu_start": -1}, lambda p: p["mu_start"] - p["mu_reversal"])
+    if cell and cell.margin <= 0:
+        hint = "a curve without a minimum is given by a1, a2, a3 and a4, with a3: 0"
+        yield Finding(cell.paths["mu_reversal"], f"less than mu_start = {cell.values['mu_start']:.6g}", hint)
+        return
+    cell = _worst(space, {"mu_start": 1, "mu_reversal": -1, "v_reversal": -1, "a4": 1}, _constant_part)
+    if cell and cell.margin < 0:
+        v = cell.values
+        rest = ", ".join(f"{name} = {v[name]:.6g}" for name in ("mu_start", "mu_reversal", "a4"))
+        expected = f"more: with {rest} it makes a1 = {cell.margin:.3g}, which is below 0"
+        yield Finding(cell.paths["v_reversal"], expected, "raise v_reversal or lower a4")
+
+
+def _drive(space: Space) -> Iterator[Finding]:
+    """The belt of a rig moves, and comes up to its speed within a stroke, if it has a ramp."""
+    if "stroke" not in space.names():
+        return
+    moving = _worst(space, {"belt_speed": -1}, lambda p: p["belt_speed"])
+    if moving and moving.margin <= 0:
+        yield Finding(moving.paths["belt_speed"], "a speed above 0 m/s, that of the drive", "strokes go to and fro")
+        return
+    cell = _worst(
+        space, {"stroke": -1, "belt_speed": 1, "ramp": 1}, lambda p: p["stroke"] / p["belt_speed"] - p["ramp"]
+    )
+    if cell and cell.margin < -_ROUNDING * cell.values["ramp"]:
+        most = cell.values["stroke"] / cell.values["belt_speed"]
+        hint = "ramps up and down alone are longer than the stroke"
+        got = f"{cell.values['ramp']:.4g} s"  # which may be the default
+        yield Finding(cell.paths["ramp"], f"at most stroke/belt_speed = {most:.4g} s", hint, got)
+
+
+def _constant_part(p: Mapping[str, Floats]) -> Floats:
+    """a1, which falls with mu_start and a4 and rises with the rest, as long as mu_start > mu_reversal."""
+    return coefficients(p["mu_start"], p["mu_reversal"], p["v_reversal"], p["a4"]).a1
+
+
+def _total(p: Mapping[str, Any], names: Mapping[str, int]) -> Any:
+    """Sum of some quantities, numbers or arrays."""
+    return sum(p[name] for name in names)
+
+
+def _start_text(p: Mapping[str, float], curve: Mapping[str, int]) -> str:
+    """`mu_start = a1 + a3 = 1.3`, by the form in which the curve is given."""
+    sources = [] if "mu_start" in curve else [" + ".join(curve)]
+    return " = ".join(["mu_start", *sources, f"{_total(p, curve):.6g}"])
+
+
+# --- the worst cell ---------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Cell:
+    """One cell: the margin there, the values it comes from, and where those stand in the file."""
+
+    margin: float
+    values: Mapping[str, float]
+    paths: Mapping[str, Path]
+
+
+def _worst(space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str, Floats]], Floats]) -> _Cell | None:
+    """The cell with the smallest margin.
+
+    worse : by quantity, +1 if the margin falls as it grows, -1 if it rises.
+    Cells where a quantity is absent (NaN) do not count. None if there is no other, or a quantity is not in `space`.
+    """
+    if not set(worse) <= space.names():
+        return None
+    columns: dict[str, Floats] = {n: np.asarray(space.fixed[n], np.float64) for n in worse if n in space.fixed}
+    indices: dict[str, tuple[Axis, int, NDArray[np.intp]]] = {}
+    involved = [axis for axis in space.axes if any(m.name in worse for m in members(axis))]
+    for number, axis in enumerate(involved):
+        here = {m.name: m.points() for m in members(axis) if m.name in worse}
+        chosen = _candidates(here, worse)
+        for name, points in here.items():
+            columns[name] = points[chosen].reshape([-1 if i == number else 1 for i in range(len(involved))])
+            indices[name] = (axis, number, chosen)
+    margins = np.atleast_1d(margin(columns))
+    if np.isnan(margins).all():
+        return None
+    at = np.unravel_index(int(np.nanargmin(margins)), margins.shape)
+    values = {n: float(np.broadcast_to(c, margins.shape)[at]) for n, c in columns.items()}
+    paths = {
+        n: _path(indices[n][0], n, int(indices[n][2][at[indices[n][1]]])) if n in indices else _section_path(n)
+        for n in worse
+    }
+    return _Cell(float(margins[at]), values, paths)
+
+
+def _candidates(points: Mapping[str, Floats], worse: Mapping[str, int]) -> NDArray[np.intp]:
+    """Points of an axis that can be the worst: one for a lone quantity, all for several that vary together."""
+    if len(points) > 1:
+        return np.arange(len(next(iter(points.values()))))
+    ((name, values),) = points.items()
+    ranked = worse[name] * values
+    return np.array([0 if np.isnan(ranked).all() else int(np.nanargmax(ranked))])
+
+
+def _section_path(name: str) -> Path:
+    return (QUANTITIES[name].section, name)
+
+
+def _path(axis: Axis, name: str, i: int) -> Path:
+    """Where the value number `i` of the quantity `name` along `axis` stands."""
+    if isinstance(axis, Group):
+        return ("axes", axis.name, "zip", name, i)
+    if isinstance(axis, Range):
+        return ("axes", axis.name, "start" if i == 0 else "stop")
+    return ("axes", axis.name, "values", i)

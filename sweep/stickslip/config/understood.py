@@ -1,0 +1,84 @@
+"""A configuration as it was understood: every quantity with its SI value and unit, every axis with its points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from stickslip.config.model import Config, Range, Values
+from stickslip.config.rules import members
+from stickslip.config.sections import Sensor
+from stickslip.vocabulary import units
+from stickslip.vocabulary.laws import LAW_MESSAGES
+from stickslip.vocabulary.quantities import QUANTITIES, SENSOR, Parameter
+
+_MOST_VALUES = 6  # of a list that are shown; of longer ones the ends
+
+
+class Row(NamedTuple):
+    """One thing that was understood: its name, its value, and what it is."""
+
+    name: str
+    value: str
+    meaning: str
+
+
+def understood(config: Config) -> Iterator[Row]:
+    """What is the same in all cells, then what varies, then how it is computed and where it goes."""
+    yield Row("law", config.friction.law, LAW_MESSAGES[config.friction.law])
+    fixed = config.fixed()
+    for name, declared in QUANTITIES.items():
+        if name in fixed and (name != "delta" or config.friction.law == "stribeck_delta"):
+            yield Row(name, _value(fixed[name], declared), _meaning(declared, fixed[name]))
+    yield from _drive(config)
+    for axis in config.axes:
+        if not isinstance(axis, Range | Values):
+            yield Row(f"axis {axis.name}", f"{axis.size} points", ", ".join(axis.labels or ()))
+        for member in members(axis):
+            yield _along(member, "axis " if member is axis else "  with ")
+    solver = config.solver
+    horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
+    yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))
+    files = [name for name in (config.output.file, config.output.plot) if name is not None]
+    yield Row("output", ", ".join(files) or "none", "" if config.output.file else "the result is not kept without -o")
+
+
+def _drive(config: Config) -> Iterator[Row]:
+    """What only a rig has, besides quantities."""
+    if config.drive is None:
+        return
+    yield Row("drive", f"{config.drive.strokes} strokes, {config.drive.profile}", "strokes, and speed over time")
+    sensor = config.sensor or Sensor()  # type: ignore[call-arg]
+    for name, declared in SENSOR.items():
+        value = getattr(sensor, name)
+        yield Row(name, "none" if value is None else _value(value, declared), declared.long_name)
+
+
+def _value(value: float | str, declared: Parameter) -> str:
+    return value if isinstance(value, str) else f"{value:.6g} {units.spelled(declared.units)}".rstrip()
+
+
+def _meaning(declared: Parameter, value: float | str) -> str:
+    """The long name; where a word stands, what then holds."""
+    return f"{declared.long_name}: {declared.absent}" if isinstance(value, str) else declared.long_name
+
+
+def _along(axis: Range | Values, before: str) -> Row:
+    """A quantity along an axis: its ends or its values, how many there are, and how they are spaced."""
+    declared = QUANTITIES[axis.name]
+    unit = units.spelled(declared.units)
+    if isinstance(axis, Range):
+        span, spacing = f"{axis.start:.6g} to {axis.stop:.6g} {unit}".rstrip(), f"{axis.spacing} spacing"
+    else:
+        span, spacing = _listed(axis, unit), "as listed"
+    return Row(f"{before}{axis.name}", span, f"{axis.size:,} values, {spacing}: {declared.long_name}")
+
+
+def _listed(axis: Values, unit: str) -> str:
+    values = [value if isinstance(value, str) else f"{value:.6g}" for value in axis.values]
+    shown = values if len(values) <= _MOST_VALUES else [*values[: _MOST_VALUES - 2], "...", values[-1]]
+    return f"{', '.join(shown)} {unit}".rstrip()
+
+
+def _end(config: Config) -> str:
+    return "until the regime is decided" if config.solver.early_stop else "to the horizon"

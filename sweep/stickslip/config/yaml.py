@@ -1,0 +1,237 @@
+"""YAML in, plain data out, with the place of every key and value.
+
+What is read is YAML 1.2 with its core types: ``1e-3`` is a number, ``yes`` a word, ``017`` seventeen. Tags, anchors and
+aliases are refused: a configuration is plain data, and they are how YAML files grow beyond all bounds when read.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import (
+    AliasEvent,
+    DocumentStartEvent,
+    MappingEndEvent,
+    MappingStartEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+    SequenceStartEvent,
+    StreamEndEvent,
+)
+from ruamel.yaml.reader import ReaderError
+
+from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem
+
+_LARGEST = 1_000_000  # bytes, which take seconds to read; a configuration has a few hundred
+_DEEPEST = 20  # levels; a configuration has four
+_INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_WORDS = {word: None for word in ("", "~", "null", "Null", "NULL")} | {
+    word: word.lower() == "true" for word in ("true", "True", "TRUE", "false", "False", "FALSE")
+}
+
+
+@dataclass
+class Document:
+    """What a file says, and where.
+
+    data : plain data: dict, list, str, int, float, bool, None.
+    keys, values : place of each key and of each value, by path.
+    texts : spelling of each scalar, by path, so that messages can show what was written ("1e400", not inf).
+    problems : what is wrong but does not keep the rest from being read: repeated keys and keys that are not words.
+    """
+
+    name: str
+    data: Any = None
+    keys: dict[Path, Place] = field(default_factory=dict)
+    values: dict[Path, Place] = field(default_factory=dict)
+    texts: dict[Path, str] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+
+
+def read_yaml(path: FilePath) -> Document:
+    """The document in a file. Raises ConfigError if the file cannot be read or is not YAML."""
+    name = str(path)
+    try:
+        with path.open("rb") as file:
+            raw = file.read(_LARGEST + 1)
+    except FileNotFoundError:
+        raise ConfigError(name, [Problem((), "no such file", hint=_neighbours(path))]) from None
+    except IsADirectoryError:
+        raise ConfigError(name, [Problem((), "this is a folder, expected a YAML file")]) from None
+    except OSError as error:
+        raise ConfigError(name, [Problem((), f"cannot be read: {error.strerror or error}")]) from None
+    if len(raw) > _LARGEST:
+        message = f"larger than {_LARGEST // 1_000_000} MB, expected a configuration in YAML"
+        raise ConfigError(name, [Problem((), message)])
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        place = _place_in(raw[: error.start].decode("utf-8-sig"), error.start)
+        message = f"byte 0x{raw[error.start]:02x} is not UTF-8 text"
+        raise ConfigError(name, [Problem((), message, place, "save the file as UTF-8")]) from None
+    return parse_yaml(text, name)
+
+
+def parse_yaml(text: str, name: str = "<text>") -> Document:
+    """The document in a text. Raises ConfigError, naming the text `name`, if it is not YAML or empty."""
+    document = Document(name)
+    try:
+        _Builder(document, iter(YAML(typ="safe", pure=True).parse(text))).build()
+    except ReaderError as error:
+        place = _place_in(text, error.position)
+        message = f"character U+{ord(text[error.position]):04X} is not allowed in YAML"
+        raise ConfigError(name, [Problem((), message, place, "a configuration is a text file")]) from None
+    except MarkedYAMLError as error:
+        raise ConfigError(name, [_syntax_problem(error)]) from None
+    except YAMLError as error:
+        raise ConfigError(name, [Problem((), f"not YAML: {error}")]) from None
+    return document
+
+
+def _neighbours(path: FilePath) -> str | None:
+    """Which other YAML files lie where `path` was looked for, or come with the package."""
+    found = sorted(p.name for p in path.parent.glob("*.y*ml"))[:8] if path.parent.is_dir() else []
+    if not found and path.parts[:1] == ("configs",):
+        return "`stickslip init --list` names the configurations that come with stickslip"
+    return f"{path.parent} holds {', '.join(found)}" if found else None
+
+
+def _place_in(text: str, position: int) -> Place:
+    """Line and column of a character."""
+    before = text[:position]
+    return Place(before.count("\n") + 1, len(before) - before.rfind("\n"))
+
+
+def _syntax_problem(error: MarkedYAMLError) -> Problem:
+    """What ruamel.yaml found, on one line."""
+    mark = error.problem_mark or error.context_mark
+    place = None if mark is None else Place(mark.line + 1, mark.column + 1)
+    message = f"not valid YAML: {error.problem or error.context}"
+    if error.context and error.problem:
+        message += f", {error.context}"
+    hint = None
+    if "\\t" in message:
+        hint = "indent with spaces, not with tabs"
+    elif "mapping values are not allowed" in message:
+        hint = "a text that contains ': ' needs quotes; or the indentation is off"
+    return Problem((), message.replace("<stream end>", "the end of the file"), place, hint)
+
+
+class _Builder:
+    """Turns the events of a YAML parser into plain data and places."""
+
+    def __init__(self, document: Document, events: Iterator[Any]) -> None:
+        self._document = document
+        self._events = events
+
+    def build(self) -> None:
+        """Fill the document. Raises ConfigError for what a configuration may not use."""
+        next(self._events)  # the stream starts
+        if isinstance(next(self._events), StreamEndEvent):
+            hint = "`stickslip init` writes a configuration to start from"
+            raise ConfigError(self._document.name, [Problem((), "the file is empty", hint=hint)])
+        self._document.data = self._value(next(self._events), ())
+        next(self._events)  # the document ends
+        event = next(self._events)
+        if isinstance(event, DocumentStartEvent):
+            raise self._refused(event, "a second document starts here, expected one", "remove the line '---'")
+
+    def _value(self, event: Any, path: Path) -> Any:
+        """The value that starts with `event`."""
+        if isinstance(event, AliasEvent) or event.anchor is not None:
+            sign = f"*{event.anchor}" if isinstance(event, AliasEvent) else f"&{event.anchor}"
+            message = f"got the {'alias' if sign[0] == '*' else 'anchor'} {sign}, expected a value"
+            raise self._refused(event, message, "write the value out wherever it is needed", path)
+        if event.tag is not None:
+            raise self._refused(event, f"got the tag {event.tag}, expected a plain value", "remove the tag", path)
+        if len(path) > _DEEPEST:
+            raise self._refused(event, f"nested more than {_DEEPEST} levels deep", None, path[:3])
+        self._document.values[path] = _place(event)
+        if isinstance(event, ScalarEvent) and not event.value and path in self._document.keys:
+            self._document.values[path] = self._document.keys[path]  # ruamel.yaml says: on the next line
+        if isinstance(event, MappingStartEvent):
+            return self._mapping(path)
+        if isinstance(event, SequenceStartEvent):
+            return self._sequence(path)
+        return self._scalar(event, path)
+
+    def _mapping(self, path: Path) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        while not isinstance(event := next(self._events), MappingEndEvent):
+            key = self._key(event, path)
+            inner, place = (*path, key), _place(event)
+            if key not in found:
+                self._document.keys[inner] = place
+                found[key] = self._value(next(self._events), inner)
+                continue
+            line = self._document.keys[inner].line
+            message = f"given twice, first on line {line}, expected once"
+            self._note(Problem(inner, message, place, "remove one of the two"))
+            _Builder(Document(self._document.name), self._events)._value(next(self._events), inner)  # read past it
+        return found
+
+    def _key(self, event: Any, path: Path) -> str:
+        """A key, which must be a word."""
+        if not isinstance(event, ScalarEvent) or event.tag is not None or event.anchor is not None:
+            raise self._refused(event, "got a key that is not a plain word", None, path)
+        text = str(event.value)
+        if event.implicit[0] and not isinstance(_plain(text), str):
+            message = f"got the key {text or '(nothing)'}, expected a word"
+            self._note(Problem(path, message, _place(event)))
+        return text
+
+    def _sequence(self, path: Path) -> list[Any]:
+        found: list[Any] = []
+        while not isinstance(event := next(self._events), SequenceEndEvent):
+            found.append(self._value(event, (*path, len(found))))
+        return found
+
+    def _scalar(self, event: Any, path: Path) -> Any:
+        text = str(event.value)
+        value = _plain(text) if event.implicit[0] else text
+        self._document.texts[path] = repr(text) if isinstance(value, str) else text or "nothing"
+        return value
+
+    def _note(self, problem: Problem) -> None:
+        """Keep a problem; the last straw is raised."""
+        self._document.problems.append(problem)
+        if len(self._document.problems) >= MOST_PROBLEMS:
+            raise ConfigError(self._document.name, self._document.problems)
+
+    def _refused(self, event: Any, message: str, hint: str | None, path: Path = ()) -> ConfigError:
+        return ConfigError(self._document.name, [Problem(path, message, _place(event), hint)])
+
+
+def _place(event: Any) -> Place:
+    return Place(event.start_mark.line + 1, event.start_mark.column + 1)
+
+
+def _plain(text: str) -> Any:
+    """What a word without quotes means in the core schema of YAML 1.2."""
+    if text in _WORDS:
+        return _WORDS[text]
+    if _INTEGER.fullmatch(text) and len(text) < 1000:  # int() refuses thousands of digits
+        return int(text, 0) if text[:2] in ("0o", "0x") else int(text)
+    if _FLOAT.fullmatch(text):
+        return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
+    return text
+
+
+def write_yaml(plain: Any) -> str:
+    """Plain data as YAML text, which `parse_yaml` reads."""
+    writer = YAML(typ="safe", pure=True)
+    writer.default_flow_style = None  # innermost lists and mappings on one line
+    writer.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    writer.width = 2**20  # no line breaks inside values
+    writer.allow_unicode = True
+    text = io.StringIO()
+    writer.dump(plain, text)
+    return text.getvalue()

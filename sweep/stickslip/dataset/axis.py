@@ -1,0 +1,129 @@
+"""A dimension of a dataset as an axis: centres and edges of its cells, scale, words."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.config.grid import quantity_of
+from stickslip.dataset.coarse import middles
+from stickslip.vocabulary import units
+
+_MOST_BESIDE = 3  # parameters that vary together and are still spelled out
+_SYMBOLS = ("mu_", "v_")  # how names begin that are symbols, not words
+
+
+class MapAxis:
+    """One dimension of a map, ready to be drawn or told.
+
+    Numeric if the dimension has a numeric index, laid out as its `axis_spacing` says. Otherwise (named points,
+    parameters that vary together) the points stand side by side under their labels.
+    plain : words are for the screen, with more digits and with units as people type them.
+    """
+
+    def __init__(self, ds: xr.Dataset, dim: Hashable, plain: bool = False) -> None:
+        self._quantity = _plain_quantity if plain else _quantity
+        self.dim = dim
+        self.length = ds.sizes[dim]
+        self._index = ds[dim] if dim in ds.coords else None
+        self._beside = [ds[name] for name in ds.coords if name != dim and ds[name].dims == (dim,)]
+        self.is_numeric = self._index is not None and self._index.dtype.kind in "fiu"
+
+    @cached_property
+    def title(self) -> str:
+        """What the axis shows, with its unit."""
+        if self._index is not None:
+            return title(self._index)
+        return title(self._beside[0]) if len(self._beside) == 1 else str(self.dim).replace("_", " ")
+
+    @cached_property
+    def centres(self) -> NDArray[np.float64]:
+        """Where the points lie: at their values, or at 0, 1, 2 ... under labels."""
+        if self._index is not None and self.is_numeric:
+            return self._index.values.astype(np.float64)
+        return np.arange(self.length, dtype=np.float64)
+
+    @cached_property
+    def edges(self) -> NDArray[np.float64]:
+        """Borders of the cells: half way between neighbours, on the scale of the axis."""
+        return np.exp(_midpoints(np.log(self.centres))) if self.is_log else _midpoints(self.centres)
+
+    def block_edges(self, step: int) -> NDArray[np.float64]:
+        """Borders of blocks of `step` cells; the last may be shorter."""
+        return np.append(self.edges[:-1:step], self.edges[-1])
+
+    def block_points(self, step: int) -> NDArray[np.float64]:
+        """Where the cells in the middle of the blocks lie."""
+        return self.centres[middles(self.length, step)]
+
+    @cached_property
+    def is_log(self) -> bool:
+        """Whether the axis is logarithmic."""
+        spacing = None if self._index is None else self._index.attrs.get("axis_spacing")
+        return self.is_numeric and spacing == "log" and bool((self.centres > 0).all())
+
+    def text(self, i: int) -> str:
+        """Point `i` in words: its label, its value, or the values of the parameters that vary together."""
+        if self._index is not None:
+            value = self._index.values[i]
+            return self._quantity(self._index, value) if self.is_numeric else str(value)
+        if len(self._beside) == 1:
+            return self._quantity(self._beside[0], self._beside[0].values[i])
+        if 1 < len(self._beside) <= _MOST_BESIDE:
+            return ", ".join(f"{short_name(c)} = {self._quantity(c, c.values[i])}" for c in self._beside)
+        return str(i)
+
+    def heading(self, i: int) -> str:
+        """Point `i` with the name of what it is a point of, short enough for the title of a panel."""
+        if self._index is not None and self.is_numeric:
+            return f"{short_name(self._index)} = {self.text(i)}"
+        if len(self._beside) == 1 and (self._index is None or self.dim == f"{self._beside[0].name}_case"):
+            return f"{short_name(self._beside[0])} = {self.text(i)}"
+        if self._index is None and 1 < len(self._beside) <= _MOST_BESIDE:
+            return self.text(i)
+        return f"{self.dim}: {self.text(i)}".replace("_", " ")
+
+
+def short_name(array: xr.DataArray) -> str:
+    """The name of a quantity as people write it: `belt speed`, but `mu_stop` as in a configuration."""
+    name = quantity_of(str(array.name))
+    return name if name.startswith(_SYMBOLS) else name.replace("_", " ")
+
+
+def title(array: xr.DataArray) -> str:
+    """Long name with the unit, if there is one."""
+    name = str(array.attrs.get("long_name", array.name)).replace("_", " ")
+    unit = _units(array)
+    return f"{name} ({unit})" if unit else name
+
+
+def _quantity(array: xr.DataArray, value: float) -> str:
+    """A value with its unit."""
+    return f"{value:.4g} {_units(array)}".rstrip()
+
+
+def _plain_quantity(array: xr.DataArray, value: float) -> str:
+    """A value with its unit, without mathematical print."""
+    return f"{value:.6g} {units.spelled(str(array.attrs.get('units', '1')))}".rstrip()
+
+
+def _units(array: xr.DataArray) -> str:
+    """Units for print, the powers raised; nothing for pure numbers."""
+    printed = []
+    for word in str(array.attrs.get("units", "1")).split():
+        base = word.rstrip("-0123456789")
+        printed.append(f"{base}$^{{{word[len(base) :]}}}$" if base != word else word)
+    return " ".join(printed) if array.attrs.get("units", "1") != "1" else ""
+
+
+def _midpoints(centres: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Edges between neighbouring centres, and as far outside the ends as inside; around a lone centre, a small cell."""
+    if len(centres) == 1:
+        half = 0.05 * abs(centres[0]) or 0.5
+        return np.array([centres[0] - half, centres[0] + half])
+    inner = (centres[1:] + centres[:-1]) / 2
+    return np.concatenate([[2 * centres[0] - inner[0]], inner, [2 * centres[-1] - inner[-1]]])

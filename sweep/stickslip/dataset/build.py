@@ -1,0 +1,157 @@
+"""Arrays in, labelled datasets out.
+
+Three shapes of result: a map over a grid, a list of cells, one trajectory. Every variable and coordinate gets its units
+and long name from the vocabulary; flags become int8 with their meanings beside them, so that a reader needs nothing but
+the dataset. `provenance` gives the global attributes.
+
+The conventions are CF. They shape two things here: neither flags nor coordinates have a `_FillValue` (on flags it would
+also make xarray read floats), and attributes are text, numbers or arrays of one type.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip.vocabulary.flags import FLAGS
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
+from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES, Variable
+
+if TYPE_CHECKING:
+    from stickslip.config.grid import Coordinate, Grid
+
+
+_COUNTS = ("steps",)  # whole numbers defined in every cell; other counts are NaN where nothing was counted
+_NO_FILL = {"_FillValue": None}
+
+
+# --- datasets ---------------------------------------------------------------------------------------------------------
+
+
+def map_dataset(grid: Grid, results: Mapping[str, ArrayLike], attributes: Mapping[str, Any]) -> xr.Dataset:
+    """The map over a grid.
+
+    results : by names of `VARIABLES`, each of length grid.size with the last dimension running fastest.
+    Axes become coordinates, and so do the parameters that are equal in every cell (scalar coordinates). Axes that vary
+    together share a dimension; if they have labels, the labels are its index.
+    """
+    variables = {
+        variable.name: _variable(variable, grid.dims, np.asarray(results[variable.name]).reshape(grid.shape))
+        for variable in _known(results, VARIABLES)
+    }
+    return xr.Dataset(variables, grid_coordinates(grid), dict(attributes))
+
+
+def grid_coordinates(grid: Grid) -> dict[str, xr.Variable]:
+    """What varies, the labels of points, and what is equal in every cell."""
+    coordinates = {c.name: _axis(c) for c in grid.coords}
+    for c in grid.coords:
+        if c.labels is not None:
+            coordinates.setdefault(c.dim, _labels(grid, c.dim, c.labels))
+    for name, value in grid.fixed.items():
+        coordinates[name] = _parameter(name, (), value)
+    return coordinates
+
+
+def map_template(grid: Grid, columns: Mapping[str, np.dtype[Any]], attributes: Mapping[str, Any]) -> xr.Dataset:
+    """The dataset `map_dataset` would make, without its values: they are lazy, and to be written piece by piece.
+
+    columns : names of `VARIABLES` and their types.
+    """
+    import dask.array  # takes its time, and only large maps need it
+
+    whole = {}
+    for variable in _known(columns, VARIABLES):
+        one = _variable(variable, (), np.zeros((), columns[variable.name]))
+        values = dask.array.zeros(grid.shape, dtype=one.dtype, chunks=-1)
+        whole[variable.name] = xr.Variable(grid.dims, values, one.attrs, one.encoding)
+    return xr.Dataset(whole, grid_coordinates(grid), dict(attributes))
+
+
+def cell_dataset(
+    cells: Mapping[str, ArrayLike], results: Mapping[str, ArrayLike], attributes: Mapping[str, Any]
+) -> xr.Dataset:
+    """A list of cells along the dimension ``cell``.
+
+    cells : by names of `PARAMETERS`, each a number or of length n; they become coordinates along ``cell``.
+    results : by names of `VARIABLES`, each of length n.
+    """
+    variables = {v.name: _variable(v, ("cell",), np.atleast_1d(results[v.name])) for v in _known(results, VARIABLES)}
+    size = next(iter(variables.values())).size
+    coordinates = {name: _parameter(name, ("cell",), np.broadcast_to(cells[name], size)) for name in cells}
+    return xr.Dataset(variables, coordinates, dict(attributes))
+
+
+def trace_dataset(
+    time: ArrayLike, samples: Mapping[str, ArrayLike], cell: Mapping[str, float], attributes: Mapping[str, Any]
+) -> xr.Dataset:
+    """One trajectory over the dimension ``time`` (s since the start).
+
+    samples : by names of `TRACE_VARIABLES`, each as long as `time`.
+    cell : the parameters, which become scalar coordinates; `displacement` and `velocity`, the state at the start, as
+    ``displacement_start`` and ``velocity_start``, because the trajectory itself owns the plain names.
+    CF wants a date in a coordinate called time; ours counts from the start, so a trajectory does not claim CF.
+    """
+    attributes_of_time = {"units": "s", "long_name": "time since the start"}
+    coordinates = {"time": xr.Variable("time", np.asarray(time, np.float64), attributes_of_time, _NO_FILL)}
+    for name, value in cell.items():
+        coordinates[f"{name}_start" if name in TRACE_VARIABLES else name] = _parameter(name, (), value)
+    variables = {v.name: _variable(v, ("time",), np.asarray(samples[v.name])) for v in _known(samples, TRACE_VARIABLES)}
+    without_claim = {name: value for name, value in attributes.items() if name != "Conventions"}
+    return xr.Dataset(variables, coordinates, without_claim)
+
+
+def _known(results: Mapping[str, Any], table: Mapping[str, Variable]) -> list[Variable]:
+    """The declarations of `results`, in the order of `table`. A name without declaration is a bug."""
+    if unknown := set(results) - set(table):
+        raise KeyError(f"not declared in vocabulary/results.py: {', '.join(sorted(unknown))}")
+    return [variable for name, variable in table.items() if name in results]
+
+
+def _variable(declared: Variable, dims: Sequence[Hashable], values: NDArray[Any]) -> xr.Variable:
+    """A data variable of its final type: int8 flags, int32 counts (NaN: 0), float64 the rest."""
+    attributes: dict[str, Any] = {"units": declared.units, "long_name": declared.long_name}
+    if declared.comment:
+        attributes["comment"] = declared.comment
+    if declared.name in FLAGS:
+        messages = FLAGS[declared.name]
+        attributes["flag_values"] = np.arange(len(messages), dtype=np.int8)
+        attributes["flag_meanings"] = " ".join(messages)
+        attributes["comment"] = "; ".join(f"{name}: {message}" for name, message in messages.items())
+        return xr.Variable(dims, np.nan_to_num(values).astype(np.int8), attributes, _NO_FILL)
+    if declared.name in _COUNTS:
+        return xr.Variable(dims, np.nan_to_num(values).astype(np.int32), attributes, _NO_FILL)
+    return xr.Variable(dims, np.asarray(values, np.float64), attributes)
+
+
+def _parameter(name: str, dims: Sequence[Hashable], values: ArrayLike) -> xr.Variable:
+    """A coordinate that holds a parameter."""
+    declared = QUANTITIES[name]
+    attributes = {"units": declared.units, "long_name": declared.long_name} | _comment(name)
+    return xr.Variable(dims, np.array(values, np.float64), attributes, _NO_FILL)
+
+
+def _comment(name: str) -> dict[str, str]:
+    """What NaN means, where it means something."""
+    declared = PARAMETERS.get(name)
+    return {"comment": f"NaN: {declared.absent}"} if declared and declared.absent else {}
+
+
+def _axis(c: Coordinate) -> xr.Variable:
+    """A coordinate of a grid; `axis_spacing` tells a plot how the values were laid out."""
+    attributes = {"units": c.units, "long_name": c.long_name, "axis_spacing": c.spacing} | _comment(c.name)
+    return xr.Variable((c.dim,), np.asarray(c.values, np.float64), attributes, _NO_FILL)
+
+
+def _labels(grid: Grid, dim: str, labels: Sequence[str]) -> xr.Variable:
+    """The index of a dimension whose points have names: values of one quantity, or points of a group."""
+    names = [c.long_name for c in grid.coords if c.dim == dim]
+    long_name = names[0] if len(names) == 1 else dim.replace("_", " ")
+    return xr.Variable((dim,), np.asarray(labels, str), {"long_name": long_name})
+
+
+# --- provenance -------------------------------------------------------------------------------------------------------

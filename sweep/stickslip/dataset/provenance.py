@@ -1,0 +1,78 @@
+"""What made these numbers, from what, when: the global attributes of a dataset."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from stickslip._version import __version__
+
+CONVENTIONS = "CF-1.11"  # a test holds the compliance checker to it
+REFERENCES = (
+    "Controlling Stick-Slip Noise Generation with Lubricants: equation of motion, Eq. (1); Stribeck curve, Eq. (2); "
+    "hysteretic curve, Eq. (2a); stick-slip tendency, Eq. (3)"
+)
+_REPORTED_PACKAGES = ("numba", "llvmlite", "numpy", "xarray", "netCDF4")
+
+
+def provenance(
+    configuration: str,
+    *,
+    title: str,
+    action: str = "computed",
+    institution: str | None = None,
+    more: Mapping[str, str] | None = None,
+) -> dict[str, str]:
+    """Global attributes: what made these numbers, from what, when.
+
+    configuration : the resolved configuration as text, everything needed to compute the dataset again.
+    action : what was done, for the history line (a command, say).
+    more : further attributes, by name.
+    """
+    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    source = f"stickslip {__version__}"
+    if revision := git_revision():
+        source += f", git {revision}"
+    attributes = {
+        "Conventions": CONVENTIONS,
+        "title": title,
+        "source": source,
+        "history": f"{now} stickslip {__version__}: {action}",
+        "references": REFERENCES,
+        "date_created": now,
+        "software": software(),
+        "configuration": configuration,
+    }
+    if institution:
+        attributes["institution"] = institution
+    return attributes | dict(more or {})
+
+
+def git_revision() -> str | None:
+    """Commit of the checkout this file lies in, "-dirty" appended if tracked files differ; None outside a checkout."""
+    root = Path(__file__).resolve().parents[3]
+    if not (root / ".git").exists():  # an installed package: do not report the repository of whoever uses it
+        return None
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True, env=environment)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip() or None
+
+
+def software() -> str:
+    """Versions of what the numbers depend on, and the kind of machine."""
+    found = [f"Python {platform.python_version()}"]
+    for package in _REPORTED_PACKAGES:
+        try:
+            found.append(f"{package} {version(package)}")
+        except PackageNotFoundError:
+            continue
+    return ", ".join([*found, f"{platform.system()} {platform.machine()}"])

@@ -1,0 +1,81 @@
+"""How much of a map is what, and how much of it needs a look."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Collection, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.dataset.slabs import slabs
+from stickslip.vocabulary.flags import FLAGS, REGIMES
+
+BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact
+_CODES = 256  # what fits in the byte of a flag
+
+
+class Share(NamedTuple):
+    """Number of cells, and their part of all cells."""
+
+    cells: int
+    fraction: float
+
+
+def summary(ds: xr.Dataset) -> dict[str, Share]:
+    """The regimes that occur, in the order of `REGIMES`, with their number of cells and their share of the dataset."""
+    return shares(flag_counts(ds["regime"]))
+
+
+def shares(cells: Mapping[str, int]) -> dict[str, Share]:
+    """Numbers of cells with their shares of all of them, without those that are zero."""
+    total = max(1, sum(cells.values()))
+    return {name: Share(n, n / total) for name, n in cells.items() if n}
+
+
+def flag_counts(flags: xr.DataArray) -> dict[str, int]:
+    """Number of cells with each value of a flag, by name, in one pass that holds little in memory.
+
+    Codes without a name, which a newer version may have written, are counted as ``code_9``.
+    """
+    counts = np.zeros(_CODES, np.int64)
+    for slab in slabs(flags):
+        counts += np.bincount(codes(flags.isel(slab)), minlength=_CODES)
+    return named(counts, str(flags.name))
+
+
+def codes(flags: xr.DataArray) -> NDArray[np.uint8]:
+    """The values of a flag as unsigned bytes in one row, as `named` counts them."""
+    return np.ascontiguousarray(flags.values, np.int8).view(np.uint8).ravel()
+
+
+def named(counts: NDArray[np.int64], flag: str) -> dict[str, int]:
+    """Counts by code as counts by name: all names, and codes without a name where they occur."""
+    names = list(FLAGS[flag])
+    known = {name: int(counts[code]) for code, name in enumerate(names)}
+    unknown = np.flatnonzero(counts[len(names) :]) + len(names)
+    return known | {f"code_{code}": int(counts[code]) for code in unknown}
+
+
+def remark(found: Mapping[str, Share], file: str | None = None, bad: Collection[str] = BAD_REGIMES) -> str | None:
+    """What to tell of cells without a result; None if there are none.
+
+    found : what `summary` gives. file : where the map lies, for the command that lists them.
+    """
+    counts = [f"{found[name].cells:,} {name.replace('_', ' ')}" for name in REGIMES if name in bad and name in found]
+    if not counts:
+        return None
+    cells = sum(found[name].cells for name in bad if name in found)
+    text = f"{' and '.join([', '.join(counts[:-1]), counts[-1]] if counts[:-1] else counts)} cell{'s' * (cells != 1)}"
+    return text if file is None else f"{text}: stickslip inspect {shlex.quote(file)}"
+
+
+def step_limit_remark(ds: xr.Dataset, file: str | None = None) -> str | None:
+    """What to tell of cells that ran out of steps; None if there are none. file : as for `remark`."""
+    limited = flag_counts(ds["status"])["step_limit"]
+    if not limited:
+        return None
+    text = f"{limited:,} cell{'s' * (limited != 1)} ended at the step limit; solver: {{max_steps: ...}} raises it"
+    return text if file is None else f"{text}: stickslip inspect {shlex.quote(file)} --status step_limit"

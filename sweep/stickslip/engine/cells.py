@@ -1,0 +1,149 @@
+"""Many cells: blocks of them through the kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import ceil
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.engine.compiled import warm_up
+from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
+from stickslip.engine.scales import to_kernel, to_si
+from stickslip.engine.threads import processors, spread, stop_flag
+from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.results import VARIABLES
+from stickslip_kernels import block, laws, layout
+
+_SMALLEST_BLOCK = 512  # many times the lanes; below, lanes idle at the end of each block
+
+
+def blocks(size: int, options: Options) -> Iterator[range]:
+    """The cells of each block, in order: as long as may be, since lanes idle at the end of a block, and the last ones
+    shorter, so that no thread waits long for another.
+    """
+    threads = options.threads or processors()
+    start = 0
+    while start < size:
+        share = size if threads == 1 else max(ceil((size - start) / (2 * threads)), _SMALLEST_BLOCK)
+        end = min(start + min(share, options.block), size)
+        yield range(start, end)
+        start = end
+
+
+def compute(
+    cells: Callable[[int, int], Cells], size: int, options: Options, progress: Progress | None = None
+) -> Computed:
+    """Every cell from 0 to `size`, on threads; the numbers do not depend on how the work is spread.
+
+    cells : gives the cells from start to stop; called from the threads.
+    progress : called with (cells done, cells in all) from this thread, now and then.
+
+    Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed".
+    """
+    warm_up(options.law)
+    results, stop = blank_results(size, options), stop_flag()
+    done = 0
+
+    def compute_block(numbers: range) -> int:
+        return _fill(results, cells, numbers, 0, options, stop)
+
+    def count(finished: list[int]) -> None:
+        nonlocal done
+        done += sum(finished)
+        if progress:
+            progress(done, size)
+
+    try:
+        spread(compute_block, blocks(size, options), options.threads, stop, count)
+    except KeyboardInterrupt:
+        done = int(np.count_nonzero(results["regime"]))  # finished blocks may not have been counted yet
+    return Computed(results, done)
+
+
+def compute_range(
+    cells: Callable[[int, int], Cells],
+    start: int,
+    end: int,
+    options: Options,
+    stop: StopFlag,
+    moved: Callable[[int], None] | None = None,
+) -> Computed:
+    """The cells from `start` to `end`, by this thread alone: the numbers of `compute`, cell for cell.
+
+    stop : once it is raised, what is left stays "not computed". moved : called with cells finished, now and then.
+    """
+    results, done = blank_results(end - start, options), 0
+    for first in range(start, end, options.block):
+        part = _fill(results, cells, range(first, min(first + options.block, end)), start, options, stop)
+        done += part
+        if moved:
+            moved(part)
+    return Computed(results, done)
+
+
+def _fill(
+    results: Results,
+    cells: Callable[[int, int], Cells],
+    numbers: range,
+    origin: int,
+    options: Options,
+    stop: StopFlag,
+) -> int:
+    """Compute the cells of these numbers into `results`, which begins with cell `origin`; how many were finished."""
+    if stop[0]:
+        return 0
+    part = cells(numbers.start, numbers.stop)
+    rows, done = _run_block(part, options, stop)
+    known = np.s_[:] if done == len(numbers) else rows[layout.STATUS] != layout.NOT_RUN
+    for name, values in to_si(rows, part, not options.early_stop).items():
+        results[name][numbers.start - origin : numbers.stop - origin][known] = values[known]
+    return done
+
+
+def columns(options: Options) -> dict[str, np.dtype[Any]]:
+    """Names and types of what `compute` gives, in its order."""
+    return {name: values.dtype for name, values in blank_results(0, options).items()}
+
+
+def bytes_per_cell(options: Options) -> int:
+    """Memory the results of one cell take."""
+    return sum(values.nbytes for values in blank_results(1, options).values())
+
+
+def blank_results(size: int, options: Options) -> Results:
+    """Results of cells nobody has computed: zeros for flags and counts, NaN for the rest."""
+    names = [v.name for v in VARIABLES.values() if v.when == "always" or not options.early_stop]
+    whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
+    return {name: np.zeros(size, whole[name]) if name in whole else np.full(size, np.nan) for name in names}
+
+
+def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
+    """One block through the kernels: the rows, and how many cells were finished."""
+    cells, rows = to_kernel(part, options.horizon), block.new_results(part["mass"].size)
+    control = np.array([options.rtol, options.max_steps, options.early_stop], np.float64)
+    law = laws.LAWS[options.law]
+    if options.early_stop:
+        block.run_block(law, cells, rows, control, block.NO_LOG, stop)
+    else:
+        order = _longest_first(cells)
+        ordered = np.ascontiguousarray(rows[:, order])
+        block.run_block(law, np.ascontiguousarray(cells[:, order]), ordered, control, block.NO_LOG, stop)
+        rows[:, order] = ordered
+    unfinished = rows[layout.STATUS] == layout.NOT_RUN
+    rows[:, unfinished] = block.new_results(1)  # nothing half-known leaves this place
+    return rows, int((~unfinished).sum())
+
+
+def _longest_first(cells: NDArray[np.float64]) -> NDArray[np.intp]:
+    """An order of these cells (kernel units) in which no lane has long to run when the queue is empty.
+
+    To a fixed horizon the work is about that of the slips: each lasts a turn of the free oscillation, each stick phase
+    as long as the belt takes over twice the drop of friction.
+    """
+    belt, drop = np.abs(cells[layout.BELT]), np.maximum(cells[layout.MU_STATIC] - cells[layout.A1], 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slips = cells[layout.HORIZON] / (2.0 * np.pi + 2.0 * drop / belt)
+    return np.argsort(-slips, kind="stable")

@@ -1,0 +1,195 @@
+"""Whatever stickslip raises and warns of, said so that people can put it right.
+
+ConfigError, QuantityError, PlotError and UnknownFigureError are for people's input, StoreError and its kin for what the
+system refuses. A `Problem` is one thing that is wrong with a file and where it stands; a `ConfigError` carries all of
+them at once. Everything else that is raised is a bug.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Path = tuple[str | int, ...]
+MOST_PROBLEMS = 200  # nobody reads more, and looking for more in a file of nonsense takes minutes
+_LONGEST_KEY = 60  # characters
+
+
+class Place(NamedTuple):
+    """Where something stands in a text; line and column count from 1."""
+
+    line: int
+    column: int
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong.
+
+    path : keys that lead to it, outermost first; empty for the text as a whole.
+    message : what was found and what was expected.
+    place : None if the input has no lines (plain data instead of a file).
+    hint : the next step, where one helps.
+    """
+
+    path: Path
+    message: str
+    place: Place | None = None
+    hint: str | None = None
+
+    def text(self, source: str) -> str:
+        """`FILE:LINE:COL: key.path: message`, with the hint on a line of its own; `source` is the name of the file."""
+        where = source if self.place is None else f"{source}:{self.place.line}:{self.place.column}"
+        parts = [where, *([dotted(self.path)] if self.path else []), self.message]
+        return _printable(": ".join(parts)) + (f"\n  hint: {_printable(self.hint)}" if self.hint else "")
+
+
+class ConfigError(ValueError):
+    """A configuration that cannot be used; `problems` lists everything that is wrong with it, in the order of the file.
+
+    `source` is the name of the file, or of the text in angle brackets.
+    """
+
+    def __init__(self, source: str, problems: Iterable[Problem]) -> None:
+        self.source = source
+        self.problems = tuple(sorted(problems, key=lambda p: p.place or (0, 0)))
+        super().__init__(source, self.problems)  # these are what pickling calls __init__ with
+
+    def __str__(self) -> str:
+        return "\n".join(problem.text(self.source) for problem in self.problems)
+
+
+def dotted(path: Path) -> str:
+    """A path as people write it: ``axes.mass.values[2]``; keys that are not plain words stand in quotes."""
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{_word(key)}" for key in path).removeprefix(".")
+
+
+def _word(key: str) -> str:
+    short = key if len(key) <= _LONGEST_KEY else f"{key[:_LONGEST_KEY]}..."
+    return short if short.isprintable() else repr(short)
+
+
+def _printable(text: str) -> str:
+    """The text with characters that a terminal might obey written out."""
+    return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+# --- other input ------------------------------------------------------------------------------------------------------
+
+
+class QuantityError(ValueError):
+    """Something that is not the quantity asked for.
+
+    expected : what would be right, in words. hint : the next step, or None. found : what it is instead, or None.
+    """
+
+    def __init__(self, expected: str, hint: str | None = None, found: str | None = None) -> None:
+        self.expected, self.hint, self.found = expected, hint, found
+        super().__init__(expected, hint, found)
+
+    def __str__(self) -> str:
+        return f"expected {self.expected}" + (f"; {self.hint}" if self.hint else "")
+
+
+class FitWarning(UserWarning):
+    """A fitted curve is used that its points do not bear out; the message says what is wrong with it."""
+
+
+class UnitWarning(UserWarning):
+    """Numbers without a unit that were hardly meant in SI; the message names them as they were understood."""
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+class StoreError(OSError):
+    """A dataset could not be written or read; the message names the path, the reason and, if there is one, a remedy."""
+
+
+def reason(error: BaseException) -> str:
+    """What went wrong, on one line and without the path, which the message names already."""
+    if isinstance(error, OSError) and error.strerror:
+        return str(error.strerror)
+    lines = str(error).splitlines()
+    return lines[0] if lines else type(error).__name__
+
+
+# --- runs -------------------------------------------------------------------------------------------------------------
+
+
+class IncompleteError(StoreError):
+    """Not everything could be computed or written; what was is safe in the working store."""
+
+
+class ClusterError(RuntimeError):
+    """The machines that blocks were to be computed on cannot be used, or are gone."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during a run: `done` of `cells` cells are finished.
+
+    kept : the working store they are safe in, from which the same call goes on; None for a run without output.
+    dataset : they themselves, for a run without output; None for others.
+    """
+
+    def __init__(self, done: int, cells: int, kept: str | None = None, dataset: xr.Dataset | None = None):
+        self.done, self.cells, self.kept, self.dataset = done, cells, kept, dataset
+        super().__init__(f"interrupted: {self.kept_cells}")
+
+    @property
+    def kept_cells(self) -> str:
+        """What is not lost, in words."""
+        place = "finished, not written to a file"
+        if self.kept:
+            place = f"safe in {self.kept}; the same command goes on from there"
+        return f"{self.done:,} of {self.cells:,} cells are {place}"
+
+
+class BlockFailedError(Exception):
+    """A block could not be computed, and the run is to stop at that; the failure is recorded in the store."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+class DamagedManifestError(ValueError):
+    """The bytes are not those of a manifest; the message says why."""
+
+
+class DamagedBlockError(ValueError):
+    """The bytes are not those of a finished block; the message says why."""
+
+
+class UnlikeWorkerError(Exception):
+    """A worker runs other versions than the process whose blocks it is to compute."""
+
+
+class UncomputedError(Exception):
+    """What was raised while computing: its type and message, and its traceback as text, since not all can travel."""
+
+    def __init__(self, message: str, trace: str) -> None:
+        super().__init__(message, trace)
+        self.message, self.trace = message, trace
+
+    def __str__(self) -> str:
+        return self.message
+
+
+# --- results ----------------------------------------------------------------------------------------------------------
+
+
+class NotReachedError(RuntimeError):
+    """A trajectory could not be integrated to its end; the message says how far, and why."""
+
+
+class PlotError(ValueError):
+    """This dataset cannot be drawn as asked; the message says what is possible."""
+
+
+class UnknownFigureError(ValueError):
+    """There is no figure of this name; the message lists those there are."""

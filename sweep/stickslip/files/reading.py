@@ -1,0 +1,226 @@
+"""Result files into lazy datasets, and nothing wrong out of broken ones.
+
+Data variables come back as dask arrays with the chunks of the file; a chunk is read when it is used, and a corrupt one
+is a StoreError that names file, variable and place. Chunks carry checksums and the rest of the file is sealed
+(`seal.py`), so a flipped bit or a missing piece is refused, not drawn.
+
+Threads: netCDF files are opened, read and closed under one lock (`netcdf_lock.py`); Zarr needs none.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.errors import StoreError, reason
+from stickslip.files.netcdf_lock import NETCDF_LOCK
+from stickslip.files.seal import SEAL, digest, is_unwritten
+
+_LABEL = "_label"
+_REMEDY = "hint: copy it again, or compute it again"
+
+
+def open(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Read a dataset that `writing.write` wrote: netCDF or Zarr, in chunks, each when it is used.
+
+    Coordinates are in memory, data variables are dask arrays. Raises StoreError; so does reading a corrupt chunk later.
+    """
+    source = _source(path)
+    if _is_zarr(source):
+        require_zarr(path)
+        return _checked(path, source, "zarr")
+    with NETCDF_LOCK:
+        return _checked(path, source, "netcdf4")
+
+
+def _checked(path: str | os.PathLike[str], source: Path | str, engine: str) -> xr.Dataset:
+    """The dataset as people use it; a file that is refused is closed."""
+    with ExitStack() as to_close:
+        try:
+            opened = _opened(source, engine, to_close)
+            objection = _objection(source, opened, engine)
+            ds = _labels_as_index(_with_plain_flags(_in_chunks(opened, str(path))))
+        except Exception as error:  # a damaged file can make these libraries raise whatever there is
+            kind = "Zarr" if engine == "zarr" else "netCDF"
+            raise StoreError(f"{path}: cannot be read as {kind} ({reason(error)})") from error
+        if objection:
+            raise StoreError(f"{path}: {objection}")
+        to_close.pop_all()
+    ds.attrs = {name: value for name, value in opened.attrs.items() if name != SEAL}
+    ds.set_close(opened.close)
+    return ds
+
+
+def _objection(source: Path | str, ds: xr.Dataset, engine: str) -> str | None:
+    """Why this is not a file to work with; None if it is one."""
+    if not str(ds.attrs.get("source", "")).startswith("stickslip "):
+        return "not written by stickslip (its attribute `source` does not say so)"
+    for name, variable in ds.variables.items():
+        if name in ds.coords and is_unwritten(variable.values):
+            return f"damaged, {name} is not there, or not all of it\n{_REMEDY}"
+    if SEAL not in ds.attrs:  # written by an older version, or by somebody who worked on a result
+        return None
+    if ds.attrs[SEAL] != digest(ds):
+        changed = "names, units, parameters or configuration are not those that were written"
+        return f"damaged or changed, {changed}\nhint: if it was changed on purpose, remove the global attribute {SEAL}"
+    return _missing_chunks(source, ds) if engine == "zarr" else None
+
+
+def _source(path: str | os.PathLike[str]) -> Path | str:
+    """The path, or the address of a remote store; refused if there is nothing."""
+    if "://" in os.fspath(path):
+        return os.fspath(path)
+    if not Path(path).exists():
+        raise StoreError(f"{path}: no such file")
+    return Path(path)
+
+
+def _is_zarr(source: Path | str) -> bool:
+    return source.is_dir() if isinstance(source, Path) else source.rstrip("/").endswith(".zarr")
+
+
+def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
+    """The dataset as it lies in the file, coordinates and single numbers loaded, the rest waiting."""
+    options: dict[str, Any] = {"consolidated": False} if engine == "zarr" else {"lock": NETCDF_LOCK}
+    ds = xr.open_dataset(
+        source, engine=engine, decode_times=False, decode_timedelta=False, chunks=None, cache=False, **options
+    )
+    to_close.callback(ds.close)
+    for name, variable in list(ds.variables.items()):
+        if name in ds.coords or not variable.ndim:
+            values = variable.values
+            ds[name] = xr.Variable(variable.dims, values.astype(_native(values.dtype), copy=False), variable.attrs)
+    return ds
+
+
+def _native(dtype: np.dtype[Any]) -> np.dtype[Any]:
+    """The type in the byte order of this machine; Zarr gives one that says it is little-endian."""
+    return dtype.newbyteorder("=") if dtype.kind in "fiu" else dtype
+
+
+# --- chunks -----------------------------------------------------------------------------------------------------------
+
+
+class _Guarded:
+    """A variable of a file as dask reads it: chunk by chunk, errors in the words of StoreError."""
+
+    def __init__(self, variable: xr.Variable, name: str, path: str) -> None:
+        self.shape, self.ndim, self.dtype = variable.shape, variable.ndim, _native(variable.dtype)
+        self._variable, self._name, self._path = variable, name, path
+
+    def __getitem__(self, key: tuple[slice | int, ...]) -> NDArray[Any]:
+        # Steps are taken in memory: the HDF5 library takes them one value at a time.
+        whole, inside = zip(*(_hull(part, length) for part, length in zip(key, self.shape, strict=True)), strict=True)
+        try:
+            values: NDArray[Any] = self._variable[whole].values
+        except Exception as error:  # damage shows up in many guises: HDF5, zlib, codecs, JSON
+            raise self._damaged(whole, f"cannot be read ({reason(error)})") from error
+        if is_unwritten(values):
+            raise self._damaged(whole, "is not there, or not all of it")
+        return values[inside].astype(self.dtype, copy=False)
+
+    def _damaged(self, whole: tuple[slice, ...], what: str) -> StoreError:
+        place = ", ".join(f"{part.start}:{part.stop}" for part in whole)
+        return StoreError(f"{self._path}: damaged, {self._name}[{place}] {what}\n{_REMEDY}")
+
+
+def _hull(part: slice | int, length: int) -> tuple[slice, slice | int]:
+    """The contiguous slice that holds `part`, and where in it `part` is."""
+    if not isinstance(part, slice):
+        return slice(part % length, part % length + 1), 0
+    chosen = range(length)[part]
+    if not chosen:
+        return slice(0, 0), slice(None)
+    start, stop = sorted((chosen[0], chosen[-1]))
+    return slice(start, stop + 1), slice(None, None, chosen.step)
+
+
+def _in_chunks(ds: xr.Dataset, path: str) -> xr.Dataset:
+    """The dataset with dask arrays in place of what waits in the file."""
+    from dask.array import from_array  # here, so that nobody pays for dask who opens no file
+
+    chunked = {}
+    for name in ds.data_vars:
+        variable = ds.variables[name]
+        if variable.ndim:
+            lengths = _chunk_lengths(variable)
+            blank = np.empty((0,) * variable.ndim, _native(variable.dtype))
+            guarded = _Guarded(variable, str(name), path)
+            array = from_array(guarded, chunks=lengths, name=False, meta=blank, lock=False, fancy=False)
+            chunked[name] = xr.Variable(variable.dims, array, variable.attrs)
+    return ds.assign(chunked)
+
+
+def _without_threads() -> None:
+    """Have dask start threads anew in a forked process: it would wait for those of its parent for ever."""
+    threaded: Any = sys.modules.get("dask.threaded")
+    if threaded:
+        threaded.default_pool = None
+        threaded.pools.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_without_threads)
+
+
+def _chunk_lengths(variable: xr.Variable) -> tuple[int, ...]:
+    """Chunks as they lie in the file; one for all where the file has none."""
+    preferred: Mapping[Any, int] = variable.encoding.get("preferred_chunks", {})
+    return tuple(
+        max(1, int(preferred.get(dim, length))) for dim, length in zip(variable.dims, variable.shape, strict=True)
+    )
+
+
+def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
+    """What lacks in a Zarr store of which every chunk was written; None if it is whole.
+
+    Zarr takes a chunk that is not there for one that holds nothing but the fill value.
+    """
+    import zarr
+
+    group = zarr.open_group(source, mode="r")
+    for name in ds.variables:
+        array: Any = group[str(name)]
+        if array.nchunks_initialized != array.nchunks:
+            lacking = f"{name} has {array.nchunks_initialized:,} chunks of {array.nchunks:,}"
+            return f"damaged, {lacking}\n{_REMEDY}"
+    return None
+
+
+# --- from how things lie in the file to how people use them -----------------------------------------------------------
+
+
+def _labels_as_index(ds: xr.Dataset) -> xr.Dataset:
+    """Text labels beside a dimension, ``pad_label``, as its index ``pad``; `writing.write` does the opposite."""
+    for dim in [str(dim) for dim in ds.dims]:
+        if (label := dim + _LABEL) in ds.coords and ds[label].dims == (dim,):
+            text = xr.Variable(dim, np.array([str(name) for name in ds[label].values]), ds[label].attrs)
+            ds = ds.drop_vars(label).assign_coords({dim: text})
+    return ds
+
+
+def _with_plain_flags(ds: xr.Dataset) -> xr.Dataset:
+    """`flag_values` as an array of the flag's own type, as netCDF gives it; Zarr gives a list."""
+    for variable in ds.variables.values():
+        if "flag_values" in variable.attrs:
+            variable.attrs["flag_values"] = np.atleast_1d(np.asarray(variable.attrs["flag_values"], variable.dtype))
+    return ds
+
+
+def require_zarr(path: str | os.PathLike[str]) -> None:
+    """Zarr is an optional extra: say so before xarray says something longer."""
+    try:
+        import zarr  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise StoreError(
+            f"{path}: Zarr stores need the optional package zarr\n"
+            "hint: pip install 'stickslip[zarr]', or give the file a name that ends in .nc"
+        ) from error

@@ -1,0 +1,230 @@
+"""The reader of all CSV files that people hand in: measured points, and records of a rig, which are long.
+
+People's programs write commas or semicolons, decimal points or decimal commas.
+
+Columns separated by commas have decimal points. Columns separated by semicolons or tabulators have either, the same in
+the whole file; a file that mixes them is refused, because "1,234" might then mean thousands. Lines that are empty or
+start with # hold no numbers; what such remarks say is kept.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.errors import ConfigError, Place, Problem
+
+_SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
+DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
+_DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
+MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
+
+
+def read_text(path: Path) -> str:
+    """What a file says, as UTF-8 with or without a byte order mark. Raises ConfigError if it cannot be read so."""
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        raise ConfigError(str(path), [Problem((), "no such file")]) from None
+    except IsADirectoryError:
+        raise ConfigError(str(path), [Problem((), "this is a folder, expected a CSV file")]) from None
+    except OSError as error:
+        raise ConfigError(str(path), [Problem((), f"cannot be read: {error.strerror or error}")]) from None
+    except UnicodeDecodeError as error:
+        message = f"byte 0x{error.object[error.start]:02x} is not UTF-8 text"
+        raise ConfigError(str(path), [Problem((), message, hint="save the file as CSV in UTF-8")]) from None
+
+
+class Cell(NamedTuple):
+    """What stands in one cell, and where its line has it, from 1."""
+
+    text: str
+    place: Place
+
+
+@dataclass(frozen=True)
+class Table:
+    """A file in parts, no number read yet.
+
+    remarks : what stands behind the # of comment lines. heading : the cells of the first other line.
+    lines : the rest, each with its number. separator : one of comma, semicolon and tabulator; `separators` might be.
+    """
+
+    name: str
+    remarks: tuple[Cell, ...]
+    heading: tuple[Cell, ...]
+    lines: tuple[tuple[int, str], ...]
+    separator: str
+    separators: tuple[str, ...]
+
+
+def read_table(path: Path, example: str, rows_are: str = "samples", separators: Iterable[str] = _SEPARATORS) -> Table:
+    """The parts of a file. Raises ConfigError if it cannot be read or holds no table.
+
+    example : of the line that names the columns. rows_are : what the other lines are, for messages.
+    separators : what may stand between columns.
+    """
+    name = str(path)
+    numbered = [(number, line) for number, line in enumerate(read_text(path).splitlines(), 1) if line.strip()]
+    remarks = tuple(_remark(number, line) for number, line in numbered if _is_remark(line))
+    rows = [(number, line) for number, line in numbered if not _is_remark(line)]
+    if not rows:
+        hint = f"the first line that is not a comment says, for instance, '{example}'"
+        raise ConfigError(name, [Problem((), "no line names the columns", hint=hint)])
+    (number, line), *rest = rows
+    separator = next((mark for mark in separators if mark in line), ",")
+    if not rest:
+        raise ConfigError(name, [Problem((), f"no {rows_are}, only the names of columns", Place(number, 1))])
+    return Table(name, remarks, _cells(name, number, line, separator), tuple(rest), separator, tuple(separators))
+
+
+def numbers(table: Table, wanted: Sequence[int]) -> dict[int, NDArray[np.float64]]:
+    """The columns at the positions `wanted`, as they stand there. Raises ConfigError naming line and column."""
+    width = len(table.heading)
+    rows = [_texts(table, number, line) for number, line in table.lines]
+    comma = table.separator != "," and _has_decimal_commas(rows, wanted)
+    found = {}
+    try:
+        if any(len(row) != width for row in rows):
+            raise ValueError
+        for column in wanted:
+            texts = [row[column] for row in rows]
+            if comma:
+                if any("." in text for text in texts):
+                    raise ValueError
+                texts = [text.replace(",", ".") for text in texts]
+            # float() also takes "1_0", "nan" and digits of other scripts
+            if any("_" in text or not text.isascii() for text in texts):
+                raise ValueError
+            found[column] = np.array([float(text) for text in texts])
+            if not np.isfinite(found[column]).all():
+                raise ValueError
+    except ValueError:
+        raise ConfigError(table.name, _problems(table, wanted, comma)) from None
+    return found
+
+
+def cells(table: Table) -> Iterator[tuple[Cell, ...]]:
+    """The cells below the heading, line by line, as texts. Raises ConfigError where a line is not CSV."""
+    for number, line in table.lines:
+        yield _cells(table.name, number, line, table.separator)
+
+
+def _texts(table: Table, number: int, line: str) -> list[str]:
+    """The cells of a line, quickly: records have a million lines."""
+    if '"' not in line:
+        return line.split(table.separator)
+    return [cell.text for cell in _cells(table.name, number, line, table.separator)]
+
+
+def line_of(table: Table, row: int) -> int:
+    """Number of the line that holds sample `row`."""
+    return table.lines[row][0]
+
+
+# --- the text ---------------------------------------------------------------------------------------------------------
+
+
+def _is_remark(line: str) -> bool:
+    return line.lstrip().startswith("#")
+
+
+def _remark(number: int, line: str) -> Cell:
+    text = line.lstrip().lstrip("#")
+    return Cell(text.strip(), Place(number, len(line) - len(text.lstrip()) + 1))
+
+
+def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...]:
+    """The cells of a line, without quotation marks and the spaces around them. Raises ConfigError."""
+    parts = list(_parts(line, separator))
+    texts = [line[begin:end].strip() for begin, end in parts]
+    if '"' in line:
+        try:
+            (read,) = csv.reader([line], delimiter=separator, strict=True, skipinitialspace=True)
+        except (csv.Error, ValueError) as error:
+            raise ConfigError(name, [Problem((), f"not CSV: {error}", Place(number, 1))]) from None
+        if len(read) != len(parts):
+            place = Place(number, line.index('"') + 1)
+            raise ConfigError(name, [Problem((), "not CSV: a quotation mark inside a cell", place)])
+        texts = [text.strip() for text in read]
+    starts = [begin + len(line[begin:end]) - len(line[begin:end].lstrip()) + 1 for begin, end in parts]
+    return tuple(Cell(text, Place(number, start)) for text, start in zip(texts, starts, strict=True))
+
+
+def _parts(line: str, separator: str) -> Iterator[tuple[int, int]]:
+    """Where the cells of a line begin and end; separators in quotation marks are none."""
+    quoted, begin = False, 0
+    for i, character in enumerate(f"{line}{separator}"):
+        if character == '"':
+            quoted = not quoted
+        elif character == separator and not quoted:
+            yield begin, i
+            begin = i + 1
+
+
+# --- what is wrong ----------------------------------------------------------------------------------------------------
+
+
+def _has_decimal_commas(rows: Sequence[Sequence[str]], wanted: Sequence[int]) -> bool:
+    return any("," in row[column] for row in rows for column in wanted if column < len(row))
+
+
+def _problems(table: Table, wanted: Sequence[int], comma: bool) -> list[Problem]:
+    """Everything that keeps the table from being numbers, up to a limit."""
+    problems: list[Problem] = []
+    for number, line in table.lines:
+        if len(problems) >= MOST_PROBLEMS:
+            break
+        row = _cells(table.name, number, line, table.separator)
+        if len(row) != len(table.heading):
+            problems.append(wrong_count(table, row))
+            continue
+        for column in wanted:
+            if (problem := _not_a_number(row[column], comma, table.heading[column].text)) is not None:
+                problems.append(problem)
+    return problems
+
+
+def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:
+    """What is wrong with a cell, None if it is a finite number."""
+    text = cell.text
+    if comma and _DECIMAL_POINT.fullmatch(text):
+        hint = "the file mixes decimal commas and decimal points: write one of them throughout"
+    elif comma and "." in text:
+        hint = "leave out the points between thousands"
+    elif NUMBER.fullmatch(text.replace(",", ".") if comma else text) and math.isfinite(float(text.replace(",", "."))):
+        return None
+    elif text.lower() in ("", "nan", "na", "n/a", "-"):
+        hint = "a signal has no gaps: leave the whole line out"
+    elif re.fullmatch(r"\[?[^\d\s]+\d?\]?", text) and len(text) < 12:
+        hint = "units stand in brackets behind the names of the columns, 'time [ms]'"
+    else:
+        hint = ""
+    got = f"got {text!r}" if text else "empty"
+    return Problem((heading,), f"{got}, expected a number", cell.place, hint or None)
+
+
+def wrong_count(table: Table, cells: Sequence[Cell]) -> Problem:
+    """A line with too few or too many cells; twice as many are decimal commas."""
+    wanted = len(table.heading)
+    hint = None
+    if table.separator == "," and len(cells) > wanted:
+        hint = "commas separate these columns, so write decimal points, not commas"
+        if ";" in table.separators:
+            hint += "; or separate the columns with semicolons"
+    elif table.separator == "," and any(";" in cell.text or "\t" in cell.text for cell in cells):
+        hint = "the line that names the columns has commas; use the same separator throughout"
+    message = (
+        f"got {len(cells)} value{'s' * (len(cells) != 1)}, expected {wanted}, one for each column "
+        f"({_SEPARATORS[table.separator]} separate them)"
+    )
+    return Problem((), message, cells[min(wanted, len(cells) - 1)].place, hint)

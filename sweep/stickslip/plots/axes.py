@@ -1,0 +1,40 @@
+"""Axes of figures drawn as the dimensions of a dataset want them."""
+
+from __future__ import annotations
+
+import re
+from textwrap import fill
+
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from stickslip.dataset.axis import MapAxis
+
+_MOST_TICKS = 12  # labels side by side
+_FIRM_SPACE = "\N{NO-BREAK SPACE}"
+_CROWDED = 45  # characters of all tick labels of an x axis, from which on they are written at a slant
+
+
+def wrapped(text: str, width: int) -> str:
+    """`text` in lines of about `width` letters; a value stays with its name, and so does what is in brackets."""
+    kept = re.sub(r"\([^)]*\)|[^\s,=][^,=]* = [^,]+", lambda found: found[0].replace(" ", _FIRM_SPACE), text)
+    return fill(kept, width).replace(_FIRM_SPACE, " ")
+
+
+def apply(axis: MapAxis, ax: Axes, which: str) -> None:
+    """Give `ax` the scale, limits and ticks of a dimension, as its axis `which` ("x" or "y")."""
+    if axis.is_log:
+        ax.set(**{f"{which}scale": "log"})
+    ax.set(**{f"{which}lim": (axis.edges[0], axis.edges[-1])})
+    if axis.is_numeric:
+        return
+    wanted = MaxNLocator(_MOST_TICKS, integer=True).tick_values(0, axis.length - 1)
+    ticks = [int(tick) for tick in wanted if 0 <= tick < axis.length]
+    words = [axis.text(tick) for tick in ticks]
+    slanted = which == "x" and sum(map(len, words)) > _CROWDED
+    drawn = ax.xaxis if which == "x" else ax.yaxis
+    drawn.set_ticks(ticks, labels=words)
+    drawn.set_tick_params(length=0)
+    if slanted:
+        for word in drawn.get_ticklabels():
+            word.set(rotation=30, ha="right", rotation_mode="anchor")

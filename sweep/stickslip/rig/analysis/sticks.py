@@ -1,0 +1,229 @@
+"""Stick phases in a record, from its stick flag or from the force.
+
+While the contact sticks, the drive stretches the spring: the force changes at the rate K u, K being the stiffness of
+the spring and u the velocity of the drive. While it slips, the specimen lags behind and the spring is loaded more
+slowly or unloaded. So the rate of the force tells the slip speed, |u - rate/K|, and the contact sticks where that is
+less than a share (`tolerance`) of the speed of the drive. The rate is the slope of a straight line over a window just
+long enough to keep the noise of the slope at a quarter of the tolerance.
+
+K u comes from what the record knows: the motion of the drive, the conditions stiffness and drive_speed, or else from
+the force itself, whose fastest loading it is. Then the direction of the drive is not known either, and the force falls
+while sticking only where it falls through zero, after a reversal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.rig.records.record import condition_of, force_of
+from stickslip.rig.records.sampling import Floats, evenly, noise_of, sample_rate, slope, slope_noise
+from stickslip.rig.settings import FeatureSettings
+
+Positions = NDArray[np.intp]
+
+_NARROWEST = 5  # samples of a window
+_WIDEST = 1 / 20  # of the record
+_QUIET = 0.25  # of the tolerance: how much of it the noise of the slope may use up
+
+
+@dataclass(frozen=True)
+class Sticks:
+    """Stick phases of an evenly sampled record.
+
+    record : the samples. starts, ends : positions of the first and of the last sample of each phase.
+    broke : whether the phase ended in sliding, which the last one may not.
+    """
+
+    record: xr.Dataset
+    starts: Positions
+    ends: Positions
+    broke: NDArray[np.bool_]
+
+    @property
+    def time(self) -> Floats:
+        """Times (s) of the samples."""
+        return np.asarray(self.record["time"].values)
+
+    @property
+    def count(self) -> int:
+        """Number of stick phases."""
+        return self.starts.size
+
+    def flags(self) -> NDArray[np.bool_]:
+        """Whether the contact sticks, for each sample."""
+        inside = np.zeros(self.time.size + 1, np.int64)
+        np.add.at(inside, self.starts, 1)
+        np.add.at(inside, self.ends + 1, -1)
+        return np.asarray(np.cumsum(inside)[:-1] > 0)
+
+    def slips(self) -> list[tuple[int, int]]:
+        """Positions of the break-away and of the next re-stick, or of the end of the record, for each slip."""
+        last = self.time.size - 1
+        after = [*self.starts[1:].tolist(), last][: self.count]
+        return [(int(e), int(s)) for e, s, broke in zip(self.ends, after, self.broke, strict=True) if broke]
+
+
+def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> Sticks:
+    """The stick phases of a record: those of its flag `stick`, or found in the force."""
+    how = settings or FeatureSettings()
+    even = evenly(record)
+    if "stick" in even:
+        starts, ends = _runs(even["stick"].values > 0)
+    else:
+        starts, ends = _Rates(even, how).phases()
+    return Sticks(even, starts, ends, ends < even.sizes["time"] - 1)
+
+
+def drive_displacement(record: xr.Dataset) -> Floats | None:
+    """Where the drive is (m) at each sample, None where its motion is not known."""
+    if "drive_displacement" in record:
+        return np.asarray(record["drive_displacement"].values, np.float64)
+    if "drive_velocity" not in record:
+        return None
+    velocity, time = record["drive_velocity"].values, record["time"].values
+    way = np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time))
+    return np.concatenate([[0.0], way])
+
+
+def _runs(inside: NDArray[np.bool_]) -> tuple[Positions, Positions]:
+    """First and last positions of the stretches where `inside` holds."""
+    changes = np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8))
+    return np.flatnonzero(changes == 1), np.flatnonzero(changes == -1) - 1
+
+
+def _joined(starts: Positions, ends: Positions, together: NDArray[np.bool_]) -> tuple[Positions, Positions]:
+    """Stretches without the gaps for which `together` holds; it has one entry less than there are stretches."""
+    if starts.size < 2:
+        return starts, ends
+    return starts[np.concatenate([[True], ~together])], ends[np.concatenate([~together, [True]])]
+
+
+class _Rates:
+    """The rate of the force of one record, and what it says."""
+
+    def __init__(self, record: xr.Dataset, how: FeatureSettings) -> None:
+        self._tolerance = how.tolerance
+        self._force = force_of(record)
+        self._step = 1.0 / sample_rate(record["time"].values)
+        self._drive = record["drive_velocity"].values if "drive_velocity" in record else None
+        self._way = drive_displacement(record)
+        self._stiffness, speed = condition_of(record, "stiffness"), condition_of(record, "drive_speed")
+        self._known = self._stiffness * speed if self._stiffness and speed else None  # N/s, without direction
+        self._choose_width(how.window)
+
+    def phases(self) -> tuple[Positions, Positions]:
+        """First and last positions of the stick phases."""
+        starts, ends = _runs(self._sticking())
+        starts, ends = _joined(starts, ends, starts[1:] - ends[:-1] - 1 < max(2, self._width // 2))
+        long_enough = ends - starts + 1 >= self._width
+        starts, ends = starts[long_enough], ends[long_enough]
+        if self._velocity is None:
+            starts, ends = _joined(starts, ends, self._turns_while_sticking(starts, ends))
+        return self._sharpened(starts, ends)
+
+    # --- the rate -----------------------------------------------------------------------------------------------------
+
+    def _choose_width(self, window: float | None) -> None:
+        """The window, and with it `_rate` (N/s), `_velocity` (m/s, None if not known), `_full` (K u, or K)."""
+        widest = max(_NARROWEST, int(_WIDEST * self._force.size))
+        noise, width = noise_of(self._force), _NARROWEST
+        if window is not None:
+            width = min(max(int(round(window / self._step)), 3), self._force.size - 2)
+        while True:
+            width |= 1  # odd
+            self._measure(width)
+            allowed = _QUIET * self._tolerance * self._full_rate()
+            if window is not None or width >= widest or slope_noise(noise, self._step, width) <= allowed:
+                return
+            width = int(1.4 * width)
+
+    def _measure(self, width: int) -> None:
+        self._width = width
+        self._rate = slope(self._force, self._step, width)
+        self._velocity = None
+        if self._way is not None:
+            self._velocity = self._drive if self._drive is not None else slope(self._way, self._step, width)
+        self._full = self._full_loading()
+
+    def _full_loading(self) -> float:
+        """K (N/m) where the motion of the drive is known, K |u| (N/s) where it is not; from the force if need be."""
+        if self._velocity is None:
+            return self._known or _top(self._rate * np.sign(self._force))
+        if self._stiffness:
+            return self._stiffness
+        moving = np.abs(self._velocity) > 0.5 * np.abs(self._velocity).max()
+        return _top(self._rate[moving] / self._velocity[moving])
+
+    def _full_rate(self) -> float:
+        """K |u| at the full speed of the drive (N/s)."""
+        return self._full * (float(np.abs(self._velocity).max()) if self._velocity is not None else 1.0)
+
+    def _sticking(self) -> NDArray[np.bool_]:
+        """Whether the slip speed is small, for each sample."""
+        if not self._full > 0:
+            return np.zeros(self._force.size, np.bool_)
+        if self._velocity is not None:
+            slip = np.abs(self._velocity - self._rate / self._full)
+            return np.asarray(slip <= self._tolerance * np.abs(self._velocity).max())
+        slow = np.abs(np.abs(self._rate) / self._full - 1.0) <= self._tolerance
+        return np.asarray(slow & (self._is_loading() | self._falls_through_zero(slow)))
+
+    def _is_loading(self) -> NDArray[np.bool_]:
+        return np.asarray(self._rate * self._force > 0)
+
+    def _falls_through_zero(self, slow: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Whether a sample belongs to a stretch of steady change in which the force changes its sign."""
+        found = np.zeros(slow.size, np.bool_)
+        for start, end in zip(*_runs(slow), strict=True):
+            found[start : end + 1] = self._force[start] * self._force[end] <= 0
+        return found
+
+    # --- the phases ---------------------------------------------------------------------------------------------------
+
+    def _turns_while_sticking(self, starts: Positions, ends: Positions) -> NDArray[np.bool_]:
+        """Whether the drive reverses between a phase and the next, for each gap: the contact sticks all the while.
+
+        Such a gap leads to a phase in which the force falls through zero, is shorter than it, and the force does not
+        fall faster in it, as it does in a slip.
+        """
+        found = np.zeros(max(starts.size - 1, 0), np.bool_)
+        for i in range(found.size):
+            gap, following = slice(ends[i] + 1, starts[i + 1]), slice(starts[i + 1], ends[i + 1] + 1)
+            reverses = self._force[following][0] * self._force[following][-1] <= 0
+            brief = gap.stop - gap.start < following.stop - following.start
+            found[i] = reverses and brief and np.abs(self._rate[gap]).max() <= (1 + self._tolerance) * self._full
+        return found
+
+    def _sharpened(self, starts: Positions, ends: Positions) -> tuple[Positions, Positions]:
+        """Each phase grown, by at most a window, to where the force turns: the slopes near its ends are spoilt.
+
+        A phase in which the force does not change, that of a resting drive, stays as it is.
+        """
+        last = self._force.size - 1
+        sharp_starts, sharp_ends = starts.copy(), ends.copy()
+        for i, (start, end) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)):
+            middle = self._rate[start : end + 1].mean()
+            if abs(middle) < self._tolerance * self._full_rate():
+                continue
+            upward = self._force * np.sign(middle)
+            floor = sharp_ends[i - 1] + 1 if i else 0
+            ceiling = starts[i + 1] - 1 if i + 1 < starts.size else last
+            low, high = max(floor, start - self._width), min(ceiling, end + self._width)
+            sharp_starts[i] = low + int(np.argmin(upward[low : start + 1])) if low <= start else start
+            sharp_ends[i] = end + int(np.argmax(upward[end : high + 1]))
+        return sharp_starts, sharp_ends
+
+
+def _top(rates: Floats) -> float:
+    """The rate of the fastest loading that lasts, 0 if there is none: a spring is never loaded faster than in stick."""
+    loading = rates[np.isfinite(rates) & (rates > 0)]
+    if not loading.size:
+        return 0.0
+    found = float(np.quantile(loading, 0.998))
+    for _ in range(3):
+        found = float(np.median(loading[loading > 0.7 * found]))
+    return found

@@ -1,0 +1,207 @@
+"""What a record of a rig says in numbers; `rig/quantities.py` names them with their units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.rig.analysis.sticks import Sticks, drive_displacement, find_sticks
+from stickslip.rig.analysis.turning import find_drops, turning_points
+from stickslip.rig.quantities import FEATURES, MATERIAL, PER_PEAK
+from stickslip.rig.records.record import condition_of, force_of
+from stickslip.rig.records.sampling import Floats, band_limited, evenly, sample_rate, spectrum_peaks
+from stickslip.rig.risk import BANDS, FORMULA, INPUTS, RPN_NAME, UNDEFINED, Risk, band_of, number_of
+from stickslip.rig.settings import FeatureSettings, Settings
+
+PEAKS = 3  # of the spectrum
+_STROKE = 0.02  # of the range of the drive: the shortest way that is a stroke
+_NO_FILL = {"_FillValue": None}
+
+Numbers = dict[str, float | Floats]
+
+
+def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.Dataset:
+    """The features of one record: variables without dimension, those of the spectrum over `peak`.
+
+    NaN where a feature is not defined: no break-away, no load, no motion of the drive. Raises ValueError for a
+    bandwidth that the sampling rate does not allow.
+    """
+    how = settings or FeatureSettings()
+    sticks = find_sticks(record, how)
+    found = _acceleration(record, how) | _contact(sticks, condition_of(record, "normal_load"))
+    found |= _drops(sticks.record, how) | _motion(record, sticks)
+    variables = {
+        name: xr.Variable(("peak",) if name in PER_PEAK else (), found[name], _attributes(name)) for name in FEATURES
+    }
+    conditions = {name: c.variable for name, c in record.coords.items() if not c.dims}
+    return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
+
+
+def missing_features() -> xr.Dataset:
+    """The features of a record that is not there: NaN."""
+    size = {name: (PEAKS,) if name in PER_PEAK else () for name in FEATURES}
+    dims = {name: ("peak",) if name in PER_PEAK else () for name in FEATURES}
+    return xr.Dataset({n: xr.Variable(dims[n], np.full(size[n], np.nan), _attributes(n)) for n in FEATURES})
+
+
+def feature_table(records: Mapping[str, xr.Dataset], settings: Settings | None = None) -> xr.Dataset:
+    """Features and model RPN of several records along the dimension `record`, whose index are their names.
+
+    A condition that only some records know is NaN, or an empty text, for the others.
+    """
+    how = settings or Settings()
+    rows = [rate(features(record, how.features), how.risk) for record in records.values()]
+    shared = list(dict.fromkeys(str(name) for row in rows for name in row.coords))
+    columns = {name: _column(rows, name) for name in [*shared, *map(str, rows[0].data_vars)]}
+    names = xr.Variable("record", np.asarray(list(records), str), {"long_name": "record"})
+    coordinates: dict[str, Any] = {"record": names, **{name: columns[name] for name in shared}}
+    variables = {name: column for name, column in columns.items() if name not in shared}
+    return xr.Dataset(variables, coordinates)
+
+
+def rate(found: xr.Dataset, risk: Risk) -> xr.Dataset:
+    """The features with the model RPN, its level before rounding and its band beside them."""
+    level = risk.level(risk_inputs(found))
+    number = number_of(level)
+    comment = f"{RPN_NAME}: {FORMULA}"
+    bands = ("unknown", *BANDS)
+    band = np.asarray([bands.index(band_of(int(n))) for n in number.ravel()], np.int8).reshape(number.shape)
+    rpn = {"units": "1", "long_name": RPN_NAME, "comment": f"1 to 10; {UNDEFINED} where a feature is not known"}
+    flags = {"units": "1", "long_name": f"traffic light of the {RPN_NAME}", "flag_meanings": " ".join(bands),
+             "flag_values": np.arange(len(bands), dtype=np.int8)}  # fmt: skip
+    dims = found["sticks"].dims
+    return found.assign(
+        model_rpn_level=(dims, level, {"units": "1", "long_name": f"level of the {RPN_NAME}", "comment": comment}),
+        model_rpn=xr.Variable(dims, number, rpn, _NO_FILL),
+        model_rpn_band=xr.Variable(dims, band, flags, _NO_FILL),
+    )
+
+
+def risk_inputs(found: xr.Dataset) -> dict[str, NDArray[np.float64]]:
+    """What the risk model is computed from: band-limited accelerations where there are any, else sampled ones."""
+    inputs = {}
+    for name in INPUTS:
+        plain = found[name].values.astype(np.float64)
+        limited = found[f"{name}_limited"].values if f"{name}_limited" in found else np.full_like(plain, np.nan)
+        inputs[name] = np.where(np.isnan(limited), plain, limited)
+    return inputs
+
+
+# --- the parts --------------------------------------------------------------------------------------------------------
+
+
+def _acceleration(record: xr.Dataset, how: FeatureSettings) -> Numbers:
+    """Maximum and integral of the magnitude, from the samples as they are; the band-limited ones and the spectrum from
+    even samples."""
+    even = evenly(record)
+    rate_ = sample_rate(even["time"].values)
+    plain, spaced = record["acceleration"].values, even["acceleration"].values
+    if how.subtract_offset:
+        plain, spaced = plain - np.median(plain), spaced - np.median(spaced)
+    found: Numbers = {
+        "acceleration_max": float(np.abs(plain).max()),
+        "acceleration_integral": _integral(np.abs(plain), record["time"].values),
+        "acceleration_max_limited": np.nan,
+        "acceleration_integral_limited": np.nan,
+        "sample_rate": rate_,
+    }
+    if how.bandwidth is not None:
+        limited = np.abs(band_limited(spaced, rate_, how.bandwidth))
+        found["acceleration_max_limited"] = float(limited.max())
+        found["acceleration_integral_limited"] = _integral(limited, even["time"].values)
+    found["peak_frequency"], found["peak_acceleration"] = spectrum_peaks(spaced, rate_, PEAKS)
+    return found
+
+
+def _contact(sticks: Sticks, load: float | None) -> Numbers:
+    """What stick phases and the slips between them say of friction."""
+    force, time, slips = np.abs(force_of(sticks.record)), sticks.time, sticks.slips()
+    static = np.array([force[start] for start, _ in slips])
+    spans = [slice(start, end + 1) for start, end in slips]
+    work = sum(_integral(force[s], time[s]) for s in spans)
+    sliding = sum(float(time[end] - time[start]) for start, end in slips)
+    dynamic = work / sliding if sliding > 0 else np.nan
+    found: Numbers = {
+        "sticks": float(sticks.count),
+        "slips": float(len(slips)),
+        "stick_fraction": _integral(sticks.flags().astype(np.float64), time) / float(time[-1] - time[0]),
+        "static_force": float(np.median(static)) if static.size else np.nan,
+        "static_force_first": float(static[0]) if static.size else np.nan,
+        "dynamic_force": dynamic,
+        "time_to_sliding": _median([_time_to_sliding(force[s], time[s]) for s in spans]),
+    }
+    for force_name in ("static_force", "static_force_first", "dynamic_force"):
+        found[force_name.replace("force", "friction")] = float(found[force_name]) / load if load else np.nan
+    return found
+
+
+def _time_to_sliding(force: Floats, time: Floats) -> float:
+    """Time from break-away until the force has fallen to its mean over the slip; NaN if a slip has no such samples."""
+    if time.size < 3:
+        return np.nan
+    mean = _integral(force, time) / float(time[-1] - time[0])
+    below = np.flatnonzero(force <= mean)
+    if not below.size or below[0] == 0:
+        return np.nan
+    after = int(below[0])
+    before = after - 1
+    share = (force[before] - mean) / (force[before] - force[after])
+    return float(time[before] + share * (time[after] - time[before]) - time[0])
+
+
+def _drops(record: xr.Dataset, how: FeatureSettings) -> Numbers:
+    sizes = find_drops(force_of(record), how.smallest_drop).sizes
+    mean, largest = (float(sizes.mean()), float(sizes.max())) if sizes.size else (np.nan, np.nan)
+    return {"drops": float(sizes.size), "drop_mean": mean, "drop_max": largest}
+
+
+def _motion(record: xr.Dataset, sticks: Sticks) -> Numbers:
+    """What needs the motion of the drive, or at least its speed."""
+    time, way = record["time"].values, drive_displacement(record)
+    duration = float(time[-1] - time[0])
+    speed = condition_of(record, "drive_speed")
+    travel = speed * duration if speed else np.nan
+    strokes = energy = np.nan
+    if way is not None and np.ptp(way) > 0:
+        turns = turning_points(way, _STROKE * float(np.ptp(way)))
+        travel, strokes = float(np.abs(np.diff(way[turns])).sum()), float(turns.size - 1)
+        force = record["friction_force"].values if "friction_force" in record else force_of(record)
+        energy = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(way))) / strokes
+    return {
+        "impulse_rate": len(sticks.slips()) / travel if travel > 0 else np.nan,
+        "energy_per_stroke": energy,
+        "strokes": strokes,
+        "travel": travel,
+        "duration": duration,
+    }
+
+
+# --- small things -----------------------------------------------------------------------------------------------------
+
+
+def _integral(values: Floats, time: Floats) -> float:
+    """By the trapezoidal rule, at the times as they are."""
+    return float(np.trapezoid(values, time))
+
+
+def _median(values: Sequence[float]) -> float:
+    known = [value for value in values if not np.isnan(value)]
+    return float(np.median(known)) if known else np.nan
+
+
+def _attributes(name: str) -> dict[str, str]:
+    declared = FEATURES[name]
+    return {"units": declared.units, "long_name": declared.long_name}
+
+
+def _column(rows: Sequence[xr.Dataset], name: str) -> xr.Variable:
+    """One quantity of all records, with the attributes it has where it is known."""
+    known = next(row[name].variable for row in rows if name in row.variables)
+    gap = "" if name == MATERIAL else np.nan
+    values = [row[name].values if name in row.variables else gap for row in rows]
+    encoding = _NO_FILL if known.dtype.kind in "iu" or name in rows[0].coords else {}
+    return xr.Variable(("record", *known.dims), np.stack([np.asarray(v) for v in values]), known.attrs, encoding)

@@ -1,0 +1,269 @@
+"""The report of a test matrix: one HTML file that needs nothing else, neither network nor scripts.
+
+Pictures lie in the file, as SVG or PNG, whichever is smaller. Everything that users wrote is escaped.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from base64 import b64encode
+from collections.abc import Iterable, Iterator, Mapping
+from html import escape
+from io import BytesIO
+from itertools import islice
+from pathlib import Path
+from string import Template
+from textwrap import fill
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from stickslip.files.atomic import replaced
+from stickslip.rig.quantities import FEATURES
+from stickslip.rig.report.drawing import LIGHTS, plot_records
+from stickslip.rig.report.matrix import MEANINGS, plot_matrix
+from stickslip.rig.report.page import PAGE
+from stickslip.rig.risk import BANDS, RPN_NAME
+from stickslip.rig.simulate.config import RigConfig
+from stickslip.rig.simulate.simulation import RigTests
+from stickslip.rig.words import Along, along, name_of, number, quantity
+from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.quantities import PARAMETERS
+
+MOST_ROWS = 500  # of the table
+_MOST_TOGETHER = 6  # records drawn over each other, as many as there are colours
+_WIDEST_ENTRY = 22  # letters, of a legend
+_MOST_NAMED = 20  # tests that a warning names
+_DOTS = 200  # per inch, of pictures without lines
+# Of the table: feature, heading, unit, factor from SI.
+_COLUMNS = (
+    ("sticks", "sticks", "", 1.0),
+    ("acceleration_max", "max |a|", "m/s²", 1.0),
+    ("acceleration_integral", "∫|a| dt", "m/s", 1.0),
+    ("drops", "drops", "", 1.0),
+    ("drop_mean", "mean drop", "N", 1.0),
+    ("impulse_rate", "slips", "1/mm", 1e-3),
+    ("static_friction_first", "static μ, first", "", 1.0),
+    ("static_friction", "static μ", "", 1.0),
+    ("dynamic_friction", "dynamic μ", "", 1.0),
+)
+
+
+def write_report(
+    path: str | os.PathLike[str], ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: RigConfig
+) -> Path:
+    """Write the report of a test matrix (`run_matrix`) as one HTML file, replacing `path` only once it is whole.
+
+    records : those to draw, by name; names that `RigTests.name` gives get their model RPN in the legend. rig : what the
+    matrix was computed from. Raises StoreError.
+    """
+    page = report(ds, records, rig)
+    with replaced(Path(os.path.realpath(path))) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+    return Path(path)
+
+
+def report(ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: RigConfig) -> str:
+    """The text of the file that `write_report` writes."""
+    dims = [along(ds, dim) for dim in ds["model_rpn"].dims]
+    title = str(ds.attrs.get("title", "")) or rig.config.title
+    return Template(PAGE).substitute(
+        title=escape(title),
+        rpn_name=escape(RPN_NAME),
+        lights="\n".join(f".{name} {{ background: {colour}; color: #000; }}" for name, colour in LIGHTS.items()),
+        red=LIGHTS["red"],
+        summary=_summary(ds, dims),
+        warnings=_warnings(ds, dims),
+        maps=_maps(ds),
+        traces=_traces(records, _known(ds, rig)) or "<p>No traces were asked for.</p>",
+        table=_table(ds, dims),
+        legend=_legend(),
+        same=_same(ds, rig),
+        meanings=_meanings(ds),
+        provenance=_provenance(ds),
+        configuration=escape(_compact(rig.to_yaml())),
+    )
+
+
+# --- words ------------------------------------------------------------------------------------------------------------
+
+
+def _summary(ds: xr.Dataset, dims: list[Along]) -> str:
+    """`324 tests: pair (12) × ...` and how many are in which band."""
+    sizes = " × ".join(f"{d.name} ({len(d.points)})" for d in dims)
+    count = ds["model_rpn"].size
+    tests = f"{count} tests: {sizes}" if dims else "One test"
+    bands = ds["model_rpn_band"].values.ravel()
+    shares = [f"{int((bands == code).sum())} {name}" for code, name in enumerate(("unknown", *BANDS)) if code in bands]
+    return escape(f"{tests}. Bands of the {RPN_NAME}: {', '.join(reversed(shares))}.")
+
+
+def _warnings(ds: xr.Dataset, dims: list[Along]) -> str:
+    """Tests that did not get to the end, by what kept them from it."""
+    status = ds["status"].values.ravel()
+    found = []
+    for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
+        numbers = np.flatnonzero(status == code).tolist()
+        names = "; ".join(name_of(dims, n) or "the only one" for n in numbers[:_MOST_NAMED])
+        more = f"; and {len(numbers) - _MOST_NAMED} more" if len(numbers) > _MOST_NAMED else ""
+        tests = "1 test" if len(numbers) == 1 else f"{len(numbers)} tests"
+        said = f"{tests} did not get to the end: {STATUS_MESSAGES[STATUSES[code]]} ({names}{more})"
+        found.append(f'<p class="warning"><strong>Warning.</strong> {escape(said)}.</p>')
+    return "\n".join(found)
+
+
+def _legend() -> str:
+    """The bands, each on its colour."""
+    words = [f"{low}–{high}: {MEANINGS[band]}" for band, (low, high) in BANDS.items()]
+    return " ".join(f'<span class="{band}">{escape(said)}</span>' for band, said in zip(BANDS, words, strict=True))
+
+
+def _same(ds: xr.Dataset, rig: RigConfig) -> str:
+    """What is equal in all tests, and matters: rigs start at rest, and `delta` is for one law only."""
+    left_out = {name for name, declared in PARAMETERS.items() if declared.section == "start"}
+    left_out |= set() if rig.config.friction.law == "stribeck_delta" else {"delta"}
+    found = []
+    for name, c in ds.coords.items():
+        if name not in left_out and not c.dims and c.dtype.kind == "f" and np.isfinite(c):
+            value = quantity(float(c), str(c.attrs.get("units", "1")))
+            found.append((str(c.attrs.get("long_name", name)), value))
+    return _terms(found)
+
+
+def _meanings(ds: xr.Dataset) -> str:
+    """The columns of the table, in words."""
+    said = [(heading, FEATURES[feature].long_name) for feature, heading, _, _ in _COLUMNS]
+    if any(_is_limited(ds, feature) for feature, *_ in _COLUMNS):
+        said.append(("limited", "accelerations are those within the bandwidth that the configuration gives"))
+    return _terms(said)
+
+
+def _provenance(ds: xr.Dataset) -> str:
+    words = {"computed": "date_created", "by": "source", "with": "software"}
+    return _terms((word, str(ds.attrs.get(key, "not known"))) for word, key in words.items())
+
+
+def _compact(configuration: str) -> str:
+    """The same with lists of plain values on one line; no text in it breaks a line itself."""
+    return re.sub(r"\[\n[^\[\]{}]*\]", lambda found: re.sub(r"\n\s*", " ", found[0]), configuration)
+
+
+def _terms(pairs: Iterable[tuple[str, str]]) -> str:
+    """A list of terms and what they mean."""
+    return "\n".join(f"<div><dt>{escape(term)}</dt><dd>{escape(said)}</dd></div>" for term, said in pairs)
+
+
+# --- table ------------------------------------------------------------------------------------------------------------
+
+
+def _table(ds: xr.Dataset, dims: list[Along]) -> str:
+    """All tests, the rows after `MOST_ROWS` left out, which a line below says."""
+    size = ds["model_rpn"].size
+    heads = [_head("test", ""), *(_head(d.name, d.unit, d.is_text) for d in dims), _head("RPN", "")]
+    heads += [_head(heading, unit) for _, heading, unit, _ in _COLUMNS]
+    rows = "\n".join(islice(_rows(ds, dims), MOST_ROWS))
+    cut = f"<p>{size - MOST_ROWS} more tests are left out here; the file of results has all.</p>"
+    return (
+        f'<div class="wide"><table><thead><tr>{"".join(heads)}</tr></thead>\n<tbody>\n{rows}\n</tbody></table></div>\n'
+        + (cut if size > MOST_ROWS else "")
+    )
+
+
+def _head(name: str, unit: str, is_text: bool = False) -> str:
+    small = f"<br><small>{escape(unit)}</small>" if unit else ""
+    kind = ' class="text"' if is_text else ""
+    return f'<th scope="col"{kind}>{escape(name)}{small}</th>'
+
+
+def _rows(ds: xr.Dataset, dims: list[Along]) -> Iterator[str]:
+    """A row for each test."""
+    lengths = [len(d.points) for d in dims]
+    values = [_best(ds, feature) * factor for feature, _, _, factor in _COLUMNS]
+    rpn, bands = ds["model_rpn"].values.ravel().tolist(), ds["model_rpn_band"].values.ravel().tolist()
+    lights = ("unknown", *BANDS)
+    for n in range(ds["model_rpn"].size):
+        at = np.unravel_index(n, lengths) if dims else ()
+        where = "".join(_cell(d.points[int(i)], d.is_text) for d, i in zip(dims, at, strict=True))
+        light = f'<td class="{lights[bands[n]]}">{rpn[n] or "?"}</td>'
+        found = "".join(_cell(number(float(column[n]))) for column in values)
+        yield f'<tr><th scope="row">{n}</th>{where}{light}{found}</tr>'
+
+
+def _cell(text: str, is_text: bool = False) -> str:
+    return f'<td class="text">{escape(text)}</td>' if is_text else f"<td>{escape(text)}</td>"
+
+
+def _is_limited(ds: xr.Dataset, feature: str) -> bool:
+    return f"{feature}_limited" in ds and bool(ds[f"{feature}_limited"].notnull().any())
+
+
+def _best(ds: xr.Dataset, feature: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """The band-limited values where there are any: those that the model RPN uses."""
+    name = f"{feature}_limited" if _is_limited(ds, feature) else feature
+    return np.asarray(ds[name].values, np.float64).ravel()
+
+
+# --- pictures ---------------------------------------------------------------------------------------------------------
+
+
+def _maps(ds: xr.Dataset) -> str:
+    shown = "acceleration_max_limited" if _is_limited(ds, "acceleration_max") else "acceleration_max"
+    largest = f"Heat map: {FEATURES[shown].long_name} of every test"
+    return _picture(plot_matrix(ds), f"Heat map: {RPN_NAME} of every test") + _picture(plot_matrix(ds, shown), largest)
+
+
+def _known(ds: xr.Dataset, rig: RigConfig) -> dict[str, tuple[str, int]]:
+    """By the names that records have: those of the report, and the model RPN."""
+    tests, rpn = RigTests(rig), ds["model_rpn"].values.ravel().tolist()
+    if tests.grid.size != len(rpn):
+        return {}
+    dims = [along(ds, dim) for dim in ds["model_rpn"].dims]
+    return {tests.name(n): (name_of(dims, n) or tests.name(n), rpn[n]) for n in range(len(rpn))}
+
+
+def _traces(records: Mapping[str, xr.Dataset], known: Mapping[str, tuple[str, int]]) -> str:
+    """Records over each other, as many as colours tell apart, and the first stroke in detail."""
+    names, found = list(records), []
+    for first in range(0, len(names), _MOST_TOGETHER):
+        chosen = {name: known.get(name, (name, None)) for name in names[first : first + _MOST_TOGETHER]}
+        drawn = {_in_legend(said): records[name] for name, (said, _) in chosen.items()}
+        rpn = {_in_legend(said): number for said, number in chosen.values() if number is not None}
+        end = min(_first_stroke(record) for record in drawn.values())
+        whole = plot_records(drawn, numbers=rpn, heading="Whole tests")
+        start = plot_records(drawn, numbers=rpn, heading="The first stroke", window=(0.0, end))
+        said = "; ".join(said for said, _ in chosen.values())
+        found.append(_picture(whole, f"Force and acceleration over time: {said}"))
+        found.append(_picture(start, f"The first stroke of the same: {said}"))
+    return "\n".join(found)
+
+
+def _in_legend(name: str) -> str:
+    """A name as matplotlib shows it as it is: dollars would be read as mathematics, `_` in front hides an entry, and
+    four entries stand side by side."""
+    return ("\u2009" if name.startswith("_") else "") + fill(name, _WIDEST_ENTRY).replace("$", r"\$")
+
+
+def _first_stroke(record: xr.Dataset) -> float:
+    """When the first stroke ends, s since the start; a tenth of the record where the drive is not known."""
+    time = record["time"].values - record["time"].values[0]
+    if "drive_velocity" in record:
+        moving = record["drive_velocity"].values > 0
+        begin = int(np.argmax(moving))
+        rests = np.flatnonzero(~moving[begin:])
+        if moving.any() and rests.size:
+            return float(time[begin + rests[0]])
+    return 0.1 * float(time[-1])
+
+
+def _picture(figure: Figure, said: str) -> str:
+    """A picture in the page itself, with the words that stand for it."""
+    lines, dots = BytesIO(), BytesIO()
+    figure.savefig(lines, format="svg", metadata={"Date": None})
+    figure.savefig(dots, format="png", dpi=_DOTS)
+    kind, best = min([("svg+xml", lines.getvalue()), ("png", dots.getvalue())], key=lambda found: len(found[1]))
+    width, height = (round(96 * inches) for inches in figure.get_size_inches())
+    data = b64encode(best).decode("ascii")
+    source = f"data:image/{kind};base64,{data}"
+    return f'<figure><img src="{source}" width="{width}" height="{height}" alt="{escape(said)}"></figure>'

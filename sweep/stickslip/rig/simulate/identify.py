@@ -1,0 +1,140 @@
+"""Parameters of a simulated rig from a measured record: least squares on the features.
+
+Features rather than samples, because two records of the same rig soon differ in phase by many periods. Whole numbers
+(sticks, drops) change in jumps and stop a search that follows slopes; the rates and means of `SMOOTH` do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import least_squares  # type: ignore[import-untyped]
+
+from stickslip.fit.uncertainty import Floats, Interval, covariance, student
+from stickslip.rig.analysis.table import features
+from stickslip.rig.quantities import FORCES
+from stickslip.rig.settings import FeatureSettings
+
+Parameters = Mapping[str, float]
+Simulator = Callable[[Parameters], xr.Dataset]  # parameters by name, in SI, to a record
+
+SMOOTH = ("static_force", "dynamic_force", "drop_mean", "stick_fraction", "acceleration_max", "time_to_sliding")
+_DEFAULT_SIGMA = 0.02  # of a measured feature: how far apart measured and simulated may lie, if nobody knows better
+_STEP = 0.02  # of a parameter: how far it is moved to either side for a slope; less drowns in the sampling of records
+_MOST = 60  # steps of the search
+_BOUND = 1e3  # times the start and its inverse, where no bounds are given
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Parameters found, and how far they can be trusted.
+
+    estimates, standard_error, interval (95 %) : by parameter; infinite where the features do not determine it.
+    measured, simulated, sigma : by feature. chi_squared : sum of the squared residuals over sigma.
+    """
+
+    estimates: Mapping[str, float]
+    standard_error: Mapping[str, float]
+    interval: Mapping[str, Interval]
+    covariance: Floats
+    measured: Mapping[str, float]
+    simulated: Mapping[str, float]
+    sigma: Mapping[str, float]
+    chi_squared: float
+    evaluations: int
+    converged: bool
+
+
+def identify(
+    simulate: Simulator,
+    record: xr.Dataset,
+    start: Parameters,
+    *,
+    bounds: Mapping[str, Interval] | None = None,
+    names: Sequence[str] = SMOOTH,
+    sigma: Mapping[str, float] | None = None,
+    settings: FeatureSettings | None = None,
+) -> Identification:
+    """The parameters with which `simulate` gives a record with the features of the measured one.
+
+    start : first guesses, > 0, in SI. bounds : (lowest, highest), > 0, of some. names : the features to compare; those
+    that the measured record does not define are left out. sigma : standard deviations of measured features, from
+    repetitions; 2 % of the feature where none is given, and then the errors are scaled by how well the fit ends.
+    Simulated records are judged by what the measured one has: no stick flags, for instance, if it has none.
+    The search goes over logarithms of the parameters. Raises ValueError if there are fewer features than parameters or
+    if the simulated record lacks one of them at the start.
+    """
+    target = _vector(features(record, settings), names)
+    used = [name for name in names if np.isfinite(target[name])]
+    keys = list(start)
+    if len(used) < len(keys):
+        raise ValueError(f"{len(used)} features ({', '.join(used)}) cannot determine {len(keys)} parameters")
+    spread = {name: (sigma or {}).get(name, _DEFAULT_SIGMA * abs(target[name])) or 1.0 for name in used}
+    low, high = _limits(start, bounds or {})
+    largest = np.ones(len(used))  # of residuals: what a feature that a trial record lacks is counted as
+
+    def simulated(p: Floats) -> dict[str, float]:
+        found = simulate(dict(zip(keys, np.exp(p).tolist(), strict=True)))
+        return _vector(features(_as_measured(found, record), settings), used)
+
+    def residuals(p: Floats) -> Floats:
+        found = simulated(p)
+        r = np.array([(found[name] - target[name]) / spread[name] for name in used])
+        known = np.isfinite(r)
+        largest[known] = np.maximum(largest[known], np.abs(r[known]))
+        return np.where(known, r, 10.0 * largest)
+
+    begin = np.log([start[key] for key in keys])
+    if lost := [name for name, value in simulated(begin).items() if not np.isfinite(value)]:
+        raise ValueError(f"at the start the simulated record does not define {', '.join(lost)}: start elsewhere")
+
+    def slopes(p: Floats) -> Floats:
+        sides = [(np.minimum(p + step, high), np.maximum(p - step, low)) for step in _STEP * np.eye(p.size)]
+        return np.stack([(residuals(a) - residuals(b)) / (a - b).sum() for a, b in sides], axis=1)
+
+    run = least_squares(residuals, begin, slopes, (low, high), xtol=1e-6, ftol=1e-8, gtol=1e-8, max_nfev=_MOST)
+    freedom = len(used) - len(keys)
+    scale = 1.0 if sigma is not None else (2.0 * run.cost / freedom if freedom > 0 else np.inf)
+    by_log = covariance(run.jac) * scale
+    values = np.exp(run.x)
+    found = by_log * np.outer(values, values)
+    reach = student(np.inf if sigma is not None else freedom)
+    error = np.sqrt(np.diag(by_log))
+    ends = [np.exp(np.clip(run.x + side * reach * error, -700, 700)) for side in (-1.0, 1.0)]
+    return Identification(
+        estimates=dict(zip(keys, values.tolist(), strict=True)),
+        standard_error=dict(zip(keys, (error * values).tolist(), strict=True)),
+        interval={key: (float(a), float(b)) for key, a, b in zip(keys, *ends, strict=True)},
+        covariance=found,
+        measured={name: target[name] for name in used},
+        simulated=simulated(run.x),
+        sigma=spread,
+        chi_squared=2.0 * float(run.cost),
+        evaluations=int(run.nfev),
+        converged=bool(run.status > 0),
+    )
+
+
+def _as_measured(found: xr.Dataset, record: xr.Dataset) -> xr.Dataset:
+    """What of a simulated record the measured one has as well: features depend on what is known."""
+    kept = () if any(name in found and name in record for name in FORCES) else FORCES
+    return found.drop_vars([name for name in found.variables if name not in record.variables and name not in kept])
+
+
+def _vector(found: xr.Dataset, names: Sequence[str]) -> dict[str, float]:
+    return {name: float(found[name]) for name in names}
+
+
+def _limits(start: Parameters, bounds: Mapping[str, Interval]) -> tuple[Floats, Floats]:
+    """Logarithms of the lowest and highest values. Raises ValueError."""
+    for key, value in start.items():
+        low, high = bounds.get(key, (value / _BOUND, value * _BOUND))
+        if not 0 < low < value < high:
+            raise ValueError(
+                f"{key}: got the start {value:g}, expected it between the bounds {low:g} and {high:g} (> 0)"
+            )
+    ends = [bounds.get(key, (value / _BOUND, value * _BOUND)) for key, value in start.items()]
+    return np.log([low for low, _ in ends]), np.log([high for _, high in ends])

@@ -1,0 +1,170 @@
+"""Who works on a store: a file per run or shard, refreshed while it works.
+
+A whole run wants the store for itself; shards share it, each with its own file. A lock is stale once its process is
+gone from this machine, or once it has not been refreshed for `PATIENCE`: then it is taken over. A run that finds its
+lock in other hands (it slept, say) stops. Should two ever work at once all the same, they write the same bits.
+"""
+
+from __future__ import annotations
+
+import getpass
+import json
+import os
+import threading
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+from datetime import datetime
+
+from stickslip.errors import StoreError
+from stickslip.files.machine import host, is_alive, space
+from stickslip.runs.blocks import Shard
+from stickslip.runs.workdir.folder import Folder
+
+PREFIX = "lock"
+WHOLE = "lock.json"
+REFRESH, PATIENCE = 10.0, 120.0  # s
+Notice = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Holder:
+    """Who holds a lock. `seen` and `since` count seconds since 1970, by the clock of its machine."""
+
+    token: str
+    host: str
+    space: str
+    pid: int
+    user: str
+    since: float
+    seen: float
+
+    @property
+    def stale(self) -> bool:
+        """Whether nobody can be working under this lock any more."""
+        here = (self.host, self.space) == (host(), space())
+        return (here and not is_alive(self.pid)) or time.time() - self.seen > PATIENCE
+
+    def __str__(self) -> str:
+        since = datetime.fromtimestamp(self.since).astimezone().strftime("%Y-%m-%d %H:%M:%S")
+        age = max(0.0, time.time() - self.seen)
+        return f"{self.user} on {self.host}, process {self.pid}, since {since} (last seen {age:.0f} s ago)"
+
+
+def lock_name(shard: Shard | None) -> str:
+    """Name of the lock of a whole run, or of a shard."""
+    return WHOLE if shard is None else f"{PREFIX}-{shard.number}-of-{shard.count}.json"
+
+
+def holders(folder: Folder) -> dict[str, Holder]:
+    """Who holds what, stale locks included."""
+    found = {name: _read(folder, name) for name in folder.names() if name.startswith(PREFIX)}
+    return {name: holder for name, holder in found.items() if holder}
+
+
+@contextmanager
+def held(folder: Folder, shard: Shard | None, lost: Callable[[], None], notice: Notice) -> Iterator[Lock]:
+    """Hold the lock of a whole run or of a shard. Raises StoreError if somebody else works there.
+
+    lost : called from another thread if the lock falls into other hands.
+    """
+    lock = Lock(folder, lock_name(shard), lost)
+    _make_room(folder, lock, notice)
+    try:
+        folder.create(lock.name, lock.content())
+    except FileExistsError:
+        _refuse_or_remove(folder, lock.name, notice)
+        raise StoreError(f"{folder.where}: another run has just begun there\nhint: see stickslip status") from None
+    try:
+        _make_room(folder, lock, notice)  # whoever came in between sees this lock as well, and one of both gives way
+        with lock.refreshed():
+            yield lock
+    finally:
+        lock.release()
+
+
+class Lock:
+    """The lock of this process."""
+
+    def __init__(self, folder: Folder, name: str, lost: Callable[[], None]) -> None:
+        now = time.time()
+        self.folder, self.name, self._lost = folder, name, lost
+        self.holder = Holder(uuid.uuid4().hex, host(), space(), os.getpid(), _user(), now, now)
+
+    def content(self) -> bytes:
+        """What is written into the file, as of now."""
+        return json.dumps({**asdict(self.holder), "seen": time.time()}).encode()
+
+    @property
+    def ours(self) -> bool:
+        """Whether the file still names this process."""
+        found = _read(self.folder, self.name)
+        return found is not None and found.token == self.holder.token
+
+    @contextmanager
+    def refreshed(self) -> Iterator[None]:
+        """Refresh the file from a thread."""
+        over = threading.Event()
+        thread = threading.Thread(target=self._refresh, args=(over,), name="lock", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            over.set()
+            thread.join()
+
+    def _refresh(self, over: threading.Event) -> None:
+        while not over.wait(REFRESH):
+            with suppress(OSError):  # a full disk, a network that is away: the blocks will tell
+                if not self.ours:
+                    return self._lost()
+                self.folder.write(self.name, self.content())
+
+    def release(self) -> None:
+        """Remove the file, if it is still ours."""
+        with suppress(StoreError):
+            if self.ours:
+                self.folder.remove(self.name)
+
+
+def _make_room(folder: Folder, lock: Lock, notice: Notice) -> None:
+    """Refuse if others work there whom this lock does not go along with; remove what nobody holds any more."""
+    for name in [name for name in folder.names() if name.startswith(PREFIX)]:
+        if name == lock.name and lock.ours:
+            continue
+        if name == lock.name or WHOLE in (name, lock.name):
+            _refuse_or_remove(folder, name, notice)
+
+
+def _refuse_or_remove(folder: Folder, name: str, notice: Notice) -> None:
+    holder = _read(folder, name)
+    if holder is None:  # gone in between, or not whole: a power cut, since locks are written at once
+        folder.remove(name)
+    elif holder.stale:
+        notice(f"took over from a run that is gone: {holder}")
+        folder.remove(name)
+    else:
+        raise StoreError(
+            f"{folder.where}: another run works there: {holder}\n"
+            "hint: wait for it or stop it; a run that is gone is noticed at once on its machine, "
+            f"elsewhere {PATIENCE / 60:.0f} minutes after its last sign of life"
+        )
+
+
+def _read(folder: Folder, name: str) -> Holder | None:
+    """The holder of a lock; None if there is none or nobody can read it."""
+    try:
+        plain = json.loads(folder.read(name))
+        numbers = {"pid": int(plain["pid"]), "since": float(plain["since"]), "seen": float(plain["seen"])}
+        return Holder(**{**plain, **numbers})
+    except (FileNotFoundError, ValueError, TypeError, KeyError, ArithmeticError, RecursionError):
+        return None
+
+
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):  # a container without a list of users
+        return f"user {os.getuid()}" if hasattr(os, "getuid") else "somebody"

@@ -1,0 +1,292 @@
+"""The working store of a run: a manifest and a file per finished block, `FILE.parts` beside the result.
+
+A block exists once its file does; what is in it is believed after its checksum, its run and its cells agree. No state
+is kept anywhere else, so there is nothing to repair after a crash but to compute what is missing.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import traceback
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip import engine
+from stickslip._version import __version__
+from stickslip.config.model import Config
+from stickslip.dataset.provenance import software
+from stickslip.engine import Results
+from stickslip.errors import ConfigError, DamagedBlockError, DamagedManifestError, StoreError
+from stickslip.runs.settings import differences, fingerprint, told
+from stickslip.runs.work import Block, Work
+from stickslip.runs.workdir import manifest as manifests
+from stickslip.runs.workdir.encoding import decode, encode
+from stickslip.runs.workdir.folder import TEMPORARY, Folder
+from stickslip.runs.workdir.lock import PREFIX, Notice
+from stickslip.runs.workdir.manifest import Manifest
+
+SUFFIX = ".parts"
+_BLOCK, _FAILED = re.compile(r"block-(\d{8,})"), re.compile(r"failed-(\d{8,})\.json")
+_LOOKED_AT = 4  # blocks asked whose they are when the manifest cannot say
+
+
+def beside(output: Path) -> str:
+    """Where the working store of a result lies, unless another place is named."""
+    return str(output.with_name(output.name + SUFFIX))
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A block that could not be computed."""
+
+    block: int
+    message: str
+    traceback: str
+
+
+class Parts:
+    """An open working store."""
+
+    def __init__(self, folder: Folder, manifest: Manifest) -> None:
+        self.folder, self.manifest, self.blocks = folder, manifest, manifest.blocks
+
+    @property
+    def where(self) -> str:
+        """The place, for people."""
+        return self.folder.where
+
+    def finished(self) -> set[int]:
+        """Numbers of the blocks that are there."""
+        return self._numbers(_BLOCK)
+
+    def failed(self) -> set[int]:
+        """Numbers of the blocks that failed."""
+        return self._numbers(_FAILED)
+
+    def cells(self, numbers: Iterable[int]) -> int:
+        """How many cells these blocks have."""
+        return sum(len(self.blocks.cells(number)) for number in numbers)
+
+    def save(self, number: int, block: Block) -> None:
+        """Put a computed block on the disk."""
+        self.folder.write(_block_name(number), encoded(self.manifest, number, block))
+
+    def accept(self, number: int, data: bytes, columns: dict[str, np.dtype[Any]]) -> None:
+        """Put a block on the disk that was computed and `encoded` elsewhere. Raises DamagedBlockError."""
+        self._checked(number, data, columns)
+        self.folder.write(_block_name(number), data)
+
+    def load(self, number: int, columns: dict[str, np.dtype[Any]]) -> Results:
+        """The results of a block. Raises FileNotFoundError, or DamagedBlockError for what must not be used."""
+        return self._checked(number, self.folder.read(_block_name(number)), columns)
+
+    def _checked(self, number: int, data: bytes, columns: dict[str, np.dtype[Any]]) -> Results:
+        header, results = decode(data)
+        cells = self.blocks.cells(number)
+        wanted = {"run": self.manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
+        if wrong := [name for name, value in wanted.items() if header.get(name) != value]:
+            raise DamagedBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
+        found = {name: (values.dtype, values.size) for name, values in results.items()}
+        if found != {name: (dtype.newbyteorder("<"), len(cells)) for name, dtype in columns.items()}:
+            raise DamagedBlockError("its columns are not those of this run")
+        return results
+
+    def drop(self, number: int) -> None:
+        """Remove a block, finished or failed, so that it counts as missing."""
+        self.folder.remove(_block_name(number))
+        self.forgive(number)
+
+    def note_failure(self, number: int, error: Exception, trace: str | None = None) -> None:
+        """Record why a block could not be computed; `trace` is the traceback, if not that of the error."""
+        message = f"{type(error).__name__}: {error}" if trace is None else str(error)
+        trace = "".join(traceback.format_exception(error)) if trace is None else trace
+        found = {
+            "run": self.manifest.fingerprint, "block": number, "message": message,
+            "traceback": trace, "stickslip": __version__,
+        }  # fmt: skip
+        self.folder.write(_failed_name(number), json.dumps(found, ensure_ascii=False).encode())
+
+    def failure(self, number: int) -> Failure:
+        """Why a block could not be computed."""
+        try:
+            found = json.loads(self.folder.read(_failed_name(number)))
+            return Failure(number, str(found["message"]), str(found["traceback"]))
+        except (FileNotFoundError, ValueError, TypeError, KeyError):
+            return Failure(number, "the record of what happened is damaged", "")
+
+    def forgive(self, number: int) -> None:
+        """Forget that a block failed."""
+        self.folder.remove(_failed_name(number))
+
+    def delete(self) -> None:
+        """Remove everything that is ours but the locks, and the folder if nothing else is left in it."""
+        clear(self.folder)
+        self.folder.remove(manifests.NAME)
+
+    def _numbers(self, pattern: re.Pattern[str]) -> set[int]:
+        found = {int(match[1]) for name in self.folder.names() if (match := pattern.fullmatch(name))}
+        return {number for number in found if number < self.blocks.count}
+
+
+def encoded(manifest: Manifest, number: int, block: Block) -> bytes:
+    """What the file of a block holds."""
+    cells = manifest.blocks.cells(number)
+    header = {
+        "run": manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop,
+        "reused": block.reused, "stickslip": __version__, "kernels": manifest.kernels[-1],
+    }  # fmt: skip
+    return encode(header, block.results)
+
+
+def _block_name(number: int) -> str:
+    return f"block-{number:08d}"
+
+
+def _failed_name(number: int) -> str:
+    return f"failed-{number:08d}.json"
+
+
+def clear(folder: Folder) -> None:
+    """Remove blocks, records of failures and left-over temporary files."""
+    for name in folder.names():
+        if _BLOCK.fullmatch(name) or _FAILED.fullmatch(name) or _is_temporary(name):
+            folder.remove(name)
+
+
+def sweep(folder: Folder) -> None:
+    """Remove the temporary files of runs that were killed. Only for who holds the store alone."""
+    for name in folder.names():
+        if _is_temporary(name):
+            folder.remove(name)
+
+
+def _is_temporary(name: str) -> bool:
+    return name.startswith(".") and name.endswith(TEMPORARY)
+
+
+# --- opening ----------------------------------------------------------------------------------------------------------
+
+
+def check_ours(folder: Folder) -> None:
+    """Raise StoreError for a folder that holds other things and no manifest: it is not touched."""
+    names = folder.names()
+    ours = (manifests.NAME in names, *(bool(_BLOCK.fullmatch(n) or n.startswith(PREFIX)) for n in names))
+    if names and not any(ours) and not all(map(_is_temporary, names)):
+        raise StoreError(
+            f"{folder.where}: holds other things ({names[0]}, ...) and no working store, so it is left alone\n"
+            "hint: name another place with --store"
+        )
+
+
+def find(folder: Folder) -> Parts:
+    """The store in a folder, whatever it computes. Raises StoreError."""
+    try:
+        manifest = manifests.decode(folder.read(manifests.NAME))
+    except FileNotFoundError:
+        check_ours(folder)
+        raise StoreError(f"{folder.where}: no working store there") from None
+    except DamagedManifestError as damaged:
+        raise StoreError(
+            f"{folder.where}/{manifests.NAME}: damaged, {damaged}\n"
+            "hint: stickslip run with the configuration writes it again; --fresh starts over"
+        ) from None
+    _check_version(folder, manifest)
+    return Parts(folder, manifest)
+
+
+def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice) -> Parts:
+    """The store of this work in a folder that is locked: made, gone on with, or begun again if `fresh`.
+
+    Raises StoreError for a store of another configuration, or of another major version.
+    """
+    if fresh:
+        clear(folder)
+        return _new(folder, work)
+    try:
+        manifest = manifests.decode(folder.read(manifests.NAME))
+    except FileNotFoundError:
+        return _new(folder, work)
+    except DamagedManifestError as damaged:
+        return _mended(folder, work, damaged, notice)
+    _check_version(folder, manifest)
+    return _gone_on_with(Parts(folder, manifest), work, notice)
+
+
+def _new(folder: Folder, work: Work) -> Parts:
+    parts = Parts(folder, manifest_of(work))
+    folder.write(manifests.NAME, manifests.encode(parts.manifest))
+    return parts
+
+
+def manifest_of(work: Work) -> Manifest:
+    """The manifest of a store that this process begins."""
+    return manifests.make(work.config, work.grid.shape, work.blocks, engine.kernels_digest(), software())
+
+
+def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: Notice) -> Parts:
+    """The store with its manifest written again, unless its blocks say that they belong to something else."""
+    parts = Parts(folder, manifest_of(work))
+    for number in sorted(parts.finished())[:_LOOKED_AT]:
+        try:
+            parts.load(number, engine.columns(work.options))
+        except DamagedBlockError as other:
+            raise StoreError(
+                f"{folder.where}/{manifests.NAME}: damaged, {damaged}; and block {number} is not one of this "
+                f"configuration: {other}\nhint: --fresh starts over, or name another place with --store"
+            ) from None
+    notice(f"{manifests.NAME} was damaged ({damaged}) and is written again from the configuration")
+    folder.write(manifests.NAME, manifests.encode(parts.manifest))
+    return parts
+
+
+def _gone_on_with(parts: Parts, work: Work, notice: Notice) -> Parts:
+    check_same(parts, work)
+    manifest, digest = parts.manifest, engine.kernels_digest()
+    if digest != manifest.kernels[-1]:
+        if parts.finished():
+            notice("the kernels were changed since this run began; blocks of both will make up the map")
+        manifest = replace(manifest, kernels=(*manifest.kernels, digest))
+        parts.folder.write(manifests.NAME, manifests.encode(manifest))
+    return Parts(parts.folder, manifest)
+
+
+def check_same(parts: Parts, work: Work) -> None:
+    """Raise StoreError unless a store holds blocks of this work."""
+    there = parts.manifest
+    if there.fingerprint != fingerprint(work.config) or parts.blocks != work.blocks:
+        refuse(parts.where, config_of(parts), work.config)
+
+
+def config_of(parts: Parts) -> Config:
+    """The configuration a store was made from. Raises StoreError."""
+    try:
+        return parts.manifest.config(parts.where)
+    except ConfigError as error:
+        raise StoreError(f"{parts.where}: made from a configuration that this version does not read\n{error}") from None
+
+
+def refuse(where: str, there: Config, here: Config) -> None:
+    """Raise StoreError: `where` was made from another configuration."""
+    keys = told(differences(there, here)) or "  the size of its blocks"
+    raise StoreError(
+        f"{where}: made from another configuration, which differs in\n{keys}\n"
+        "hint: --fresh starts over and replaces it; --output names another file"
+    )
+
+
+def _check_version(folder: Folder, manifest: Manifest) -> None:
+    if manifest.format != manifests.FORMAT or not same_major(manifest.stickslip):
+        raise StoreError(
+            f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}\n"
+            "hint: go on with that version, or start over with --fresh"
+        )
+
+
+def same_major(version: str) -> bool:
+    """Whether a version goes on with what this one began: the same major version."""
+    return version.partition(".")[0] == __version__.partition(".")[0]

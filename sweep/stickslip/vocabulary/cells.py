@@ -1,0 +1,96 @@
+"""Lists of cells as people give them: checked, completed with defaults, and of one length."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.vocabulary.quantities import PARAMETERS, Parameter
+
+Cells = dict[str, NDArray[np.float64]]
+_ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
+
+
+def as_cells(given: Mapping[str, Any] | xr.Dataset) -> Cells:
+    """Every parameter of `PARAMETERS` as a float64 array, all of one length.
+
+    given : numbers or arrays in SI by parameter name, broadcast against each other and flattened; of a Dataset, the
+        variables and coordinates that carry names of parameters.
+    Raises TypeError for names or values of the wrong kind, ValueError for missing or impossible values.
+    """
+    named = _from_dataset(given) if isinstance(given, xr.Dataset) else dict(given)
+    _check_names(named)
+    arrays = {name: _numbers(name, value) for name, value in named.items()}
+    for name, parameter in PARAMETERS.items():
+        if name in arrays:
+            _check_range(parameter, arrays[name])
+        elif parameter.default is None:
+            raise ValueError(f"{name} is missing ({parameter.long_name}, {parameter.units})")
+        else:
+            arrays[name] = np.array(parameter.default)
+    try:
+        broadcast = np.broadcast_arrays(*(arrays[name] for name in PARAMETERS))
+    except ValueError:
+        shapes = ", ".join(f"{name} {value.shape}" for name, value in arrays.items() if value.ndim)
+        raise ValueError(f"the parameters do not fit together; their shapes are {shapes}") from None
+    cells = {name: value.reshape(-1) for name, value in zip(PARAMETERS, broadcast, strict=True)}
+    _check_between(cells)
+    return cells
+
+
+def _from_dataset(ds: xr.Dataset) -> dict[str, Any]:
+    names = [name for name in ds.variables if name in PARAMETERS]
+    return {str(name): values.values for name, values in zip(names, xr.broadcast(*(ds[n] for n in names)), strict=True)}
+
+
+def _check_names(named: Mapping[str, Any]) -> None:
+    for name in named:
+        if name not in PARAMETERS:
+            near = get_close_matches(str(name), PARAMETERS, 1)
+            hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
+            raise TypeError(f"{name!r} is not a parameter of a cell{hint}")
+
+
+def _numbers(name: str, value: Any) -> NDArray[np.float64]:
+    array = np.asarray(value)
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name}: got {value!r}, expected a number or an array of numbers in {PARAMETERS[name].units}")
+    return array.astype(np.float64)
+
+
+def _check_range(parameter: Parameter, values: NDArray[np.float64]) -> None:
+    """NaN is allowed only where it means "absent" (its own default)."""
+    too_low = values <= parameter.minimum if parameter.exclusive else values < parameter.minimum
+    wrong = ~np.isfinite(values) | too_low
+    if parameter.default is not None and np.isnan(parameter.default):
+        wrong &= ~np.isnan(values)
+    if wrong.any():
+        bound = "" if parameter.minimum == -np.inf else f" {'>' if parameter.exclusive else '>='} {parameter.minimum:g}"
+        place = "" if values.ndim == 0 else f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]"
+        found = values[wrong][0] if values.ndim else values
+        raise ValueError(f"{parameter.name}{place}: got {found:g}, expected a finite number{bound} ({parameter.units})")
+
+
+def _check_between(cells: Cells) -> None:
+    """0 <= mu_start, mu_stop <= mu_start <= mu_static, as the configuration wants it; NaN is neither too large nor too
+    small."""
+    mu_start = cells["a1"] + cells["a3"]
+    negative = mu_start < -_ROUNDING * cells["a1"]
+    if negative.any():
+        i = int(np.argmax(negative))
+        found = f"a3[{i}]: got {cells['a3'][i]:g}, expected at least -a1 = {-cells['a1'][i]:g}"
+        raise ValueError(f"{found}: mu_start = a1 + a3 is the static friction, which is not negative")
+    allowed = np.abs(mu_start) * _ROUNDING
+    for name, wrong, bound, why in (
+        ("mu_static", cells["mu_static"] < mu_start - allowed, "at least", "less would neither stick nor slip"),
+        ("mu_stop", cells["mu_stop"] > mu_start + allowed, "at most", "more is not needed to come to rest"),
+    ):
+        if wrong.any():
+            i = int(np.argmax(wrong))
+            found = f"{name}[{i}]: got {cells[name][i]:g}, expected {bound} mu_start = a1 + a3 = {mu_start[i]:g}"
+            raise ValueError(f"{found}: {why}")

@@ -1,0 +1,78 @@
+"""Every quantity that comes out of the engine, declared once.
+
+`VARIABLES` are what it says of a cell, `TRACE_VARIABLES` what it says of one trajectory over time. Datasets, plots and
+documentation read these tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS wants them
+(``m s-1``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One output per cell.
+
+    when : "always", or "full" for those that only a run to the horizon (early_stop=False) defines.
+    comment : what the long name does not say, or nothing.
+    """
+
+    name: str
+    units: str
+    long_name: str
+    when: str = "always"
+    comment: str = ""
+
+
+_VARIABLES = (
+    Variable("regime", "1", "regime of motion"),
+    Variable("status", "1", "how the integration ended"),
+    Variable("breakaway_time", "s", "time of the first break-away"),
+    Variable("restick_time", "s", "time of the first re-stick"),
+    Variable("restick_displacement", "m", "displacement at the first re-stick"),
+    Variable("period", "s", "period of the limit cycle"),
+    Variable("frequency", "s-1", "frequency of the limit cycle"),
+    Variable("stick_fraction", "1", "share of the period spent sticking"),
+    Variable("spring_force_max", "N", "largest spring force since the first break-away, or since the start"),
+    Variable("spring_force_min", "N", "smallest spring force since the first break-away, or since the start"),
+    Variable("slip_speed_max", "m s-1", "largest slip speed"),
+    Variable("acceleration_max", "m s-2", "largest magnitude of the acceleration"),
+    Variable("mu_reversal", "1", "friction coefficient at the reversal point as it occurred"),
+    Variable("mu_breakaway", "1", "friction coefficient at the last break-away, ageing included"),
+    Variable(
+        "tendency",
+        "1",
+        "stick-slip tendency mu_breakaway - 2 mu_reversal + mu_stop",
+        comment="Eq. (3) with what occurred in this motion: friction at break-away, mu_static and ageing included, and "
+        "at reversal, which is not the minimum of the curve. It diagnoses a motion, it does not predict one.",
+    ),
+    Variable("energy_per_cycle", "J", "friction heat per cycle"),
+    Variable("equilibrium_crossings", "1", "crossings of the equilibrium with extrema outside the settling band"),
+    Variable("settling_time", "s", "time from first slip until the amplitude stays inside the settling band"),
+    Variable("settled_displacement", "m", "displacement at which the motion settles"),
+    Variable("displacement_amplitude", "m", "half the range of displacement on the attractor; 0 where it settles"),
+    Variable("velocity_amplitude", "m s-1", "half the range of velocity on the attractor; 0 where it settles"),
+    Variable("cycle_force_max", "N", "largest spring force on the attractor"),
+    Variable("cycle_force_min", "N", "smallest spring force on the attractor"),
+    Variable("damping_ratio", "1", "linear damping ratio of steady sliding on the curve"),
+    Variable("steps", "1", "integration steps tried"),
+    Variable("sticks", "1", "stick phases begun up to the horizon", "full"),
+    Variable("stick_time", "s", "time spent sticking up to the horizon", "full"),
+    Variable("displacement_end", "m", "displacement at the horizon", "full"),
+    Variable("velocity_end", "m s-1", "velocity at the horizon", "full"),
+)
+
+_TRACE_VARIABLES = (
+    Variable("displacement", "m", "displacement"),
+    Variable("velocity", "m s-1", "velocity"),
+    Variable("relative_speed", "m s-1", "relative speed, belt minus mass"),
+    Variable("friction_coefficient", "1", "friction force over normal load"),
+    Variable("spring_force", "N", "spring force"),
+    Variable("acceleration", "m s-2", "acceleration"),
+    Variable("mode", "1", "contact mode"),
+)
+
+
+VARIABLES: dict[str, Variable] = {v.name: v for v in _VARIABLES}
+TRACE_VARIABLES: dict[str, Variable] = {v.name: v for v in _TRACE_VARIABLES}

@@ -1,0 +1,251 @@
+"""Quantities: a number in SI, or a text with a unit such as "10 mm/s".
+
+Pint knows the units, behind a guard that is stricter than its parser, which reads "1,5 mm" as 15 mm: this module splits
+number and unit itself and asks pint for single unit names only. Pint is imported when the first text is met, and its
+registry is read when a unit is met that is not among the plainest, because each takes longer than reading a
+configuration.
+
+Units are spelled as in `quantities.py` ("m s-1").
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import re
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+from stickslip.errors import QuantityError
+
+_LONGEST = 60  # characters of a quantity; nobody writes more, and Fraction would compute with them all
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?(?![\d.])"
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.ASCII | re.DOTALL)
+_COMMA = re.compile(r"\s*[-+]?\d+,\d+")
+_FACTOR = re.compile(r"\s*([*/·]?)\s*([A-Za-zµμΩ°%]+)(?:(?:\^|\*\*)?([-+]?[0-9])(?![0-9.]))?")
+
+_NO_UNIT = (AttributeError, ValueError, OverflowError)  # pint.UndefinedUnitError is the first; nan and inf are others
+
+_KINDS = {  # by unit: what such a quantity is, and how one writes it
+    "kg": ("a mass", "250 g"),
+    "N m-1": ("a stiffness", "5 N/mm"),
+    "N s m-1": ("a damping coefficient", "0.5 N s/m"),
+    "N": ("a force", "10 N"),
+    "m s-1": ("a speed", "10 mm/s"),
+    "s m-1": ("a slope over speed", "0.1 s/m"),
+    "m": ("a length", "10 mm"),
+    "s": ("a time", "2 min"),
+    "m s-2": ("an acceleration", "50 mm/s2"),
+    "s-1": ("a frequency", "2 kHz"),
+}
+_PLAIN = [  # in pint's words
+    "kilo- = 1e3 = k-",
+    "milli- = 1e-3 = m-",
+    "meter = [length] = m = metre",
+    "second = [time] = s",
+    "gram = [mass] = g",
+    "hertz = 1 / second = Hz",
+    "newton = kilogram * meter / second ** 2 = N",
+]
+_OTHER_KINDS = {  # what else people may write by mistake
+    "m2": "an area",
+    "Pa": "a pressure",
+    "J": "an energy or a torque",
+    "W": "a power",
+    "kg s": "a mass times a time",
+    "K": "a temperature",
+}
+
+
+def si_value(value: object, units: str) -> float:
+    """`value` as a finite number in the SI `units`.
+
+    value : a number, which is SI already, or a text of a decimal number and a unit. A quantity without unit ("1") is
+    a number, never a text. The result is the double nearest to what was written ("0.7 mm" is 0.0007).
+    Raises QuantityError.
+    """
+    if isinstance(value, str):
+        return _from_text(value, units)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise QuantityError(expected(units))
+    try:
+        number = float(value)
+    except OverflowError:  # an integer of hundreds of digits
+        number = math.inf
+    if not math.isfinite(number):
+        raise QuantityError(f"a finite number{_in(units)}")
+    return number
+
+
+def expected(units: str) -> str:
+    """What to write for a quantity of these units: ``a speed such as '10 mm/s' or a number in m/s``."""
+    if units == "1":
+        return "a number (without unit)"
+    kind, example = _KINDS[units]
+    return f"{kind} such as '{example}' or a number in {spelled(units)}"
+
+
+def kind(units: str) -> str:
+    """What a quantity of these units is: ``a speed``."""
+    return "a number" if units == "1" else _KINDS[units][0]
+
+
+def example(units: str) -> str:
+    """A text that is such a quantity: ``10 mm/s``. KeyError for "1", which is never a text."""
+    return _KINDS[units][1]
+
+
+def spelled(units: str) -> str:
+    """Units for people: ``m s-1`` becomes ``m/s``; nothing for pure numbers."""
+    if units == "1":
+        return ""
+    over: list[str] = []
+    under: list[str] = []
+    for name, power in _factors(units):
+        (over if power > 0 else under).append(name + (str(abs(power)) if abs(power) != 1 else ""))
+    return "/".join([" ".join(over) or "1", *under])
+
+
+def _in(units: str) -> str:
+    return "" if units == "1" else f" in {spelled(units)}"
+
+
+def _from_text(text: str, units: str) -> float:
+    """The SI value of a text with a unit."""
+    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
+    if match is None:
+        raise QuantityError(expected(units), _hint_for_no_number(text))
+    number, unit = match.groups()
+    if not unit or units == "1":
+        raise QuantityError(expected(units), _hint_for_quotes(number, unit, units))
+    if _COMMA.match(text):
+        decimal = text.strip().replace(",", ".", 1)
+        raise QuantityError(expected(units), f"write a decimal point, not a comma: '{decimal}'")
+    factor = _factor(unit, units)
+    try:
+        return float(Fraction(number) * factor)
+    except OverflowError:
+        raise QuantityError(f"a finite number{_in(units)}") from None
+
+
+def _hint_for_no_number(text: str) -> str | None:
+    if text.strip().lower().lstrip("+-.") in ("nan", "inf", "infinity"):
+        return "every quantity is a finite number"
+    return None
+
+
+def _hint_for_quotes(number: str, unit: str, units: str) -> str:
+    if not unit:
+        return f"remove the quotes: {number}" + (f" is read in {spelled(units)}" if units != "1" else "")
+    if unit == "%":
+        return f"write the share as a number: {float(Fraction(number) / 100):g}"
+    if unit.startswith(","):
+        return "write a decimal point, not a comma, and no quotes"
+    return "leave the unit out: this quantity has none"
+
+
+# --- units ------------------------------------------------------------------------------------------------------------
+
+
+def _factors(units: str) -> list[tuple[str, int]]:
+    """Units of `quantities.py` as names with powers: ``m s-1`` is m to the 1, s to the -1."""
+    found = []
+    for word in units.split():
+        name = word.rstrip("-0123456789")
+        found.append((name, int(word[len(name) :] or 1)))
+    return found
+
+
+@lru_cache(maxsize=256)  # lists hold thousands of values in one unit
+def _factor(unit: str, units: str) -> Fraction:
+    """What a number in `unit`, as people write it, is multiplied with to be in the SI `units`."""
+    powers = _written_factors(unit, units)
+    with contextlib.suppress(*_NO_UNIT):
+        written, wanted = _product(_plain_units(), powers), _product(_plain_units(), _factors(units))
+        if written.dimensionality == wanted.dimensionality:
+            return _ratio(_plain_units(), written, wanted)
+    try:
+        written = _product(_all_units(), powers)
+    except _NO_UNIT:
+        unknown = next(name for name, _ in powers if not _is_known(name))
+        raise QuantityError(expected(units), f"no unit is called '{unknown}'") from None
+    wanted = _product(_all_units(), _factors(units))
+    if written.dimensionality != wanted.dimensionality:
+        raise QuantityError(expected(units), found=_kind_of(written))
+    import pint
+
+    try:
+        return _ratio(_all_units(), written, wanted)
+    except pint.PintError:  # a temperature that cancels, say: its scale has an offset
+        raise QuantityError(expected(units), f"'{unit}' is not a plain multiple of {spelled(units)}") from None
+
+
+def _ratio(registry: Any, written: Any, wanted: Any) -> Fraction:
+    return Fraction(registry.Quantity(Fraction(1), written).to(wanted).magnitude)
+
+
+def _written_factors(unit: str, units: str) -> list[tuple[str, int]]:
+    """Names and powers in a unit as people write it: factors separated by ``*``, ``/`` or a space."""
+    found, position = [], 0
+    while position < len(unit):
+        match = _FACTOR.match(unit, position)
+        if match is None:
+            raise QuantityError(expected(units), _hint_for_unit(unit))
+        operator, name, power = match.groups()
+        found.append((name, int(power or 1) * (-1 if operator == "/" else 1)))
+        position = match.end()
+    return found
+
+
+def _hint_for_unit(unit: str) -> str:
+    if unit.startswith(","):
+        return "write a decimal point, not a comma"
+    if "(" in unit:
+        return "write units without brackets: 'N/m/s' or 'N m-1 s-1'"
+    return f"'{unit}' is not a unit"
+
+
+@lru_cache(maxsize=1)
+def _all_units() -> Any:
+    """Pint's units. Fractions keep conversions exact, so that "0.7 mm" is the double nearest to 0.0007."""
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Fraction)
+
+
+@lru_cache(maxsize=1)
+def _plain_units() -> Any:
+    """The units most configurations make do with, which are those of `_all_units` and at hand at once."""
+    import pint
+
+    registry: Any = pint.UnitRegistry(None, non_int_type=Fraction)
+    registry.load_definitions(_PLAIN)
+    return registry
+
+
+def _is_known(name: str) -> bool:
+    try:
+        _all_units().Unit(name)
+    except _NO_UNIT:
+        return False
+    return True
+
+
+def _product(registry: Any, powers: list[tuple[str, int]]) -> Any:
+    """The pint unit of names with powers."""
+    unit = registry.Unit("")
+    for name, power in powers:
+        unit = unit * registry.Unit(name) ** power
+    return unit
+
+
+def _kind_of(unit: Any) -> str:
+    """What a pint unit measures, in words."""
+    kinds = {units: kind for units, (kind, _) in _KINDS.items()} | _OTHER_KINDS
+    for units, words in kinds.items():
+        if _product(_all_units(), _factors(units)).dimensionality == unit.dimensionality:
+            return words.split(" ", 1)[1]
+    if unit.dimensionless:
+        return "pure number"
+    return " ".join(name + (f"^{power}" if power != 1 else "") for name, power in unit.dimensionality.items())

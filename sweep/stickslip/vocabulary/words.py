@@ -1,0 +1,19 @@
+"""Words in messages: the one that was probably meant, and several in a row."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+def nearest(word: str, words: Iterable[str]) -> str | None:
+    """The one of `words` that `word` was probably meant to be, if any comes close."""
+    known = list(words)
+    found = difflib.get_close_matches(word.lower().replace("-", "_").replace(" ", "_"), known, 1, 0.6)
+    return found[0] if found else None
+
+
+def listed(words: Iterable[str], last: str = "or") -> str:
+    """Words in a row: ``a, b or c``."""
+    *first, final = words
+    return f"{', '.join(first)} {last} {final}" if first else final
