@@ -167,7 +167,15 @@ def test_source_names_the_commit_and_whether_files_differ_from_it(checkout):
     root, commit = checkout
     assert provenance("", title="")["source"].endswith(f"git {commit}")
     (root / "sweep/stickslip/dataset/provenance.py").write_text("edited")
+    made_by._revision.cache_clear()
     assert made_by.git_revision() == f"{commit}-dirty"
+
+
+def test_git_is_asked_once_per_process(checkout, monkeypatch):
+    _, commit = checkout
+    assert made_by.git_revision() == commit
+    monkeypatch.setattr(made_by.subprocess, "run", None)
+    assert provenance("", title="")["source"].endswith(f"git {commit}")
 
 
 def test_provenance_needs_no_git(checkout, monkeypatch):

@@ -104,7 +104,7 @@ def test_a_kernel_under_way_leaves_within_a_moment_of_being_told(kernels):
     cell = as_cells({"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "belt_speed": 1.0, "a1": 0.5, "a2": 0.0,
                      "a3": 0.0, "a4": 1.0, "velocity": 0.5})  # fmt: skip
     stop = np.zeros(1, np.int64)
-    options = Options(horizon=1e9, early_stop=False, max_steps=10**12)
+    options = Options(horizon=1e9, early_stop=False, max_steps=2 * 10**9)
     rows = []
     worker = threading.Thread(target=lambda: rows.append(maps._run_block(cell, options, stop)))
     worker.start()
@@ -156,10 +156,10 @@ def test_no_cells_are_computed_at_once():
 
 
 @pytest.mark.parametrize(("wrong", "message"), [
-    ({"rtol": 1.0}, "rtol: got 1.0, expected 1e-12 to 0.01"),
+    ({"rtol": 1.0}, "rtol: got 1.0, expected a number from 1e-12 to 0.01"),
     ({"horizon": 0.0}, "horizon: got 0.0, expected a time > 0"),
     ({"early_stop": False}, "early_stop=False .* needs a finite horizon"),
-    ({"threads": 0}, "threads: got 0, expected a whole number >= 1"),
+    ({"threads": 0}, "threads: got 0, expected a whole number from 1 to 4096"),
     ({"block": 0}, "block: got 0"),
     ({"max_steps": 0}, "max_steps: got 0"),
     ({"rtol": float("nan")}, "rtol: got nan"),

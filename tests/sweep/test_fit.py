@@ -410,7 +410,7 @@ def test_a_unit_that_the_header_lacks_is_assumed_aloud_or_taken_from_the_caller(
         ("speed [mm/s],mu\n10\n", (2, 1), "got 1 value, expected 2"),
         ("speed [mm/s],mu\n1,\n", (2, 3), "mu: empty, expected a number"),
         ("speed [mm/s],mu\n1,nan\n", (2, 3), "leave out points that were not measured"),
-        ("speed [mm/s],mu\n1,0.5\n\n# x\n -2 ,0.5\n", (5, 2), "speed: got '-2', expected a number >= 0"),
+        ("speed [mm/s],mu\n1,0.5\n\n# x\n -2 ,0.5\n", (5, 2), "speed: got '-2', expected a speed of at least 0 m/s"),
         ("speed [mm],mu\n1,0.5\n", (1, 1), "mm is a unit of length"),
         ("speed [mm/x],mu\n1,0.5\n", (1, 1), "no unit is called 'x'"),
         ("speed [nan],mu\n1,0.5\n", (1, 1), "no unit is called 'nan'"),
@@ -424,7 +424,7 @@ def test_a_unit_that_the_header_lacks_is_assumed_aloud_or_taken_from_the_caller(
         ("speed,mu\n", (1, 1), "no points"),
         ("# nothing\n", None, "no line names the columns"),
         ('speed,mu\n1,"0.5\n', (2, 1), "not CSV"),
-        ("speed,mu,sigma\n1,0.5,0\n", (2, 7), "sigma: got '0', expected a number > 0"),
+        ("speed,mu,sigma\n1,0.5,0\n", (2, 7), "sigma: got '0', expected a number above 0"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_said_with_its_place(tmp_path, text, place, said):

@@ -8,8 +8,12 @@ from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config
 from stickslip.config.schema import json_schema
 from stickslip.config.starter import STARTER
-from stickslip.rig.simulate.config import is_rig, load_rig
+from stickslip.config.yaml import Document
+from stickslip.errors import ConfigError
+from stickslip.rig.settings import read_settings
+from stickslip.rig.simulate.config import is_rig, load_rig, make_rig
 from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.settings import SETTINGS
 
 SCHEMA = json_schema()
 
@@ -72,6 +76,27 @@ def test_the_starter_is_valid():
 )
 def test_what_the_reader_refuses_an_editor_marks(data, where):
     assert complaints(data) == [where]
+
+
+def beyond_bounds():
+    """Section, name, and a value just beyond each bound that the vocabulary has."""
+    rows = [*QUANTITIES.values(), *(row for rows in SETTINGS.values() for row in rows.values())]
+    for row in rows:
+        if row.above is not None:
+            yield row.section, row.name, row.above
+        if row.at_least is not None:
+            yield row.section, row.name, row.at_least - 1
+        if row.at_most is not None:
+            yield row.section, row.name, 2 * row.at_most
+
+
+@pytest.mark.parametrize(("section", "name", "value"), list(beyond_bounds()))
+def test_every_bound_of_the_vocabulary_holds_for_the_reader_and_in_the_schema(section, name, value):
+    data = {section: {name: value}}
+    with pytest.raises(ConfigError) as caught:
+        read_settings(Document("<data>", data)) if section in ("features", "risk") else make_rig(data)
+    assert (section, name) in [problem.path for problem in caught.value.problems]
+    assert complaints(data) == [f"{section}/{name}"]
 
 
 def test_every_quantity_is_described_where_it_can_be_fixed_and_as_an_axis():

@@ -150,15 +150,14 @@ def _settings(config: Path | None, conditions: Mapping[str, str | None], bandwid
 def _quantity(name: str, text: str) -> float:
     """An option in SI."""
     from stickslip.errors import ConfigError, Problem, QuantityError
-    from stickslip.rig.quantities import CONDITIONS
-    from stickslip.rig.settings import FEATURE_PARAMETERS, within
+    from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS
 
     try:
         try:
             value: float | str = float(text)
         except ValueError:
             value = text
-        return within((CONDITIONS | FEATURE_PARAMETERS)[name], value)
+        return (CONDITIONS | FEATURE_SETTINGS)[name].read(value)
     except QuantityError as error:
         problem = Problem((name,), f"got {text!r}, expected {error.expected}", hint=error.hint)
         raise ConfigError("options", [problem]) from None

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from stickslip.config.model import Axis, Config, Group, Range, Values
 from stickslip.vocabulary import units
 from stickslip.vocabulary.curve import Coefficients, coefficients
-from stickslip.vocabulary.quantities import DRIVE, MEASURED, PARAMETERS, QUANTITIES, Parameter
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import DRIVE, MEASURED, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 
 Floats = NDArray[np.float64]
@@ -89,7 +90,7 @@ class Grid:
 
 def build_grid(config: Config) -> Grid:
     """The grid of a configuration."""
-    fixed = {name: math.nan if isinstance(value, str) else value for name, value in config.fixed().items()}
+    fixed = config.fixed()
     coords: list[Coordinate] = []
     columns: dict[str, _Column] = {}
     for number, axis in enumerate(config.axes):
@@ -123,7 +124,7 @@ def _dimension(axis: Axis) -> str:
 
 
 def _has_words(axis: Range | Values) -> bool:
-    return isinstance(axis, Values) and any(isinstance(value, str) for value in axis.values)
+    return isinstance(axis, Values) and any(map(math.isnan, axis.values))
 
 
 def _coordinate_name(name: str) -> str:
@@ -154,6 +155,7 @@ def _coordinate(axis: Range | Values, dim: str, spacing: str, labels: tuple[str,
     return Coordinate(name, dim, axis.points(), declared.units, declared.long_name, spacing, labels)
 
 
-def _label(value: float | str, declared: Parameter) -> str:
+def _label(value: float, declared: Parameter) -> str:
     """A value as the name of a point."""
-    return value if isinstance(value, str) else f"{value!r} {units.spelled(declared.units)}".rstrip()
+    written = declared.written(value)
+    return written if isinstance(written, str) else f"{written!r} {units.spelled(declared.units)}".rstrip()

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from stickslip.config.sections import Drive
 from stickslip.errors import Path
-from stickslip.vocabulary.quantities import DRIVE, QUANTITIES, default
+from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
 
 OF_RIGS = ("drive", "sensor")  # sections
 
@@ -77,7 +77,7 @@ def varied_paths(axes: Mapping[str, Any]) -> list[Path]:
 
 def ramp_of_no_use(drive: Drive, given: Mapping[str, list[Path]]) -> Iterator[Misplaced]:
     """A ramp that the profile does not have."""
-    if drive.profile == "sine" and "ramp" in given and drive.ramp != default("ramp"):
+    if drive.profile == "sine" and "ramp" in given and drive.ramp != QUANTITIES["ramp"].default:
         message = "got a ramp with the profile sine, expected none"
         yield Misplaced(given["ramp"][0], message, "the profile trapezoid has one")
 
@@ -87,4 +87,4 @@ def with_ramp(rig: bool, fixed: Mapping[str, float], drive: Drive, is_given: boo
     where the profile has none."""
     if drive.profile == "sine":
         return {name: value for name, value in fixed.items() if name != "ramp"}
-    return dict(fixed) if not rig or is_given else {**fixed, "ramp": float(default("ramp") or 0.0)}
+    return dict(fixed) if not rig or is_given else {**fixed, "ramp": float(QUANTITIES["ramp"].default or 0.0)}

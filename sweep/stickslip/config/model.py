@@ -24,28 +24,25 @@ from stickslip.config.sections import (
     Solver,
     Start,
     System,
+    number,
     one_of,
-    quantity,
     refused,
-    whole,
 )
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
-
-LONGEST_AXIS = 10_000_000  # points; the values of axes are held in memory, those of cells are not
-
+from stickslip.vocabulary.settings import AXIS
 
 # --- axes -------------------------------------------------------------------------------------------------------------
 
 
-def _named(value: object, info: ValidationInfo) -> float | str:
+def _named(value: object, info: ValidationInfo) -> float:
     """One value of a list; the context holds how many more are worth explaining, which takes its time."""
     left: list[int] = info.context or [1]
     if left[0] <= 0:
         return math.nan  # the list is refused already
     try:
-        return quantity(info.data["name"], value)
+        return number(QUANTITIES[info.data["name"]], value)
     except PydanticCustomError:
         left[0] -= 1
         raise
@@ -55,7 +52,7 @@ class Values(Section):
     """One quantity that takes the listed values; `name` is its key in the file."""
 
     name: str
-    values: tuple[Annotated[float | str, BeforeValidator(_named)], ...]
+    values: tuple[Annotated[float, BeforeValidator(_named)], ...]
 
     @property
     def size(self) -> int:
@@ -64,11 +61,11 @@ class Values(Section):
 
     def points(self) -> NDArray[np.float64]:
         """The values in SI; NaN where a word stands."""
-        return np.array([math.nan if isinstance(value, str) else value for value in self.values], np.float64)
+        return np.array(self.values, np.float64)
 
     def resolved(self) -> dict[str, Any]:
         """The axis as plain data, without its name."""
-        return {"values": list(self.values)}
+        return {"values": _written(self)}
 
 
 class Range(Section):
@@ -89,30 +86,30 @@ class Range(Section):
     @classmethod
     def _end(cls, value: object, info: ValidationInfo) -> float:
         name, start = info.data["name"], info.data.get("start")
-        number = quantity(name, value)
-        if isinstance(number, str):
-            raise refused(units.expected(QUANTITIES[name].units), f"{number} can stand in a list: values: [...]")
-        unit = units.spelled(QUANTITIES[name].units)
-        if info.field_name == "start" and info.data.get("spacing") == "log" and number <= 0:
+        row = QUANTITIES[name]
+        end, unit = number(row, value), units.spelled(row.units)
+        if math.isnan(end):
+            raise refused(units.expected(row.units), f"{row.word} can stand in a list: values: [...]")
+        if info.field_name == "start" and info.data.get("spacing") == "log" and end <= 0:
             raise refused(f"a start above 0 {unit}".rstrip() + " for log spacing", "or use spacing: linear")
-        if info.field_name == "stop" and start is not None and number <= start:
-            hint = "swap start and stop" if number < start else "a quantity that does not vary belongs in its section"
+        if info.field_name == "stop" and start is not None and end <= start:
+            hint = "swap start and stop" if end < start else "a quantity that does not vary belongs in its section"
             raise refused(f"more than start ({start:g} {unit}".rstrip() + ")", hint)
-        return number
+        return end
 
     @field_validator("num", mode="before")
     @classmethod
     def _num(cls, value: object, info: ValidationInfo) -> int:
         if value == 1:
             hint = "a quantity that does not vary belongs in its section"
-            raise refused(f"a whole number from 2 to {LONGEST_AXIS}", hint)
-        number = whole(value, 2, LONGEST_AXIS)
+            raise refused(AXIS["num"].expected, hint)
+        points = int(number(AXIS["num"], value))
         start, stop = info.data.get("start"), info.data.get("stop")
         if start is not None and stop is not None:
             largest = max(abs(start), abs(stop))
-            if (stop - start) / (number - 1) < 4 * math.ulp(largest):
+            if (stop - start) / (points - 1) < 4 * math.ulp(largest):
                 raise refused("fewer points: neighbours would be equal after rounding")
-        return number
+        return points
 
     @property
     def size(self) -> int:
@@ -146,8 +143,12 @@ class Group(Section):
 
     def resolved(self) -> dict[str, Any]:
         """The axis as plain data, without its name."""
-        plain: dict[str, Any] = {"zip": {member.name: list(member.values) for member in self.members}}
+        plain: dict[str, Any] = {"zip": {member.name: _written(member) for member in self.members}}
         return plain if self.labels is None else {**plain, "labels": list(self.labels)}
+
+
+def _written(values: Values) -> list[float | str]:
+    return [QUANTITIES[values.name].written(value) for value in values.values]
 
 
 Axis = Range | Values | Group
@@ -171,7 +172,7 @@ class Config(Section):
     drive: Drive | None = None
     sensor: Sensor | None = None
 
-    def fixed(self) -> dict[str, float | str]:
+    def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; `quantities.MEASURED` among them where they were given."""
         sections = (self.system, self.friction, self.start, self.drive or ())
         named = {name: value for section in sections for name, value in section if name in QUANTITIES}
@@ -179,10 +180,9 @@ class Config(Section):
 
     def resolved(self) -> dict[str, Any]:
         """Everything as plain data: SI, defaults filled in. Read again, it gives an equal configuration."""
-        plain = self.model_dump(exclude={"axes"}, exclude_none=True)
-        axes = {axis.name: axis.resolved() for axis in self.axes}
-        plain["axes"] = axes
-        return {key: plain[key] for key in type(self).model_fields if key in plain}
+        plain = {key: value.resolved() if isinstance(value, Section) else value for key, value in self}
+        plain["axes"] = {axis.name: axis.resolved() for axis in self.axes}
+        return {key: value for key, value in plain.items() if value is not None}
 
     def to_yaml(self) -> str:
         """`resolved` as YAML text; what result files keep, and what `reader.parse_config` reads."""

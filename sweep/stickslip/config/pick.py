@@ -5,7 +5,6 @@ A result holds the configuration it was computed from, so a cell can be picked o
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
@@ -16,8 +15,8 @@ from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.reader import make_config, parse_config
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
-from stickslip.vocabulary import units
-from stickslip.vocabulary.quantities import DRIVE, HORIZON_UNITS, QUANTITIES, WORDS
+from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
+from stickslip.vocabulary.settings import SOLVER
 from stickslip.vocabulary.words import listed, nearest
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
@@ -82,12 +81,9 @@ def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> 
 def seconds(text: str, option: str = "--duration") -> float:
     """A time on the command line: a number of seconds, or a text with a unit. Raises ConfigError."""
     try:
-        time = units.si_value(_number_or_text(text), HORIZON_UNITS)
+        return SOLVER["horizon"].read(_number_or_text(text))
     except QuantityError as error:
         raise ConfigError(option, [Problem((), f"got {text!r}, {error}")]) from None
-    if time <= 0:
-        raise ConfigError(option, [Problem((), f"got {text!r}, expected a time above 0 s")])
-    return time
 
 
 def _plain(recipe: Recipe) -> dict[str, Any]:
@@ -115,13 +111,13 @@ def _at(axis: Axis, i: int) -> str:
     if isinstance(axis, Group):
         label = axis.labels[i] if axis.labels else ""
         return label if label and label == label.strip() else str(i)
-    value = float(axis.points()[i]) if isinstance(axis, Range) else axis.values[i]
-    return value if isinstance(value, str) else repr(value)
+    return _text(axis.name, float(axis.points()[i]))
 
 
 def _text(name: str, value: float) -> str:
     """A quantity as a setting: its shortest exact spelling, or the word for its absence."""
-    return WORDS[name] if math.isnan(value) and name in WORDS else repr(value)
+    written = QUANTITIES[name].written(value)
+    return written if isinstance(written, str) else repr(written)
 
 
 def _split(setting: str) -> tuple[str, str]:
@@ -156,11 +152,11 @@ def _point(group: Group, value: str) -> dict[str, Any]:
     else:
         expected = listed([*labels, f"a position from 0 to {group.size - 1}"])
         raise ConfigError(_SOURCE, [Problem((group.name,), f"got {value!r}, expected {expected}")])
-    return {member.name: member.values[position] for member in group.members}
+    return {m.name: QUANTITIES[m.name].written(m.values[position]) for m in group.members}
 
 
 def _missing(axis: Axis) -> Problem:
     if isinstance(axis, Group):
         return Problem((axis.name,), "missing, expected one of the points of the group", hint=f"--at {axis.name}=0")
-    example = axis.start if isinstance(axis, Range) else axis.values[0]
+    example = axis.start if isinstance(axis, Range) else QUANTITIES[axis.name].written(axis.values[0])
     return Problem((axis.name,), "missing, expected a value for this axis", hint=f"--at {axis.name}={example}")

@@ -6,7 +6,6 @@ All problems are reported at once, each with its line and column. `model.py` hol
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Collection, Iterable, Mapping
@@ -33,7 +32,7 @@ from stickslip.config.sections import (
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, dotted
 from stickslip.vocabulary import units
-from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED, default
+from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.words import listed, nearest
 
@@ -126,7 +125,7 @@ class _Reader:
             raise ConfigError(self._document.name, self._problems)
         for key in QUANTITY_SECTIONS:
             own = [name for name in type(sections[key]).model_fields if name in QUANTITIES]
-            absent = {name: default(name) for name in own if name not in given}
+            absent = {name: QUANTITIES[name].default for name in own if name not in given}
             sections[key] = sections[key].model_copy(update=absent)
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
         return Config(title=title, axes=tuple(axes), **{**sections, **of_rigs})  # type: ignore[arg-type]
@@ -347,7 +346,7 @@ class _Reader:
                 message = f"given twice, as {dotted(first)}{self._line(first)} already, expected once"
                 self._add(path, message, "keep the one you mean", at_key=True)
         for name, declared in QUANTITIES.items():
-            if declared.section not in ("friction", *(() if self._rig else kinds.OF_RIGS)) and default(name) is None:
+            if declared.section not in ("friction", *(() if self._rig else kinds.OF_RIGS)) and declared.default is None:
                 self._check_given(name, given)
 
     def _check_given(self, name: str, given: Collection[str]) -> None:
@@ -381,13 +380,12 @@ class _Reader:
                 if name in given:
                     expected = "a1, a2, a3 and a4: this form is for the law stribeck"
                     self._add(given[name][0], f"got {name} with the law {law}, expected {expected}", at_key=True)
-        if law != "stribeck_delta" and "delta" in given and friction.delta != default("delta"):
+        if law != "stribeck_delta" and "delta" in given and friction.delta != QUANTITIES["delta"].default:
             message = f"got an exponent with the law {law}, expected none"
             self._add(given["delta"][0], message, "the law stribeck_delta has one", at_key=True)
 
 
 def _fixed(sections: Iterable[Section]) -> dict[str, float]:
-    """Quantities with one value for all cells, NaN for words."""
+    """Quantities with one value for all cells."""
     named = {name: value for section in sections for name, value in section if name in QUANTITIES}
-    given = {name: value for name, value in named.items() if value is not None}
-    return {name: math.nan if isinstance(value, str) else value for name, value in given.items()}
+    return {name: value for name, value in named.items() if value is not None}

@@ -79,7 +79,7 @@ def findings(space: Space) -> Iterator[Finding]:
 def _order(axis: Values) -> Iterator[Finding]:
     """Values of an axis differ, and numbers run one way: they become a coordinate."""
     seen: dict[float | str, int] = {}
-    for i, value in enumerate(axis.values):
+    for i, value in enumerate(map(QUANTITIES[axis.name].written, axis.values)):
         if value in seen:
             hint = f"it is the same as value number {seen[value] + 1}"
             yield Finding(("axes", axis.name, "values", i), "a value that is not in the list yet", hint)

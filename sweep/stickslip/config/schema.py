@@ -10,12 +10,13 @@ import re
 from typing import Any
 
 from stickslip.config.addresses import LOCAL, PATTERN
-from stickslip.config.model import LONGEST_AXIS
-from stickslip.config.reader import DEFAULT_TITLE, QUANTITY_SECTIONS
-from stickslip.config.sections import OUTPUT_SUFFIXES, PLOT_SUFFIXES, RTOL, Execution, Output, Section, Sensor, Solver
+from stickslip.config.reader import DEFAULT_TITLE, SECTIONS
+from stickslip.config.sections import OUTPUT_SUFFIXES, PLOT_SUFFIXES, Section
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAWS
-from stickslip.vocabulary.quantities import HORIZON_UNITS, PROFILES, QUANTITIES, SENSOR, WORDS, default
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import PROFILES, QUANTITIES
+from stickslip.vocabulary.settings import AXIS, FEATURE_SETTINGS, RISK
 
 Schema = dict[str, Any]
 
@@ -37,15 +38,18 @@ def json_schema() -> Schema:
                 "default": DEFAULT_TITLE,
                 "description": "what the map shows",
             },
-            **{key: _quantity_section(model) for key, model in QUANTITY_SECTIONS.items()},
             "axes": _axes(),
-            "solver": _section(Solver, _SOLVER),
-            "execution": _section(Execution, _EXECUTION),
-            "output": _section(Output, _OUTPUT),
-            "sensor": _section(Sensor, _SENSOR),
-            **{key: {"type": ["object", "null"], "description": what} for key, what in _JUDGED.items()},
+            **{key: _section(model) for key, model in SECTIONS.items()},
+            **{key: _judged(key) for key in _JUDGED},
         },
     }
+
+
+def _judged(key: str) -> Schema:
+    """A section about how records are judged."""
+    rows, description = _JUDGED[key]
+    others = {"subtract_offset": _OFFSET} if key == "features" else {}
+    return _object({name: _described(row) for name, row in rows.items()} | others, description)
 
 
 def _object(properties: Schema, description: str) -> Schema:
@@ -57,51 +61,30 @@ def _object(properties: Schema, description: str) -> Schema:
     }
 
 
-# --- quantities -------------------------------------------------------------------------------------------------------
+# --- numbers ----------------------------------------------------------------------------------------------------------
 
 
-def _quantity(name: str, words: bool = True) -> Schema:
-    """A number within the bounds of the quantity, a text with a unit, or the word that stands for its absence."""
-    declared = QUANTITIES[name]
-    forms = [_number(declared.units, declared.minimum, declared.exclusive)]
-    if declared.units != "1":
-        forms.append({"type": "string", "pattern": _WITH_UNIT, "examples": [units.example(declared.units)]})
-    if words and name in WORDS:
-        forms.append({"const": WORDS[name]})
+def _number(row: Parameter, words: bool = True) -> Schema:
+    """A number within the bounds of a row, a text with a unit, or the word for NaN."""
+    bare: Schema = {"type": "integer" if row.whole else "number"}
+    if row.units != "1":
+        bare["description"] = f"in {units.spelled(row.units)}"
+    bounds = {"exclusiveMinimum": row.above, "minimum": row.at_least, "maximum": row.at_most}
+    forms = [bare | {key: bound for key, bound in bounds.items() if bound is not None}]
+    if row.units != "1":
+        forms.append({"type": "string", "pattern": _WITH_UNIT, "examples": [units.example(row.units)]})
+    if words and row.word:
+        forms.append({"const": row.word})
     return forms[0] if len(forms) == 1 else {"anyOf": forms}
 
 
-def _number(unit: str, minimum: float, exclusive: bool) -> Schema:
-    found: Schema = {"type": "number"}
-    if unit != "1":
-        found["description"] = f"in {units.spelled(unit)}"
-    if minimum != float("-inf"):
-        found["exclusiveMinimum" if exclusive else "minimum"] = minimum
+def _described(row: Parameter) -> Schema:
+    """A number with what it is, its unit, and its default."""
+    unit = units.spelled(row.units)
+    found = {"description": f"{row.long_name} ({unit})" if unit else row.long_name, **_number(row)}
+    if row.default is not None and (row.word or not row.may_be_absent):
+        found["default"] = row.written(row.default)
     return found
-
-
-def _described(name: str) -> str:
-    """The long name of a quantity with its unit."""
-    declared = QUANTITIES[name]
-    unit = units.spelled(declared.units)
-    return f"{declared.long_name} ({unit})" if unit else declared.long_name
-
-
-def _quantity_section(model: type[Section]) -> Schema:
-    """A section that fixes quantities; friction also names its law, or the points it is fitted to, a drive its
-    profile."""
-    properties: dict[str, Schema] = {}
-    for name, field in model.model_fields.items():
-        if name == "law":
-            properties[name] = {"description": field.description, "enum": list(LAWS), "default": field.default}
-            continue
-        if name in _OTHERS:
-            properties[name] = {"description": field.description, **_OTHERS[name]}
-            continue
-        properties[name] = {"description": _described(name), **_quantity(name)}
-        if default(name) is not None:
-            properties[name]["default"] = default(name)
-    return _object(properties, str(model.__doc__))
 
 
 # --- axes -------------------------------------------------------------------------------------------------------------
@@ -109,11 +92,14 @@ def _quantity_section(model: type[Section]) -> Schema:
 
 def _axes() -> Schema:
     """Quantities that vary, and groups of them."""
-    values = {name: {"type": "array", "minItems": 1, "items": _quantity(name)} for name in QUANTITIES}
+    values = {name: {"type": "array", "minItems": 1, "items": _number(QUANTITIES[name])} for name in QUANTITIES}
     return {
         "type": ["object", "null"],
         "description": "What varies, the outermost dimension first: quantities, or groups that vary together (zip).",
-        "properties": {name: {"description": _described(name), "anyOf": _axis_forms(name)} for name in QUANTITIES},
+        "properties": {
+            name: {"description": _described(row)["description"], "anyOf": _axis_forms(name)}
+            for name, row in QUANTITIES.items()
+        },
         "additionalProperties": {
             "type": "object",
             "description": "Quantities that vary together, point by point.",
@@ -134,8 +120,8 @@ def _axes() -> Schema:
 
 def _axis_forms(name: str) -> list[Schema]:
     """A list of values, the same in a mapping, or a range."""
-    values = {"type": "array", "minItems": 1, "uniqueItems": True, "items": _quantity(name)}
-    end = _quantity(name, words=False)
+    values = {"type": "array", "minItems": 1, "uniqueItems": True, "items": _number(QUANTITIES[name])}
+    end = _number(QUANTITIES[name], words=False)
     return [
         values,
         {"type": "object", "required": ["values"], "additionalProperties": False, "properties": {"values": values}},
@@ -146,66 +132,44 @@ def _axis_forms(name: str) -> list[Schema]:
             "properties": {
                 "start": end,
                 "stop": end,
-                "num": {"type": "integer", "minimum": 2, "maximum": LONGEST_AXIS, "description": "number of points"},
+                "num": _described(AXIS["num"]),
                 "spacing": {"enum": ["linear", "log"], "default": "linear"},
             },
         },
     ]
 
 
-# --- the rest ---------------------------------------------------------------------------------------------------------
+# --- sections ---------------------------------------------------------------------------------------------------------
 
 
-def _section(model: type[Section], shapes: Schema) -> Schema:
-    """A section of other things: their shapes, with descriptions and defaults from the model."""
-    properties = {}
+def _section(model: type[Section]) -> Schema:
+    """A section: its numbers as the vocabulary has them, the rest with descriptions and defaults from the model."""
+    properties: Schema = {}
     for name, field in model.model_fields.items():
-        properties[name] = {"description": field.description, **shapes[name]}
+        if name in model.rows:
+            properties[name] = _described(model.rows[name])
+            continue
+        properties[name] = {"description": field.description, **_OTHERS[name]}
         if field.default is not None:
             properties[name]["default"] = field.default
     return _object(properties, str(model.__doc__))
 
 
-def _file_name(suffixes: tuple[str, ...]) -> Schema:
+def _file_name(*suffixes: str) -> Schema:
     return {"type": "string", "pattern": f"({'|'.join(map(re.escape, suffixes))})$"}
 
 
-_OTHERS: Schema = {
-    "fit": {"type": "string"},
+_OTHERS: Schema = {  # what is no number
+    "law": {"enum": list(LAWS)},
+    "fit": _file_name(".csv"),
     "profile": {"enum": list(PROFILES)},
-    "strokes": {"type": "integer", "minimum": 1},
+    "early_stop": {"type": "boolean"},
+    "dask": {"type": "string", "pattern": PATTERN, "examples": ["tcp://host:8786", LOCAL]},
+    "file": _file_name(*OUTPUT_SUFFIXES),
+    "plot": _file_name(*PLOT_SUFFIXES),
 }
 _JUDGED = {
-    "features": "How the features of a record are read: bandwidth of the sensor, smallest drop of the force, ...",
-    "risk": "Parameters of the model RPN: base, and weight_ and scale_ of each of its three features.",
+    "features": (FEATURE_SETTINGS, "How the features of a record are read."),
+    "risk": (RISK, "Parameters of the model RPN: base, and weight_ and scale_ of each of its three features."),
 }
-_SOLVER: Schema = {
-    "rtol": {"type": "number", "minimum": RTOL[0], "maximum": RTOL[1]},
-    "horizon": {
-        "anyOf": [
-            _number(HORIZON_UNITS, 0, True),
-            {"type": "string", "pattern": _WITH_UNIT, "examples": [units.example(HORIZON_UNITS)]},
-        ]
-    },
-    "max_steps": {"type": "integer", "minimum": 1},
-    "early_stop": {"type": "boolean"},
-}
-_EXECUTION: Schema = {
-    "threads": {"anyOf": [{"const": "auto"}, {"type": "integer", "minimum": 1}]},
-    "block": {"type": "integer", "minimum": 1},
-    "dask": {"type": "string", "pattern": PATTERN, "examples": ["tcp://host:8786", LOCAL]},
-}
-_SENSOR: Schema = {
-    **{
-        name: {
-            "anyOf": [
-                _number(declared.units, declared.minimum, declared.exclusive),
-                {"type": "string", "pattern": _WITH_UNIT, "examples": [units.example(declared.units)]},
-            ]
-        }
-        for name, declared in SENSOR.items()
-    },
-    "seed": {"type": "integer", "minimum": 0},
-    "oversampling": {"type": "integer", "minimum": 1, "maximum": 64},
-}
-_OUTPUT: Schema = {"file": _file_name(OUTPUT_SUFFIXES), "plot": _file_name(PLOT_SUFFIXES)}
+_OFFSET = {"type": "boolean", "description": "whether the median of the acceleration is subtracted as an offset"}

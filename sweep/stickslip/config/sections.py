@@ -1,28 +1,29 @@
 """The sections of a configuration: frozen pydantic models, all in SI.
 
-A quantity is held as a number in SI, or as the word that stands for its absence (`quantities.WORDS`); one that varies
-along an axis is None here.
+What is a number is declared in the vocabulary, and read and written as its row says: NaN where a word such as "none"
+stands in the file. A quantity that varies along an axis is None here.
 
-Field validators report what they refuse through `refused`, so that every message says what was expected.
+Validators report what they refuse through `refused`, so that every message says what was expected.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import PurePath
-from typing import Annotated, Literal
+from typing import Any, ClassVar, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, create_model, field_validator
 from pydantic_core import PydanticCustomError
 
 from stickslip.config import addresses
 from stickslip.errors import QuantityError
-from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAW_MESSAGES, LAWS
-from stickslip.vocabulary.quantities import HORIZON_UNITS, PROFILES, QUANTITIES, SENSOR, WORDS, Parameter
+from stickslip.vocabulary.parameter import Parameter, of_section
+from stickslip.vocabulary.quantities import PROFILES, QUANTITIES
+from stickslip.vocabulary.settings import EXECUTION, SENSOR, SOLVER, STROKES
 from stickslip.vocabulary.words import listed
 
 REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
-RTOL = (1e-12, 1e-2)  # smallest and largest relative tolerance
 OUTPUT_SUFFIXES = (".nc", ".zarr")
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
 
@@ -35,42 +36,13 @@ def refused(expected: str, hint: str | None = None, found: str | None = None) ->
 # --- single values ----------------------------------------------------------------------------------------------------
 
 
-def quantity(name: str, value: object) -> float | str:
-    """The quantity called `name` as a number in SI within its bounds, or as the word that stands for its absence."""
-    word = WORDS.get(name)
-    if word is not None and value == word:
-        return word
-    return within(QUANTITIES[name], value, f", or {word}" if word else "")
-
-
-def within(declared: Parameter, value: object, otherwise: str = "") -> float:
-    """A quantity as a number in SI within its bounds; `otherwise` is what else is allowed, in words."""
+def number(row: Parameter, value: object) -> float:
+    """What a file says of a row of the vocabulary, in SI; NaN for its word."""
     try:
-        number = units.si_value(value, declared.units)
+        return row.read(value)
     except QuantityError as error:
-        raise refused(error.expected + otherwise, error.hint, error.found) from None
-    if number < declared.minimum or (declared.exclusive and number == declared.minimum):
-        raise refused(_bound(declared) + otherwise)
-    return number
-
-
-def _bound(declared: Parameter) -> str:
-    """The lower bound of a quantity in words: ``a mass above 0 kg``."""
-    relation = "above" if declared.exclusive else "of at least"
-    return f"{units.kind(declared.units)} {relation} {declared.minimum:g} {units.spelled(declared.units)}".rstrip()
-
-
-def _fixed(value: object, info: ValidationInfo) -> float | str:
-    return quantity(str(info.field_name), value)
-
-
-def whole(value: object, least: int, most: int) -> int:
-    """A whole number within bounds; 1e6 is one, true is none."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value <= most:
-        raise refused(f"a whole number from {least} to {most}")
-    if value != int(value):
-        raise refused(f"a whole number from {least} to {most}")
-    return int(value)
+        remedy = f"leave {row.name} out for {row.absent}" if row.default is None and row.absent else None
+        raise refused(error.expected, error.hint or remedy, error.found) from None
 
 
 def one_of(value: object, words: tuple[str, ...]) -> str:
@@ -86,55 +58,74 @@ def _file(value: object, suffixes: tuple[str, ...]) -> str:
     return value
 
 
-def _flag(value: object) -> bool:
-    if not isinstance(value, bool):
-        raise refused("true or false")
-    return value
-
-
-Fixed = Annotated[float | str | None, BeforeValidator(_fixed)]
-
-
 # --- sections ---------------------------------------------------------------------------------------------------------
 
 
 class Section(BaseModel):
-    """A mapping of the file: no keys but its own, and nothing to change once it is read."""
+    """A mapping of the file: no keys but its own, and nothing to change once it is read.
+
+    rows : those of its fields that are numbers of the vocabulary.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    rows: ClassVar[Mapping[str, Parameter]] = {}
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _number(cls, value: object, info: ValidationInfo) -> object:
+        row = cls.rows.get(str(info.field_name))
+        if row is None:
+            return value
+        found = number(row, value)
+        return None if row.whole and found != found else found  # no whole number is NaN
+
+    def resolved(self) -> dict[str, Any]:
+        """The section as plain data: words for NaN, nothing for None."""
+        given = {name: value for name, value in self if value is not None}
+        return {name: self.rows[name].written(value) if name in self.rows else value for name, value in given.items()}
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other):
+            return NotImplemented
+        return all(_same(value, getattr(other, name)) for name, value in self)
 
 
-class System(Section):
+AnySection = TypeVar("AnySection", bound=Section)
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether two values are equal; NaN, which stands for a word, is equal to itself."""
+    if isinstance(one, tuple) and isinstance(other, tuple):
+        return len(one) == len(other) and all(map(_same, one, other))
+    return bool(one == other or (one != one and other != other))
+
+
+def _with_quantities(base: type[AnySection], section: str) -> type[AnySection]:
+    """The section with a field for each quantity that the vocabulary puts there."""
+    rows = of_section(section, QUANTITIES.values())
+    fields: dict[str, Any] = {name: (float | None, None) for name in rows}
+    model = create_model(f"{section}_quantities", __base__=base, **fields)
+    model.rows = {**base.rows, **rows}
+    return model
+
+
+def _of(row: Parameter) -> Any:
+    """The field of a number: None where it is absent."""
+    default = row.default
+    return Field(None if default is None or row.may_be_absent else default, description=row.long_name)
+
+
+class System(_with_quantities(Section, "system")):  # type: ignore[misc]
     """The oscillator: a mass on a belt, held by a spring and a damper."""
 
-    mass: Fixed = None
-    stiffness: Fixed = None
-    damping: Fixed = None
-    normal_load: Fixed = None
-    belt_speed: Fixed = None
 
-
-class Friction(Section):
-    """The friction curve, by its coefficients a1 to a4 or by what is measured (mu_start to v_reversal, a4)."""
-
+class _Law(Section):
     law: str = Field(
         "stribeck", description="shape of the weakening: " + "; ".join(map(": ".join, LAW_MESSAGES.items()))
     )
     fit: str | None = Field(
         None, description="CSV file of measured slip speeds and friction coefficients that a1 to a4 are fitted to"
     )
-    a1: Fixed = None
-    a2: Fixed = None
-    a3: Fixed = None
-    a4: Fixed = None
-    mu_start: Fixed = None
-    mu_reversal: Fixed = None
-    v_reversal: Fixed = None
-    mu_stop: Fixed = None
-    mu_static: Fixed = None
-    delta: Fixed = None
-    ageing_rate: Fixed = None
-    ageing_time: Fixed = None
 
     @field_validator("law", mode="before")
     @classmethod
@@ -147,83 +138,44 @@ class Friction(Section):
         return _file(value, (".csv",))
 
 
-class Start(Section):
-    """The state at the start."""
+class Friction(_with_quantities(_Law, "friction")):  # type: ignore[misc]
+    """The friction curve, by its coefficients a1 to a4 or by what is measured (mu_start to v_reversal, a4)."""
 
-    displacement: Fixed = None
-    velocity: Fixed = None
-    contact_time: Fixed = None
+
+class Start(_with_quantities(Section, "start")):  # type: ignore[misc]
+    """The state at the start."""
 
 
 class Solver(Section):
     """How cells are integrated, and how long."""
 
-    rtol: float = Field(1e-6, description="relative tolerance of a step, from 1e-12 to 1e-2")
-    horizon: float | None = Field(None, description="longest time simulated per cell; leave it out for no limit")
-    max_steps: int = Field(100_000, description="step budget of a cell; when it runs out the cell is unresolved")
+    rows = SOLVER
+    rtol: float = _of(SOLVER["rtol"])
+    horizon: float | None = _of(SOLVER["horizon"])
+    max_steps: int = _of(SOLVER["max_steps"])
     early_stop: bool = Field(
         True, description="stop as soon as the regime is decided; false integrates every cell to the horizon"
     )
 
-    @field_validator("rtol", mode="before")
-    @classmethod
-    def _rtol(cls, value: object) -> float:
-        try:
-            number = units.si_value(value, "1")
-        except QuantityError as error:
-            raise refused(f"a number from {RTOL[0]:g} to {RTOL[1]:g}", error.hint) from None
-        if not RTOL[0] <= number <= RTOL[1]:
-            raise refused(f"a number from {RTOL[0]:g} to {RTOL[1]:g}")
-        return number
-
-    @field_validator("horizon", mode="before")
-    @classmethod
-    def _horizon(cls, value: object) -> float:
-        leave_out = "leave horizon out for no limit"
-        try:
-            number = units.si_value(value, HORIZON_UNITS)
-        except QuantityError as error:
-            raise refused(error.expected, error.hint or leave_out, error.found) from None
-        if number <= 0:
-            raise refused(f"{units.kind(HORIZON_UNITS)} above 0 {HORIZON_UNITS}", leave_out)
-        return number
-
-    @field_validator("max_steps", mode="before")
-    @classmethod
-    def _max_steps(cls, value: object) -> int:
-        return whole(value, 1, 2_000_000_000)  # steps are counted in 32 bits
-
     @field_validator("early_stop", mode="before")
     @classmethod
     def _early_stop(cls, value: object, info: ValidationInfo) -> bool:
-        flag = _flag(value)
-        if not flag and info.data.get("horizon", 0.0) is None:  # a horizon that was refused is not in `data`
+        if not isinstance(value, bool):
+            raise refused("true or false")
+        if not value and info.data.get("horizon", 0.0) is None:  # a horizon that was refused is not in `data`
             raise refused("true, because no horizon is given", "add a horizon such as '100 s' to solver")
-        return flag
+        return value
 
 
 class Execution(Section):
     """What the computation runs on. It does not change the result."""
 
-    threads: int | Literal["auto"] = Field("auto", description="threads; auto takes the processors of this machine")
-    block: int = Field(4096, description="cells computed together")
+    rows = EXECUTION
+    threads: int | None = _of(EXECUTION["threads"])
+    block: int = _of(EXECUTION["block"])
     dask: str | None = Field(
         None, description=f"where blocks are computed, if not by threads of this process: {addresses.EXPECTED}"
     )
-
-    @field_validator("threads", mode="before")
-    @classmethod
-    def _threads(cls, value: object) -> int | str:
-        if value == "auto":
-            return "auto"
-        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 4096:
-            raise refused("auto or a whole number from 1 to 4096")
-        return value
-
-    @field_validator("block", mode="before")
-    @classmethod
-    def _block(cls, value: object) -> int:
-        return whole(value, 1, 1_000_000)
 
     @field_validator("dask", mode="before")
     @classmethod
@@ -233,46 +185,31 @@ class Execution(Section):
         return str(value)
 
 
-class Drive(Section):
-    """How the belt of a test rig moves: to and fro, from rest, at speeds up to that of the belt (`system`)."""
-
+class _Profile(Section):
+    rows = STROKES
     profile: str = Field("trapezoid", description="speed over time: " + ", ".join(PROFILES))
-    strokes: int = Field(6, description="number of strokes, to and fro in turn")
-    stroke: Fixed = None
-    ramp: Fixed = None
-    dwell: Fixed = None
-    waiting_time: Fixed = None
+    strokes: int = _of(STROKES["strokes"])
 
     @field_validator("profile", mode="before")
     @classmethod
     def _profile(cls, value: object) -> str:
         return one_of(value, PROFILES)
 
-    @field_validator("strokes", mode="before")
-    @classmethod
-    def _strokes(cls, value: object) -> int:
-        return whole(value, 1, 10_000)
+
+class Drive(_with_quantities(_Profile, "drive")):  # type: ignore[misc]
+    """How the belt of a test rig moves: to and fro, from rest, at speeds up to that of the belt (`system`)."""
 
 
 class Sensor(Section):
     """How a test rig is read: samples, bandwidth, noise."""
 
-    rate: float = Field(1000.0, description="samples per second")
-    bandwidth: float | None = Field(None, description="of both sensors, -3 dB; without it they follow everything")
-    force_noise: float = Field(0.0, description="standard deviation of the noise of the force")
-    acceleration_noise: float = Field(0.0, description="standard deviation of the noise of the acceleration")
-    seed: int = Field(1, description="of the noise: the same seed, the same noise")
-    oversampling: int = Field(8, description="samples computed for one that is kept, so that nothing is aliased")
-
-    @field_validator("rate", "bandwidth", "force_noise", "acceleration_noise", mode="before")
-    @classmethod
-    def _number(cls, value: object, info: ValidationInfo) -> float:
-        return within(SENSOR[str(info.field_name)], value)
-
-    @field_validator("seed", "oversampling", mode="before")
-    @classmethod
-    def _count(cls, value: object, info: ValidationInfo) -> int:
-        return whole(value, 0, 2**32 - 1) if info.field_name == "seed" else whole(value, 1, 64)
+    rows = SENSOR
+    rate: float = _of(SENSOR["rate"])
+    bandwidth: float | None = _of(SENSOR["bandwidth"])
+    force_noise: float = _of(SENSOR["force_noise"])
+    acceleration_noise: float = _of(SENSOR["acceleration_noise"])
+    seed: int = _of(SENSOR["seed"])
+    oversampling: int = _of(SENSOR["oversampling"])
 
 
 class Output(Section):

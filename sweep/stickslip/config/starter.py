@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-STARTER = """\
+from string import Template
+
+from stickslip.vocabulary.settings import EXECUTION, SOLVER
+
+_TEXT = Template(
+    """\
 # A map of the regimes of a friction oscillator: a mass on a moving belt, held by a spring and a damper.
 #
 #   stickslip validate FILE    checks this file without computing anything
@@ -51,13 +56,13 @@ axes:
 # How it is computed. Leave these out and this is what holds -----------------------------------------------------------
 
 solver:
-  rtol: 1e-6            # relative tolerance of a step, 1e-12 to 1e-2
-  max_steps: 100000     # step budget of a cell; a cell that needs more is "unresolved"
+  rtol: $rtol            # relative tolerance of a step, $least to $most
+  max_steps: $max_steps     # step budget of a cell; a cell that needs more is "unresolved"
   early_stop: true      # stop once the regime is decided; false goes on to the horizon
   # horizon: 10 min     # longest time simulated per cell; no limit unless given
 execution:
   threads: auto
-  block: 4096           # cells computed together
+  block: $block           # cells computed together
   # dask: tcp://head:8786   # a Dask cluster computes; local: processes of this machine
 
 # Where the result goes; relative names start at the folder the command is run in --------------------------------------
@@ -66,3 +71,17 @@ output:
   file: my_map.nc       # .nc (netCDF) or .zarr
   plot: my_map.png      # .png, .svg or .pdf
 """
+)
+
+
+def _plain(value: float | None) -> str:
+    return f"{value:.9g}".replace("e-0", "e-")
+
+
+STARTER = _TEXT.substitute(
+    rtol=_plain(SOLVER["rtol"].default),
+    least=_plain(SOLVER["rtol"].at_least),
+    most=_plain(SOLVER["rtol"].at_most),
+    max_steps=_plain(SOLVER["max_steps"].default),
+    block=_plain(EXECUTION["block"].default),
+)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -10,7 +11,9 @@ from stickslip.config.rules import members
 from stickslip.config.sections import Sensor
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAW_MESSAGES
-from stickslip.vocabulary.quantities import QUANTITIES, SENSOR, Parameter
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.settings import SENSOR
 
 _MOST_VALUES = 6  # of a list that are shown; of longer ones the ends
 
@@ -48,19 +51,20 @@ def _drive(config: Config) -> Iterator[Row]:
     if config.drive is None:
         return
     yield Row("drive", f"{config.drive.strokes} strokes, {config.drive.profile}", "strokes, and speed over time")
-    sensor = config.sensor or Sensor()  # type: ignore[call-arg]
+    sensor = config.sensor or Sensor()
     for name, declared in SENSOR.items():
         value = getattr(sensor, name)
         yield Row(name, "none" if value is None else _value(value, declared), declared.long_name)
 
 
-def _value(value: float | str, declared: Parameter) -> str:
-    return value if isinstance(value, str) else f"{value:.6g} {units.spelled(declared.units)}".rstrip()
+def _value(value: float, declared: Parameter) -> str:
+    written = declared.written(value)
+    return written if isinstance(written, str) else f"{written:.6g} {units.spelled(declared.units)}".rstrip()
 
 
-def _meaning(declared: Parameter, value: float | str) -> str:
+def _meaning(declared: Parameter, value: float) -> str:
     """The long name; where a word stands, what then holds."""
-    return f"{declared.long_name}: {declared.absent}" if isinstance(value, str) else declared.long_name
+    return f"{declared.long_name}: {declared.absent}" if math.isnan(value) else declared.long_name
 
 
 def _along(axis: Range | Values, before: str) -> Row:
@@ -75,7 +79,8 @@ def _along(axis: Range | Values, before: str) -> Row:
 
 
 def _listed(axis: Values, unit: str) -> str:
-    values = [value if isinstance(value, str) else f"{value:.6g}" for value in axis.values]
+    written = map(QUANTITIES[axis.name].written, axis.values)
+    values = [value if isinstance(value, str) else f"{value:.6g}" for value in written]
     shown = values if len(values) <= _MOST_VALUES else [*values[: _MOST_VALUES - 2], "...", values[-1]]
     return f"{', '.join(shown)} {unit}".rstrip()
 

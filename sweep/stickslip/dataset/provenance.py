@@ -7,6 +7,7 @@ import platform
 import subprocess
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -55,7 +56,11 @@ def provenance(
 
 def git_revision() -> str | None:
     """Commit of the checkout this file lies in, "-dirty" appended if tracked files differ; None outside a checkout."""
-    root = Path(__file__).resolve().parents[3]
+    return _revision(Path(__file__).resolve().parents[3])
+
+
+@cache  # a process runs the files it has loaded, whatever becomes of them
+def _revision(root: Path) -> str | None:
     if not (root / ".git").exists():  # an installed package: do not report the repository of whoever uses it
         return None
     environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}

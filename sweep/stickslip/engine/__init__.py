@@ -7,7 +7,7 @@ knows what is in the cache.
 
 from stickslip.engine.cells import blank_results, blocks, bytes_per_cell, columns, compute, compute_range
 from stickslip.engine.compiled import kernels_digest, load, processor, warm_up, will_compile
-from stickslip.engine.options import RTOL_RANGE, Computed, Options, Progress, Results, StopFlag
+from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.rigs import RigRuns, Sampling, compute_rigs
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import processors, spread, stop_flag
@@ -15,7 +15,7 @@ from stickslip.engine.traces import trajectory
 from stickslip.errors import NotReachedError
 
 __all__ = [
-    "Computed", "NotReachedError", "Options", "Progress", "RTOL_RANGE", "Results", "RigRuns",
+    "Computed", "NotReachedError", "Options", "Progress", "Results", "RigRuns",
     "Sampling", "StopFlag", "blank_results", "blocks", "bytes_per_cell", "columns", "compute",
     "compute_range", "compute_rigs", "kernels_digest", "load", "processor", "processors", "spread",
     "stop_flag", "to_kernel", "to_si", "trajectory", "warm_up", "will_compile",

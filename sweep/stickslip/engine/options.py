@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.vocabulary.laws import LAWS
+from stickslip.vocabulary.settings import EXECUTION, SOLVER
 
 Results = dict[str, NDArray[Any]]
 Progress = Callable[[int, int], None]
 StopFlag = NDArray[np.int64]
-
-RTOL_RANGE = (1e-12, 1e-2)
 
 
 @dataclass(frozen=True)
@@ -39,16 +38,16 @@ class Options:
     def __post_init__(self) -> None:
         if self.law not in LAWS:
             raise ValueError(f"law: got {self.law!r}, expected {', '.join(LAWS)}")
-        if not RTOL_RANGE[0] <= self.rtol <= RTOL_RANGE[1]:
-            raise ValueError(f"rtol: got {self.rtol!r}, expected {RTOL_RANGE[0]:g} to {RTOL_RANGE[1]:g}")
         if not self.horizon > 0:
             raise ValueError(f"horizon: got {self.horizon!r}, expected a time > 0 (s)")
         if not self.early_stop and isinf(self.horizon):
             raise ValueError("early_stop=False integrates every cell to the horizon, so it needs a finite horizon (s)")
-        for name in ("max_steps", "block", "threads"):
-            value = getattr(self, name)
-            if not (value is None and name == "threads" or (isinstance(value, Integral) and int(value) >= 1)):
-                raise ValueError(f"{name}: got {value!r}, expected a whole number >= 1")
+        for row in (SOLVER["rtol"], SOLVER["max_steps"], EXECUTION["block"], EXECUTION["threads"]):
+            value = getattr(self, row.name)
+            if value is None and row.word:
+                continue
+            if row.whole and not isinstance(value, Integral) or not row.allows(value):
+                raise ValueError(f"{row.name}: got {value!r}, expected {row.expected.removesuffix(row.otherwise)}")
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ Every fit comes with 95 % confidence intervals and with `quality`, a plain sente
 from stickslip.fit.ageing import AgeingFit, Rank, Ranking, fit_ageing, rank
 from stickslip.fit.curve import CurveFit, fit_curve
 from stickslip.fit.files import fit_ageing_file, fit_file
-from stickslip.fit.points import AGEING_COLUMNS, CURVE_COLUMNS, read_points
+from stickslip.fit.points import read_points
+from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 
 __all__ = [
     "AGEING_COLUMNS", "AgeingFit", "CURVE_COLUMNS", "CurveFit", "Rank", "Ranking", "fit_ageing",

@@ -9,7 +9,8 @@ from typing import TypeVar
 from stickslip.errors import ConfigError, Problem
 from stickslip.fit.ageing import AgeingFit, fit_ageing
 from stickslip.fit.curve import CurveFit, fit_curve
-from stickslip.fit.points import AGEING_COLUMNS, CURVE_COLUMNS, Columns, read_points
+from stickslip.fit.points import Columns, read_points
+from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 
 AnyFit = TypeVar("AnyFit", CurveFit, AgeingFit)
 

@@ -22,16 +22,8 @@ from numpy.typing import NDArray
 from stickslip.errors import ConfigError, Place, Problem, QuantityError
 from stickslip.files.tables import DECIMAL_COMMA, MOST_PROBLEMS, NUMBER, Table, cells, read_table, wrong_count
 from stickslip.vocabulary import units
-from stickslip.vocabulary.quantities import NAN, Parameter
+from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.words import listed, nearest
-
-_MU = Parameter("mu", "1", "friction coefficient", "points", None, 0.0)
-CURVE_COLUMNS = (
-    Parameter("speed", "m s-1", "slip speed", "points", None, 0.0),
-    _MU,
-    Parameter("sigma", "1", "standard deviation of mu", "points", NAN, 0.0, True),
-)
-AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", None, 0.0), _MU)
 
 _HEADING = re.compile(r"([^\[\]()]*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
 _SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; nobody measures more or less, and squares must stay finite
@@ -159,8 +151,8 @@ def _number(text: str, unit: str, column: Parameter) -> float:
             hint = "leave out points that were not measured"
         raise QuantityError("a number", hint)
     value = units.si_value(f"{text} {unit}", column.units) if unit else units.si_value(float(text), column.units)
-    if value < column.minimum or (column.exclusive and value == column.minimum):
-        raise QuantityError(f"a number {'>' if column.exclusive else '>='} {column.minimum:g}")
+    if not column.allows(value):
+        raise QuantityError(column.expected)
     if value and not _SMALLEST <= value <= _LARGEST:
         raise QuantityError(f"0 or a number from {_SMALLEST:g} to {_LARGEST:g} in SI")
     return value

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from stickslip.vocabulary.quantities import PARAMETERS, Parameter
 from stickslip.vocabulary.results import Variable
 
 TIME = Variable("time", "s", "time since the start of the record")
@@ -17,15 +16,7 @@ _SIGNALS = (
 SIGNALS: dict[str, Variable] = {v.name: v for v in _SIGNALS}
 FORCES = ("spring_force", "friction_force")  # a record has one of them, or both
 
-_CONDITIONS = (
-    Parameter("drive_speed", "m s-1", "speed of the drive", "conditions", None, 0.0, True),
-    PARAMETERS["normal_load"],
-    Parameter("waiting_time", "s", "waiting time before the test", "conditions", None, 0.0),
-    PARAMETERS["mass"],
-    PARAMETERS["stiffness"],
-)
 MATERIAL = "material"  # the only condition that is a text
-CONDITIONS: dict[str, Parameter] = {p.name: p for p in _CONDITIONS}
 
 # What people call columns and conditions, besides the names above.
 COLUMN_WORDS = {

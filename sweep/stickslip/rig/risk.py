@@ -5,8 +5,8 @@ same inputs, range and bands:
 
     level = base + sum over the features f of weight_f log10(1 + f/scale_f),   number = level rounded, within 1 to 10
 
-It rises with every feature, by decades, as loudness does. A comment on `PARAMETERS` says where the default values come
-from; `calibrate.py` fits them to measured numbers.
+It rises with every feature, by decades, as loudness does. A comment on `RISK` in the vocabulary says where the default
+values come from; `calibrate.py` fits them to measured numbers.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.vocabulary.quantities import Parameter
+from stickslip.vocabulary.settings import RISK
 
 RPN_NAME = "model RPN, not the rig maker's"
 FORMULA = "base + sum of weight log10(1 + feature/scale) over sticks, acceleration_max and acceleration_integral"
@@ -27,30 +27,12 @@ BANDS = {"green": (1, 3), "yellow": (4, 5), "red": (6, 10)}  # the article's, pa
 INPUTS = ("sticks", "acceleration_max", "acceleration_integral")
 UNDEFINED = 0  # the number and the band where a feature is not known
 
-# One stick per stroke is what every pair has, hence 6; 1 m/s2 and 1 m/s are what such a pair stays about or below.
-# Friction that drops half as far sticks twice as often, accelerates half as much, and has the same integral: equal
-# weights would not see how strong stick-slip is, so the largest acceleration has twice the weight of the others. What
-# is left, the size of all weights, is set by the one public value: 7 for dry foamed PVC on PC-ABS.
-PARAMETERS: dict[str, Parameter] = {
-    p.name: p
-    for p in (
-        Parameter("base", "1", "level of a record without any signal", "risk", 1.0),
-        Parameter("weight_sticks", "1", "levels per decade of sticks", "risk", 1.0, 0.0),
-        Parameter("weight_acceleration_max", "1", "levels per decade of the largest acceleration", "risk", 2.0, 0.0),
-        Parameter("weight_acceleration_integral", "1", "levels per decade of the integral of acceleration", "risk",
-                  1.0, 0.0),
-        Parameter("scale_sticks", "1", "number of sticks from which the level rises", "risk", 6.0, 0.0, True),
-        Parameter("scale_acceleration_max", "m s-2", "acceleration from which the level rises", "risk", 1.0, 0.0, True),
-        Parameter("scale_acceleration_integral", "m s-1", "integral of acceleration from which the level rises", "risk",
-                  1.0, 0.0, True),
-    )
-}  # fmt: skip
-_DEFAULTS = {name: float(p.default) for name, p in PARAMETERS.items() if p.default is not None}
+_DEFAULTS = {name: float(row.default) for name, row in RISK.items() if row.default is not None}
 
 
 @dataclass(frozen=True)
 class Risk:
-    """The parameters of the model, in SI: see `PARAMETERS`. Raises ValueError for those that are out of bounds."""
+    """The parameters of the model, in SI: see `RISK`. Raises ValueError for those that are out of bounds."""
 
     base: float = _DEFAULTS["base"]
     weight_sticks: float = _DEFAULTS["weight_sticks"]
@@ -62,11 +44,8 @@ class Risk:
 
     def __post_init__(self) -> None:
         for name, value in asdict(self).items():
-            declared = PARAMETERS[name]
-            below = value < declared.minimum or (declared.exclusive and value == declared.minimum)
-            if below or not math.isfinite(value):
-                bound = f"{'>' if declared.exclusive else '>='} {declared.minimum:g}"
-                raise ValueError(f"{name}: got {value:g}, expected a finite number {bound}")
+            if not RISK[name].allows(value):
+                raise ValueError(f"{name}: got {value:g}, expected {RISK[name].expected}")
 
     @property
     def weights(self) -> tuple[float, ...]:

@@ -21,25 +21,15 @@ from typing import Any
 
 from stickslip.config.yaml import Document, read_yaml
 from stickslip.errors import ConfigError, Path, Problem, QuantityError
-from stickslip.rig.quantities import COLUMN_WORDS, CONDITION_WORDS, CONDITIONS, MATERIAL, SIGNALS, TIME
-from stickslip.rig.risk import PARAMETERS as RISK_PARAMETERS
+from stickslip.rig.quantities import COLUMN_WORDS, CONDITION_WORDS, MATERIAL, SIGNALS, TIME
 from stickslip.rig.risk import Risk
 from stickslip.vocabulary import units
-from stickslip.vocabulary.quantities import NAN, Parameter
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS, RISK
 from stickslip.vocabulary.words import listed, nearest
 
 Condition = str | float
 
-FEATURE_PARAMETERS: dict[str, Parameter] = {
-    p.name: p
-    for p in (
-        Parameter("bandwidth", "s-1", "bandwidth of the sensor of acceleration", "features", NAN, 0.0, True),
-        Parameter("smallest_drop", "N", "smallest drop of the friction force that counts", "features", NAN, 0.0, True),
-        Parameter("window", "s", "time over which the rate of the force is measured", "features", NAN, 0.0, True),
-        Parameter("tolerance", "1", "slip speed, over that of the drive, below which the contact sticks", "features",
-                  0.2, 0.0, True),
-    )
-}  # fmt: skip
 _COLUMNS = (TIME.name, *SIGNALS)
 
 
@@ -54,7 +44,7 @@ class RecordSettings:
 
 @dataclass(frozen=True)
 class FeatureSettings:
-    """What to look for: `FEATURE_PARAMETERS`, in SI; None: chosen from the record, or not computed (bandwidth).
+    """What to look for: `FEATURE_SETTINGS`, in SI; None: chosen from the record, or not computed (bandwidth).
 
     subtract_offset : whether the median of the acceleration is taken for an offset of its sensor, and subtracted.
     """
@@ -92,7 +82,7 @@ def condition(name: str, text: object) -> Condition:
         if not isinstance(text, str) or not text.strip():
             raise QuantityError("the name of a material")
         return text.strip()
-    return within(CONDITIONS[name], text)
+    return CONDITIONS[name].read(text)
 
 
 def condition_name(word: str) -> str | None:
@@ -107,16 +97,6 @@ def column_name(word: str) -> str | None:
     name = word.strip().lower().replace(" ", "_").replace("-", "_")
     name = COLUMN_WORDS.get(name, name)
     return name if name in _COLUMNS else None
-
-
-def within(declared: Parameter, value: object) -> float:
-    """A quantity in SI within its bounds. Raises QuantityError."""
-    number = units.si_value(value, declared.units)
-    if number < declared.minimum or (declared.exclusive and number == declared.minimum):
-        relation = "above" if declared.exclusive else "of at least"
-        bound = f"{units.kind(declared.units)} {relation} {declared.minimum:g} {units.spelled(declared.units)}"
-        raise QuantityError(bound.rstrip())
-    return number
 
 
 def as_text(settings: Settings) -> str:
@@ -146,11 +126,11 @@ class _Reader:
         sections = self._mapping((), ("record", "conditions", "features", "risk"))
         record = self._record() if "record" in sections else RecordSettings()
         conditions = self._conditions() if "conditions" in sections else {}
-        features = self._quantities("features", FEATURE_PARAMETERS, ("subtract_offset",))
+        features = self._quantities("features", FEATURE_SETTINGS, ("subtract_offset",))
         offset = self._at(("features", "subtract_offset"))
         if offset is not None and not isinstance(offset, bool):
             self._refuse(("features", "subtract_offset"), "true or false")
-        risk = self._quantities("risk", RISK_PARAMETERS)
+        risk = self._quantities("risk", RISK)
         if self._problems:
             raise ConfigError(self._document.name, self._problems)
         return Settings(record, conditions, FeatureSettings(subtract_offset=bool(offset), **features), Risk(**risk))
@@ -212,7 +192,7 @@ class _Reader:
             if name in others:
                 continue
             try:
-                found[name] = within(known[name], value)
+                found[name] = known[name].read(value)
             except QuantityError as error:
                 self._refuse((key, name), error.expected, error.hint)
         return found

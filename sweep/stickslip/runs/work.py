@@ -27,7 +27,7 @@ def options_of(config: Config) -> Options:
         horizon=inf if solver.horizon is None else solver.horizon,
         max_steps=solver.max_steps,
         early_stop=solver.early_stop,
-        threads=None if execution.threads == "auto" else execution.threads,
+        threads=execution.threads,
         block=execution.block,
     )
 

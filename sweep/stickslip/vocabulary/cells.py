@@ -10,7 +10,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.vocabulary.quantities import PARAMETERS, Parameter
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import PARAMETERS
 
 Cells = dict[str, NDArray[np.float64]]
 _ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
@@ -65,15 +66,11 @@ def _numbers(name: str, value: Any) -> NDArray[np.float64]:
 
 def _check_range(parameter: Parameter, values: NDArray[np.float64]) -> None:
     """NaN is allowed only where it means "absent" (its own default)."""
-    too_low = values <= parameter.minimum if parameter.exclusive else values < parameter.minimum
-    wrong = ~np.isfinite(values) | too_low
-    if parameter.default is not None and np.isnan(parameter.default):
-        wrong &= ~np.isnan(values)
+    wrong = ~np.asarray(parameter.allows(values))
     if wrong.any():
-        bound = "" if parameter.minimum == -np.inf else f" {'>' if parameter.exclusive else '>='} {parameter.minimum:g}"
         place = "" if values.ndim == 0 else f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]"
         found = values[wrong][0] if values.ndim else values
-        raise ValueError(f"{parameter.name}{place}: got {found:g}, expected a finite number{bound} ({parameter.units})")
+        raise ValueError(f"{parameter.name}{place}: got {found:g}, expected {parameter.expected}")
 
 
 def _check_between(cells: Cells) -> None:

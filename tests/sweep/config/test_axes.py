@@ -26,7 +26,7 @@ def test_a_group_varies_quantities_together():
     group = "axes:\n  oil: {zip: {damping: [0, 1 N s/m], velocity: [sticking, 2]}, labels: [thin, thick]}\n"
     (oil,) = parse_config(GOOD + group).axes
     assert oil.labels == ("thin", "thick")
-    assert [(m.name, m.values) for m in oil.members] == [("damping", (0.0, 1.0)), ("velocity", ("sticking", 2.0))]
+    assert oil.resolved()["zip"] == {"damping": [0.0, 1.0], "velocity": ["sticking", 2.0]}
 
 
 def test_plain_data_may_list_values_without_a_key():

@@ -16,10 +16,10 @@ from stickslip.vocabulary.quantities import MEASURED, PARAMETERS, QUANTITIES
 def test_defaults_are_filled_in():
     config = parse_config(GOOD)
     assert config.system.damping == 0.0
-    assert (config.friction.mu_stop, config.friction.mu_static) == ("none", "mu_start")
-    assert (config.start.displacement, config.start.velocity) == (0.0, "sticking")
+    assert all(map(math.isnan, (config.friction.mu_stop, config.friction.mu_static, config.start.velocity)))
+    assert config.start.displacement == 0.0
     assert (config.solver.rtol, config.solver.horizon, config.solver.early_stop) == (1e-6, None, True)
-    assert (config.execution.threads, config.execution.block) == ("auto", 4096)
+    assert (config.execution.threads, config.execution.block) == (None, 4096)
     assert config.axes == ()
 
 
@@ -45,7 +45,7 @@ def value_of(name):
         return st.floats(1.0, 10.0)
     if name == "a3":
         return above_zero  # below zero it must fit to a1
-    return anything if declared.minimum == -math.inf else above_zero
+    return anything if declared.above is None and declared.at_least is None else above_zero
 
 
 @st.composite

@@ -1,5 +1,6 @@
 """Single values, keys and sections: what is read, and what is said of what cannot be."""
 
+import math
 import pickle
 
 import pytest
@@ -25,8 +26,11 @@ def test_a_power_of_ten_without_a_point_is_a_number():
 
 def test_words_stand_for_absent_quantities():
     config = parse_config(GOOD + "  mu_stop: none\nstart: {velocity: sticking}\naxes: {mu_static: [mu_start, 1.5]}\n")
-    assert (config.friction.mu_stop, config.start.velocity) == ("none", "sticking")
-    assert config.axes[0].values == ("mu_start", 1.5)
+    assert math.isnan(config.friction.mu_stop) and math.isnan(config.start.velocity)
+    assert math.isnan(config.axes[0].values[0]) and config.axes[0].values[1] == 1.5
+    plain = config.resolved()
+    assert (plain["friction"]["mu_stop"], plain["start"]["velocity"]) == ("none", "sticking")
+    assert plain["axes"] == {"mu_static": {"values": ["mu_start", 1.5]}}
 
 
 def test_sections_without_content_are_allowed():
@@ -127,7 +131,7 @@ BAD = {
     ),
     "no threads": (
         GOOD + "execution: {threads: 0}\n",
-        "map.yaml:12:22: execution.threads: got 0, expected auto or a whole number from 1 to 4096",
+        "map.yaml:12:22: execution.threads: got 0, expected a whole number from 1 to 4096, or auto",
     ),
     "no scheduler": (
         GOOD + "execution: {dask: head:8786}\n",

@@ -19,14 +19,15 @@ from stickslip.errors import ConfigError, Problem
 from stickslip.fit.points import read_points
 from stickslip.fit.uncertainty import Floats, Interval, covariance, rms, student
 from stickslip.rig.quantities import FEATURES
-from stickslip.rig.risk import HIGHEST, INPUTS, LOWEST, PARAMETERS, RPN_NAME, Risk, band_of, number_of
+from stickslip.rig.risk import HIGHEST, INPUTS, LOWEST, RPN_NAME, Risk, band_of, number_of
 from stickslip.vocabulary import units
-from stickslip.vocabulary.quantities import Parameter
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.settings import RISK
 
 RPN = "rpn"
 COLUMNS = (
-    *(Parameter(name, FEATURES[name].units, FEATURES[name].long_name, "pairs", None, 0.0) for name in INPUTS),
-    Parameter(RPN, "1", "risk priority number, 1 to 10", "pairs", None, float(LOWEST)),
+    *(Parameter(name, FEATURES[name].units, FEATURES[name].long_name, "pairs", at_least=0) for name in INPUTS),
+    Parameter(RPN, "1", "risk priority number, 1 to 10", "pairs", at_least=LOWEST),
 )
 LINEAR = ("base", *(f"weight_{name}" for name in INPUTS))
 SCALES = tuple(f"scale_{name}" for name in INPUTS)
@@ -72,7 +73,7 @@ class Calibration:
         """The parameters as a section of a configuration, intervals as comments."""
         lines = [f"risk:  # {RPN_NAME}; fitted to {self.rpn.size} pairs"]
         for name, value in asdict(self.risk).items():
-            unit = units.spelled(PARAMETERS[name].units)
+            unit = units.spelled(RISK[name].units)
             said = f"  {name}: {value:.6g}"
             remark = "as given" if name not in self.fitted else _interval_text(self.interval[name])
             lines.append(f"{said:44}# {unit + ', ' if unit else ''}{remark}")

@@ -25,9 +25,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.files.tables import Cell, Table, line_of, numbers, read_table
-from stickslip.rig.quantities import COLUMN_WORDS, CONDITIONS, FORCES, MATERIAL, SIGNALS, TIME
+from stickslip.rig.quantities import COLUMN_WORDS, FORCES, MATERIAL, SIGNALS, TIME
 from stickslip.rig.settings import Condition, RecordSettings, column_name, condition, condition_name
 from stickslip.vocabulary import units
+from stickslip.vocabulary.settings import CONDITIONS
 from stickslip.vocabulary.words import listed, nearest
 
 FEWEST_SAMPLES = 16

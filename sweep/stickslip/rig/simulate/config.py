@@ -44,7 +44,7 @@ class RigConfig:
     @property
     def sensor(self) -> Sensor:
         """The sensors; the default ones where the configuration says nothing."""
-        return self.config.sensor or Sensor()  # type: ignore[call-arg]
+        return self.config.sensor or Sensor()
 
     @property
     def settings(self) -> Settings:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.config.model import Config, Range
+from stickslip.config.model import Config
 from stickslip.config.rules import members
 from stickslip.errors import NotReachedError
 from stickslip.rig.simulate.config import RigConfig, make_rig
@@ -57,6 +57,6 @@ def _one_test(config: Config, number: int) -> dict[str, Any]:
         raise IndexError(f"test {number} of {int(np.prod(shape, dtype=int))}")
     for axis, i in zip(config.axes, np.unravel_index(number, shape) if shape else (), strict=True):
         for member in members(axis):
-            value = float(member.points()[i]) if isinstance(member, Range) else member.values[i]
-            plain[QUANTITIES[member.name].section][member.name] = value
+            row = QUANTITIES[member.name]
+            plain[row.section][row.name] = row.written(float(member.points()[i]))
     return plain | {"axes": {}}

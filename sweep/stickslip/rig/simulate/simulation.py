@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from stickslip import engine
 from stickslip.config.grid import Grid, build_grid
 from stickslip.dataset.build import grid_coordinates
-from stickslip.rig.quantities import CONDITIONS, EXACT, MATERIAL
+from stickslip.rig.quantities import EXACT, MATERIAL
 from stickslip.rig.records.record import make_record
 from stickslip.rig.simulate import sensor as sensors
 from stickslip.rig.simulate.config import RigConfig
 from stickslip.rig.simulate.drive import motion, segments
 from stickslip.rig.words import Along, along, name_of
 from stickslip.vocabulary.flags import MODES, STATUSES
+from stickslip.vocabulary.settings import CONDITIONS
 
 Floats = NDArray[np.float64]
 
@@ -83,8 +84,7 @@ class RigTests:
     def options(self) -> engine.Options:
         """How the rigs are integrated."""
         config = self.rig.config
-        threads = None if config.execution.threads == "auto" else config.execution.threads
-        solver = config.solver
+        solver, threads = config.solver, config.execution.threads
         return engine.Options(config.friction.law, rtol=solver.rtol, max_steps=solver.max_steps, threads=threads)
 
     def _one(self, number: int) -> dict[str, float]:

@@ -116,11 +116,11 @@ def _connect(stack: ExitStack, address: str, request: Request) -> Cluster:
     return Cluster(client, where, request.notice)
 
 
-def _local_cluster(threads: int | str) -> Any:
+def _local_cluster(threads: int | None) -> Any:
     """Worker processes on this machine, one thread each; nothing listens but on the loopback interface."""
     from distributed import LocalCluster
 
-    count = processors() if threads == "auto" else int(threads)
+    count = threads or processors()
     own = dask.config.get("distributed.worker.preload", None) or []
     preload = [*([own] if isinstance(own, str) else own), "stickslip.runs.compute.dask.worker"]
     with _no_ctrl_c():

@@ -1,0 +1,117 @@
+"""What a number that people give is called, what it may be, and how it is read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import KW_ONLY, dataclass
+from typing import Any
+
+from stickslip.errors import QuantityError
+from stickslip.vocabulary import units
+
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One row of the tables: an input of a cell, a setting, a column of a file; in SI.
+
+    long_name : what it is, for datasets, schema and help. section : of the configuration, where it has one.
+    default : what holds when nothing is said; None: it must be given; NaN: "absent".
+    above, at_least, at_most : bounds; `above` itself is not allowed. whole : only whole numbers.
+    word : what people write for NaN. absent : what holds then.
+    """
+
+    name: str
+    units: str
+    long_name: str
+    section: str
+    _: KW_ONLY
+    default: float | None = None
+    above: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+    whole: bool = False
+    word: str | None = None
+    absent: str | None = None
+
+    @property
+    def may_be_absent(self) -> bool:
+        """Whether NaN is a value."""
+        return self.default is not None and math.isnan(self.default)
+
+    @property
+    def expected(self) -> str:
+        """What is allowed, in words: ``a mass above 0 kg``, ``a whole number from 1 to 64``, with the word for NaN."""
+        kind = "a whole number" if self.whole else units.kind(self.units)
+        bounds = self.bounds
+        if self.at_least is not None and self.at_most is not None:
+            bounds = f"from {_spelled(self.at_least)} to {_spelled(self.at_most)}"
+        found = f"{kind} {bounds} {units.spelled(self.units)}".rstrip() if bounds else f"a finite number{_in(self)}"
+        return found + self.otherwise
+
+    @property
+    def bounds(self) -> str:
+        """The bounds in words, without unit; nothing where there are none."""
+        bounds = (("above", self.above), ("of at least", self.at_least), ("of at most", self.at_most))
+        return " and ".join(f"{words} {_spelled(bound)}" for words, bound in bounds if bound is not None)
+
+    @property
+    def otherwise(self) -> str:
+        """What else may be written, as the end of a sentence."""
+        return f", or {self.word}" if self.word else ""
+
+    def allows(self, values: Any) -> Any:
+        """Whether a number, or each number of an array, is within the bounds; NaN is if it may be absent."""
+        allowed = abs(values) < math.inf
+        if self.above is not None:
+            allowed &= values > self.above
+        if self.at_least is not None:
+            allowed &= values >= self.at_least
+        if self.at_most is not None:
+            allowed &= values <= self.at_most
+        return allowed | (values != values) if self.may_be_absent else allowed
+
+    def read(self, value: object) -> float:
+        """A number in SI within the bounds from a number, a text with a unit, or the word for NaN.
+
+        Raises QuantityError.
+        """
+        if self.word is not None and value == self.word:
+            return NAN
+        if self.whole:
+            if isinstance(value, bool) or not isinstance(value, int | float) or not self.allows(value):
+                raise QuantityError(self.expected)
+            if value != int(value):
+                raise QuantityError(self.expected)
+            return int(value)
+        try:
+            number = units.si_value(value, self.units)
+        except QuantityError as error:
+            raise QuantityError(error.expected + self.otherwise, error.hint, error.found) from None
+        if not self.allows(number):
+            raise QuantityError(self.expected)
+        return number
+
+    def written(self, value: float) -> float | str:
+        """A value as `read` takes it: the word for NaN."""
+        return self.word if self.word is not None and math.isnan(value) else value
+
+
+def table(*rows: Parameter) -> dict[str, Parameter]:
+    """Rows by name."""
+    return {row.name: row for row in rows}
+
+
+def of_section(section: str, rows: Iterable[Parameter]) -> dict[str, Parameter]:
+    """Those rows of a table that stand in a section of the configuration."""
+    return table(*(row for row in rows if row.section == section))
+
+
+def _spelled(bound: float) -> str:
+    return str(bound) if isinstance(bound, int) else f"{bound:g}"
+
+
+def _in(row: Parameter) -> str:
+    return "" if row.units == "1" else f" in {units.spelled(row.units)}"
