@@ -44,10 +44,12 @@ def test_a_stale_lock_is_taken_over(config, output, whole):
         assert len(said) == 1 and "took over from a run that is gone: Ada on" in said[0]
 
 
-def test_a_lock_that_is_not_whole_is_nobodys(config, output):
-    output.with_name("map.nc.parts").mkdir()
-    (output.with_name("map.nc.parts") / "lock.json").write_text('{"pid": ')
-    stickslip.run(config, output).close()
+def test_a_lock_that_is_not_whole_is_nobodys(config, output, whole):
+    folder = output.with_name("map.nc.parts")
+    folder.mkdir()
+    (folder / "lock.json").write_text('{"pid": ')
+    same(stickslip.run(config, output), whole)
+    assert not folder.exists()
 
 
 def test_a_run_whose_lock_was_taken_stops(config, output, monkeypatch):
