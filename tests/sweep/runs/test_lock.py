@@ -1,6 +1,7 @@
 """Two runs on one store."""
 
 import json
+import os
 import subprocess
 import sys
 import threading
@@ -50,6 +51,29 @@ def test_a_lock_that_is_not_whole_is_nobodys(config, output, whole):
     (folder / "lock.json").write_text('{"pid": ')
     same(stickslip.run(config, output), whole)
     assert not folder.exists()
+
+
+def test_a_process_of_another_user_counts_as_alive(config, output, monkeypatch):
+    def forbidden(pid, signal):
+        raise PermissionError
+
+    monkeypatch.setattr("os.kill", forbidden)
+    holding(output, host=machine.host(), space=machine.space())
+    with pytest.raises(StoreError, match="another run works there"):
+        stickslip.run(config, output)
+
+
+def test_a_user_without_a_name_is_told_by_number(config, output, monkeypatch):
+    """A container may have no list of users."""
+
+    def unknown():
+        raise KeyError("getpwuid(): uid not found: 1234")
+
+    monkeypatch.setattr("getpass.getuser", unknown)
+    users = []
+    stickslip.run(config, output, progress=lambda done, of: users.extend(
+        holder.user for holder in stickslip.status(f"{output}.parts").holders)).close()  # fmt: skip
+    assert users and set(users) == {f"user {os.getuid()}" if hasattr(os, "getuid") else "somebody"}
 
 
 def test_a_run_whose_lock_was_taken_stops(config, output, monkeypatch):
