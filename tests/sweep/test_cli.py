@@ -16,8 +16,10 @@ from click.testing import CliRunner
 
 import stickslip
 from helpers.configs import write_config
+from stickslip import engine
 from stickslip.cli import main
-from stickslip.vocabulary.flags import STATUSES
+from stickslip.runs.work import Work
+from stickslip.variables import STATUSES
 
 ROOT = Path(__file__).parents[2]
 
@@ -66,6 +68,13 @@ def test_without_an_output_it_is_said_before_and_after_that_the_map_is_not_kept(
     assert keep in call("plan", "a map.yaml").stdout
     assert call(*shlex.split(keep.partition("stickslip ")[2])).exit_code == 0
     assert (here / "a map.nc").exists()
+
+
+def test_the_first_run_on_a_machine_says_that_it_compiles(here, kernels, monkeypatch):
+    monkeypatch.setattr(engine, "will_compile", lambda law, rigs: True)
+    done = call("run", write_config(here, more="output: {file: map.nc}\n"))
+    assert done.exit_code == 0
+    assert "Compiling the kernels for this machine: once" in done.stderr and "Compiled the kernels in" in done.stderr
 
 
 def test_a_map_of_one_cell_needs_no_picture(here):
@@ -169,6 +178,45 @@ def test_a_finished_map_is_not_computed_again(here):
     assert "cells/s" in call("run", config, "--fresh").stdout
 
 
+def test_a_picture_that_lacks_is_drawn_from_the_finished_map(here):
+    config = write_config(here, more="output: {file: map.nc, plot: map.png}\n")
+    assert call("run", config).exit_code == 0
+    (here / "map.png").unlink()
+    again = call("run", config)
+    assert again.exit_code == 0 and "finished already" in again.stdout and again.stdout.endswith("picture  map.png\n")
+    assert (here / "map.png").stat().st_size > 10_000
+
+
+def test_blocks_that_failed_are_shown_with_what_happened_and_computed_once_more(here, monkeypatch):
+    config = write_config(here, num=100, more="output: {file: map.nc}\n")
+    compute, broken = Work.compute, [1]
+
+    def failing(self, number, *rest):
+        if number in broken:
+            raise ZeroDivisionError(f"in block {number}")
+        return compute(self, number, *rest)
+
+    monkeypatch.setattr(Work, "compute", failing)
+    assert call("run", config).exit_code == 1
+    shown = call("status", config).stdout
+    assert "1 failed, of 3" in shown and "failed    block 1: ZeroDivisionError: in block 1" in shown
+    assert "What happened in block 1:\nTraceback" in shown and "in failing" in shown
+    assert call("retry-failed", config).exit_code == 1
+    broken.clear()
+    done = call("retry-failed", config)
+    assert done.exit_code == 0 and "4,096 cells in" in done.stdout and (here / "map.nc").is_file(), done.output
+
+
+def test_blocks_that_failed_in_a_shard_are_computed_without_the_others(here, monkeypatch):
+    config = write_config(here, num=100, more="output: {file: map.nc}\n")
+    with monkeypatch.context() as broken:
+        broken.setattr(Work, "compute", lambda *_: 1 / 0)
+        assert call("run", config, "--shard", "2/2").exit_code == 1
+    done = call("retry-failed", config)
+    assert done.exit_code == 0 and "blocks   4,096 cells computed into map.nc.parts" in done.stdout, done.output
+    assert not (here / "map.nc").exists()
+
+
 def test_another_configuration_is_refused_and_fresh_replaces_the_map(here):
     config = write_config(here, more="output: {file: map.nc}\n")
     assert call("run", config).exit_code == 0
@@ -230,6 +278,7 @@ def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options,
     (["--store", "gopher://x/y"], "gopher://x/y: cannot be opened"),
     (["--store", "small.yaml"], "small.yaml"),
     (["--store", "."], "holds other things"),
+    (["--dask", "head:8786"], "got 'head:8786', expected an address such as tcp://host:8786"),
 ])  # fmt: skip
 def test_stores_that_will_not_do_are_told(here, arguments, message):
     done = call("run", write_config(here), *arguments)

@@ -161,6 +161,7 @@ def test_a_worker_of_another_version_that_joins_later_ends_the_run(cluster, conf
         stickslip.run(config, output, dask=cluster.address)
 
 
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="peak memory is read from /proc")
 def test_memory_does_not_grow_with_the_blocks(cluster, tmp_path):
     """2,025 blocks, of which the last four fifths count; a block's results kept anywhere would be seen."""
     config = write_config(tmp_path, num=360, more="solver: {rtol: 0.01}\n")
