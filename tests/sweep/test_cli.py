@@ -19,7 +19,7 @@ from helpers.configs import write_config
 from stickslip import engine
 from stickslip.cli import main
 from stickslip.runs.work import Work
-from stickslip.variables import STATUSES
+from stickslip.vocabulary.flags import STATUSES
 
 ROOT = Path(__file__).parents[2]
 

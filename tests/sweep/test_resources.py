@@ -75,7 +75,7 @@ def test_a_wheel_carries_both_packages_their_types_and_the_configurations(unpack
 
 
 def test_an_installed_package_finds_its_own_configurations(unpacked_wheel, tmp_path):
-    code = "from stickslip.resources import config_path; print(config_path('quickstart'), config_path('article/fig9'))"
+    code = "from stickslip.config.examples import config_path as p; print(p('quickstart'), p('article/fig9'))"
     paths = os.pathsep.join([str(unpacked_wheel), *(path for path in sys.path if "site-packages" in path)])
     command = [sys.executable, "-S", "-c", code]
     done = subprocess.run(

@@ -15,7 +15,7 @@ from helpers.maps import axis, make_map, plane
 from stickslip.dataset.build import cell_dataset, trace_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.errors import StoreError
-from stickslip.files import reading, writing
+from stickslip.files import atomic, reading, writing
 from stickslip.vocabulary.results import TRACE_VARIABLES
 
 
@@ -158,11 +158,11 @@ def test_files_get_the_permissions_the_user_wants(tmp_path):
 def test_what_a_killed_process_left_is_removed_and_what_others_write_is_not(tmp_path):
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    left = [f".map.nc.{store._machine()}-{pid}-0123.part" for pid in (gone.pid, os.getpid())]
+    left = [f".map.nc.{atomic._here()}-{pid}-0123.part" for pid in (gone.pid, os.getpid())]
     elsewhere = f".map.nc.elsewher-{gone.pid}-0123.part"
     for name in (*left, elsewhere):
         (tmp_path / name).write_text("half a map")
-    store.write(plane(), tmp_path / "map.nc")
+    writing.write(plane(), tmp_path / "map.nc")
     assert files_in(tmp_path) == sorted(["map.nc", left[1], elsewhere])
 
 

@@ -129,7 +129,8 @@ def test_units_are_spelled_for_people():
 
 
 def test_pint_is_not_imported_before_a_text_is_met():
-    code = "import sys, stickslip.config, stickslip.units as u; u.si_value(1.0, 'm'); sys.exit('pint' in sys.modules)"
+    code = "import sys, stickslip.config.reader, stickslip.vocabulary.units as u; u.si_value(1.0, 'm'); "
+    code += "sys.exit('pint' in sys.modules)"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0
 

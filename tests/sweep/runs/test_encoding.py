@@ -62,7 +62,7 @@ def test_arbitrary_bytes_with_a_good_checksum_are_refused_or_read(body):
     for data in (MAGIC + body, MAGIC + len(body).to_bytes(4, "little") + body):
         try:
             header, found = decode(data + hashlib.sha256(data).digest())
-        except DamagedBlock as refused:
+        except DamagedBlockError as refused:
             assert str(refused)
         else:
             assert isinstance(header, dict) and all(isinstance(values, np.ndarray) for values in found.values())

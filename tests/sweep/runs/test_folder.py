@@ -5,8 +5,8 @@ import os
 
 import pytest
 
-from stickslip.runs import folder as folders
-from stickslip.store import StoreError
+from stickslip.errors import StoreError
+from stickslip.runs.workdir import folder as folders
 
 
 @pytest.fixture(params=["links", "no links", "memory"])
