@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from stickslip.rig.settings import Settings
+    from stickslip.vocabulary.parameter import Parameter
 
 CONFIG_OPTION = click.option(
     "-c", "--config", type=click.Path(path_type=Path), help="YAML: columns, units, conditions, features, risk."
@@ -37,6 +38,22 @@ _COLUMN_WIDTH = 8  # characters, at most
 _COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "white on red", "unknown": ""}
 
 
+class RowOption(click.Option):
+    """An option that is a row of the vocabulary, which is loaded once somebody asks what it is."""
+
+    def __init__(self, *args: Any, row: str, **given: Any) -> None:
+        super().__init__(*args, **given)
+        self._row, self._use = row, self.help
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """What the row is, what the option is for, and how one writes it."""
+        from stickslip.vocabulary import units
+
+        row = _rows()[self._row]
+        self.help = f'{row.long_name.capitalize()}, {self._use} ("{units.example(row.units)}").'
+        return super().get_help_record(ctx)
+
+
 @click.command(
     "rig-features",
     epilog="""\b
@@ -47,9 +64,9 @@ Examples:
 )
 @click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
 @CONFIG_OPTION
-@click.option("--load", metavar="FORCE", help='Normal load, for friction coefficients ("10 N").')
-@click.option("--speed", metavar="SPEED", help='Speed of the drive, where files do not record it ("10 mm/s").')
-@click.option("--bandwidth", metavar="FREQUENCY", help='Of the sensor of acceleration ("2 kHz"); limits what is used.')
+@click.option("--load", cls=RowOption, row="normal_load", help="for friction coefficients", metavar="FORCE")
+@click.option("--speed", cls=RowOption, row="drive_speed", help="where files do not record it", metavar="SPEED")
+@click.option("--bandwidth", cls=RowOption, row="bandwidth", help="limits what is used", metavar="FREQUENCY")
 @click.option("--plot", type=click.Path(path_type=Path), help="Picture to draw: .png, .svg or .pdf.")
 @click.option("--beside", is_flag=True, help="Draw records beside each other instead of over each other.")
 @click.option("--from", "begin", metavar="TIME", help="Draw only from this time of each record on.")
@@ -147,17 +164,23 @@ def _settings(config: Path | None, conditions: Mapping[str, str | None], bandwid
     return replace(settings, features=replace(settings.features, bandwidth=_quantity("bandwidth", bandwidth)))
 
 
+def _rows() -> dict[str, Parameter]:
+    """What options may give."""
+    from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS
+
+    return CONDITIONS | FEATURE_SETTINGS
+
+
 def _quantity(name: str, text: str) -> float:
     """An option in SI."""
     from stickslip.errors import ConfigError, Problem, QuantityError
-    from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS
 
     try:
         try:
             value: float | str = float(text)
         except ValueError:
             value = text
-        return (CONDITIONS | FEATURE_SETTINGS)[name].read(value)
+        return _rows()[name].read(value)
     except QuantityError as error:
         problem = Problem((name,), f"got {text!r}, expected {error.expected}", hint=error.hint)
         raise ConfigError("options", [problem]) from None

@@ -1,0 +1,163 @@
+"""The recipes of CONTRIBUTING, followed in a copy of the tree: a row and a file, and all rooms know the new thing."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+CELL = "dict(mass=1.0, stiffness=2.0, normal_load=3.0, belt_speed=0.1, a1=1.0, a2=0.1, a3=0.3, a4=0.1)"
+CONFIG = (
+    "dict(system=dict(mass=1, stiffness=2, normal_load=3, belt_speed=0.1), friction=dict(a1=1, a2=0.1, a3=0.3, a4=0.1))"
+)
+
+
+class Copy:
+    """A copy of the packages, to be changed and run."""
+
+    def __init__(self, folder, packages):
+        self._folder = folder
+        for package in packages:
+            shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
+        roots = [folder / name if name in packages else ROOT / name for name in ("sweep", "kernels")]
+        self._environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(str, roots))}
+
+    def insert(self, file, after, text):
+        """Put `text` behind the one place of a file where `after` stands."""
+        path = self._folder / file
+        before = path.read_text(encoding="utf-8")
+        assert before.count(after) == 1, f"{file}: {after!r} stands there {before.count(after)} times"
+        path.write_text(before.replace(after, after + text), encoding="utf-8")
+
+    def append(self, file, text):
+        with open(self._folder / file, "a", encoding="utf-8") as written:
+            written.write(text)
+
+    def run(self, code):
+        done = subprocess.run([sys.executable, "-c", code], env=self._environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture
+def copy(tmp_path):
+    return Copy(tmp_path, ["sweep"])
+
+
+def test_a_new_unit_is_one_row(copy):
+    copy.insert("sweep/stickslip/vocabulary/units.py", "\n_KINDS = {", '\n    "Pa": ("a pressure", "2 bar"),')
+    copy.run("""
+from stickslip.errors import QuantityError
+from stickslip.vocabulary import units
+assert units.si_value("2 bar", "Pa") == 2e5 and units.expected("Pa") == "a pressure such as '2 bar' or a number in Pa"
+try:
+    units.si_value("1 mm", "Pa")
+except QuantityError as error:
+    assert error.found == "length"
+""")
+
+
+def test_a_new_parameter_is_one_row_and_its_conversion(copy):
+    """The share of the load that the contact carries: half of it is half the load."""
+    row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
+    copy.insert("sweep/stickslip/vocabulary/quantities.py", "PARAMETERS: dict[str, Parameter] = table(", row)
+    copy.append("sweep/stickslip/engine/scales.py", '''
+
+def _shared(convert):
+    def carried(given):
+        return given | {"normal_load": given["normal_load"] * given["share"]} if isinstance(given, dict) else given
+
+    return lambda *given: convert(*map(carried, given))
+
+
+to_kernel, to_si = _shared(to_kernel), _shared(to_si)
+''')  # fmt: skip
+    copy.run(f"""
+import numpy as np
+import stickslip
+from stickslip.config.grid import build_grid
+from stickslip.config.reader import make_config
+from stickslip.config.schema import json_schema
+from stickslip.errors import ConfigError
+data = {CONFIG}
+assert build_grid(make_config(data)).fixed["share"] == 1.0
+data["system"]["share"] = 2
+try:
+    make_config(data)
+except ConfigError as error:
+    assert "system.share: got 2, expected a number above 0 and of at most 1" in str(error), error
+del data["system"]["share"]
+config = make_config(data | dict(axes=dict(share=[0.5, 1])))
+assert make_config(config.resolved()) == config
+schema = json_schema()["properties"]["system"]["properties"]["share"]
+assert (schema["maximum"], schema["default"], schema["description"]) == (1, 1.0, "share of the load")
+found = stickslip.run(config)
+assert found["share"].attrs["long_name"] == "share of the load" and found.sizes == dict(share=2)
+half, same = stickslip.evaluate({CELL} | dict(share=0.5)), stickslip.evaluate({CELL} | dict(normal_load=1.5))
+for name in ("period", "spring_force_max"):
+    np.testing.assert_array_equal(half[name], same[name])
+    np.testing.assert_array_equal(half[name], found[name][:1])
+""")
+
+
+def test_a_new_metric_is_one_row_and_its_conversion(copy):
+    """How far the belt moves in a cycle."""
+    row = '\n    Variable("belt_travel", "m", "travel of the belt in a cycle"),'
+    copy.insert("sweep/stickslip/vocabulary/results.py", "\n_VARIABLES = (", row)
+    copy.append(
+        "sweep/stickslip/engine/scales.py",
+        """
+
+def _with_travel(convert):
+    def converted(*given):
+        results = convert(*given)
+        cells = next(g for g in given if isinstance(g, dict))
+        return results | {"belt_travel": results["period"] * cells["belt_speed"]}
+    return converted
+
+
+to_si = _with_travel(to_si)
+""",
+    )
+    copy.run(f"""
+import numpy as np
+import stickslip
+from stickslip.config.reader import make_config
+found = stickslip.evaluate({CELL})
+assert found["belt_travel"].attrs["units"] == "m"
+np.testing.assert_array_equal(found["belt_travel"], 0.1 * found["period"])
+assert stickslip.run(make_config({CONFIG} | dict(axes=dict(damping=[0, 1]))))["belt_travel"].shape == (2,)
+""")
+
+
+def test_a_new_law_is_named_and_read_by_one_row(copy):
+    copy.insert("sweep/stickslip/vocabulary/laws.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
+    copy.run(f"""
+from stickslip.config.reader import make_config
+from stickslip.config.schema import json_schema
+assert make_config({CONFIG.replace("friction=dict(", "friction=dict(law='halving', ")}).friction.law == "halving"
+assert "halving" in json_schema()["properties"]["friction"]["properties"]["law"]["enum"]
+""")
+
+
+@pytest.mark.slow
+def test_a_new_law_is_a_file_and_its_row(tmp_path):
+    """A law that has the shape of another moves as that one does."""
+    copy = Copy(tmp_path, ["sweep", "kernels"])
+    laws = tmp_path / "kernels" / "stickslip_kernels" / "laws"
+    text = (laws / "rational.py").read_text(encoding="utf-8").replace("Rational", "Halving")
+    (laws / "halving.py").write_text(re.sub(r"Halving\(\d+\)", "Halving(4)", text), encoding="utf-8")
+    copy.insert("kernels/stickslip_kernels/laws/__init__.py", "from . import cubic", ", halving")
+    copy.insert("kernels/stickslip_kernels/laws/__init__.py", '"cubic": cubic.TAG', ', "halving": halving.TAG')
+    copy.insert("kernels/stickslip_kernels/laws/__init__.py", "stribeck_delta, rational, cubic", ", halving")
+    copy.insert("sweep/stickslip/vocabulary/laws.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
+    copy.run(f"""
+import numpy as np
+import stickslip
+old, new = (stickslip.evaluate({CELL}, law=law) for law in ("rational", "halving"))
+for name in old.data_vars:
+    np.testing.assert_array_equal(old[name], new[name])
+""")
