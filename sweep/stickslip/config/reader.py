@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from stickslip.config import examples, kinds, rules
+from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
 from stickslip.config.model import Axis, Config, Group, Range, Values
@@ -30,11 +31,11 @@ from stickslip.config.sections import (
     System,
 )
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
-from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, dotted
+from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
 from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.words import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
 QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start, "drive": Drive}
@@ -45,7 +46,6 @@ SECTIONS: dict[str, type[Section]] = {
 _AXIS_FORMS = "a list of values, or start, stop and num"
 _CURVE_FORMS = f"{', '.join(REPLACED)}, a4, or {', '.join(MEASURED)}, a4"
 _GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-_LONGEST_TEXT = 60  # characters of what is quoted in a message
 _EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
 
 AnySection = TypeVar("AnySection", bound=Section)
@@ -85,29 +85,27 @@ def _read(document: Document, rig: bool = False, others: Collection[str] = ()) -
     return _Reader(fitted(document), rig, others).config()
 
 
-class _Reader:
+class _Reader(Complaints):
     """Reads one document and collects what is wrong with it."""
 
     def __init__(self, document: Document, rig: bool = False, others: Collection[str] = ()) -> None:
-        self._document = document
+        super().__init__(document)
         self._rig, self._others = rig, others
-        self._problems = list(document.problems)
-        self._meant: set[str] = set()  # keys that misspelt ones were probably meant to be
 
     def config(self) -> Config:
         """The configuration. Raises ConfigError."""
-        whole = self._mapping(self._document.data, ())
-        if not isinstance(self._document.data, dict):  # everything else would be missing
-            raise ConfigError(self._document.name, self._problems)
+        whole = self._mapping_of(self.document.data, ())
+        if not isinstance(self.document.data, dict):  # everything else would be missing
+            raise ConfigError(self.document.name, self.problems)
         for found in kinds.misplaced(self._rig, whole):
-            self._meant |= DRIVE.keys() if found.path == ("drive",) else set()
-            self._add(*found, at_key=True)
-        data = self._known_keys(
+            self.meant |= DRIVE.keys() if found.path == ("drive",) else set()
+            self.add(*found, at_key=True)
+        data = self.known_keys(
             whole, (), [key for key in (*Config.model_fields, *self._others) if kinds.has(self._rig, key)]
         )
         title = self._title(data)
-        raw = {key: self._mapping(data.get(key), (key,)) for key in SECTIONS}
-        raw_axes = self._mapping(data.get("axes"), ("axes",))
+        raw = {key: self._mapping_of(data.get(key), (key,)) for key in SECTIONS}
+        raw_axes = self._mapping_of(data.get("axes"), ("axes",))
         sections = {key: self._section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
         axes = [axis for name, value in raw_axes.items() if (axis := self._axis(name, value)) is not None]
         given = self._given(raw, raw_axes)
@@ -115,14 +113,13 @@ class _Reader:
         self._check_curve(given)
         self._check_law(sections["friction"], given)
         for found in kinds.ramp_of_no_use(sections["drive"], given):  # type: ignore[arg-type]
-            self._add(found.path, found.message, found.hint, at_key=True)
+            self.add(found.path, found.message, found.hint, at_key=True)
         fixed = _fixed(sections[key] for key in QUANTITY_SECTIONS)
         fixed = kinds.with_ramp(self._rig, fixed, sections["drive"], "ramp" in given)  # type: ignore[arg-type]
         for finding in rules.findings(rules.Space(fixed, axes)):
-            got = finding.got or self._text(finding.path)
-            self._add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
-        if self._problems:
-            raise ConfigError(self._document.name, self._problems)
+            got = finding.got or self.text(finding.path)
+            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
+        self.raise_any()
         for key in QUANTITY_SECTIONS:
             own = [name for name in type(sections[key]).model_fields if name in QUANTITIES]
             absent = {name: QUANTITIES[name].default for name in own if name not in given}
@@ -130,95 +127,32 @@ class _Reader:
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
         return Config(title=title, axes=tuple(axes), **{**sections, **of_rigs})  # type: ignore[arg-type]
 
-    # --- problems -----------------------------------------------------------------------------------------------------
-
-    def _add(self, path: Path, message: str, hint: str | None = None, at_key: bool = False) -> None:
-        """Note a problem with the value at `path`, or with its key."""
-        path = self._written(path)
-        self._problems.append(Problem(path, message, self._place(path, at_key), hint))
-        if len(self._problems) >= MOST_PROBLEMS:
-            raise ConfigError(self._document.name, self._problems)
-
-    def _refuse(self, path: Path, expected: str, hint: str | None = None, found: str | None = None) -> None:
-        """Note that the value at `path` is not what was expected; `found` says what kind of quantity it is."""
-        kind = f" ({found})" if found else ""
-        self._add(path, f"got {self._text(path)}{kind}, expected {expected}", hint)
-
-    def _place(self, path: Path, at_key: bool = False) -> Place | None:
-        """Where `path` stands; where it does not exist, what is around it."""
-        document = self._document
-        if at_key and path in document.keys:
-            return document.keys[path]
-        if path in document.values:
-            return document.values[path]
-        parent = path[:-1]
-        return document.keys.get(parent) or (self._place(parent) if path else None)
-
-    def _written(self, path: Path) -> Path:
-        """`path` as it is in the file, where `mass: [1, 2]` may stand for `mass: {values: [1, 2]}`."""
-        value, found = self._document.data, []
-        for key in path:
-            if key == "values" and isinstance(value, list):
-                continue
-            found.append(key)
-            inside = isinstance(value, dict) and key in value or isinstance(value, list) and isinstance(key, int)
-            value = value[key] if inside else None
-        return tuple(found)
-
-    def _line(self, path: Path) -> str:
-        """` on line 7`, or nothing for plain data."""
-        place = self._document.keys.get(path)
-        return f" on line {place.line}" if place else ""
-
-    def _text(self, path: Path) -> str:
-        """What stands at `path`, as it was written."""
-        text = self._document.texts.get(self._written(path))
-        if text is None:
-            value = self._document.data
-            for key in self._written(path):
-                value = value[key]
-            kinds = {dict: "a mapping", list: "a list", type(None): "nothing"}
-            text = kinds.get(type(value)) or repr(value)
-        return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
-
     # --- keys, sections -----------------------------------------------------------------------------------------------
 
-    def _mapping(self, value: object, path: Path) -> dict[str, Any]:
-        """`value` if it is a mapping, else an empty one; a section without content is one."""
-        if isinstance(value, dict):
-            return value
-        if value is not None or not path:
-            whole = [key for key in Config.model_fields if kinds.has(self._rig, key)]
-            keys = listed(SECTIONS[str(path[0])].model_fields if path and path[0] in SECTIONS else whole)
-            what = "names of quantities" if path == ("axes",) else f"the keys {keys}"
-            self._refuse(path, f"a mapping with {what}")
-        return {}
+    def _mapping_of(self, value: object, path: Path) -> dict[str, Any]:
+        """`value` if it is a mapping, with the keys that belong there; else an empty one, which may be a problem."""
+        whole = [key for key in Config.model_fields if kinds.has(self._rig, key)]
+        keys = listed(SECTIONS[str(path[0])].model_fields if path and path[0] in SECTIONS else whole)
+        return self.mapping(value, path, "names of quantities" if path == ("axes",) else f"the keys {keys}")
 
-    def _known_keys(self, data: Mapping[str, Any], path: Path, known: Collection[str]) -> dict[str, Any]:
-        """`data` without keys that are not `known`, each of which is a problem."""
-        for key in data:
-            if key not in known and (path or key not in kinds.OF_RIGS):
-                self._unknown_key((*path, key), known)
-        return {key: value for key, value in data.items() if key in known}
-
-    def _unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
+    def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
+        """Note that the last key of `path` is none of those `known`; a quantity belongs elsewhere."""
         key = str(path[-1])
         if key in QUANTITIES:
             hint = f"{key} belongs to {QUANTITIES[key].section}, or to axes"
-        elif meant := nearest(key, known):
-            self._meant.add(meant)
-            hint = f"did you mean {meant}?"
-        self._add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
+            self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
+        elif len(path) > 1 or key not in kinds.OF_RIGS:  # which are known to be misplaced
+            super().unknown_key(path, known, what, hint)
 
     def _title(self, data: Mapping[str, Any]) -> str:
         title = data.get("title", DEFAULT_TITLE)
         if not isinstance(title, str) or not title.strip():
-            self._refuse(("title",), "a text", "put it in quotes" if isinstance(title, int | float) else None)
+            self.refuse(("title",), "a text", "put it in quotes" if isinstance(title, int | float) else None)
         return str(title).strip()
 
     def _section(self, model: type[AnySection], path: Path, data: Mapping[str, Any]) -> AnySection:
         """A section from what of `data` is right; the rest becomes problems."""
-        known = self._known_keys(data, path, model.model_fields)
+        known = self.known_keys(data, path, model.model_fields)
         try:
             return model.model_validate(known)
         except ValidationError as error:
@@ -238,11 +172,11 @@ class _Reader:
             where = (*path, *detail["loc"][skipped:])
             context = detail.get("ctx", {})
             if detail["type"] == REFUSED:
-                self._refuse(where, context["expected"], context["hint"], context["found"])
+                self.refuse(where, context["expected"], context["hint"], context["found"])
             elif detail["type"] == "missing":
-                self._add(where, f"missing, expected {_AXIS_FORMS}")
+                self.add(where, f"missing, expected {_AXIS_FORMS}")
             else:
-                self._refuse(where, _EXPECTED.get(detail["type"], detail["msg"]))
+                self.refuse(where, _EXPECTED.get(detail["type"], detail["msg"]))
         return {detail["loc"][0] for detail in details}
 
     # --- axes ---------------------------------------------------------------------------------------------------------
@@ -251,20 +185,20 @@ class _Reader:
         """The axis called `name`; None if something is wrong with it."""
         path: Path = ("axes", name)
         if isinstance(raw, dict) and ("zip" in raw or "labels" in raw):
-            return self._group(path, self._known_keys(raw, path, ("zip", "labels")))
+            return self._group(path, self.known_keys(raw, path, ("zip", "labels")))
         if name not in QUANTITIES:
             quantities = [quantity for quantity in QUANTITIES if kinds.has(self._rig, quantity)]
-            self._unknown_key(path, quantities, "quantity", "a group of quantities needs the key zip")
+            self.unknown_key(path, quantities, "quantity", "a group of quantities needs the key zip")
             return None
         if isinstance(raw, list):
             return self._values(name, raw, path)
         if isinstance(raw, dict) and "values" in raw:
-            known = self._known_keys(raw, path, ("values",))
+            known = self.known_keys(raw, path, ("values",))
             return self._values(name, known["values"], (*path, "values"))
         if isinstance(raw, dict) and raw:
-            known = self._known_keys(raw, path, [key for key in Range.model_fields if key != "name"])
+            known = self.known_keys(raw, path, [key for key in Range.model_fields if key != "name"])
             return self._valid(Range, {"name": name, **known}, path)
-        self._refuse(path, _AXIS_FORMS)
+        self.refuse(path, _AXIS_FORMS)
         return None
 
     def _valid(
@@ -280,42 +214,42 @@ class _Reader:
     def _values(self, name: str, raw: object, path: Path) -> Values | None:
         """The list of values that stands at `path`."""
         if not isinstance(raw, list) or not raw:
-            self._refuse(path, "a list of values")
+            self.refuse(path, "a list of values")
             return None
         return self._valid(Values, {"name": name, "values": raw}, path, skipped=1)
 
     def _group(self, path: Path, raw: Mapping[str, Any]) -> Group | None:
         """Quantities that vary together, under a name of their own."""
-        name, before = str(path[-1]), len(self._problems)
+        name, before = str(path[-1]), len(self.problems)
         if name in QUANTITIES or name in VARIABLES or not _GROUP_NAME.fullmatch(name):
             expected = "a name of its own for the group: a word that is no quantity and no result"
-            self._add(path, f"got the name {name}, expected {expected}", at_key=True)
+            self.add(path, f"got the name {name}, expected {expected}", at_key=True)
         lists = raw.get("zip")
         if not isinstance(lists, dict) or not lists:
-            self._add((*path, "zip"), "expected a mapping of quantities to lists of values", "zip: {mass: [1, 2], ...}")
+            self.add((*path, "zip"), "expected a mapping of quantities to lists of values", "zip: {mass: [1, 2], ...}")
             return None
-        zipped = self._known_keys(lists, (*path, "zip"), QUANTITIES)
+        zipped = self.known_keys(lists, (*path, "zip"), QUANTITIES)
         members = [self._values(member, value, (*path, "zip", member)) for member, value in zipped.items()]
         labels = raw.get("labels")
         lengths = {(*path, "zip", key): len(value) for key, value in zipped.items() if isinstance(value, list)}
         if labels is not None and self._are_labels(labels, (*path, "labels")):
             lengths[(*path, "labels")] = len(labels)
         self._check_lengths(lengths)
-        if len(self._problems) > before:
+        if len(self.problems) > before:
             return None
         return Group(name=name, members=tuple(m for m in members if m), labels=labels)
 
     def _are_labels(self, labels: object, path: Path) -> bool:
         """Whether `labels` is a list of texts that differ; if not, why not is noted."""
         if not isinstance(labels, list):
-            self._refuse(path, "a list of names")
+            self.refuse(path, "a list of names")
             return False
         seen: set[str] = set()
         for i, label in enumerate(labels):
             if not isinstance(label, str) or not label.strip():
-                self._refuse((*path, i), "a name", "put it in quotes" if isinstance(label, int | float) else None)
+                self.refuse((*path, i), "a name", "put it in quotes" if isinstance(label, int | float) else None)
             elif label in seen:
-                self._refuse((*path, i), "a name that is not in the list yet")
+                self.refuse((*path, i), "a name that is not in the list yet")
             else:
                 seen.add(label)
         return True
@@ -325,8 +259,8 @@ class _Reader:
         first = next(iter(lengths), ())
         for path, length in lengths.items():
             if length != lengths[first]:
-                expected = f"{lengths[first]} like {first[-1]}{self._line(first)}"
-                self._add(path, f"got {length} values, expected {expected}")
+                expected = f"{lengths[first]} like {first[-1]}{self.line(first)}"
+                self.add(path, f"got {length} values, expected {expected}")
 
     # --- every quantity exactly once ----------------------------------------------------------------------------------
 
@@ -343,29 +277,29 @@ class _Reader:
         """No quantity is given twice, and those without a default are given."""
         for first, *others in given.values():
             for path in others:
-                message = f"given twice, as {dotted(first)}{self._line(first)} already, expected once"
-                self._add(path, message, "keep the one you mean", at_key=True)
+                message = f"given twice, as {dotted(first)}{self.line(first)} already, expected once"
+                self.add(path, message, "keep the one you mean", at_key=True)
         for name, declared in QUANTITIES.items():
             if declared.section not in ("friction", *(() if self._rig else kinds.OF_RIGS)) and declared.default is None:
                 self._check_given(name, given)
 
     def _check_given(self, name: str, given: Collection[str]) -> None:
-        if name not in given and name not in self._meant:
+        if name not in given and name not in self.meant:
             declared = QUANTITIES[name]
             message = f"missing, expected the {declared.long_name}: {units.expected(declared.units)}"
-            self._add((declared.section, name), message, f"or vary it: axes: {{{name}: ...}}")
+            self.add((declared.section, name), message, f"or vary it: axes: {{{name}: ...}}")
 
     def _check_curve(self, given: Mapping[str, list[Path]]) -> None:
         """The friction curve is given in one of its two forms, and completely."""
         measured = [name for name in MEASURED if name in given]
         replaced = [name for name in REPLACED if name in given]
         if measured and replaced:
-            line = self._line(given[measured[0]][0])
+            line = self.line(given[measured[0]][0])
             for name in replaced:
                 message = f"got {name} besides {measured[0]}{line}, expected one form of the curve"
-                self._add(given[name][0], message, f"the forms are {_CURVE_FORMS}", at_key=True)
-        elif not measured and not replaced and not self._meant & {*REPLACED, *MEASURED}:
-            self._add(("friction",), f"the friction curve is missing, expected {_CURVE_FORMS}")
+                self.add(given[name][0], message, f"the forms are {_CURVE_FORMS}", at_key=True)
+        elif not measured and not replaced and not self.meant & {*REPLACED, *MEASURED}:
+            self.add(("friction",), f"the friction curve is missing, expected {_CURVE_FORMS}")
             return
         for name in ("a4",) if measured and replaced else (*(MEASURED if measured else REPLACED), "a4"):
             self._check_given(name, given)
@@ -374,15 +308,15 @@ class _Reader:
         """What is given belongs to the law."""
         law = friction.law
         if friction.fit is not None and law != "stribeck" and not {*COEFFICIENTS, *MEASURED} & given.keys():
-            self._refuse(("friction", "fit"), "no points: the curve fitted to them is that of the law stribeck")
+            self.refuse(("friction", "fit"), "no points: the curve fitted to them is that of the law stribeck")
         if law != "stribeck":
             for name in MEASURED:
                 if name in given:
                     expected = "a1, a2, a3 and a4: this form is for the law stribeck"
-                    self._add(given[name][0], f"got {name} with the law {law}, expected {expected}", at_key=True)
+                    self.add(given[name][0], f"got {name} with the law {law}, expected {expected}", at_key=True)
         if law != "stribeck_delta" and "delta" in given and friction.delta != QUANTITIES["delta"].default:
             message = f"got an exponent with the law {law}, expected none"
-            self._add(given["delta"][0], message, "the law stribeck_delta has one", at_key=True)
+            self.add(given["delta"][0], message, "the law stribeck_delta has one", at_key=True)
 
 
 def _fixed(sections: Iterable[Section]) -> dict[str, float]:

@@ -1,6 +1,8 @@
 """Arrays in, labelled datasets out; and what is said and selected of a dataset.
 
-build       variables, coordinates and attributes from arrays     provenance  what made them
-axis        a dimension as an axis        select   a part of a map        summary, inspect   what a dataset holds
-slabs       pieces of what is larger than memory                  coarse      maps with more cells than pixels
+What is where:
+
+    build       variables, coordinates and attributes from arrays     provenance  what made them
+    axis        a dimension as an axis        select   a part of a map        summary, inspect   what a dataset holds
+    slabs       pieces of what is larger than memory                  coarse      maps with more cells than pixels
 """

@@ -1,6 +1,8 @@
 """Files, whole or not at all: datasets written, read and sealed, tables that people hand in.
 
-writing, reading   datasets in netCDF and Zarr        seal   what the checksums of chunks do not cover
-atomic      the one way to replace a file             tables   the one reader of CSV
-machine     whose processes wrote what lies here      netcdf_lock   one thread at a time in netCDF
+What is where:
+
+    writing, reading   datasets in netCDF and Zarr        seal   what the checksums of chunks do not cover
+    atomic      the one way to replace a file             tables   the one reader of CSV
+    machine     whose processes wrote what lies here      netcdf_lock   one thread at a time in netCDF
 """

@@ -19,14 +19,15 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path as FilePath
 from typing import Any
 
+from stickslip.config.complaints import Complaints
 from stickslip.config.yaml import Document, read_yaml
-from stickslip.errors import ConfigError, Path, Problem, QuantityError
+from stickslip.errors import Path, QuantityError
 from stickslip.rig.quantities import COLUMN_WORDS, CONDITION_WORDS, MATERIAL, SIGNALS, TIME
 from stickslip.rig.risk import Risk
 from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS, RISK
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.words import listed
 
 Condition = str | float
 
@@ -114,121 +115,79 @@ def as_text(settings: Settings) -> str:
     return json.dumps(sections, indent=2, ensure_ascii=False) + "\n"  # which YAML contains
 
 
-class _Reader:
+class _Reader(Complaints):
     """Reads one document and collects what is wrong with it."""
-
-    def __init__(self, document: Document) -> None:
-        self._document = document
-        self._problems = list(document.problems)
 
     def settings(self) -> Settings:
         """The settings. Raises ConfigError."""
-        sections = self._mapping((), ("record", "conditions", "features", "risk"))
-        record = self._record() if "record" in sections else RecordSettings()
-        conditions = self._conditions() if "conditions" in sections else {}
-        features = self._quantities("features", FEATURE_SETTINGS, ("subtract_offset",))
-        offset = self._at(("features", "subtract_offset"))
-        if offset is not None and not isinstance(offset, bool):
-            self._refuse(("features", "subtract_offset"), "true or false")
-        risk = self._quantities("risk", RISK)
-        if self._problems:
-            raise ConfigError(self._document.name, self._problems)
-        return Settings(record, conditions, FeatureSettings(subtract_offset=bool(offset), **features), Risk(**risk))
+        sections = ("record", "conditions", "features", "risk")
+        whole = {} if self.document.data is None else self.document.data
+        data = self.known_keys(self.mapping(whole, (), f"the keys {listed(sections)}"), (), sections)
+        record = self._record(data.get("record"))
+        conditions = self._conditions(data.get("conditions"))
+        features = self._section("features", data.get("features"), (*FEATURE_SETTINGS, "subtract_offset"))
+        if not isinstance(offset := features.pop("subtract_offset", False), bool):
+            self.refuse(("features", "subtract_offset"), "true or false")
+        found = FeatureSettings(subtract_offset=bool(offset), **self._numbers("features", features, FEATURE_SETTINGS))
+        risk = self._numbers("risk", self._section("risk", data.get("risk"), RISK), RISK)
+        self.raise_any()
+        return Settings(record, conditions, found, Risk(**risk))
 
-    # --- sections -----------------------------------------------------------------------------------------------------
+    def _section(self, key: str, value: object, known: Collection[str]) -> dict[str, Any]:
+        return self.known_keys(self.mapping(value, (key,), f"the keys {listed(known)}"), (key,), known)
 
-    def _record(self) -> RecordSettings:
-        self._mapping(("record",), ("columns", "units", "ignore"))
-        columns = self._by_column("columns")
-        found = self._by_column("units")
-        for name, unit in found.items():
+    def _record(self, value: object) -> RecordSettings:
+        data = self._section("record", value, ("columns", "units", "ignore"))
+        found = self._by_column("units", data.get("units"))
+        for name, (path, unit) in found.items():
             declared = TIME.units if name == TIME.name else SIGNALS[name].units
             try:
                 units.si_value(f"1 {unit}", declared)
             except QuantityError as error:
-                path = self._path_of("units", name)
-                self._refuse(path, f"the unit of {units.kind(declared)}", error.hint)
-        ignore = self._at(("record", "ignore")) or []
+                self.refuse(path, f"the unit of {units.kind(declared)}", error.hint, error.found)
+        ignore = data.get("ignore") or []
         if not isinstance(ignore, list) or not all(isinstance(word, str) for word in ignore):
-            self._refuse(("record", "ignore"), "a list of the names of columns")
+            self.refuse(("record", "ignore"), "a list of the names of columns")
             ignore = []
-        return RecordSettings(columns, found, tuple(ignore))
+        columns = self._by_column("columns", data.get("columns"))
+        return RecordSettings(
+            {name: heading for name, (_, heading) in columns.items()},
+            {name: unit for name, (_, unit) in found.items()},
+            tuple(ignore),
+        )
 
-    def _by_column(self, key: str) -> dict[str, str]:
-        """A mapping from names of columns, as people write them, to texts."""
-        found = {}
-        for word, text in self._mapping(("record", key), None).items():
-            name = column_name(word)
+    def _by_column(self, key: str, value: object) -> dict[str, tuple[Path, str]]:
+        """A mapping from names of columns, as people write them, to texts and where they stand."""
+        found: dict[str, tuple[Path, str]] = {}
+        for word, text in self.mapping(value, ("record", key), "names of columns").items():
+            path, name = ("record", key, word), column_name(word)
             if name is None:
-                self._unknown(("record", key, word), _COLUMNS)
+                self.unknown_key(path, _COLUMNS)
             elif not isinstance(text, str):
-                self._refuse(("record", key, word), "a text")
+                self.refuse(path, "a text")
             else:
-                found[name] = text
+                found[name] = path, text
         return found
 
-    def _path_of(self, key: str, name: str) -> Path:
-        words = self._mapping(("record", key), None)
-        return ("record", key, next(word for word in words if column_name(word) == name))
-
-    def _conditions(self) -> dict[str, Condition]:
+    def _conditions(self, value: object) -> dict[str, Condition]:
         found: dict[str, Condition] = {}
-        for word, text in self._mapping(("conditions",), None).items():
-            path = ("conditions", word)
+        for word, text in self.mapping(value, ("conditions",), "names of conditions").items():
             name = condition_name(word)
             if name is None:
-                self._unknown(path, (MATERIAL, *CONDITIONS))
+                self.unknown_key(("conditions", word), (MATERIAL, *CONDITIONS))
                 continue
             try:
                 found[name] = condition(name, text)
             except QuantityError as error:
-                self._refuse(path, error.expected, error.hint)
+                self.refuse(("conditions", word), error.expected, error.hint, error.found)
         return found
 
-    def _quantities(self, key: str, known: Mapping[str, Parameter], others: Collection[str] = ()) -> dict[str, float]:
-        """The quantities of a section by name, in SI."""
+    def _numbers(self, key: str, data: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, float]:
+        """The numbers of a section by name, in SI."""
         found = {}
-        for name, value in self._mapping((key,), (*known, *others)).items():
-            if name in others:
-                continue
+        for name, value in data.items():
             try:
                 found[name] = known[name].read(value)
             except QuantityError as error:
-                self._refuse((key, name), error.expected, error.hint)
+                self.refuse((key, name), error.expected, error.hint, error.found)
         return found
-
-    # --- problems -----------------------------------------------------------------------------------------------------
-
-    def _at(self, path: Path) -> Any:
-        value = self._document.data
-        for key in path:
-            value = value.get(key) if isinstance(value, dict) else None
-        return value
-
-    def _mapping(self, path: Path, known: Collection[str] | None) -> dict[str, Any]:
-        """The mapping at `path` without keys that are not `known`, each of which is a problem; {} if there is none."""
-        value = self._at(path)
-        if value is None:
-            return {}
-        if not isinstance(value, dict):
-            self._refuse(path, f"a mapping with the keys {listed(known)}" if known else "a mapping")
-            return {}
-        if known is not None:
-            for key in value:
-                if key not in known:
-                    self._unknown((*path, key), known)
-        return {key: item for key, item in value.items() if known is None or key in known}
-
-    def _unknown(self, path: Path, known: Collection[str]) -> None:
-        meant = nearest(str(path[-1]), known)
-        hint = f"did you mean {meant}?" if meant else None
-        place = self._document.keys.get(path)
-        self._note(Problem(path, f"unknown key, expected {listed(known)}", place, hint))
-
-    def _refuse(self, path: Path, expected: str, hint: str | None = None) -> None:
-        got = self._document.texts.get(path, "a list or a mapping")
-        self._note(Problem(path, f"got {got}, expected {expected}", self._document.values.get(path), hint))
-
-    def _note(self, problem: Problem) -> None:
-        if problem not in self._problems:  # a section is looked at more than once
-            self._problems.append(problem)

@@ -1,9 +1,11 @@
-"""Every name, unit, bound, default and word, said once; the other rooms read these tables.
+"""Every name, unit, bound, default and word, said once.
 
-quantities  what goes in: the parameters of a cell, and what else a configuration may name
-settings    the other numbers that people set       parameter  what a row of both says, and how it is read
-results     what comes out, of a cell and of a trajectory      flags   what integers in results mean
-laws        the friction laws                       curve      their coefficients from what people measure
-units       texts such as "10 mm/s" and numbers in SI          words   phrases of messages
-cells       lists of cells as Python users give them
+The other rooms read these tables:
+
+    quantities  what goes in: the parameters of a cell, and what else a configuration may name
+    settings    the other numbers that people set       parameter  what a row of both says, and how it is read
+    results     what comes out, of a cell and of a trajectory      flags   what integers in results mean
+    laws        the friction laws                       curve      their coefficients from what people measure
+    units       texts such as "10 mm/s" and numbers in SI          words   phrases of messages
+    cells       lists of cells as Python users give them
 """

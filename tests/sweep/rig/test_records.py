@@ -175,7 +175,10 @@ def test_units_in_two_places_must_agree(tmp_path):
     [
         ("recrod: {}", "rig.yaml:1:1: recrod: unknown key, expected record, conditions, features or risk"),
         ("record: [1]", "expected a mapping with the keys columns, units or ignore"),
-        ("record: {units: {time: N}}", "rig.yaml:1:24: record.units.time: got 'N', expected the unit of a time"),
+        (
+            "record: {units: {time: N}}",
+            "rig.yaml:1:24: record.units.time: got 'N' (force), expected the unit of a time",
+        ),
         ("record: {columns: {tme: x}}", "did you mean time?"),
         ("record: {ignore: x}", "expected a list of the names of columns"),
         ("conditions: {load: heavy}", "conditions.load: got 'heavy', expected a force such as '10 N'"),

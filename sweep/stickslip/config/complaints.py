@@ -1,0 +1,96 @@
+"""What every reader of a document does: collect what is wrong with it, and say where it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from stickslip.config.yaml import Document
+from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem
+from stickslip.vocabulary.words import listed, nearest
+
+_LONGEST_TEXT = 60  # characters of what is quoted in a message
+_WITHOUT_TEXT = {dict: "a mapping", list: "a list", type(None): "nothing"}
+
+
+class Complaints:
+    """The problems of one document; a reader is one that also returns what is right."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.problems = list(document.problems)
+        self.meant: set[str] = set()  # keys that misspelt ones were probably meant to be
+
+    def raise_any(self) -> None:
+        """Raise ConfigError if there is something to complain of."""
+        if self.problems:
+            raise ConfigError(self.document.name, self.problems)
+
+    def add(self, path: Path, message: str, hint: str | None = None, at_key: bool = False) -> None:
+        """Note a problem with the value at `path`, or with its key."""
+        path = self._written(path)
+        self.problems.append(Problem(path, message, self._place(path, at_key), hint))
+        if len(self.problems) >= MOST_PROBLEMS:
+            self.raise_any()
+
+    def refuse(self, path: Path, expected: str, hint: str | None = None, found: str | None = None) -> None:
+        """Note that the value at `path` is not what was expected; `found` says what kind of quantity it is."""
+        kind = f" ({found})" if found else ""
+        self.add(path, f"got {self.text(path)}{kind}, expected {expected}", hint)
+
+    def mapping(self, value: object, path: Path, expected: str) -> dict[str, Any]:
+        """`value` if it is a mapping, else an empty one; nothing at all is one, but not as a whole document."""
+        if isinstance(value, dict):
+            return value
+        if value is not None or not path:
+            self.refuse(path, f"a mapping with {expected}")
+        return {}
+
+    def known_keys(self, data: Mapping[str, Any], path: Path, known: Collection[str]) -> dict[str, Any]:
+        """`data` without keys that are not `known`, each of which is a problem."""
+        for key in data:
+            if key not in known:
+                self.unknown_key((*path, key), known)
+        return {key: value for key, value in data.items() if key in known}
+
+    def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
+        """Note that the last key of `path` is none of those `known`."""
+        if meant := nearest(str(path[-1]), known):
+            self.meant.add(meant)
+            hint = f"did you mean {meant}?"
+        self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
+
+    def line(self, path: Path) -> str:
+        """` on line 7`, or nothing for plain data."""
+        place = self.document.keys.get(path)
+        return f" on line {place.line}" if place else ""
+
+    def text(self, path: Path) -> str:
+        """What stands at `path`, as it was written."""
+        text = self.document.texts.get(self._written(path))
+        if text is None:
+            value = self.document.data
+            for key in self._written(path):
+                value = value[key]
+            text = _WITHOUT_TEXT.get(type(value)) or repr(value)
+        return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
+
+    def _place(self, path: Path, at_key: bool = False) -> Place | None:
+        """Where `path` stands; where it does not exist, what is around it."""
+        document = self.document
+        if at_key and path in document.keys:
+            return document.keys[path]
+        if path in document.values:
+            return document.values[path]
+        return document.keys.get(path[:-1]) or (self._place(path[:-1]) if path else None)
+
+    def _written(self, path: Path) -> Path:
+        """`path` as it is in the file, where `mass: [1, 2]` may stand for `mass: {values: [1, 2]}`."""
+        value, found = self.document.data, []
+        for key in path:
+            if key == "values" and isinstance(value, list):
+                continue
+            found.append(key)
+            inside = isinstance(value, dict) and key in value or isinstance(value, list) and isinstance(key, int)
+            value = value[key] if inside else None
+        return tuple(found)
