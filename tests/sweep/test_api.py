@@ -215,6 +215,20 @@ def test_an_interruption_without_an_output_hands_over_what_is_finished(tmp_path)
     xr.testing.assert_equal(partial["period"].where(finished), whole["period"].where(finished))
 
 
+def test_an_interrupted_evaluation_hands_over_what_is_finished(monkeypatch):
+    compute = stickslip.api.compute
+
+    def interrupted(cells, size, options):
+        done = compute(cells, size, options)
+        return type(done)(done.results, size - 1)
+
+    monkeypatch.setattr(stickslip.api, "compute", interrupted)
+    cell = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+    with pytest.raises(stickslip.Interrupted, match="1 of 2 cells are finished") as caught:
+        stickslip.evaluate(cell | {"belt_speed": np.array([0.1, 0.2])})
+    assert caught.value.dataset.sizes == {"cell": 2}
+
+
 def test_an_interruption_while_writing_loses_nothing(tmp_path, monkeypatch):
     from stickslip.runs import assembly
 

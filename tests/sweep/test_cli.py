@@ -77,6 +77,20 @@ def test_the_first_run_on_a_machine_says_that_it_compiles(here, kernels, monkeyp
     assert "Compiling the kernels for this machine: once" in done.stderr and "Compiled the kernels in" in done.stderr
 
 
+def test_a_map_that_is_not_kept_can_be_drawn(here):
+    done = call("run", write_config(here), "--plot", "map.png")
+    assert done.exit_code == 0 and (here / "map.png").stat().st_size > 10_000
+
+
+def test_ctrl_c_without_an_output_says_how_far_it_got(here, monkeypatch):
+    def interrupted(config, **_):
+        raise stickslip.Interrupted(100, 144)
+
+    monkeypatch.setattr(stickslip.api, "run", interrupted)
+    done = call("run", write_config(here))
+    assert done.exit_code == 1 and "100 of 144 cells are finished, not written" in done.stderr
+
+
 def test_a_map_of_one_cell_needs_no_picture(here):
     (here / "one.yaml").write_text(
         "system: {mass: 1, stiffness: 1, normal_load: 1, belt_speed: 0.1}\n"
