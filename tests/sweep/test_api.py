@@ -10,6 +10,7 @@ import xarray as xr
 
 import stickslip
 from helpers.configs import write_config
+from stickslip import engine
 from stickslip.variables import MODES, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES
 
 REFERENCE = Path(__file__).parents[1] / "data" / "oscillator.csv"
@@ -216,13 +217,13 @@ def test_an_interruption_without_an_output_hands_over_what_is_finished(tmp_path)
 
 
 def test_an_interrupted_evaluation_hands_over_what_is_finished(monkeypatch):
-    compute = stickslip.api.compute
+    compute = engine.compute
 
     def interrupted(cells, size, options):
         done = compute(cells, size, options)
         return type(done)(done.results, size - 1)
 
-    monkeypatch.setattr(stickslip.api, "compute", interrupted)
+    monkeypatch.setattr("stickslip.api.compute", interrupted)
     cell = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
     with pytest.raises(stickslip.Interrupted, match="1 of 2 cells are finished") as caught:
         stickslip.evaluate(cell | {"belt_speed": np.array([0.1, 0.2])})
