@@ -13,9 +13,9 @@ import pytest
 from click.testing import CliRunner
 
 import stickslip
-from helpers.cluster import BLOCK, CLI, Cluster, environment, until
+from helpers.cluster import BLOCK, CLI, Cluster, environment
 from helpers.configs import write_config
-from helpers.runs import block_files, opened, same
+from helpers.runs import block_files, opened, same, until
 from stickslip.cli import main
 from stickslip.runs import blocks
 

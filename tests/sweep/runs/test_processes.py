@@ -8,13 +8,13 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import pytest
 
 import stickslip
 from helpers.configs import write_config
+from helpers.runs import until
 
 ROOT = Path(__file__).parents[3]
 COMMAND = (sys.executable, "-m", "stickslip")
@@ -43,13 +43,6 @@ def same_bits(path, expected):
         for name, values in expected.variables.items():
             assert found[name].dtype == values.dtype
             assert found[name].values.tobytes() == values.values.tobytes(), name
-
-
-def until(condition, patience=60.0):
-    end = time.monotonic() + patience
-    while not condition():
-        assert time.monotonic() < end, "nothing happened"
-        time.sleep(0.01)
 
 
 def slow_config(folder, num=300):
