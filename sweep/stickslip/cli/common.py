@@ -12,7 +12,6 @@ from typing import Any, NoReturn
 import click
 
 from stickslip.cli import screen
-from stickslip.errors import ClusterError, ConfigError, IncompleteError, NotReachedError, StoreError
 
 DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
 CONFIG = click.argument(
@@ -58,6 +57,8 @@ def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def guarded(*args: Any, **kwargs: Any) -> None:
+        from stickslip.errors import ClusterError, ConfigError, IncompleteError, NotReachedError, StoreError
+
         try:
             command(*args, **kwargs)
         except (IncompleteError, NotReachedError) as error:

@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 
 from stickslip.cli.common import check_picture, fail, reports_wrong_input
-from stickslip.errors import PlotError
 
 
 @click.command(
@@ -34,6 +33,7 @@ def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, o
     """Draw a result: a map, or a trajectory."""
     from stickslip import plots
     from stickslip.dataset import select as selection
+    from stickslip.errors import PlotError
     from stickslip.files import reading
 
     ds = reading.open(file)
