@@ -186,6 +186,19 @@ def test_what_the_package_says_names_no_page_that_is_not_installed():
     assert not naming, "docs/ does not come with a wheel:\n" + "\n".join(naming)
 
 
+def test_exceptions_are_gathered_and_end_in_error():
+    """Ctrl-C is no error."""
+    raised = {
+        node.name: module
+        for module, tree in sources(SWEEP).items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+        and any(ast.unparse(base).endswith(("Error", "Exception", "Warning", "Interrupt")) for base in node.bases)
+    }
+    assert "ConfigError" in raised and set(raised.values()) == {"errors"}
+    assert {name for name in raised if not name.endswith(("Error", "Warning"))} == {"Interrupted"}
+
+
 def test_third_party_imports_are_declared_dependencies():
     import tomllib
 
