@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 from helpers.slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, exact, lanes
 from stickslip_kernels import layout as at
-from stickslip_kernels import rk_lanes
+from stickslip_kernels import runge_kutta
 from stickslip_kernels.equations import slip_acceleration, slip_jerk
 from stickslip_kernels.exponential import rough_log2
 from stickslip_kernels.laws import LAWS
-from stickslip_kernels.rk import GROW_MOST, SHRINK_MOST, step_factor
+from stickslip_kernels.runge_kutta import GROW_MOST, SHRINK_MOST, step_factor
 
 LAW = "rational"
 TAG = LAWS[LAW]
@@ -23,7 +23,7 @@ def steps(t, n):
     y, w, work = Y0, W0, 0.0
     for _ in range(n):
         s = lanes(LAW, y, w, step=t / n)
-        rk_lanes.try_step(TAG, s, 1e-6)
+        runge_kutta.try_step(TAG, s, 1e-6)
         y, w, _, done = end_of_step(s)
         work += done
     return y, w, work
@@ -47,7 +47,7 @@ def test_many_steps_reach_the_answer_of_scipy():
 def test_between_its_ends_a_step_is_a_tenth_as_wrong_as_at_them():
     h = 0.8
     s = lanes(LAW, step=h)
-    rk_lanes.try_step(TAG, s, 1e-6)
+    runge_kutta.try_step(TAG, s, 1e-6)
     _, w, dw, _ = end_of_step(s)
     polynomial = np.polynomial.Polynomial(s[at.SERIES :: at.WIDTH][: at.ORDER + 1])
     assert [polynomial(h), polynomial.deriv()(h), polynomial.deriv(2)(h)] == pytest.approx([w, dw, s[at.JERK_NEW]])
