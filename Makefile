@@ -11,16 +11,22 @@ INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check $(PIN
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint check nightly bench gallery clean
+.PHONY: help demo test coverage lint check nightly bench gallery clean
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-6s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: $(VENV)/.installed  ## install into .venv and compute the first map
 	$(BIN)/stickslip run configs/quickstart.yaml
 
 test: $(VENV)/.installed-test  ## run the tests, a module on each processor; the slow ones too: make test ARGS="-m ''"
 	$(BIN)/python -m pytest -n auto --dist loadscope -m "not slow" $(ARGS)
+
+coverage: $(VENV)/.installed-test  ## which lines and branches of sweep/ the tests run, those in other processes included
+	$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest -n auto --dist loadscope -m "not slow" $(ARGS)
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage report
 
 lint: $(VENV)/.installed-test  ## lint, formatting and types
 	$(BIN)/ruff check .

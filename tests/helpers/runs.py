@@ -1,6 +1,7 @@
 """Runs stopped on the way, and results compared to the bit."""
 
 import os
+import time
 
 import numpy as np
 import pytest
@@ -29,6 +30,13 @@ def interrupted_after(count):
             raise KeyboardInterrupt
 
     return progress
+
+
+def until(condition, patience=60.0):
+    end = time.monotonic() + patience
+    while not condition():
+        assert time.monotonic() < end, "nothing happened"
+        time.sleep(0.01)
 
 
 def block_files(folder):

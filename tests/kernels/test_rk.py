@@ -44,14 +44,22 @@ def test_many_steps_reach_the_answer_of_scipy():
     assert steps(2.0, 400) == pytest.approx(expected(2.0), rel=1e-12)
 
 
-def test_between_its_ends_a_step_is_a_tenth_as_wrong_as_at_them():
-    h = 0.8
+def one_step(h):
+    """Slip speed and its two derivatives at the end of a step, and the polynomial of the slip speed within it."""
     s = lanes(LAW, step=h)
     runge_kutta.try_step(TAG, s, 1e-6)
     _, w, dw, _ = end_of_step(s)
-    polynomial = np.polynomial.Polynomial(s[at.SERIES :: at.WIDTH][: at.ORDER + 1])
-    assert [polynomial(h), polynomial.deriv()(h), polynomial.deriv(2)(h)] == pytest.approx([w, dw, s[at.JERK_NEW]])
-    end_error = abs(w - exact(h, LAW)[1])
+    return (w, dw, s[at.JERK_NEW]), np.polynomial.Polynomial(s[at.SERIES :: at.WIDTH][: at.ORDER + 1])
+
+
+def test_the_polynomial_of_a_step_ends_where_the_step_ends():
+    ends, polynomial = one_step(0.8)
+    assert [polynomial(0.8), polynomial.deriv()(0.8), polynomial.deriv(2)(0.8)] == pytest.approx(ends)
+
+
+def test_between_its_ends_a_step_is_hardly_more_wrong_than_at_its_end():
+    (w, *_), polynomial = one_step(0.8)
+    end_error = abs(w - exact(0.8, LAW)[1])
     inside = [abs(polynomial(t) - exact(t, LAW)[1]) for t in np.linspace(0.1, 0.7, 7)]
     assert 1e-8 < end_error and max(inside) < 1.1 * end_error
 
@@ -65,17 +73,20 @@ def test_jerk_is_the_derivative_of_the_acceleration():
 
 @given(st.floats(0.0, 1e10), st.floats(-50.0, 50.0))
 def test_the_step_changes_within_limits_and_shrinks_after_a_rejection(error2, last_log):
-    factor, log = step_factor(error2, last_log)
-    assert SHRINK_MOST <= factor <= (GROW_MOST if error2 <= 1.0 else 0.9)
-    assert log == rough_log2(max(error2, 1e-16))
+    assert SHRINK_MOST <= step_factor(error2, last_log)[0] <= (GROW_MOST if error2 <= 1.0 else 0.9)
+
+
+@given(st.floats(0.0, 1e10), st.floats(-50.0, 50.0))
+def test_the_next_call_is_told_the_logarithm_of_this_error(error2, last_log):
+    assert step_factor(error2, last_log)[1] == rough_log2(max(error2, 1e-16))
 
 
 def test_after_a_step_that_is_not_a_number_the_next_is_smallest():
     assert step_factor(float("nan"), 0.0)[0] == SHRINK_MOST
 
 
-def test_the_step_follows_the_error_to_the_power_one_fifth_in_steady_state():
-    """Twice the same error e: PI control gives 0.9 e^-(alpha - beta), alpha - beta = 0.2 - 1.75 * 0.08."""
+def test_after_twice_the_same_error_both_powers_of_pi_control_act_on_it():
+    """0.9 e^-(alpha - beta) with alpha - beta = 0.2 - 1.75 * 0.08."""
     error = 1e-3
     log = step_factor(error**2, 0.0)[1]
     assert step_factor(error**2, log)[0] == pytest.approx(0.9 * error ** -(0.2 - 1.75 * 0.08), rel=0.01)

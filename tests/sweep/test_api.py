@@ -10,6 +10,7 @@ import xarray as xr
 
 import stickslip
 from helpers.configs import write_config
+from stickslip import engine
 from stickslip.variables import MODES, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES
 
 REFERENCE = Path(__file__).parents[1] / "data" / "oscillator.csv"
@@ -213,6 +214,20 @@ def test_an_interruption_without_an_output_hands_over_what_is_finished(tmp_path)
     finished = partial["regime"] != 0
     assert int(finished.sum()) == caught.value.done and caught.value.kept is None
     xr.testing.assert_equal(partial["period"].where(finished), whole["period"].where(finished))
+
+
+def test_an_interrupted_evaluation_hands_over_what_is_finished(monkeypatch):
+    compute = engine.compute
+
+    def interrupted(cells, size, options):
+        done = compute(cells, size, options)
+        return type(done)(done.results, size - 1)
+
+    monkeypatch.setattr("stickslip.api.compute", interrupted)
+    cell = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+    with pytest.raises(stickslip.Interrupted, match="1 of 2 cells are finished") as caught:
+        stickslip.evaluate(cell | {"belt_speed": np.array([0.1, 0.2])})
+    assert caught.value.dataset.sizes == {"cell": 2}
 
 
 def test_an_interruption_while_writing_loses_nothing(tmp_path, monkeypatch):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.image import imread, imsave
 
 import stickslip
 from stickslip import theory
@@ -228,6 +229,17 @@ def test_the_gallery_is_what_the_computation_says():
     (words, numbers), (words_now, numbers_now) = apart(page), apart(gallery.text(written, "images/article"))
     assert words == words_now, "write it again: stickslip.article.gallery.write"
     assert numbers == pytest.approx(numbers_now, rel=0.01, abs=1e-4)  # a cell on a border may fall on either side
+
+
+def test_a_slim_picture_is_smaller_and_of_shades_nobody_tells_apart(tmp_path):
+    random = np.random.default_rng(1)
+    picture = tmp_path / "map.png"
+    imsave(picture, np.clip(np.linspace(0, 1, 64)[:, None, None] + random.normal(0, 0.1, (64, 64, 3)), 0, 1))
+    before, size = imread(picture)[..., :3], picture.stat().st_size
+    gallery.slim(picture)
+    after = imread(picture)[..., :3]
+    assert picture.stat().st_size < 0.7 * size
+    assert np.abs(after - before).max() <= 0.5 / 15 + 1 / 255
 
 
 def test_the_pictures_of_the_gallery_are_there_and_small():

@@ -16,7 +16,10 @@ from click.testing import CliRunner
 
 import stickslip
 from helpers.configs import write_config
+from helpers.runs import until
+from stickslip import engine
 from stickslip.cli import main
+from stickslip.runs.work import Work
 from stickslip.variables import STATUSES
 
 ROOT = Path(__file__).parents[2]
@@ -68,6 +71,27 @@ def test_without_an_output_it_is_said_before_and_after_that_the_map_is_not_kept(
     assert (here / "a map.nc").exists()
 
 
+def test_the_first_run_on_a_machine_says_that_it_compiles(here, kernels, monkeypatch):
+    monkeypatch.setattr(engine, "will_compile", lambda law, rigs: True)
+    done = call("run", write_config(here, more="output: {file: map.nc}\n"))
+    assert done.exit_code == 0
+    assert "Compiling the kernels for this machine: once" in done.stderr and "Compiled the kernels in" in done.stderr
+
+
+def test_a_map_that_is_not_kept_can_be_drawn(here):
+    done = call("run", write_config(here), "--plot", "map.png")
+    assert done.exit_code == 0 and (here / "map.png").stat().st_size > 10_000
+
+
+def test_ctrl_c_without_an_output_says_how_far_it_got(here, monkeypatch):
+    def interrupted(config, **_):
+        raise stickslip.Interrupted(100, 144)
+
+    monkeypatch.setattr("stickslip.api.run", interrupted)
+    done = call("run", write_config(here))
+    assert done.exit_code == 1 and "100 of 144 cells are finished, not written" in done.stderr
+
+
 def test_a_map_of_one_cell_needs_no_picture(here):
     (here / "one.yaml").write_text(
         "system: {mass: 1, stiffness: 1, normal_load: 1, belt_speed: 0.1}\n"
@@ -113,24 +137,24 @@ def command(*arguments, **options):
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends Ctrl-C to whole groups of processes")
 @pytest.mark.skipif(signal.getsignal(signal.SIGINT) is signal.SIG_IGN, reason="Ctrl-C is ignored, as by a shell's jobs")
 def test_ctrl_c_stops_promptly_and_says_what_is_safe(here, kernels):
-    """A map of minutes, interrupted after seconds; later, should the program still be loading by then."""
+    """A map of minutes, interrupted once its first block is there."""
     more = "solver: {horizon: 20000, early_stop: false}\noutput: {file: map.nc}\n"
     config = write_config(here, num=700, more=more)
-    for patience in (3.0, 9.0, 27.0):
-        process = command("run", config, cwd=here)
-        time.sleep(patience)
-        process.send_signal(signal.SIGINT)
-        began = time.perf_counter()
-        _, errors = process.communicate(timeout=60)
-        if "interrupted" in errors:
-            break
+    with command("run", config, cwd=here) as process:
+        try:
+            until(lambda: list(here.glob("map.nc.parts/block-*")))
+            process.send_signal(signal.SIGINT)
+            began = time.perf_counter()
+            _, errors = process.communicate(timeout=60)
+        finally:
+            process.kill()
     assert process.returncode == 1
     assert "Traceback" not in errors
     assert time.perf_counter() - began < 5.0
     told = re.search(r"interrupted: ([\d,]+) of 490,000 cells are safe in map.nc.parts; the same command goes", errors)
     safe = int(told[1].replace(",", ""))
     blocks = [name for name in os.listdir("map.nc.parts") if name.startswith("block-")]
-    assert 0 <= safe == 4096 * len(blocks) < 490_000
+    assert 0 < safe == 4096 * len(blocks) < 490_000
     assert not (here / "map.nc").exists()
 
 
@@ -167,6 +191,45 @@ def test_a_finished_map_is_not_computed_again(here):
     assert again.exit_code == 0
     assert "map      map.nc is finished already; --fresh computes it again" in again.stdout
     assert "cells/s" in call("run", config, "--fresh").stdout
+
+
+def test_a_picture_that_lacks_is_drawn_from_the_finished_map(here):
+    config = write_config(here, more="output: {file: map.nc, plot: map.png}\n")
+    assert call("run", config).exit_code == 0
+    (here / "map.png").unlink()
+    again = call("run", config)
+    assert again.exit_code == 0 and "finished already" in again.stdout and again.stdout.endswith("picture  map.png\n")
+    assert (here / "map.png").stat().st_size > 10_000
+
+
+def test_blocks_that_failed_are_shown_with_what_happened_and_computed_once_more(here, monkeypatch):
+    config = write_config(here, num=100, more="output: {file: map.nc}\n")
+    compute, broken = Work.compute, [1]
+
+    def failing(self, number, *rest):
+        if number in broken:
+            raise ZeroDivisionError(f"in block {number}")
+        return compute(self, number, *rest)
+
+    monkeypatch.setattr(Work, "compute", failing)
+    assert call("run", config).exit_code == 1
+    shown = call("status", config).stdout
+    assert "1 failed, of 3" in shown and "failed    block 1: ZeroDivisionError: in block 1" in shown
+    assert "What happened in block 1:\nTraceback" in shown and "in failing" in shown
+    assert call("retry-failed", config).exit_code == 1
+    broken.clear()
+    done = call("retry-failed", config)
+    assert done.exit_code == 0 and "4,096 cells in" in done.stdout and (here / "map.nc").is_file(), done.output
+
+
+def test_blocks_that_failed_in_a_shard_are_computed_without_the_others(here, monkeypatch):
+    config = write_config(here, num=100, more="output: {file: map.nc}\n")
+    with monkeypatch.context() as broken:
+        broken.setattr(Work, "compute", lambda *_: 1 / 0)
+        assert call("run", config, "--shard", "2/2").exit_code == 1
+    done = call("retry-failed", config)
+    assert done.exit_code == 0 and "blocks   4,096 cells computed into map.nc.parts" in done.stdout, done.output
+    assert not (here / "map.nc").exists()
 
 
 def test_another_configuration_is_refused_and_fresh_replaces_the_map(here):
@@ -230,6 +293,7 @@ def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options,
     (["--store", "gopher://x/y"], "gopher://x/y: cannot be opened"),
     (["--store", "small.yaml"], "small.yaml"),
     (["--store", "."], "holds other things"),
+    (["--dask", "head:8786"], "got 'head:8786', expected an address such as tcp://host:8786"),
 ])  # fmt: skip
 def test_stores_that_will_not_do_are_told(here, arguments, message):
     done = call("run", write_config(here), *arguments)

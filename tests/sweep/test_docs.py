@@ -70,6 +70,7 @@ def test_every_configuration_of_the_docs_is_computed(here, name):
 
 @pytest.mark.parametrize("name", PYTHON)
 def test_every_python_block_of_the_docs_runs(here, name):
+    """It must not raise; more is not claimed."""
     write_config(here, num=100, name="my.yaml")
     (here / "my_rig.yaml").write_text(RIG)
     (test,) = rig.RigTests(rig.load_rig("my_rig.yaml")).tests([0])
@@ -81,5 +82,6 @@ def test_every_python_block_of_the_docs_runs(here, name):
 
 @pytest.mark.parametrize("line", commands())
 def test_every_command_line_of_docs_and_helps_is_one(here, line):
+    """Click raises where an option does not exist or an argument is missing."""
     name, *arguments = shlex.split(line.partition(" > ")[0], comments=True)[1:]
-    main.commands[name].make_context(name, arguments)
+    assert main.commands[name].make_context(name, arguments).command is main.commands[name]

@@ -306,10 +306,15 @@ def test_growth_in_proportion_to_time_has_no_slope_per_decade():
     assert fit.interval["t0"][1] == math.inf
 
 
-@pytest.mark.parametrize(("slope", "said"), [(0.0, "show no ageing"), (-0.05, "falls with waiting time")])
-def test_points_without_ageing_are_said_plainly(slope, said):
-    mu = growth(WAITS, 0.5, slope, 1.0) + np.random.default_rng(6).normal(0, 0.003, WAITS.size)
-    fit = fit_ageing(WAITS, mu, t0=1.0)
+@pytest.mark.parametrize(("slope", "scatter", "said"), [
+    (0.0, 0.003, "show no ageing"),
+    (-0.05, 0.003, "falls with waiting time"),
+    (0.02, 0.02, "The growth explains only"),
+])  # fmt: skip
+def test_points_without_ageing_are_said_plainly(slope, scatter, said):
+    waits = np.tile(WAITS, 4 if scatter > 0.01 else 1)
+    mu = growth(waits, 0.5, slope, 1.0) + np.random.default_rng(6).normal(0, scatter, waits.size)
+    fit = fit_ageing(waits, mu, t0=1.0)
     assert not fit.good and said in fit.quality
 
 
@@ -329,6 +334,8 @@ def test_lubricants_are_ranked_as_in_the_article():
         assert r.interval[0] < growth(60.0, *truths[r.name]) < r.interval[1]
     with pytest.raises(ValueError, match="expected at least one"):
         rank({}, at=60.0)
+    with pytest.raises(ValueError, match="expected a waiting time >= 0"):
+        rank(fits, at=-1.0)
 
 
 def test_the_interval_of_a_level_holds_what_it_promises():

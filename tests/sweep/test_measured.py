@@ -133,8 +133,15 @@ def test_the_command_fits_ageing_and_ranks_lubricants(folder):
     assert "by growth per decade: grease (0.010), dry (0.030)" in done.stdout
 
 
-@pytest.mark.parametrize("name", ["none.csv", "map.yaml"])
+def test_too_few_waiting_times_are_told_with_the_name_of_the_file(folder):
+    (folder / "dry.csv").write_text("time [s], mu\n1, 0.2\n10, 0.23\n")
+    done = call("fit", folder / "dry.csv")
+    assert done.exit_code == 2 and "dry.csv: time: got 2 distinct waiting times, expected at least 3" in done.stderr
+
+
+@pytest.mark.parametrize("name", ["none.csv", "map.yaml", "a folder.csv"])
 def test_the_command_explains_a_file_that_will_not_do(folder, name):
+    (folder / "a folder.csv").mkdir()
     done = call("fit", folder / name)
     assert done.exit_code == 2 and name in done.stderr
     assert "Traceback" not in done.output

@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 from itertools import combinations
@@ -442,4 +443,5 @@ def test_pictures_that_cannot_be_written_are_named(name, tmp_path):
 
 def test_drawing_needs_no_pyplot():
     code = "import sys, stickslip.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": ":".join(sys.path)}).returncode == 0
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0

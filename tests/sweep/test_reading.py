@@ -83,7 +83,8 @@ def test_opened_results_do_whatever_results_in_memory_do(kind, small_chunks, tmp
 
 def test_nobody_pays_for_dask_who_opens_no_file():
     code = "import sys, stickslip.api, stickslip.plots, stickslip.store; sys.exit('dask' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": os.pathsep.join(sys.path)}).returncode == 0
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0
 
 
 def test_threads_read_one_file_at_once_and_right(kind, small_chunks, tmp_path):

@@ -76,19 +76,32 @@ def test_a_wheel_carries_both_packages_their_types_and_the_configurations(unpack
 
 def test_an_installed_package_finds_its_own_configurations(unpacked_wheel, tmp_path):
     code = "from stickslip.resources import config_path; print(config_path('quickstart'), config_path('article/fig9'))"
-    paths = ":".join([str(unpacked_wheel), *(path for path in sys.path if "site-packages" in path)])
+    paths = os.pathsep.join([str(unpacked_wheel), *(path for path in sys.path if "site-packages" in path)])
     command = [sys.executable, "-S", "-c", code]
-    done = subprocess.run(command, cwd=tmp_path, env={"PYTHONPATH": paths}, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        command, cwd=tmp_path, env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True, check=True
+    )
     configs = unpacked_wheel / "stickslip" / "configs"
     assert done.stdout.split() == [str(configs / "quickstart.yaml"), str(configs / "article" / "fig9.yaml")]
 
 
-def test_an_installed_package_computes_its_own_configurations_into_the_folder_it_is_called_in(unpacked_wheel, tmp_path):
+def test_a_wheel_carries_the_kernels_of_this_checkout(unpacked_wheel):
+    sources = {path.relative_to(ROOT / "kernels") for path in (ROOT / "kernels").rglob("*.py")}
+    for path in sources:
+        assert (unpacked_wheel / path).read_bytes() == (ROOT / "kernels" / path).read_bytes(), path
+
+
+@pytest.mark.parametrize("origin", ["of the checkout", pytest.param("compiled afresh", marks=pytest.mark.slow)])
+def test_an_installed_package_computes_its_own_configurations_into_the_folder_it_is_called_in(
+    unpacked_wheel, tmp_path, origin
+):
+    """Numba keeps compiled code by the folder of its source: the kernels of an unpacked wheel are always new to it."""
     configs = unpacked_wheel / "stickslip" / "configs"
     before = sorted(configs.rglob("*"))
-    paths = ":".join([str(unpacked_wheel), *(path for path in sys.path if "site-packages" in path)])
+    first = [str(ROOT / "kernels")] if origin == "of the checkout" else []
+    paths = os.pathsep.join([*first, str(unpacked_wheel), *(path for path in sys.path if "site-packages" in path)])
     command = [sys.executable, "-S", "-m", "stickslip", "run", "configs/article/fig3.yaml"]
-    environment = {"PYTHONPATH": paths, "HOME": os.environ["HOME"]}
+    environment = os.environ | {"PYTHONPATH": paths}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
     assert done.stderr.startswith("configs/article/fig3.yaml: no such file here, taken from those that come with")
     assert str(configs) in done.stderr

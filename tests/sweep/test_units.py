@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 
@@ -128,7 +129,8 @@ def test_units_are_spelled_for_people():
 
 def test_pint_is_not_imported_before_a_text_is_met():
     code = "import sys, stickslip.config, stickslip.units as u; u.si_value(1.0, 'm'); sys.exit('pint' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": ":".join(sys.path)}).returncode == 0
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0
 
 
 PLAIN = [

@@ -124,6 +124,10 @@ BAD = {
         "map.yaml:6:8: axes.mass: got the name mass, "
         "expected a name of its own for the group: a word that is no quantity and no result",
     ),
+    "labels that are no list": (
+        with_line(6, "axes: {oil: {zip: {belt_speed: [1, 2]}, labels: thin}}"),
+        "map.yaml:6:49: axes.oil.labels: got 'thin', expected a list of names",
+    ),
     "labels that are equal": (
         with_line(6, "axes: {oil: {zip: {belt_speed: [1, 2]}, labels: [a, a]}}"),
         "map.yaml:6:53: axes.oil.labels[1]: got 'a', expected a name that is not in the list yet",

@@ -80,6 +80,28 @@ def test_records_read_back_with_the_features_of_the_matrix(tmp_path, config):
         assert np.isfinite(table["acceleration_max_limited"]).all()
 
 
+def test_a_page_shows_the_matrix_and_its_size_is_said(tmp_path, config):
+    done = invoke("rig", config, "--report", tmp_path / "matrix.html")
+    assert done.exit_code == 0 and f"report    {tmp_path / 'matrix.html'} (" in done.output
+    assert "Three loads" in (tmp_path / "matrix.html").read_text(encoding="utf-8")
+
+
+def test_of_a_large_matrix_the_first_rows_are_shown_and_the_rest_counted(config):
+    config.write_text(TEXT.replace("[5 N, 10 N, 2 kN]", "{start: 5, stop: 10, num: 62}"))
+    done = invoke("rig", config)
+    assert done.exit_code == 0 and "... and 2 more" in done.output
+
+
+def test_an_interrupted_matrix_writes_nothing_and_says_so(tmp_path, config, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stickslip.rig.matrix.run_matrix", interrupted)
+    done = invoke("rig", config, "-o", tmp_path / "matrix.nc")
+    assert done.exit_code == 1 and "interrupted: nothing was written" in done.output
+    assert not (tmp_path / "matrix.nc").exists()
+
+
 def test_a_test_that_does_not_get_to_its_end_is_told(tmp_path, config):
     config.write_text(TEXT + "solver: {max_steps: 20}\n")
     done = invoke("rig", config, "--records", tmp_path / "signals")

@@ -36,6 +36,11 @@ def refused(text, read=parse_rig):
         ("  strokes: 0\n", "my.yaml:5:12: drive.strokes: got 0, expected a whole number from 1 to 10000"),
         ("  dwel: 1 s\n", "my.yaml:5:3: drive.dwel: unknown key, expected profile, strokes"),
         ("start: {velocity: 0}\n", "my.yaml:5:9: start.velocity: expected none: a rig starts sticking"),
+        (
+            "solver: {horizon: 1 s}\n",
+            "my.yaml:5:10: solver.horizon: expected none: a test goes to the end of",
+        ),
+        ("execution: {dask: local}\n", "my.yaml:5:13: execution.dask: expected none: tests are computed by threads"),
         ("axes: {velocity: [0, 1]}\n", "my.yaml:5:8: axes.velocity: expected none: a rig starts sticking"),
         ("axes: {g: {zip: {velocity: [0, 1]}}}\n", "my.yaml:5:18: axes.g.zip.velocity: expected none"),
         ("axes: {stroke: [1 mm, 2 mm]}\n", "my.yaml:5:8: axes.stroke: given twice, as drive.stroke on line 4 already"),

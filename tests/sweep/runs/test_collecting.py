@@ -72,6 +72,24 @@ def test_nothing_to_collect_is_said(config, output):
         stickslip.collect(config, output)
 
 
+def test_a_store_without_finished_blocks_has_nothing_to_collect(config, output, fragile):
+    fragile[:] = range(15)
+    with pytest.raises(stickslip.IncompleteError):
+        stickslip.run(config, output)
+    with pytest.raises(StoreError, match="no finished blocks there"):
+        stickslip.collect(config, output)
+
+
+def test_a_record_of_a_failure_that_is_damaged_is_shown_as_one(config, output, fragile):
+    with pytest.raises(stickslip.IncompleteError):
+        stickslip.run(config, output)
+    (record, _) = sorted(path for path in output.with_name("map.nc.parts").iterdir() if b"ZeroDivision" in
+                         path.read_bytes())  # fmt: skip
+    record.write_text('{"message": ')
+    first, second = stickslip.status(f"{output}.parts").failures
+    assert first.message == "the record of what happened is damaged" and "ZeroDivisionError" in second.message
+
+
 @pytest.mark.parametrize("shard", ["0/3", "4/3", "1", "1/0", "a/b", "-1/3"])
 def test_shards_that_make_no_sense_are_refused(config, tmp_path, shard):
     with pytest.raises(ValueError, match="expected a shard such as 1/8"):

@@ -1,5 +1,6 @@
 """The bytes of blocks and manifests: whole, or refused."""
 
+import hashlib
 import json
 
 import numpy as np
@@ -57,13 +58,26 @@ def test_no_changed_bytes_pass_for_a_block(data):
 @given(st.binary(max_size=400))
 def test_arbitrary_bytes_with_a_good_checksum_are_refused_or_read(body):
     """Whoever can write a checksum can write anything; nothing but DamagedBlock may come of it."""
-    import hashlib
-
     for data in (MAGIC + body, MAGIC + len(body).to_bytes(4, "little") + body):
         try:
-            decode(data + hashlib.sha256(data).digest())
-        except DamagedBlock:
-            pass
+            header, found = decode(data + hashlib.sha256(data).digest())
+        except DamagedBlock as refused:
+            assert str(refused)
+        else:
+            assert isinstance(header, dict) and all(isinstance(values, np.ndarray) for values in found.values())
+
+
+@pytest.mark.parametrize(("columns", "said"), [
+    ([{"name": "a", "type": "<f4", "cells": 1, "shared": False}], "a column of type '<f4'"),
+    ([{"name": "a", "type": "|i1", "cells": 2, "shared": False}], "more data than columns"),
+    ([{"name": "a"}], "its header makes no sense"),
+    (3, "its header makes no sense"),
+])  # fmt: skip
+def test_a_header_that_does_not_describe_the_columns_is_refused(columns, said):
+    header = json.dumps({"columns": columns}).encode()
+    data = MAGIC + len(header).to_bytes(4, "little") + header + bytes(4)
+    with pytest.raises(DamagedBlock, match=said):
+        decode(data + hashlib.sha256(data).digest())
 
 
 def manifest():

@@ -1,6 +1,7 @@
 """Two runs on one store."""
 
 import json
+import os
 import subprocess
 import sys
 import threading
@@ -44,10 +45,35 @@ def test_a_stale_lock_is_taken_over(config, output, whole):
         assert len(said) == 1 and "took over from a run that is gone: Ada on" in said[0]
 
 
-def test_a_lock_that_is_not_whole_is_nobodys(config, output):
-    output.with_name("map.nc.parts").mkdir()
-    (output.with_name("map.nc.parts") / "lock.json").write_text('{"pid": ')
-    stickslip.run(config, output).close()
+def test_a_lock_that_is_not_whole_is_nobodys(config, output, whole):
+    folder = output.with_name("map.nc.parts")
+    folder.mkdir()
+    (folder / "lock.json").write_text('{"pid": ')
+    same(stickslip.run(config, output), whole)
+    assert not folder.exists()
+
+
+def test_a_process_of_another_user_counts_as_alive(config, output, monkeypatch):
+    def forbidden(pid, signal):
+        raise PermissionError
+
+    monkeypatch.setattr("os.kill", forbidden)
+    holding(output, host=machine.host(), space=machine.space())
+    with pytest.raises(StoreError, match="another run works there"):
+        stickslip.run(config, output)
+
+
+def test_a_user_without_a_name_is_told_by_number(config, output, monkeypatch):
+    """A container may have no list of users."""
+
+    def unknown():
+        raise KeyError("getpwuid(): uid not found: 1234")
+
+    monkeypatch.setattr("getpass.getuser", unknown)
+    users = []
+    stickslip.run(config, output, progress=lambda done, of: users.extend(
+        holder.user for holder in stickslip.status(f"{output}.parts").holders)).close()  # fmt: skip
+    assert users and set(users) == {f"user {os.getuid()}" if hasattr(os, "getuid") else "somebody"}
 
 
 def test_a_run_whose_lock_was_taken_stops(config, output, monkeypatch):

@@ -13,6 +13,24 @@ from helpers.runs import block_files, same, stop_early
 from stickslip.runs import assembly, parts
 from stickslip.store import StoreError
 
+# --- what is asked ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("asked", "message"), [
+    ({"on_error": "ignore"}, "on_error: got 'ignore', expected 'continue' or 'stop'"),
+    ({"dask": "head:8786"}, "dask: got 'head:8786', expected an address such as"),
+])  # fmt: skip
+def test_arguments_that_will_not_do_are_refused_before_anything_is_made(config, output, asked, message):
+    with pytest.raises(ValueError, match=message):
+        stickslip.run(config, output, **asked)
+    assert not output.with_name("map.nc.parts").exists()
+
+
+def test_a_store_without_an_output_is_refused(config, tmp_path):
+    with pytest.raises(ValueError, match="store: needs an output"):
+        stickslip.run(config, store=tmp_path / "store")
+
+
 # --- the result -------------------------------------------------------------------------------------------------------
 
 
