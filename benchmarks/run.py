@@ -34,6 +34,7 @@ from peers.scipy_events import after_release, cycle, motion, rest
 from problem import HORIZON, MU_START, MU_STOP
 from stickslip import engine
 from stickslip.config.examples import config_path
+from stickslip.vocabulary.cells import as_cells
 
 TOLERANCES = (1e-6, 1e-9)
 CURVE_TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
@@ -186,29 +187,20 @@ def where_the_time_goes(accepted_sample: int = 100) -> list[dict]:
     return rows
 
 
-def accepted_share(cells: problem.Cells, rtol: float) -> float | None:
-    """Accepted over tried steps, from the trace log of single trajectories; None where the kernels keep no such log."""
-    from stickslip.vocabulary.cells import as_cells
+def accepted_share(cells: problem.Cells, rtol: float) -> float:
+    """Accepted over tried steps: the observer of signals looks at each good one."""
+    from stickslip.engine.compiled import run
+    from stickslip_kernels import block, drive, layout
 
-    try:
-        from stickslip_kernels import block, laws, layout
-
-        full = as_cells(problem.CURVE | {"stiffness": cells.k, "belt_speed": cells.belt})
-        kernel_cells = engine.to_kernel(full, HORIZON)
-        accepted = tried = 0.0
-        for i in range(len(cells)):
-            rows, log = block.new_results(1), np.zeros((30_000, layout.LOG_COLUMNS))
-            column = np.ascontiguousarray(kernel_cells[:, i : i + 1])
-            control = np.array([rtol, 1e6, 0.0])
-            block.run_block(laws.LAWS["stribeck"], column, rows, control, log, np.zeros(1, np.int64))
-            segments = log[1 : int(log[0, 0]) + 1]
-            slips = segments[segments[:, layout.LOG_MODE] != layout.STICK]
-            tried += rows[layout.STEPS, 0]
-            accepted += np.unique(slips[:, layout.LOG_TAU]).size  # a rejected step is noted again at the same time
-        return min(accepted / tried, 1.0) if tried else None
-    except Exception as problem_met:  # the log is the kernels' own affair and may change
-        say(f"  accepted steps are not known: {problem_met!r}")
-        return None
+    n, signals = len(cells), block.signals
+    full = as_cells(problem.CURVE | {"stiffness": cells.k, "belt_speed": cells.belt})
+    columns = engine.to_kernel(full, HORIZON)
+    table = np.column_stack([columns[layout.HORIZON], columns[layout.BELT], np.zeros(n)])
+    belts = drive.Segments(table, np.column_stack([np.arange(n), np.arange(n) + 1.0]))
+    rows, nothing = signals.new_results(n), np.empty((layout.SIGNAL_ROWS, 0))
+    observer = signals.Signals(rows, np.zeros((n, layout.RUN_COLUMNS)), nothing, signals.NO_STOPS)
+    run("stribeck", belts, observer, columns, rtol, 1_000_000)
+    return float(rows[layout.RIG_STEPS_TAKEN].sum() / rows[layout.RIG_STEPS].sum())
 
 
 # --- P2 and the cost of many cells ------------------------------------------------------------------------------------

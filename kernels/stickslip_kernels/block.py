@@ -2,87 +2,64 @@
 
 import numpy as np
 
+from . import layout as at
+from . import observers
 from .bits import as_index, lowest_bit, nonzero_bits
-from .friction import coefficient
+from .contact import DONE, Contact
 from .jit import compiled
 from .lanes import step_lanes
-from .layout import (
-    A2, A3, BELT, CELL, ETA_END, FAILED, FLAG, LANE_NUMBERS, MAX_STEPS, MODE, NEGATIVE_FRICTION, NOT_COMPUTED, NOT_RUN,
-    REGIME, RESULT_ROWS, RTOL, SIGMA, SPEED_MAX, STATUS, WIDTH,
-)  # fmt: skip
+from .layout import WIDTH  # a literal, which `nonzero_bits` needs
 from .modes import attend, start_cell
-from .rest import DONE
-from .trace import log_slip
+from .observers import regime, signals
 
-NO_LOG = np.zeros((0, 0))
-
-
-def new_results(n):
-    """Results of n cells nobody has computed yet: NaN, and the codes for "not computed"."""
-    results = np.full((RESULT_ROWS, n), np.nan)
-    results[REGIME], results[STATUS] = NOT_COMPUTED, NOT_RUN
-    return results
+__all__ = ["regime", "run_block", "signals"]
 
 
 @compiled
-def next_cell(law, s, i, cells, first, results, control, log):
+def next_cell(m, i, first):
     """Start the next cell, from number `first` on, that does not finish at once in lane i.
 
     Returns the number after it; the lane idles if there is none.
     """
     c = first
-    while c < cells.shape[1]:
+    while c < m.cells.shape[1]:
         c += 1
-        if start_cell(law, s, i, cells, c - 1, results, control, log) != DONE:
+        if start_cell(m, i, c - 1) != DONE:
             return c
-    s[CELL + i] = -1.0
+    m.s[at.CELL + i] = -1.0
     return c
 
 
 @compiled
-def run_lanes(law, lanes, cells, results, control, log, stop):
+def run_lanes(m, stop):
     """`run_block` with its buffer, the lanes."""
     following, busy = 0, 0  # cells started so far; bit i: lane i is under way
-    for i in range(WIDTH):
-        following = next_cell(law, lanes, as_index(i), cells, following, results, control, log)
-        busy |= (lanes[CELL + i] >= 0.0) << i
+    for i in range(at.WIDTH):
+        following = next_cell(m, as_index(i), following)
+        busy |= (m.s[at.CELL + i] >= 0.0) << i
     while stop[0] == 0 and busy != 0:
-        step_lanes(law, lanes, control[RTOL], control[MAX_STEPS])
-        flagged = nonzero_bits(lanes, FLAG, WIDTH) & busy
-        if log.shape[0] > 0 and flagged == 0:
-            log_slip(log, lanes, as_index(0), lanes[MODE], lanes[SIGMA])
+        step_lanes(m)
+        flagged = nonzero_bits(m.s, at.FLAG, WIDTH) & busy
         while flagged != 0:
             i = lowest_bit(flagged)
             flagged &= flagged - 1
-            if attend(law, lanes, as_index(i), cells, results, control, log) == DONE:
-                following = next_cell(law, lanes, as_index(i), cells, following, results, control, log)
-                busy ^= (lanes[CELL + i] < 0.0) << i
-
-
-@compiled
-def refuse_negative_friction(law, cells, results):
-    """Nothing is said of cells whose slip reached speeds at which friction would drive the motion."""
-    for c in range(cells.shape[1]):
-        if cells[A2, c] < 0.0 or cells[A3, c] < 0.0:
-            fastest = abs(cells[BELT, c] - results[ETA_END, c])
-            if results[SPEED_MAX, c] > fastest:
-                fastest = results[SPEED_MAX, c]
-            if coefficient(law, cells, c, fastest) < 0.0:
-                results[REGIME, c], results[STATUS, c] = FAILED, NEGATIVE_FRICTION
+            if attend(m, as_index(i)) == DONE:
+                following = next_cell(m, as_index(i), following)
+                busy ^= (m.s[at.CELL + i] < 0.0) << i
+    observers.conclude(m)
 
 
 @compiled(allocates=True)
-def run_block(law, cells, results, control, log, stop):
+def run_block(law, drive, observer, cells, rtol, max_steps, stop):
     """Integrate every cell of a block.
 
-    law : tag of the friction law, see `laws`.
-    cells : float64 (CELL_ROWS, n), kernel units, C-contiguous.
-    results : float64 (RESULT_ROWS, n) from `new_results`, filled in place.
-    control : RTOL, MAX_STEPS, EARLY_STOP. log : see `layout.py`; a log with rows wants n = 1.
+    law : tag of the friction law, see `laws`. drive, observer : tags with their arrays, see `drive` and `observers`.
+    cells : float64 (CELL_ROWS, n), kernel units, C-contiguous; BELT and HORIZON are not used where the drive follows
+        segments.
+    rtol, max_steps : tolerance of a step, trial steps a cell may take.
     stop : int64 (1,); when another thread sets it, the block is left, unfinished cells staying "not computed".
 
     WIDTH cells are under way at a time; a finished lane takes the next cell of the queue. A cell's numbers do not
     depend on its lane or its neighbours.
     """
-    run_lanes(law, np.zeros(LANE_NUMBERS), cells, results, control, log, stop)
-    refuse_negative_friction(law, cells, results)
+    run_lanes(Contact(law, drive, observer, np.zeros(at.LANE_NUMBERS), cells, rtol, max_steps), stop)

@@ -1,15 +1,54 @@
 """Dense output: the motion of one lane inside its step.
 
 Rows SERIES hold the coefficients of w over the step: the Taylor series, exact as the step itself, or the Hermite
-polynomial of a Runge-Kutta step (`rk_lanes.interpolate`). y and the friction work follow by integration.
+polynomial of a Runge-Kutta step (`runge_kutta.interpolate`). y and the friction work follow by integration.
 """
 
+from . import layout as at
 from .equations import slope_in_lane
 from .jit import compiled
-from .layout import ALPHA, B, G, OFFSET, ORDER, SERIES, TAKEN, W, WIDTH, WORK, Y
 from .quadrature import gauss
 
 NODES, WEIGHTS = gauss(5)
+
+
+# --- the one reader of the series ------------------------------------------------------------------------------------
+
+
+@compiled(inline=True)
+def horner(s, i, t):
+    """Coefficients 0 to 3 of the series of w about t after the start of the step, the integral and double integral of w
+    from the start to t.
+
+    In one pass, so that each sum waits for itself only; what a reader leaves unread the compiler leaves out.
+    """
+    w, dw, half_jerk, sixth_snap = s[at.SERIES + at.ORDER * at.WIDTH + i], 0.0, 0.0, 0.0
+    once, twice = w, w
+    for j in range(at.ORDER):
+        n = at.ORDER - 1 - j
+        c = s[at.SERIES + n * at.WIDTH + i]
+        sixth_snap = sixth_snap * t + half_jerk
+        half_jerk = half_jerk * t + dw
+        dw = dw * t + w
+        w = w * t + c
+        # Each less its factors 1/(n + 1) and 1/((n + 1)(n + 2)), so that a sum waits for one operation a term.
+        once = once * (t * ((n + 1) / (n + 2))) + c
+        twice = twice * (t * ((n + 1) / (n + 3))) + c
+    return w, dw, half_jerk, sixth_snap, t * once, 0.5 * t * t * twice
+
+
+@compiled
+def speed(s, i, t):
+    """w, w', w'' and w''' of lane i at t after the start of its step."""
+    w, dw, half_jerk, sixth_snap, _, _ = horner(s, i, t)
+    return w, dw, 2.0 * half_jerk, 6.0 * sixth_snap
+
+
+@compiled(inline=True)
+def load_and_speed(s, i, t):
+    """y and w of lane i at t after the start of its step."""
+    w, _, _, _, once, _ = horner(s, i, t)
+    return s[at.Y + i] + t * (s[at.B + i] + 0.5 * t * s[at.ALPHA + i]) - once, w
 
 
 # --- friction work --------------------------------------------------------------------------------------------------
@@ -19,21 +58,16 @@ NODES, WEIGHTS = gauss(5)
 def conservative_work(s, i, h, rise, w, fallen):
     """Friction work over h without damper: y rises by `rise`, w ends at `w`, `fallen` is the double integral of w.
 
-    For a belt at constant speed (`rig/signals.py` has the others).
+    For a belt at constant speed (`observers/signals.py` has the others).
 
     With mu = offset + y - gamma w - w' and w = b - y', mu w = b (offset + y) - ((offset + y)^2/2 + w^2/2)' - gamma w^2.
     """
-    b, load = s[B + i], s[OFFSET + i] + s[Y + i]
-    return b * (h * (load + 0.5 * h * b) - fallen) - rise * (load + 0.5 * rise) - 0.5 * (w - s[W + i]) * (w + s[W + i])
-
-
-@compiled(inline=True)
-def series_speed(s, i, t):
-    """w of lane i at t after the start of its step."""
-    w = s[SERIES + ORDER * WIDTH + i]
-    for j in range(ORDER):
-        w = w * t + s[SERIES + (ORDER - 1 - j) * WIDTH + i]
-    return w
+    b, load = s[at.B + i], s[at.OFFSET + i] + s[at.Y + i]
+    return (
+        b * (h * (load + 0.5 * h * b) - fallen)
+        - rise * (load + 0.5 * rise)
+        - 0.5 * (w - s[at.W + i]) * (w + s[at.W + i])
+    )
 
 
 @compiled(inline=True)
@@ -41,7 +75,7 @@ def square_integral(s, i, h):
     """Integral of w^2 over h."""
     total = 0.0
     for node in range(len(NODES)):
-        w = series_speed(s, i, NODES[node] * h)
+        w = horner(s, i, NODES[node] * h)[0]
         total += WEIGHTS[node] * w * w
     return h * total
 
@@ -50,87 +84,36 @@ def square_integral(s, i, h):
 def subtract_damper_work(s):
     """What the damper takes of the work, where any lane has one."""
     damped = False
-    for i in range(WIDTH):
-        damped |= s[G + i] != 0.0
+    for i in range(at.WIDTH):
+        damped |= s[at.G + i] != 0.0
     if damped:
-        for i in range(WIDTH):
-            s[WORK + i] -= s[G + i] * square_integral(s, i, s[TAKEN + i])
+        for i in range(at.WIDTH):
+            s[at.WORK + i] -= s[at.G + i] * square_integral(s, i, s[at.TAKEN + i])
 
 
 # --- the motion -----------------------------------------------------------------------------------------------------
 
 
-@compiled
-def speed(s, i, t):
-    """w, w', w'' and w''' of lane i at t after the start of its step."""
-    w, dw, half_jerk, sixth_snap = s[SERIES + ORDER * WIDTH + i], 0.0, 0.0, 0.0
-    for j in range(ORDER):
-        sixth_snap = sixth_snap * t + half_jerk
-        half_jerk = half_jerk * t + dw
-        dw = dw * t + w
-        w = w * t + s[SERIES + (ORDER - 1 - j) * WIDTH + i]
-    return w, dw, 2.0 * half_jerk, 6.0 * sixth_snap
-
-
 @compiled(inline=True)
-def motion(s, i, t):
-    """Coefficients 0 to 3 of the series of w about t after the start of the step, the integral and double integral of w
-    from the start to t. All in one pass: each sum waits for itself only.
-    """
-    w, dw, half_jerk, sixth_snap = s[SERIES + ORDER * WIDTH + i], 0.0, 0.0, 0.0
-    once, twice = w, w
-    for j in range(ORDER):
-        n = ORDER - 1 - j
-        c = s[SERIES + n * WIDTH + i]
-        sixth_snap = sixth_snap * t + half_jerk
-        half_jerk = half_jerk * t + dw
-        dw = dw * t + w
-        w = w * t + c
-        once = once * (t * ((n + 1) / (n + 2))) + c
-        twice = twice * (t * ((n + 1) / (n + 3))) + c
-    return w, dw, half_jerk, sixth_snap, t * once, 0.5 * t * t * twice
-
-
-@compiled(inline=True)
-def load_and_speed(s, i, t):
-    """y and w of lane i at t after the start of its step."""
-    w = s[SERIES + ORDER * WIDTH + i]
-    once = w
-    for j in range(ORDER):
-        n = ORDER - 1 - j
-        c = s[SERIES + n * WIDTH + i]
-        w = w * t + c
-        once = once * (t * ((n + 1) / (n + 2))) + c
-    return s[Y + i] + t * (s[B + i] + 0.5 * t * s[ALPHA + i] - once), w
+def rise_and_work(s, i, t):
+    """w, by how much y rises, and the friction work, until t after the start of the step of lane i."""
+    w, _, _, _, once, twice = horner(s, i, t)
+    rise = t * (s[at.B + i] + 0.5 * t * s[at.ALPHA + i]) - once
+    return w, rise, friction_work(s, i, t, rise, w, twice)
 
 
 @compiled(inline=True)
 def friction_work(s, i, t, rise, w, fallen):
     """Friction work until t after the start of the step, in the words of `conservative_work`."""
     work = conservative_work(s, i, t, rise, w, fallen)
-    if s[G + i] != 0.0:
-        work -= s[G + i] * square_integral(s, i, t)
+    if s[at.G + i] != 0.0:
+        work -= s[at.G + i] * square_integral(s, i, t)
     return work
-
-
-@compiled
-def rise_and_work(s, i, t):
-    """w, by how much y rises, and the friction work, until t after the start of the step of lane i."""
-    w = s[SERIES + ORDER * WIDTH + i]
-    once, twice = w, w
-    for j in range(ORDER):
-        n = ORDER - 1 - j
-        c = s[SERIES + n * WIDTH + i]
-        w = w * t + c
-        once = once * (t * ((n + 1) / (n + 2))) + c
-        twice = twice * (t * ((n + 1) / (n + 3))) + c
-    rise = t * (s[B + i] + 0.5 * t * s[ALPHA + i] - once)
-    return w, rise, friction_work(s, i, t, rise, w, 0.5 * t * t * twice)
 
 
 @compiled(inline=True)
 def state_at(law, s, i, t):
     """y, w, w' and the friction work at t after the start of the step of lane i."""
     w, rise, work = rise_and_work(s, i, t)
-    y = s[Y + i] + rise
+    y = s[at.Y + i] + rise
     return y, w, slope_in_lane(law, s, i, y, w), work

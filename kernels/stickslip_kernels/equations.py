@@ -1,8 +1,8 @@
 """The equations of motion of slip, in the frame of `layout.py`, on plain numbers and for the lanes."""
 
+from . import layout as at
 from .jit import compiled
 from .laws import shape, weakening_slope
-from .layout import DROP, EXPONENT, G, RATE, SLOPE
 
 
 @compiled(inline=True)
@@ -20,17 +20,19 @@ def slip_jerk(law, y, w, dw, b, drag, drop, rate, exponent):
 @compiled(inline=True)
 def weakening_in_lane(law, s, i, w):
     """The weakening part of friction of lane i at slip speed w."""
-    return s[DROP + i] * shape(law, s[RATE + i] * w, s[EXPONENT + i])
+    return s[at.DROP + i] * shape(law, s[at.RATE + i] * w, s[at.EXPONENT + i])
 
 
 @compiled(inline=True)
 def slope_in_lane(law, s, i, y, w):
     """w' of lane i at (y, w)."""
-    return slip_acceleration(law, y, w, s[G + i] + s[SLOPE + i], s[DROP + i], s[RATE + i], s[EXPONENT + i])
+    return slip_acceleration(
+        law, y, w, s[at.G + i] + s[at.SLOPE + i], s[at.DROP + i], s[at.RATE + i], s[at.EXPONENT + i]
+    )
 
 
 @compiled(inline=True)
 def jerk_in_lane(law, s, i, y, w, dw, b):
     """w'' of lane i at (y, w) with w' = dw, the belt moving at b."""
-    drag = s[G + i] + s[SLOPE + i]
-    return slip_jerk(law, y, w, dw, b, drag, s[DROP + i], s[RATE + i], s[EXPONENT + i])
+    drag = s[at.G + i] + s[at.SLOPE + i]
+    return slip_jerk(law, y, w, dw, b, drag, s[at.DROP + i], s[at.RATE + i], s[at.EXPONENT + i])

@@ -4,31 +4,61 @@ A step only says that an event lies inside it; the dense output of the step then
 error. (The root of a cubic polynomial spoils a good step: 3e-4 at rtol 1e-6, measured.)
 """
 
+from . import layout as at
 from .dense import speed, state_at
 from .equations import slope_in_lane
 from .jit import compiled
-from .layout import DW, DW_NEW, JERK_NEW, LEVEL, SIDE, TAKEN, TURN, W, WORK, W_NEW, Y, Y_NEW
 from .roots import TO_ROUNDING, arrival, crossing, extreme_speed
 
 NO_EVENT, LEVEL_REACHED, TURNED = range(3)
 
 
+# --- what a step may hold: tested in all lanes, and again where one is looked at ----------------------------------
+# Guards are turned by SIDE so that the level is reached from below, and a turning point is a maximum. An extremum
+# inside a step is taken to be no further out than the nearer end plus h times the larger slope there.
+
+
+@compiled(inline=True)
+def reaches(s, i, w):
+    """Whether w has reached the level that ends the mode."""
+    return s[at.SIDE + i] * w >= s[at.SIDE + i] * s[at.LEVEL + i]
+
+
+@compiled(inline=True)
+def grazes(s, i, h, w, dw):
+    """Whether the slip speed may have reached that level on the way to w, and have turned back."""
+    side = s[at.SIDE + i]
+    d0, d1 = side * s[at.DW + i], side * dw
+    return (d0 > 0.0) & (d1 <= 0.0) & (max(side * s[at.W + i], side * w) + h * max(d0, -d1) >= side * s[at.LEVEL + i])
+
+
+@compiled(inline=True)
+def may_turn(s, i, h, dw):
+    """Whether w' may have vanished on the way to dw, also where it points the same way at both ends."""
+    side = s[at.SIDE + i]
+    d0, d1, j0, j1 = side * s[at.DW + i], side * dw, side * s[at.JERK + i], side * s[at.JERK_NEW + i]
+    return (d1 <= 0.0) | ((j0 < 0.0) & (j1 > 0.0) & (min(d0, d1) - h * max(-j0, j1) <= 0.0))
+
+
+# --- when -------------------------------------------------------------------------------------------------------------
+
+
 @compiled(inline=True)
 def end_motion(s, i):
     """w, w' and w'' at the end of the step of lane i, as `crossing` wants them."""
-    return s[W_NEW + i], s[DW_NEW + i], s[JERK_NEW + i], 0.0
+    return s[at.W_NEW + i], s[at.DW_NEW + i], s[at.JERK_NEW + i], 0.0
 
 
 @compiled
 def turn_time(s, i):
     """When w' of lane i first vanishes within its step, w moving towards LEVEL before; -1 if it does not."""
-    h, at_end = s[TAKEN + i], end_motion(s, i)
-    if s[SIDE + i] * at_end[1] <= 0.0:
+    h, at_end = s[at.TAKEN + i], end_motion(s, i)
+    if s[at.SIDE + i] * at_end[1] <= 0.0:
         return extreme_speed(s, i, h, at_end, TO_ROUNDING)[0]
     # Towards the level at both ends: the slope may still turn between them.
     bottom = crossing(s, i, 2, 0.0, h, at_end, TO_ROUNDING)
     at_bottom = speed(s, i, bottom)
-    return -1.0 if s[SIDE + i] * at_bottom[1] > 0.0 else crossing(s, i, 1, 0.0, bottom, at_bottom, TO_ROUNDING)
+    return -1.0 if s[at.SIDE + i] * at_bottom[1] > 0.0 else crossing(s, i, 1, 0.0, bottom, at_bottom, TO_ROUNDING)
 
 
 @compiled(inline=True)
@@ -37,23 +67,20 @@ def find_event(law, s, i):
 
     Returns (kind, time from the step start, y, w, w', friction work up to there); for NO_EVENT the end of the step.
     """
-    h, side, level = s[TAKEN + i], s[SIDE + i], s[LEVEL + i]
-    w0, w1, dw1 = s[W + i], s[W_NEW + i], s[DW_NEW + i]
-    d0, d1 = side * s[DW + i], side * dw1
-    reached = side * w1 >= side * level
-    # An extremum inside the step is taken to be no further out than the nearer end plus h times the larger slope there.
-    grazed = d0 > 0.0 and d1 <= 0.0 and max(side * w0, side * w1) + h * max(d0, -d1) >= side * level
+    h, side, level = s[at.TAKEN + i], s[at.SIDE + i], s[at.LEVEL + i]
+    w1, dw1 = s[at.W_NEW + i], s[at.DW_NEW + i]
+    reached = reaches(s, i, w1)
     end, at_end = h, end_motion(s, i)  # the level, if reached, is reached before this
-    if s[TURN + i] > 0.0 or (grazed and not reached):
+    if s[at.TURN + i] > 0.0 or (not reached and grazes(s, i, h, w1, dw1)):
         turn = turn_time(s, i)
         if turn >= 0.0:
             y, w, dw, work = state_at(law, s, i, turn)
-            if side * w >= side * level:
+            if reaches(s, i, w):
                 reached, end, at_end = True, turn, (w, 0.0, 0.0, 0.0)
-            elif s[TURN + i] > 0.0:
+            elif s[at.TURN + i] > 0.0:
                 return TURNED, turn, y, w, 0.0, work
     if not reached:
-        return NO_EVENT, h, s[Y_NEW + i], w1, dw1, s[WORK + i]
+        return NO_EVENT, h, s[at.Y_NEW + i], w1, dw1, s[at.WORK + i]
     end, rise, work = arrival(s, i, level, side, end, at_end)
-    y = s[Y + i] + rise
+    y = s[at.Y + i] + rise
     return LEVEL_REACHED, end, y, level, slope_in_lane(law, s, i, y, level), work

@@ -5,9 +5,9 @@ a1 and a3 are pure numbers, a2 is per unit of speed, a4 is a speed; the shape of
 
 from math import inf
 
+from . import layout as at
 from .jit import compiled
 from .laws import inflection, shape, speed_of_shape_slope, weakening_slope
-from .layout import A1, A2, A3, A4, BELT, DELTA, GAMMA
 
 MOST_DOUBLINGS, HALVINGS = 60, 60
 
@@ -15,14 +15,14 @@ MOST_DOUBLINGS, HALVINGS = 60, 60
 @compiled
 def coefficient(law, cells, c, w):
     """Friction coefficient of cell c at slip speed w >= 0."""
-    return cells[A1, c] + cells[A2, c] * w + cells[A3, c] * shape(law, w / cells[A4, c], cells[DELTA, c])
+    return cells[at.A1, c] + cells[at.A2, c] * w + cells[at.A3, c] * shape(law, w / cells[at.A4, c], cells[at.DELTA, c])
 
 
 @compiled
 def coefficient_slope(law, cells, c, w):
     """Derivative of `coefficient` with respect to w."""
-    z, drop, delta = w / cells[A4, c], cells[A3, c], cells[DELTA, c]
-    return cells[A2, c] + weakening_slope(law, z, drop * shape(law, z, delta), drop, delta) / cells[A4, c]
+    z, drop, delta = w / cells[at.A4, c], cells[at.A3, c], cells[at.DELTA, c]
+    return cells[at.A2, c] + weakening_slope(law, z, drop * shape(law, z, delta), drop, delta) / cells[at.A4, c]
 
 
 @compiled
@@ -32,27 +32,27 @@ def speed_of_slope(law, cells, c, slope):
     0 if the curve is nowhere that steep, or weakening has the sign of strengthening. Slope 0 gives the minimum of the
     curve, -gamma gives v_H, where steady sliding with damping gamma loses its stability.
     """
-    a2, a3, a4 = cells[A2, c], cells[A3, c], cells[A4, c]
+    a2, a3, a4 = cells[at.A2, c], cells[at.A3, c], cells[at.A4, c]
     if a3 <= 0.0:
         return 0.0 if slope <= a2 or a3 < 0.0 else inf
-    return a4 * speed_of_shape_slope(law, (slope - a2) * a4 / a3, cells[DELTA, c])
+    return a4 * speed_of_shape_slope(law, (slope - a2) * a4 / a3, cells[at.DELTA, c])
 
 
 @compiled(inline=True)
 def stable_speeds(law, cells, c):
     """The widest interval about the belt speed of slip speeds at which gamma + mu' > 0; empty if it is not there."""
-    if inflection(law, cells[DELTA, c]) == 0.0 and cells[A3, c] > 0.0:
-        return speed_of_slope(law, cells, c, -cells[GAMMA, c]), inf
+    if inflection(law, cells[at.DELTA, c]) == 0.0 and cells[at.A3, c] > 0.0:
+        return speed_of_slope(law, cells, c, -cells[at.GAMMA, c]), inf
     return stable_about_belt(law, cells, c)
 
 
 @compiled
 def stable_about_belt(law, cells, c):
     """`stable_speeds` for any curve: the slope has its only extremum at the inflection, and is monotone beside it."""
-    gamma, b, bend = cells[GAMMA, c], abs(cells[BELT, c]), inflection(law, cells[DELTA, c])
+    gamma, b, bend = cells[at.GAMMA, c], abs(cells[at.BELT, c]), inflection(law, cells[at.DELTA, c])
     if not gamma + coefficient_slope(law, cells, c, b) > 0.0:
         return b, b
-    bend *= cells[A4, c]
+    bend *= cells[at.A4, c]
     low = 0.0
     if b > bend and gamma + coefficient_slope(law, cells, c, bend) <= 0.0:
         low = last_stable(law, cells, c, b, bend)
@@ -61,7 +61,7 @@ def stable_about_belt(law, cells, c):
     if b < bend and gamma + coefficient_slope(law, cells, c, bend) <= 0.0:
         return low, last_stable(law, cells, c, b, bend)
     near = max(b, bend)
-    far = 2.0 * (near + cells[A4, c])
+    far = 2.0 * (near + cells[at.A4, c])
     for _ in range(MOST_DOUBLINGS):
         if gamma + coefficient_slope(law, cells, c, far) <= 0.0:
             return low, last_stable(law, cells, c, near, far)
@@ -74,7 +74,7 @@ def last_stable(law, cells, c, inside, outside):
     """Where gamma + mu' > 0 ends on the way from one slip speed to another, between which it is monotone."""
     for _ in range(HALVINGS):
         middle = 0.5 * (inside + outside)
-        if cells[GAMMA, c] + coefficient_slope(law, cells, c, middle) > 0.0:
+        if cells[at.GAMMA, c] + coefficient_slope(law, cells, c, middle) > 0.0:
             inside = middle
         else:
             outside = middle

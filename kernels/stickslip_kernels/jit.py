@@ -16,6 +16,7 @@ from pathlib import Path
 
 import llvmlite.binding as llvm
 import numba
+from numba.extending import overload
 
 _HERE = Path(__file__).parent
 
@@ -79,9 +80,37 @@ def compiled(function=None, *, inline=False, allocates=False):
         numba.config.CACHE_DIR = before
 
 
+def by_type(type_of_tag, *, inline=False):
+    """Decorator: a function that is compiled as the type of a tag says, so that the choice costs nothing at run time.
+
+    type_of_tag : picks the type of the tag from those of the arguments. A version for tags of a class is registered
+    with `.of(class)`; the decorated function itself, which exists in compiled code only, is what others get.
+    """
+
+    def decorate(default):
+        versions = {}
+        options = {"_nrt": False, "error_model": "numpy", "fastmath": {"contract"}, "forceinline": inline}
+
+        @overload(default, strict=False, jit_options=options)
+        def choose(*types):
+            version = versions.get(type_of_tag(*types).instance_class, default)
+            return getattr(version, "py_func", version)
+
+        def of(*classes):
+            return lambda version: [versions.update({tag: version}) for tag in classes] and version
+
+        default.of = of
+        return default
+
+    return decorate
+
+
 def _mark_of(version: str) -> Path | None:
     """The file that says that a compiled version of the kernels lies in the cache."""
-    machine = f"{llvm.get_host_cpu_name()}-numba{numba.__version__}-python{sys.version_info[0]}{sys.version_info[1]}"
+    # Numba keeps the code of a file by the path of that file, so that a second checkout finds nothing of the first.
+    place = hashlib.sha256(str(_HERE).encode()).hexdigest()[:8]
+    python = f"python{sys.version_info[0]}{sys.version_info[1]}"
+    machine = f"{llvm.get_host_cpu_name()}-numba{numba.__version__}-{python}-{place}"
     return None if CACHE_FOLDER is None else CACHE_FOLDER / f"ready-{version}-{machine}"
 
 

@@ -5,9 +5,9 @@ nearly every step is like, and need one pass or two: a first guess from what is 
 about that guess reverted; where that does not settle they ask `crossing`.
 """
 
-from .dense import friction_work, motion, rise_and_work, speed
+from . import layout as at
+from .dense import friction_work, horner, rise_and_work, speed
 from .jit import compiled
-from .layout import ALPHA, B, DW, JERK, SERIES, W, WIDTH
 
 MOST_TRIES = 60
 # Corrections at which a search ends, relative to the time found, since the zero at the start that is passed over may be
@@ -34,7 +34,7 @@ def chosen(order, level, motion):
 @compiled(inline=True)
 def at_start(s, i, order):
     """The derivative of w of this order (0, 1, 2) at the start of the step."""
-    return s[SERIES + order * WIDTH + i] * (2.0 if order == 2 else 1.0)
+    return s[at.SERIES + order * at.WIDTH + i] * (2.0 if order == 2 else 1.0)
 
 
 @compiled(inline=True)
@@ -46,7 +46,7 @@ def sign_before(s, i, order, level):
     start = at_start(s, i, order) - level
     for n in range(order + 1, order + 3):
         if start == 0.0:
-            start = s[SERIES + n * WIDTH + i]
+            start = s[at.SERIES + n * at.WIDTH + i]
     return 1.0 if start > 0.0 else -1.0 if start < 0.0 else 0.0
 
 
@@ -101,14 +101,14 @@ def arrival(s, i, level, side, end, at_end):
     at_end : w and its first three derivatives at `end`; the third may be 0.
     """
     w, dw, jerk, _ = at_end
-    t = inverse_cubic(s[W + i] - level, s[DW + i], w - level, dw, end)
+    t = inverse_cubic(s[at.W + i] - level, s[at.DW + i], w - level, dw, end)
     if not 0.0 < t <= end:  # true for NaN: as far from the end as Halley's method goes
         v = (level - w) / dw
         t = end + v / (1.0 + 0.5 * jerk / dw * v)
     for _ in range(GUESSES):
         if not 0.0 < t <= end:
             break
-        w, dw, a, b, once, twice = motion(s, i, t)
+        w, dw, a, b, once, twice = horner(s, i, t)
         v = (level - w) / dw
         r = a / dw * v
         d = v * (1.0 - r + (2.0 * r * r - b / dw * v * v))
@@ -117,7 +117,7 @@ def arrival(s, i, level, side, end, at_end):
             twice += d * (once + d * (0.5 * w + d * (dw * (1.0 / 6.0) + d * a * (1.0 / 12.0))))
             once += d * (w + d * (0.5 * dw + d * (a * (1.0 / 3.0) + d * b * 0.25)))
             t += d
-            rise = t * (s[B + i] + 0.5 * t * s[ALPHA + i]) - once
+            rise = t * (s[at.B + i] + 0.5 * t * s[at.ALPHA + i]) - once
             return t, rise, friction_work(s, i, t, rise, level, twice)
         t += d
     t = crossing(s, i, 0, level, end, at_end, TO_ROUNDING)
@@ -128,7 +128,7 @@ def arrival(s, i, level, side, end, at_end):
 @compiled
 def extreme_speed(s, i, end, at_end, resolved):
     """When, before `end`, w' vanishes, and w there. at_end : as for `arrival`; resolved : as for `crossing`."""
-    t = inverse_cubic(s[DW + i], s[JERK + i], at_end[1], at_end[2], end)
+    t = inverse_cubic(s[at.DW + i], s[at.JERK + i], at_end[1], at_end[2], end)
     for _ in range(GUESSES):
         if not 0.0 < t <= end:
             break
@@ -143,9 +143,9 @@ def extreme_speed(s, i, end, at_end, resolved):
 
 
 @compiled
-def extreme_slope(s, i, end, at_end):
+def extreme_slope(law, s, i, end, at_end):
     """w' where w'' vanishes before `end`. at_end : as for `arrival`."""
-    jerk, snap = s[JERK + i], 6.0 * s[SERIES + 3 * WIDTH + i]
+    jerk, snap = s[at.JERK + i], 6.0 * s[at.SERIES + 3 * at.WIDTH + i]
     change = at_end[2] - jerk
     part = -jerk / change
     t = part * (part * end + (1.0 - part) * change / snap)  # the parabola of t over w''

@@ -7,9 +7,9 @@ bounded from its ends, and a step that may hide the zone is refused; halved, it 
 
 from math import inf
 
+from . import layout as at
 from .jit import compiled
 from .laws import hidden_depth, last_weakening
-from .layout import A3, A4, DELTA, DW, FAR, HIDES, W
 
 MARGIN = 1.25  # tangents bound a convex trough; the rest is for one that is not quite
 
@@ -17,9 +17,9 @@ MARGIN = 1.25  # tangents bound a convex trough; the rest is for one that is not
 @compiled(inline=True)
 def know_steepness(law, s, i, cells, c):
     """Let lane i know where friction weakens: rows FAR and HIDES."""
-    drop, a4 = cells[A3, c], cells[A4, c]
-    s[FAR + i] = a4 * last_weakening(law, cells[DELTA, c])
-    s[HIDES + i] = a4 * hidden_depth(law, cells[DELTA, c]) if drop != 0.0 else inf
+    drop, a4 = cells[at.A3, c], cells[at.A4, c]
+    s[at.FAR + i] = a4 * last_weakening(law, cells[at.DELTA, c])
+    s[at.HIDES + i] = a4 * hidden_depth(law, cells[at.DELTA, c]) if drop != 0.0 else inf
 
 
 @compiled(inline=True)
@@ -28,6 +28,6 @@ def may_hide(s, i, h, w, dw):
 
     A trough of w inside lies at most h a b/(a + b) below its nearer end, where the tangents of slopes -a and b meet.
     """
-    down, nearer = -s[DW + i], min(s[W + i], w)
+    down, nearer = -s[at.DW + i], min(s[at.W + i], w)
     slopes = down + dw
-    return (slopes > 0.0) & (MARGIN * h * down * dw > slopes * max(s[HIDES + i], nearer - s[FAR + i]))
+    return (slopes > 0.0) & (MARGIN * h * down * dw > slopes * max(s[at.HIDES + i], nearer - s[at.FAR + i]))

@@ -14,15 +14,12 @@ Loops over the lanes of one flat buffer, as in `lanes.py`; a loop an order, so t
 
 from math import inf
 
+from . import layout as at
 from .bits import select
-from .dense import conservative_work, subtract_damper_work
+from .dense import conservative_work, horner, subtract_damper_work
 from .exponential import exp, rough_exp2, rough_log2
 from .jit import compiled
-from .layout import (
-    ALLOWED, ALPHA, B, DROP, DW, DW_NEW, FLOOR, G, GOOD, JERK, JERK_NEW, ORDER, RATE, SERIES, SERIES_DW,
-    SERIES_WEAK, SLOPE, SMALLEST_STEP, STEP, TAKEN, TAU, TAU_END, W, WEAK, WEAK_NEW, WIDTH, WORK, W_NEW, Y, Y_NEW,
-    Y_STAR,
-)  # fmt: skip
+from .roots import extreme_slope  # noqa: F401 (`stepping.py` asks every stepper for it)
 from .steep import may_hide
 
 LONGEST = 1.0  # step; events inside a step are told from its ends, so it must stay well below half a turn
@@ -35,24 +32,24 @@ def pair_loop(n):
     A function for each pair: with n a constant the compiler unrolls the products of series and sees every row. Two
     orders at a time, since it is the loads of a product that bound it, and two sums share them.
     """
-    w, dw, weak = SERIES + n * WIDTH, SERIES_DW + n * WIDTH, SERIES_WEAK + n * WIDTH
+    w, dw, weak = at.SERIES + n * at.WIDTH, at.SERIES_DW + n * at.WIDTH, at.SERIES_WEAK + n * at.WIDTH
 
     @compiled(inline=True)
     def loop(s):
-        for i in range(WIDTH):
-            drag, minus_rate = s[G + i] + s[SLOPE + i], -s[RATE + i]
+        for i in range(at.WIDTH):
+            drag, minus_rate = s[at.G + i] + s[at.SLOPE + i], -s[at.RATE + i]
             w_n, weak_n = s[w + i], s[weak + i]
-            y_n = s[w - WIDTH + i] * (-1.0 / n)
+            y_n = s[w - at.WIDTH + i] * (-1.0 / n)
             if n == 2:
-                y_n += 0.5 * s[ALPHA + i]
+                y_n += 0.5 * s[at.ALPHA + i]
             dw_n = y_n - drag * w_n - weak_n
             w_1 = dw_n * (1.0 / (n + 1))
             # Coefficients n and n + 1 of weakening times w', each in two sums so that no addition waits for the last.
-            even, odd, even_1, odd_1 = dw_n * s[SERIES_WEAK + i], 0.0, dw_n * s[SERIES_WEAK + WIDTH + i], 0.0
+            even, odd, even_1, odd_1 = dw_n * s[at.SERIES_WEAK + i], 0.0, dw_n * s[at.SERIES_WEAK + at.WIDTH + i], 0.0
             above = weak_n
             for j in range(0, n, 2):
-                f, g = s[SERIES_DW + j * WIDTH + i], s[SERIES_DW + (j + 1) * WIDTH + i]
-                p, q = s[weak - j * WIDTH + i], s[weak - (j + 1) * WIDTH + i]
+                f, g = s[at.SERIES_DW + j * at.WIDTH + i], s[at.SERIES_DW + (j + 1) * at.WIDTH + i]
+                p, q = s[weak - j * at.WIDTH + i], s[weak - (j + 1) * at.WIDTH + i]
                 even += f * p
                 odd += g * q
                 odd_1 += g * p
@@ -61,13 +58,13 @@ def pair_loop(n):
                 above = q
             weak_1 = (even + odd) * (minus_rate * (1.0 / (n + 1)))
             dw_1 = w_n * (-1.0 / (n + 1)) - drag * w_1 - weak_1
-            s[dw + i], s[dw + WIDTH + i] = dw_n, dw_1
-            s[w + WIDTH + i], s[w + 2 * WIDTH + i] = w_1, dw_1 * (1.0 / (n + 2))
-            s[weak + WIDTH + i] = weak_1
-            if n + 2 < ORDER:
-                even_1 += s[SERIES_DW + i] * weak_1
-                odd_1 += dw_1 * s[SERIES_WEAK + i]
-                s[weak + 2 * WIDTH + i] = (even_1 + odd_1) * (minus_rate * (1.0 / (n + 2)))
+            s[dw + i], s[dw + at.WIDTH + i] = dw_n, dw_1
+            s[w + at.WIDTH + i], s[w + 2 * at.WIDTH + i] = w_1, dw_1 * (1.0 / (n + 2))
+            s[weak + at.WIDTH + i] = weak_1
+            if n + 2 < at.ORDER:
+                even_1 += s[at.SERIES_DW + i] * weak_1
+                odd_1 += dw_1 * s[at.SERIES_WEAK + i]
+                s[weak + 2 * at.WIDTH + i] = (even_1 + odd_1) * (minus_rate * (1.0 / (n + 2)))
 
     return loop
 
@@ -75,7 +72,7 @@ def pair_loop(n):
 def pairs_from(n):
     """The loops of order n and above, one after the other."""
     loop = pair_loop(n)
-    if n + 2 == ORDER:
+    if n + 2 == at.ORDER:
         return loop
     rest = pairs_from(n + 2)
 
@@ -93,23 +90,23 @@ higher_orders = pairs_from(2)
 @compiled
 def expand(s):
     """The coefficients of w, w' and the weakening about the present state of every lane."""
-    for i in range(WIDTH):
-        dw, jerk, weak = s[DW + i], s[JERK + i], s[WEAK + i]
-        s[SERIES + i], s[SERIES + WIDTH + i], s[SERIES + 2 * WIDTH + i] = s[W + i], dw, 0.5 * jerk
-        s[SERIES_DW + i], s[SERIES_DW + WIDTH + i] = dw, jerk
-        rate = -s[RATE + i]
+    for i in range(at.WIDTH):
+        dw, jerk, weak = s[at.DW + i], s[at.JERK + i], s[at.WEAK + i]
+        s[at.SERIES + i], s[at.SERIES + at.WIDTH + i], s[at.SERIES + 2 * at.WIDTH + i] = s[at.W + i], dw, 0.5 * jerk
+        s[at.SERIES_DW + i], s[at.SERIES_DW + at.WIDTH + i] = dw, jerk
+        rate = -s[at.RATE + i]
         weak_1 = rate * (weak * dw)
-        s[SERIES_WEAK + i], s[SERIES_WEAK + WIDTH + i] = weak, weak_1
-        s[SERIES_WEAK + 2 * WIDTH + i] = 0.5 * rate * (weak_1 * dw + weak * jerk)
+        s[at.SERIES_WEAK + i], s[at.SERIES_WEAK + at.WIDTH + i] = weak, weak_1
+        s[at.SERIES_WEAK + 2 * at.WIDTH + i] = 0.5 * rate * (weak_1 * dw + weak * jerk)
     higher_orders(s)
 
 
 @compiled(inline=True)
 def speed_scale(s, i):
     """What an error of w is measured against: the amplitude about steady sliding; less while w is small."""
-    floor = s[FLOOR + i]
-    amplitude = max(abs(s[Y + i] - s[Y_STAR + i]), abs(s[W + i] - s[B + i])) + 1e-3 * floor
-    return min(amplitude, abs(s[W + i]) + abs(s[DW + i]) + floor)
+    floor = s[at.FLOOR + i]
+    amplitude = max(abs(s[at.Y + i] - s[at.Y_STAR + i]), abs(s[at.W + i] - s[at.B + i])) + 1e-3 * floor
+    return min(amplitude, abs(s[at.W + i]) + abs(s[at.DW + i]) + floor)
 
 
 @compiled
@@ -119,15 +116,15 @@ def choose_step(s, rtol):
     After A. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of high-order Taylor
     methods, Experimental Mathematics 14 (2005) 99-117.
     """
-    for i in range(WIDTH):
-        s[ALLOWED + i] = ERROR_SHARE * rtol * speed_scale(s, i)
-        allowed = rough_log2(s[ALLOWED + i])
-        last = rough_log2(s[SERIES + ORDER * WIDTH + i])
-        before = rough_log2(s[SERIES + (ORDER - 1) * WIDTH + i])
-        h = rough_exp2(min((allowed - last) * (1.0 / ORDER), (allowed - before) * (1.0 / (ORDER - 1))))
+    for i in range(at.WIDTH):
+        s[at.ALLOWED + i] = ERROR_SHARE * rtol * speed_scale(s, i)
+        allowed = rough_log2(s[at.ALLOWED + i])
+        last = rough_log2(s[at.SERIES + at.ORDER * at.WIDTH + i])
+        before = rough_log2(s[at.SERIES + (at.ORDER - 1) * at.WIDTH + i])
+        h = rough_exp2(min((allowed - last) * (1.0 / at.ORDER), (allowed - before) * (1.0 / (at.ORDER - 1))))
         h = min(h, LONGEST)
-        s[GOOD + i] = select(h >= SMALLEST_STEP, 1.0, 0.0)
-        s[TAKEN + i] = min(h, min(s[STEP + i], s[TAU_END + i] - s[TAU + i]))
+        s[at.GOOD + i] = select(h >= at.SMALLEST_STEP, 1.0, 0.0)
+        s[at.TAKEN + i] = min(h, min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i]))
 
 
 @compiled
@@ -136,25 +133,14 @@ def sum_series(s):
 
     Two loops, each small enough for the compiler to unroll its sums, without which it does not see the lanes.
     """
-    for i in range(WIDTH):
-        h = s[TAKEN + i]
-        w, dw = s[SERIES + ORDER * WIDTH + i], 0.0
-        for j in range(ORDER):
-            dw = dw * h + w
-            w = w * h + s[SERIES + (ORDER - 1 - j) * WIDTH + i]
-        s[W_NEW + i], s[DW_NEW + i] = w, dw
-    for i in range(WIDTH):
-        h = s[TAKEN + i]
-        once = twice = s[SERIES + ORDER * WIDTH + i]
-        for j in range(ORDER):
-            n = ORDER - 1 - j
-            c = s[SERIES + n * WIDTH + i]
-            # Each less its factors 1/(n + 1) and 1/((n + 1)(n + 2)), so that a sum waits for one operation a term.
-            once = once * (h * ((n + 1) / (n + 2))) + c
-            twice = twice * (h * ((n + 1) / (n + 3))) + c
-        rise = h * (s[B + i] + 0.5 * h * s[ALPHA + i] - once)
-        s[Y_NEW + i] = s[Y + i] + rise
-        s[WORK + i] = conservative_work(s, i, h, rise, s[W_NEW + i], 0.5 * h * h * twice)
+    for i in range(at.WIDTH):
+        s[at.W_NEW + i], s[at.DW_NEW + i] = horner(s, i, s[at.TAKEN + i])[:2]
+    for i in range(at.WIDTH):
+        h = s[at.TAKEN + i]
+        once, twice = horner(s, i, h)[4:]
+        rise = h * (s[at.B + i] + 0.5 * h * s[at.ALPHA + i]) - once
+        s[at.Y_NEW + i] = s[at.Y + i] + rise
+        s[at.WORK + i] = conservative_work(s, i, h, rise, s[at.W_NEW + i], twice)
 
 
 @compiled
@@ -162,19 +148,21 @@ def judge_step(s):
     """State at the end by the equations themselves; the step is good if the series agrees with them (its
     defect) and hides nothing from them.
     """
-    for i in range(WIDTH):
-        y, w, drag = s[Y_NEW + i], s[W_NEW + i], s[G + i] + s[SLOPE + i]
-        weak = s[DROP + i] * exp(-s[RATE + i] * w)
+    for i in range(at.WIDTH):
+        y, w, drag = s[at.Y_NEW + i], s[at.W_NEW + i], s[at.G + i] + s[at.SLOPE + i]
+        weak = s[at.DROP + i] * exp(-s[at.RATE + i] * w)
         dw = y - drag * w - weak
-        h, defect = s[TAKEN + i], abs(s[DW_NEW + i] - dw)
-        good = (s[GOOD + i] > 0.0) & (defect * h <= (ORDER + 1) * s[ALLOWED + i]) & (not may_hide(s, i, h, w, dw))
-        s[WEAK_NEW + i], s[DW_NEW + i] = weak, dw
-        s[JERK_NEW + i] = (s[B + i] + h * s[ALPHA + i] - w) - (drag - s[RATE + i] * weak) * dw
-        s[GOOD + i], s[STEP + i] = select(good, 1.0, 0.0), select(good, inf, 0.5 * h)
+        h, defect = s[at.TAKEN + i], abs(s[at.DW_NEW + i] - dw)
+        good = (
+            (s[at.GOOD + i] > 0.0) & (defect * h <= (at.ORDER + 1) * s[at.ALLOWED + i]) & (not may_hide(s, i, h, w, dw))
+        )
+        s[at.WEAK_NEW + i], s[at.DW_NEW + i] = weak, dw
+        s[at.JERK_NEW + i] = (s[at.B + i] + h * s[at.ALPHA + i] - w) - (drag - s[at.RATE + i] * weak) * dw
+        s[at.GOOD + i], s[at.STEP + i] = select(good, 1.0, 0.0), select(good, inf, 0.5 * h)
 
 
 @compiled
-def try_step(s, rtol):
+def try_step(law, s, rtol):
     """A step in every lane, as far as the series is good for; nothing is committed."""
     expand(s)
     choose_step(s, rtol)
@@ -184,6 +172,12 @@ def try_step(s, rtol):
 
 
 @compiled
-def restart(s, i):
+def restart(law, s, i, h):
     """The series itself tells how far the next step of lane i may reach."""
-    s[STEP + i] = inf
+    s[at.STEP + i] = inf
+
+
+@compiled
+def begin_stepping(law, s, i, cells, c):
+    """The same for the first step of a slip."""
+    s[at.STEP + i] = inf

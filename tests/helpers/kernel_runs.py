@@ -9,8 +9,10 @@ import numpy as np
 
 from stickslip import engine
 from stickslip_kernels import layout as at
-from stickslip_kernels.block import NO_LOG, new_results, run_block
+from stickslip_kernels.block import run_block
+from stickslip_kernels.drive import STEADY_BELT
 from stickslip_kernels.laws import LAWS
+from stickslip_kernels.observers.regime import Regime, new_results
 
 ARTICLE = (1.0, 0.1, 0.3, 0.1)  # a1..a4 of the article
 NAN, INF = float("nan"), float("inf")
@@ -40,13 +42,12 @@ def block_of(*columns):
     return np.ascontiguousarray(np.array(columns).T)
 
 
-def run(cells, rtol=1e-6, max_steps=1e6, early_stop=True, log=NO_LOG, stop=0, law="stribeck"):
+def run(cells, rtol=1e-6, max_steps=1e6, early_stop=True, stop=0, law="stribeck"):
     """Results of a block (CELL_ROWS, n)."""
     warm_up(law)
     results = new_results(cells.shape[1])
-    run_block(
-        LAWS[law], cells, results, np.array([rtol, max_steps, float(early_stop)]), log, np.array([stop], np.int64)
-    )
+    observer = Regime(results, early_stop)
+    run_block(LAWS[law], STEADY_BELT, observer, cells, float(rtol), float(max_steps), np.array([stop], np.int64))
     return results
 
 

@@ -8,8 +8,10 @@ import numpy as np
 
 from helpers.kernel_runs import cell, warm_up
 from stickslip_kernels import layout as at
+from stickslip_kernels.block import run_block
+from stickslip_kernels.drive import Segments
 from stickslip_kernels.laws import LAWS
-from stickslip_kernels.rig.block import NO_STOPS, new_results, run_rigs
+from stickslip_kernels.observers.signals import NO_STOPS, Signals, new_results
 
 MOST_STOPS = 20_000
 
@@ -80,21 +82,22 @@ def run(columns, drives, samples=0, start=0.0, rtol=1e-6, max_steps=1e6, law="st
 
     samples : how many each takes from `start` to the end of its drive.
     """
-    warm_up(law, rigs=True)
+    warm_up(law, signals=True)
     n = len(columns)
     lengths = [len(drive) for drive in drives]
     lasts = np.cumsum(lengths)
     runs = np.zeros((n, at.RUN_COLUMNS))
-    runs[:, at.FIRST_SEGMENT], runs[:, at.LAST_SEGMENT] = lasts - lengths, lasts
     runs[:, at.FIRST_SAMPLE], runs[:, at.LAST_SAMPLE] = samples * np.arange(n), samples * (1 + np.arange(n))
     runs[:, at.SAMPLE_START] = start
     ends = np.array([drive[:, at.SEGMENT_TIME].sum() for drive in drives])
     runs[:, at.SAMPLE_STEP] = (ends - start) / max(samples - 1, 1)
     signals = np.full((at.SIGNAL_ROWS, n * samples), np.nan)
-    results, control = new_results(n), np.array([rtol, max_steps, 0.0])
+    results = new_results(n)
     segments = np.ascontiguousarray(np.concatenate(drives)) if n else np.zeros((0, at.SEGMENT_COLUMNS))
     cells = np.ascontiguousarray(np.array(columns).reshape(n, at.CELL_ROWS).T)
-    run_rigs(LAWS[law], cells, segments, runs, results, signals, stops, control, np.array([stop], np.int64))
+    belts = Segments(segments, np.column_stack([lasts - lengths, lasts]).astype(float))
+    observer = Signals(results, runs, signals, stops)
+    run_block(LAWS[law], belts, observer, cells, float(rtol), float(max_steps), np.array([stop], np.int64))
     return results, signals.reshape(at.SIGNAL_ROWS, n, samples).transpose(1, 0, 2)
 
 

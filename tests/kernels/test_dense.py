@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from helpers.slip_step import LANE, exact, holding, lanes, polynomials
 from stickslip_kernels import layout as at
 from stickslip_kernels import taylor
-from stickslip_kernels.dense import motion, rise_and_work, speed, state_at
+from stickslip_kernels.dense import horner, rise_and_work, speed, state_at
 from stickslip_kernels.laws import LAWS
 
 
@@ -18,7 +18,7 @@ def test_speed_is_the_polynomial_and_its_derivatives(p, t):
     expected = [f(t), *(f.deriv(n)(t) for n in (1, 2, 3))]
     assert speed(holding(p), LANE, t) == pytest.approx(expected, abs=1e-9)
     integrals = [f.integ(n)(t) for n in (1, 2)]
-    assert motion(holding(p), LANE, t) == pytest.approx(
+    assert horner(holding(p), LANE, t) == pytest.approx(
         [*expected[:2], expected[2] / 2, expected[3] / 6, *integrals], abs=1e-9
     )
 
@@ -27,7 +27,7 @@ def test_speed_is_the_polynomial_and_its_derivatives(p, t):
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
 def test_state_inside_a_step_is_that_of_scipy(gamma, share):
     s = lanes(gamma=gamma)
-    taylor.try_step(s, 1e-10)
+    taylor.try_step(LAWS["stribeck"], s, 1e-10)
     t = share * s[at.TAKEN]
     y, w, dw, work = exact(t, gamma=gamma)
     assert state_at(LAWS["stribeck"], s, LANE, t) == pytest.approx((y, w, dw, work), rel=1e-9, abs=1e-12)

@@ -11,8 +11,12 @@ import numpy as np
 import pytest
 
 from stickslip_kernels import layout as at
+from stickslip_kernels.contact import Contact
+from stickslip_kernels.drive import STEADY_BELT
+from stickslip_kernels.jit import compiled
 from stickslip_kernels.lanes import step_lanes
 from stickslip_kernels.laws import LAWS
+from stickslip_kernels.observers.regime import Regime, new_results
 
 # The widest vectors of the processor: the feature that brings them, and the packed multiply-adds on whole registers.
 WIDEST = (
@@ -25,11 +29,30 @@ SCALAR = {"neon": r"\b(?:fmadd|fmsub|fmul|fadd|fsub)\s+d\d+"}
 SCALAR_X86 = r"\bv?(?:fn?m(?:add|sub)\d+|mul|add|sub)sd\b"
 
 PRINT_ASSEMBLY = """
-from stickslip_kernels import {module}, laws, layout
+from stickslip_kernels import contact, drive, laws, layout
+from stickslip_kernels.observers import regime
+import importlib
 import numpy as np
-{module}.{loop}({tag}*{arguments})
-print(next(iter({module}.{loop}.inspect_asm().values())))
+from numba import njit
+lanes = np.zeros(layout.LANE_NUMBERS)
+machine = contact.Contact(
+    laws.LAWS["stribeck"], drive.STEADY_BELT, regime.Regime(regime.new_results(0), True), lanes,
+    np.zeros((layout.CELL_ROWS, 0)), 1e-6, 1e6,
+)
+loop = importlib.import_module("stickslip_kernels.{module}").{loop}
+loop = loop if hasattr(loop, "inspect_asm") else njit(error_model="numpy", fastmath={{"contract"}})(loop)
+loop({tag}*{arguments})
+print(next(iter(loop.inspect_asm().values())))
 """
+
+
+@compiled
+def step(m):
+    step_lanes(m)
+
+
+def machine(law, s):
+    return Contact(LAWS[law], STEADY_BELT, Regime(new_results(0), True), s, np.empty((at.CELL_ROWS, 0)), 1e-6, 1e6)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -42,9 +65,9 @@ def test_every_lane_takes_the_step_it_would_take_alone(law):
     for i, s in enumerate(alone):
         place = (i * 7) % at.WIDTH
         s[place :: at.WIDTH] = together[i :: at.WIDTH]
-    step_lanes(LAWS[law], together, 1e-6, 1e6)
+    step(machine(law, together))
     for i, s in enumerate(alone):
-        step_lanes(LAWS[law], s, 1e-6, 1e6)
+        step(machine(law, s))
         place = (i * 7) % at.WIDTH
         np.testing.assert_array_equal(s[place :: at.WIDTH], together[i :: at.WIDTH])
 
@@ -74,19 +97,19 @@ def assembly(tmp_path_factory):
     return of
 
 
-BUFFER = "(np.zeros(layout.LANE_NUMBERS),)"
-BUFFER_AND_RTOL = "(np.zeros(layout.LANE_NUMBERS), 1e-6)"
+BUFFER, BUFFER_AND_RTOL = "(lanes,)", "(lanes, 1e-6)"
 
 
 @pytest.mark.parametrize(("module", "loop", "arguments", "law", "least"), [
     ("taylor", "expand", BUFFER, None, 0.99),
     ("taylor", "choose_step", BUFFER_AND_RTOL, None, 0.95),
     ("taylor", "sum_series", BUFFER, None, 0.99),
-    ("taylor", "subtract_damper_work", BUFFER, None, 0.99),
+    ("dense", "subtract_damper_work", BUFFER, None, 0.99),
     ("taylor", "judge_step", BUFFER, None, 0.95),
-    *(("rk_lanes", "try_stages", BUFFER, law, 0.99) for law in LAWS if law != "stribeck"),
-    ("rk_lanes", "control_step", BUFFER_AND_RTOL, "rational", 0.99),
-    ("lanes", "watch_and_commit", "(np.zeros(layout.LANE_NUMBERS), 1e6)", None, 0.9),
+    *(("runge_kutta", "stages", BUFFER, law, 0.99) for law in LAWS if law != "stribeck"),
+    ("runge_kutta", "control_step", BUFFER_AND_RTOL, "rational", 0.99),
+    ("observers.regime", "watch", "(machine,)", None, 0.9),
+    ("lanes", "watch_and_commit", "(lanes, 1e6)", None, 0.9),
 ])  # fmt: skip
 def test_hot_loop_is_packed_arithmetic_of_the_widest_vectors(assembly, module, loop, arguments, law, least):
     found = widest()

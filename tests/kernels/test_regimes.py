@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from helpers.kernel_runs import ARTICLE, INF, NAN, block_of, cell, outcome, run
 from stickslip_kernels import layout as at
-from stickslip_kernels.settling import ring_extremum
+from stickslip_kernels.observers.settling import ring_extremum
 
 FLAT = (0.5, 0.0, 0.0, 1.0)
 

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 from helpers.slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, exact, lanes
 from stickslip_kernels import layout as at
-from stickslip_kernels import rk_lanes
+from stickslip_kernels import runge_kutta
 from stickslip_kernels.equations import slip_acceleration, slip_jerk
 from stickslip_kernels.exponential import rough_log2
 from stickslip_kernels.laws import LAWS
-from stickslip_kernels.rk import GROW_MOST, SHRINK_MOST, step_factor
+from stickslip_kernels.runge_kutta import GROW_MOST, SHRINK_MOST, step_factor
 
 LAW = "rational"
 TAG = LAWS[LAW]
@@ -23,7 +23,7 @@ def steps(t, n):
     y, w, work = Y0, W0, 0.0
     for _ in range(n):
         s = lanes(LAW, y, w, step=t / n)
-        rk_lanes.try_step(TAG, s, 1e-6)
+        runge_kutta.try_step(TAG, s, 1e-6)
         y, w, _, done = end_of_step(s)
         work += done
     return y, w, work
@@ -47,7 +47,7 @@ def test_many_steps_reach_the_answer_of_scipy():
 def one_step(h):
     """Slip speed and its two derivatives at the end of a step, and the polynomial of the slip speed within it."""
     s = lanes(LAW, step=h)
-    rk_lanes.try_step(TAG, s, 1e-6)
+    runge_kutta.try_step(TAG, s, 1e-6)
     _, w, dw, _ = end_of_step(s)
     return (w, dw, s[at.JERK_NEW]), np.polynomial.Polynomial(s[at.SERIES :: at.WIDTH][: at.ORDER + 1])
 

@@ -9,6 +9,7 @@ from helpers.slip_step import LANE, holding, lanes, numbers, polynomials
 from stickslip_kernels import layout as at
 from stickslip_kernels import taylor
 from stickslip_kernels.dense import rise_and_work, speed
+from stickslip_kernels.laws import LAWS
 from stickslip_kernels.roots import (
     FOR_A_VALUE,
     TO_ROUNDING,
@@ -19,6 +20,8 @@ from stickslip_kernels.roots import (
     inverse_cubic,
     sign_before,
 )
+
+LAW = LAWS["stribeck"]
 
 
 @given(polynomials, st.integers(0, 2), numbers)
@@ -92,7 +95,7 @@ def test_an_arrival_is_never_where_the_step_starts():
 
 
 def steepest(s, lane, end, at_end):
-    return extreme_slope(s, lane, end, at_end)
+    return extreme_slope(LAW, s, lane, end, at_end)
 
 
 @given(polynomials)
@@ -112,7 +115,7 @@ def test_extreme_values_are_those_at_roots_of_the_next_derivative(p):
 
 def test_extreme_values_of_a_step_are_as_good_as_the_step():
     s = lanes(y=0.16, w=0.6)  # a little before a peak of the slip speed
-    taylor.try_step(s, 1e-10)
+    taylor.try_step(LAW, s, 1e-10)
     end = s[at.TAKEN]
     at_end = speed(s, 0, end)
     assert s[at.DW] > 0.0 > s[at.DW_NEW]
@@ -124,7 +127,7 @@ def test_extreme_values_of_a_step_are_as_good_as_the_step():
     assert when == pytest.approx(crossing(s, 0, 1, 0.0, end, at_end, TO_ROUNDING), rel=1e-14)
     assert value == pytest.approx(fine, rel=1e-15)
     s = lanes(y=0.4, w=0.4)  # a little before the acceleration peaks
-    taylor.try_step(s, 1e-10)
+    taylor.try_step(LAW, s, 1e-10)
     end = s[at.TAKEN]
     at_end = speed(s, 0, end)
     assert s[at.JERK] > 0.0 > s[at.JERK_NEW]

@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 from helpers.slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, exact, lanes
 from stickslip_kernels import layout as at
 from stickslip_kernels import taylor
+from stickslip_kernels.laws import LAWS
 
 RTOL = 1e-9
+LAW = LAWS["stribeck"]
 
 
 def series(base, count, s, lane=0):
@@ -42,7 +44,7 @@ def test_coefficients_are_the_derivatives_of_the_motion():
 @pytest.mark.parametrize("gamma", [0.0, 0.05, 2.0])
 def test_a_step_is_as_exact_as_asked(rtol, gamma):
     s = lanes(gamma=gamma)
-    taylor.try_step(s, rtol)
+    taylor.try_step(LAW, s, rtol)
     h = s[at.TAKEN]
     assert s[at.GOOD] == 1.0 and 0.01 < h <= taylor.LONGEST
     assert end_of_step(s) == pytest.approx(exact(h, gamma=gamma), abs=rtol + 1e-13)
@@ -52,14 +54,14 @@ def test_the_step_follows_the_tolerance_to_the_power_of_its_order():
     sizes = []
     for rtol in (1e-10, 1e-8):
         s = lanes()
-        taylor.try_step(s, rtol)
+        taylor.try_step(LAW, s, rtol)
         sizes.append(s[at.TAKEN])
     assert np.log(sizes[1] / sizes[0]) / np.log(100.0) == pytest.approx(1 / at.ORDER, abs=0.01)
 
 
 def test_a_step_ends_with_the_horizon_and_no_later_than_allowed():
     for s in (lanes(end=0.01), lanes(step=0.01)):
-        taylor.try_step(s, RTOL)
+        taylor.try_step(LAW, s, RTOL)
         assert s[at.TAKEN] == 0.01
         assert end_of_step(s) == pytest.approx(exact(0.01), rel=1e-14)
 
@@ -76,16 +78,16 @@ def test_a_step_whose_series_disagrees_with_the_equations_is_refused_and_halved(
 
 def test_what_is_not_a_number_is_never_good():
     s = lanes(w=np.nan)
-    taylor.try_step(s, RTOL)
+    taylor.try_step(LAW, s, RTOL)
     assert s[at.GOOD] == 0.0 and not s[at.STEP] >= at.SMALLEST_STEP
 
 
 @given(st.floats(0.0, 2.0), st.floats(-1.0, 1.0), st.sampled_from([1e-5, 1e-8]))
 def test_steps_from_anywhere_are_as_exact_as_asked(w, y, rtol):
     s = lanes(y=y, w=w)
-    taylor.try_step(s, rtol)
+    taylor.try_step(LAW, s, rtol)
     if s[at.GOOD] == 0.0:  # two coefficients small by chance: the step is halved
-        taylor.try_step(s, rtol)
+        taylor.try_step(LAW, s, rtol)
     assert s[at.GOOD] == 1.0
     y1, w1, dw1, _ = exact(s[at.TAKEN], y=y, w=w)
     assert end_of_step(s)[:3] == pytest.approx((y1, w1, dw1), abs=10 * rtol)

@@ -5,94 +5,75 @@ Every law is a *shape* that weakening friction follows over the slip speed w, fr
     mu(w) = a1 + a2 w + a3 shape(w/a4, delta)
 
 The kernels get the tag of a law as first argument. Its type decides which shape they are compiled with; there is no
-branch at run time. A law file holds the tag class, its `TAG`, and four functions of z = w/a4:
+branch at run time. A law file holds the tag class, its `TAG`, its STEPPER (a file that takes steps: "taylor" for what
+weakens as e^-z, else "runge_kutta"), and functions of z = w/a4:
 
     shape(z, delta)                         the shape itself; straight-line code, for the hot loop
     weakening_slope(z, x, drop, delta)      drop shape'(z), given x = drop shape(z); straight-line code as well
-    speed_of_slope(slope, delta)            the largest z with shape'(z) = slope; 0 if it is nowhere that steep,
+    speed_of_shape_slope(slope, delta)      the largest z with shape'(z) = slope; 0 if it is nowhere that steep,
                                             inf if it is steeper everywhere
+
+and, where it is not what stands below,
+
     inflection(delta)                       from this z on, the slope only grows
-    last_weakening(delta)                   from this z on, the shape is constant to rounding; inf if never
+    last_weakening(delta)                   from this z on, the shape is constant to rounding
     hidden_depth(delta)                     by how much z may dip inside a step below both ends of it (`steep.py`)
 """
 
-from typing import Any
+from math import inf
 
-from numba.extending import overload
-
+from ..jit import by_type
 from . import cubic, rational, stribeck, stribeck_delta
 
-LAWS = {"stribeck": stribeck.TAG, "stribeck_delta": stribeck_delta.TAG, "rational": rational.TAG, "cubic": cubic.TAG}
-_FILES = {type(file.TAG): file for file in (stribeck, stribeck_delta, rational, cubic)}
-_HOT: Any = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
+_FILES = {"stribeck": stribeck, "stribeck_delta": stribeck_delta, "rational": rational, "cubic": cubic}
+LAWS = {name: file.TAG for name, file in _FILES.items()}
+STEPPERS = {type(file.TAG): file.STEPPER for file in _FILES.values()}
+by_law = by_type(lambda law, *_: law)
+by_law_inline = by_type(lambda law, *_: law, inline=True)
 
 
+@by_law_inline
 def shape(law, z, delta):
-    """Shape of the law at z = w/a4 (compiled code only)."""
+    """Shape of the law at z = w/a4."""
     raise NotImplementedError
 
 
-def is_exponential(law):
-    """Whether the law (its type) weakens as e^-z, so that a slip can be stepped by its Taylor series."""
-    return law.instance_class is stribeck.Stribeck
-
-
+@by_law_inline
 def weakening_slope(law, z, x, drop, delta):
-    """drop shape'(z), given x = drop shape(z) (compiled code only)."""
+    """drop shape'(z), given x = drop shape(z)."""
     raise NotImplementedError
 
 
+@by_law
 def speed_of_shape_slope(law, slope, delta):
-    """The largest z with shape'(z) = slope (compiled code only)."""
+    """The largest z with shape'(z) = slope."""
     raise NotImplementedError
 
 
+@by_law
 def inflection(law, delta):
-    """From this z on, the slope only grows (compiled code only)."""
-    raise NotImplementedError
+    """From this z on, the slope only grows: everywhere, where the curve is convex."""
+    return 0.0
 
 
+@by_law
 def last_weakening(law, delta):
-    """From this z on, the shape is constant to rounding (compiled code only)."""
-    raise NotImplementedError
+    """From this z on, the shape is constant to rounding."""
+    return inf
 
 
+@by_law
 def hidden_depth(law, delta):
-    """How far z may dip inside a step below its ends (compiled code only)."""
-    raise NotImplementedError
+    """How far z may dip inside a step below its ends: any way, where a curve is known everywhere from anywhere."""
+    return inf
 
 
-@overload(shape, jit_options=_HOT)
-def _shape(law, z, delta):
-    of_law = _FILES[law.instance_class].shape
-    return lambda law, z, delta: of_law(z, delta)
+def _after_tag(function):
+    """The function of a law file, called with the tag in front."""
+    return lambda law, *numbers: function(*numbers)
 
 
-@overload(weakening_slope, jit_options=_HOT)
-def _weakening_slope(law, z, x, drop, delta):
-    of_law = _FILES[law.instance_class].weakening_slope
-    return lambda law, z, x, drop, delta: of_law(z, x, drop, delta)
-
-
-@overload(speed_of_shape_slope)
-def _speed_of_shape_slope(law, slope, delta):
-    of_law = _FILES[law.instance_class].speed_of_slope
-    return lambda law, slope, delta: of_law(slope, delta)
-
-
-@overload(inflection)
-def _inflection(law, delta):
-    of_law = _FILES[law.instance_class].inflection
-    return lambda law, delta: of_law(delta)
-
-
-@overload(last_weakening)
-def _last_weakening(law, delta):
-    of_law = _FILES[law.instance_class].last_weakening
-    return lambda law, delta: of_law(delta)
-
-
-@overload(hidden_depth)
-def _hidden_depth(law, delta):
-    of_law = _FILES[law.instance_class].hidden_depth
-    return lambda law, delta: of_law(delta)
+for _file in _FILES.values():
+    for _function in (shape, weakening_slope, speed_of_shape_slope, inflection, last_weakening, hidden_depth):
+        if _of_law := getattr(_file, _function.__name__, None):
+            _function.of(type(_file.TAG))(_after_tag(_of_law))

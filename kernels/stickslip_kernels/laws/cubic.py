@@ -5,7 +5,6 @@ Non-Linear Mechanics 38 (2003) 389-403: mu_s - 3/2 (mu_s - mu_m) (w/v_m - (w/v_m
 a3 = mu_s - mu_m, a4 = v_m.
 """
 
-from math import inf
 from typing import NamedTuple
 
 from ..jit import compiled
@@ -18,6 +17,7 @@ class Cubic(NamedTuple):
 
 
 TAG = Cubic(3)
+STEPPER = "runge_kutta"
 
 
 @compiled(inline=True)
@@ -33,24 +33,6 @@ def weakening_slope(z, x, drop, delta):
 
 
 @compiled
-def speed_of_slope(slope, delta):
+def speed_of_shape_slope(slope, delta):
     """(1 + 2/3 slope)^(1/2)."""
     return (1.0 + slope / 1.5) ** 0.5 if slope > -1.5 else 0.0
-
-
-@compiled
-def inflection(delta):
-    """The curve is convex."""
-    return 0.0
-
-
-@compiled
-def last_weakening(delta):
-    """The cubic never ends."""
-    return inf
-
-
-@compiled
-def hidden_depth(delta):
-    """A cubic is known everywhere from anywhere."""
-    return inf

@@ -17,6 +17,7 @@ class Rational(NamedTuple):
 
 
 TAG = Rational(2)
+STEPPER = "runge_kutta"
 
 
 @compiled(inline=True)
@@ -32,23 +33,11 @@ def weakening_slope(z, x, drop, delta):
 
 
 @compiled
-def speed_of_slope(slope, delta):
+def speed_of_shape_slope(slope, delta):
     """(-slope)^(-1/2) - 1."""
     if slope >= 0.0:
         return inf
     return (-slope) ** -0.5 - 1.0 if slope > -1.0 else 0.0
-
-
-@compiled
-def inflection(delta):
-    """The curve is convex."""
-    return 0.0
-
-
-@compiled
-def last_weakening(delta):
-    """The tail is long."""
-    return inf
 
 
 @compiled

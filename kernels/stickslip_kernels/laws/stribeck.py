@@ -14,6 +14,7 @@ class Stribeck(NamedTuple):
 
 
 TAG = Stribeck(0)
+STEPPER = "taylor"
 
 
 @compiled(inline=True)
@@ -29,17 +30,11 @@ def weakening_slope(z, x, drop, delta):
 
 
 @compiled
-def speed_of_slope(slope, delta):
+def speed_of_shape_slope(slope, delta):
     """-ln(-slope)."""
     if slope >= 0.0:
         return inf
     return -log(-slope) if slope > -1.0 else 0.0
-
-
-@compiled
-def inflection(delta):
-    """The curve is convex."""
-    return 0.0
 
 
 @compiled

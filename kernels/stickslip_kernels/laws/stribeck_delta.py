@@ -19,6 +19,7 @@ class StribeckDelta(NamedTuple):
 
 
 TAG = StribeckDelta(1)
+STEPPER = "runge_kutta"
 FLATTEST = 1e-290  # slopes nearer to zero are lost in the smallest value of the exponential
 MOST_DOUBLINGS = 60
 
@@ -43,7 +44,7 @@ def slope_at(z, delta):
 
 
 @compiled
-def speed_of_slope(slope, delta):
+def speed_of_shape_slope(slope, delta):
     """By bisection on the convex part, where the slope grows from its least value to zero."""
     if slope >= -FLATTEST:
         return inf

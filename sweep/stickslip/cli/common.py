@@ -77,19 +77,19 @@ def _dask(value: str | None) -> str | None:
     return value
 
 
-def prepare_kernels(law: str, rigs: bool = False) -> None:
+def prepare_kernels(law: str, signals: bool = False) -> None:
     """Compile the kernels if that is still to do, and say so."""
     from stickslip import engine
 
-    if not engine.will_compile(law, rigs):
-        return engine.warm_up(law, rigs)
+    if not engine.will_compile(law, signals):
+        return engine.warm_up(law, signals)
     console = screen.terminal(stderr=True)
     began = perf_counter()
     notice = "Compiling the kernels for this machine: once, about a minute ..."
     if not console.is_terminal:
         console.print(notice)
     with console.status(notice):
-        engine.warm_up(law, rigs)
+        engine.warm_up(law, signals)
     seconds = screen.duration_text(perf_counter() - began)
     console.print(f"Compiled the kernels in {seconds}; the next run finds them ready.")
 

@@ -78,7 +78,7 @@ def rig(
     _check_targets(output, plot, report, records)
     if output is not None:
         writing.check_writable(output)
-    prepare_kernels(asked.config.friction.law, rigs=True)
+    prepare_kernels(asked.config.friction.law, signals=True)
     size = tests.grid.size
     click.echo(f"{asked.config.title}\n{_counted(tests)}")
     began = perf_counter()

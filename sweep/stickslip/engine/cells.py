@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.compiled import warm_up
+from stickslip.engine.compiled import run, warm_up
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import processors, spread, stop_flag
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.results import VARIABLES
-from stickslip_kernels import block, laws, layout
+from stickslip_kernels import layout
+from stickslip_kernels.drive import STEADY_BELT
+from stickslip_kernels.observers.regime import Regime, new_results
 
 _SMALLEST_BLOCK = 512  # many times the lanes; below, lanes idle at the end of each block
 
@@ -122,18 +124,16 @@ def blank_results(size: int, options: Options) -> Results:
 
 def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
     """One block through the kernels: the rows, and how many cells were finished."""
-    cells, rows = to_kernel(part, options.horizon), block.new_results(part["mass"].size)
-    control = np.array([options.rtol, options.max_steps, options.early_stop], np.float64)
-    law = laws.LAWS[options.law]
+    cells, rows = to_kernel(part, options.horizon), new_results(part["mass"].size)
     if options.early_stop:
-        block.run_block(law, cells, rows, control, block.NO_LOG, stop)
+        run(options.law, STEADY_BELT, Regime(rows, True), cells, options.rtol, options.max_steps, stop)
     else:
         order = _longest_first(cells)
-        ordered = np.ascontiguousarray(rows[:, order])
-        block.run_block(law, np.ascontiguousarray(cells[:, order]), ordered, control, block.NO_LOG, stop)
+        ordered, cells = np.ascontiguousarray(rows[:, order]), np.ascontiguousarray(cells[:, order])
+        run(options.law, STEADY_BELT, Regime(ordered, False), cells, options.rtol, options.max_steps, stop)
         rows[:, order] = ordered
     unfinished = rows[layout.STATUS] == layout.NOT_RUN
-    rows[:, unfinished] = block.new_results(1)  # nothing half-known leaves this place
+    rows[:, unfinished] = new_results(1)  # nothing half-known leaves this place
     return rows, int((~unfinished).sum())
 
 

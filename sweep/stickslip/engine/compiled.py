@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import threading
+from typing import Any
 
 import llvmlite.binding as llvm
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.engine.compiling import compile_apart
-from stickslip_kernels import block, jit, laws, layout
-from stickslip_kernels.rig import block as rig_block
+from stickslip_kernels import block, drive, jit, laws, layout
 
 _loading = threading.Lock()
 
@@ -25,33 +26,50 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_free_after_fork)
 
 
-def will_compile(law: str = "stribeck", rigs: bool = False) -> bool:
-    """Whether a computation with this law compiles the kernels first: once per machine, version and law."""
-    return not jit.is_ready(_version(law, rigs))
+def will_compile(law: str = "stribeck", signals: bool = False) -> bool:
+    """Whether a computation with this law compiles the kernels first: once per machine, version and law.
+
+    signals : for trajectories and rigs rather than for regimes.
+    """
+    return not jit.is_ready(_version(law, signals))
 
 
-def warm_up(law: str = "stribeck", rigs: bool = False) -> None:
+def warm_up(law: str = "stribeck", signals: bool = False) -> None:
     """Load the kernels from the cache, and have them compiled into it before if need be; one thread at a time."""
     with _loading:
-        if jit.CACHE_FOLDER is not None and will_compile(law, rigs):
-            compile_apart(f"load({law!r}, {rigs})", lambda: will_compile(law, rigs))
-        load(law, rigs)
+        if jit.CACHE_FOLDER is not None and will_compile(law, signals):
+            compile_apart(f"load({law!r}, {signals})", lambda: will_compile(law, signals))
+        load(law, signals)
 
 
-def load(law: str, rigs: bool = False) -> None:
-    """Load the kernels of maps or of rigs, or compile them in this process: `compiling` says who should."""
-    cells, control, stop = np.empty((layout.CELL_ROWS, 0)), np.array([1e-6, 1.0, 1.0]), np.zeros(1, np.int64)
-    if rigs:
-        none, runs = np.empty((0, layout.SEGMENT_COLUMNS)), np.empty((0, layout.RUN_COLUMNS))
-        results, signals = rig_block.new_results(0), np.empty((layout.SIGNAL_ROWS, 0))
-        rig_block.run_rigs(laws.LAWS[law], cells, none, runs, results, signals, rig_block.NO_STOPS, control, stop)
+def load(law: str, signals: bool = False) -> None:
+    """Load the kernels of regimes or of signals, or compile them in this process: `compiling` says who should."""
+    cells = np.empty((layout.CELL_ROWS, 0))
+    if signals:
+        belts = drive.Segments(np.empty((0, layout.SEGMENT_COLUMNS)), np.empty((0, 2)))
+        observer = block.signals.Signals(
+            block.signals.new_results(0),
+            np.empty((0, layout.RUN_COLUMNS)),
+            np.empty((layout.SIGNAL_ROWS, 0)),
+            block.signals.NO_STOPS,
+        )
+        run(law, belts, observer, cells, 1e-6, 1)
     else:
-        block.run_block(laws.LAWS[law], cells, block.new_results(0), control, block.NO_LOG, stop)
-    jit.mark_ready(_version(law, rigs))
+        run(law, drive.STEADY_BELT, block.regime.Regime(block.regime.new_results(0), True), cells, 1e-6, 1)
+    jit.mark_ready(_version(law, signals))
 
 
-def _version(law: str, rigs: bool) -> str:
-    return f"{law}-rigs" if rigs else law
+def run(
+    law: str, belts: Any, observer: Any, cells: NDArray[np.float64], rtol: float, max_steps: int,
+    stop: NDArray[np.int64] | None = None,
+) -> None:  # fmt: skip
+    """`block.run_block`, with arguments of the types it has been compiled for."""
+    stop = np.zeros(1, np.int64) if stop is None else stop
+    block.run_block(laws.LAWS[law], belts, observer, cells, float(rtol), float(max_steps), stop)
+
+
+def _version(law: str, signals: bool) -> str:
+    return f"{law}-signals" if signals else law
 
 
 def kernels_digest() -> str:

@@ -84,16 +84,19 @@ def to_si(rows: NDArray[np.float64], cells: Cells, full: bool) -> Results:
     return si
 
 
-def samples_to_si(samples: NDArray[np.float64], cell: Cells) -> Results:
-    """The rows `trace.sample` filled, in SI."""
+def samples_to_si(signals: NDArray[np.float64], cell: Cells, belt_speed: float) -> Results:
+    """The signals of one cell, in SI; belt_speed in kernel units."""
     m, k, load, belt = (float(cell[name][0]) for name in ("mass", "stiffness", "normal_load", "belt_speed"))
-    force, relative = samples[layout.SAMPLE_XI] * load, samples[layout.SAMPLE_RELATIVE] * load / np.sqrt(k * m)
+    force, relative = (
+        signals[layout.SIGNAL_XI] * load,
+        (belt_speed - signals[layout.SIGNAL_ETA]) * load / np.sqrt(k * m),
+    )
     return {
         "displacement": force / k,
         "velocity": belt - relative,
         "relative_speed": relative,
-        "friction_coefficient": samples[layout.SAMPLE_FRICTION],
+        "friction_coefficient": signals[layout.SIGNAL_FRICTION],
         "spring_force": force,
-        "acceleration": samples[layout.SAMPLE_ACCELERATION] * load / m,
-        "mode": samples[layout.SAMPLE_MODE],
+        "acceleration": signals[layout.SIGNAL_ACCELERATION] * load / m,
+        "mode": signals[layout.SIGNAL_MODE],
     }

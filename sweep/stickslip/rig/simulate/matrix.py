@@ -32,7 +32,7 @@ def run_matrix(rig: RigConfig, progress: Progress | None = None) -> xr.Dataset:
     size, stop, done = tests.grid.size, engine.stop_flag(), 0
     threads = tests.options.threads or engine.processors()
     together = min(_MOST_TOGETHER, -(-size // threads))
-    engine.warm_up(tests.options.law, rigs=True)
+    engine.warm_up(tests.options.law, signals=True)
     rows: list[tuple[xr.Dataset, Mapping[str, float]]] = [None] * size  # type: ignore[list-item]
 
     def judge(first: int) -> int:

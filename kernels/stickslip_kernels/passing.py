@@ -5,7 +5,7 @@ A load counts as above the limit once it is so by more than rounding; then it is
 
 from math import inf, log1p
 
-from ..jit import compiled
+from .jit import compiled
 
 MOST_STEPS = 200
 ROUNDING = 1e-14  # of the sizes that make up the load
@@ -30,11 +30,14 @@ def first_passing(load, rate, alpha, limit, growth, later, left):
 
     load, rate, alpha : load now, its derivative and its second derivative, which is constant. limit, growth, later :
         the limit now; it grows by `growth` per e-fold of the time, reckoned from `later` > 0 ago.
-    The times at which load and limit grow alike are roots of a quadratic: between them the excess is monotone, and the
-    first piece that ends above the limit holds the answer.
+    A steady rise has its own search. Else the times at which load and limit grow alike are roots of a quadratic:
+    between them the excess is monotone, and the first piece that ends above the limit holds the answer.
     """
     if is_above(load - limit, alpha, limit):
         return 0.0
+    if alpha == 0.0:
+        t = steady_passing(load, rate, limit, growth, later) if rate > 0.0 else inf
+        return t if t <= left else inf
     first, second = extrema(rate, alpha, growth, later)
     low = 0.0
     for piece in range(3):
@@ -47,12 +50,34 @@ def first_passing(load, rate, alpha, limit, growth, later, left):
 
 
 @compiled
+def steady_passing(load, rate, limit, growth, later):
+    """The same for a load that grows at `rate` > 0 and does not exceed the limit now, without an end.
+
+    The excess is convex in time, so right of its last zero Newton's method falls onto it from above, without a
+    tolerance: until it no longer moves. A zero at the very start, from which the limit first grows faster than the
+    load, is not that zero.
+    """
+    missing = limit - load
+    if growth == 0.0:
+        return max(missing / rate, 0.0)
+    if missing <= 0.0 and rate * later >= growth:
+        return 0.0
+    # The excess rate t - missing - growth ln(1 + t/later) has its minimum where rate (later + t) = growth.
+    t = max(missing / rate, 2.0 * (growth / rate - later), later)
+    while rate * t - missing - growth * log1p(t / later) < 0.0:
+        t *= 2.0
+    for _ in range(MOST_STEPS):
+        new = t - (rate * t - missing - growth * log1p(t / later)) / (rate - growth / (later + t))
+        if not new < t:
+            break
+        t = new
+    return t
+
+
+@compiled
 def extrema(rate, alpha, growth, later):
     """The positive times, ascending and inf where there are none, at which (rate + alpha t)(later + t) = growth."""
     a, b, c = alpha, alpha * later + rate, rate * later - growth
-    if a == 0.0:
-        t = -c / b if b != 0.0 else inf
-        return (t if t > 0.0 else inf), inf
     root2 = b * b - 4.0 * a * c
     if root2 < 0.0:
         return inf, inf

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip_kernels.events import LEVEL_REACHED, NO_EVENT, TURNED
-from stickslip_kernels.rig.line import LONGEST, end_on_line, motion, response
+from stickslip_kernels.line import LONGEST, end_within, motion, response
 
 DRAGS = st.one_of(st.floats(-4.0, 4.0), st.floats(1.0, 12.0).map(lambda x: 10.0**x))
 TIMES = st.floats(-10.0, math.log10(LONGEST)).map(lambda x: 10.0**x)
@@ -52,7 +52,7 @@ def test_motion_obeys_its_equation(drag, w, v, push, alpha, t):
 )  # fmt: skip
 def test_a_fall_ends_at_the_first_zero_of_speed_or_slope(drag, w, slowing, push, alpha, h):
     case = (w, -slowing, push, alpha, drag)
-    kind, t = end_on_line(*case, h)
+    kind, t = end_within(*case, h)
     times = np.linspace(0.0, h, 1001)[1:]
     there = np.array([motion(*case, x) for x in times])
     before = times < t - 1e-9
@@ -73,7 +73,7 @@ def test_on_a_steep_line_the_slip_follows_the_load(drag):
     v, h = -drop, 0.5 / drag
     kind = NO_EVENT
     while kind == NO_EVENT:
-        kind, step = end_on_line(w, v, belt - w, 0.0, drag, h)
+        kind, step = end_within(w, v, belt - w, 0.0, drag, h)
         w, v, _, _ = motion(w, v, belt - w, 0.0, drag, step)
         t, h = t + step, 2.0 * h
     assert kind == TURNED

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stickslip_kernels.rig.passing import first_passing
+from stickslip_kernels.passing import first_passing
 
 SIGNED = st.floats(1e-3, 2.0).flatmap(lambda x: st.sampled_from([x, -x]))
 RATES = st.one_of(st.just(0.0), SIGNED)
@@ -79,7 +79,7 @@ def test_nothing_passes_in_no_time():
 
 
 @given(st.floats(0.01, 1.0), st.floats(0.0, 0.39), st.floats(0.01, 0.2), st.floats(0.1, 5.0))
-def test_under_a_limit_that_grows_a_steady_rise_passes_when_the_map_says(rate, load, growth, later):
-    """`dwell_to_breakaway` of the maps, its equation put back in."""
+def test_under_a_limit_that_grows_a_steady_rise_passes_where_it_meets_it(rate, load, growth, later):
+    """The equation of a steady rise put back in."""
     found = first_passing(load, rate, 0.0, 0.4, growth, later, 1e4)
     assert load + rate * found == pytest.approx(0.4 + growth * math.log1p(found / later), rel=1e-12)

@@ -6,16 +6,12 @@ F(q)/q is gamma plus the mean slope of the curve between b and w.
 
 from math import atan2, cos, log, pi, sin
 
-from .dense import rise_and_work, speed
-from .exponential import exp
-from .jit import compiled
-from .laws import inflection, shape, weakening_slope
-from .layout import (
-    A4, B, BAND, BAND2, CELL, CROSSED, DECIDED, DROP, DW, ENTERED, EXPONENT, G, MODE, OFFSET, PEAK, PEAK_BEFORE,
-    RADIUS2, RATE, RISE, RTOL, SETTLED, SIGMA, SLOPE, STABLE_FROM, STABLE_TO, TAU, TROUGH_TIME, V_HIGH, V_LOW, W,
-    W_MIN, XI_HIGH, XI_LOW, XI_STAR, Y, Y_STAR,
-)  # fmt: skip
-from .regimes import decide_settled, note_ends
+from .. import layout as at
+from ..dense import rise_and_work, speed
+from ..exponential import exp
+from ..jit import compiled
+from ..laws import inflection, shape, weakening_slope
+from .verdict import decide_settled, note_ends
 
 BAND_SHARE = 1e-4  # settling band over the distance from steady sliding at which the slip began
 SMALLEST_BAND = 1e-12  # what is smaller is lost in rounding
@@ -26,10 +22,10 @@ NOTHING = 1e-12  # a drag that no integration sees
 @compiled(inline=True)
 def set_band(s, i, u, w, b):
     """The settling band of a slip that begins at (u, w)."""
-    p, q = u - s[SIGMA + i] * s[XI_STAR + i], w - b
+    p, q = u - s[at.SIGMA + i] * s[at.XI_STAR + i], w - b
     band = max(BAND_SHARE * (p * p + q * q) ** 0.5, SMALLEST_BAND)
-    s[BAND + i] = band
-    s[BAND2 + i] = band * band
+    s[at.BAND + i] = band
+    s[at.BAND2 + i] = band * band
 
 
 # --- certain settling -----------------------------------------------------------------------------------------------
@@ -42,9 +38,9 @@ def certain_radius(law, s, i, b):
     With V = p^2 + q^2, V' = -2 q F(q): V falls for ever once the disc lies where gamma + mu' > 0, where w > 0, and
     where a hysteretic curve is not left.
     """
-    if b <= 0.0 or not s[STABLE_FROM + i] < b < s[STABLE_TO + i]:
+    if b <= 0.0 or not s[at.STABLE_FROM + i] < b < s[at.STABLE_TO + i]:
         return 0.0
-    return max(0.0, min(b - max(s[STABLE_FROM + i], s[W_MIN + i]), s[STABLE_TO + i] - b))
+    return max(0.0, min(b - max(s[at.STABLE_FROM + i], s[at.W_MIN + i]), s[at.STABLE_TO + i] - b))
 
 
 @compiled(inline=True)
@@ -54,19 +50,19 @@ def proven_radius(law, s, i, mode, b):
     On a hysteretic curve below its minimum the mode changes where w' = 0, and the disc only tells when to ask
     `creeps_in`.
     """
-    if b <= 0.0 or s[DECIDED + i] > 0.0:
+    if b <= 0.0 or s[at.DECIDED + i] > 0.0:
         return 0.0
-    if mode == RISE and s[W_MIN + i] > 0.0:
-        return min(s[BAND + i], b) if s[W_MIN + i] > b and drag_at(law, s, i, b) >= 2.0 else 0.0
-    return min(s[BAND + i], certain_radius(law, s, i, b))
+    if mode == at.RISE and s[at.W_MIN + i] > 0.0:
+        return min(s[at.BAND + i], b) if s[at.W_MIN + i] > b and drag_at(law, s, i, b) >= 2.0 else 0.0
+    return min(s[at.BAND + i], certain_radius(law, s, i, b))
 
 
 @compiled
 def drag_at(law, s, i, w):
     """gamma + mu'(w) under the law of the present mode."""
-    z, drop, exponent, rate = s[RATE + i] * w, s[DROP + i], s[EXPONENT + i], s[RATE + i]
+    z, drop, exponent, rate = s[at.RATE + i] * w, s[at.DROP + i], s[at.EXPONENT + i], s[at.RATE + i]
     x = drop * shape(law, z, exponent)
-    return s[G + i] + s[SLOPE + i] + rate * weakening_slope(law, z, x, drop, exponent)
+    return s[at.G + i] + s[at.SLOPE + i] + rate * weakening_slope(law, z, x, drop, exponent)
 
 
 @compiled
@@ -77,9 +73,9 @@ def creeps_in(law, s, i):
     the faster of two real rates f, f^2 - d f + 1 = 0, d being the least drag on the way. The drag has its only extremum
     at the inflection; with that not on the way, the least lies at an end.
     """
-    p, q, w, b = s[Y + i] - s[Y_STAR + i], s[W + i] - s[B + i], s[W + i], s[B + i]
-    bend = inflection(law, s[EXPONENT + i])
-    if q > 0.0 or (s[RATE + i] * w < bend) != (s[RATE + i] * b < bend):
+    p, q, w, b = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i], s[at.W + i], s[at.B + i]
+    bend = inflection(law, s[at.EXPONENT + i])
+    if q > 0.0 or (s[at.RATE + i] * w < bend) != (s[at.RATE + i] * b < bend):
         return False
     drag = min(drag_at(law, s, i, w), drag_at(law, s, i, b))
     if drag < 2.0:
@@ -91,31 +87,32 @@ def creeps_in(law, s, i):
 @compiled
 def settles_for_certain(law, s, i):
     """Whether a slip that has not come into the settling band yet can only do so, and is damped or creep already."""
-    p, q, b = s[Y + i] - s[Y_STAR + i], s[W + i] - s[B + i], s[B + i]
+    p, q, b = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i], s[at.B + i]
     if b <= 0.0:
         return False
     inside = p * p + q * q < certain_radius(law, s, i, b) ** 2
-    return (inside and s[CROSSED + i] >= 2.0) or creeps_in(law, s, i)
+    return (inside and s[at.CROSSED + i] >= 2.0) or creeps_in(law, s, i)
 
 
 @compiled
 def is_neutral(law, s, i):
     """Whether nothing damps or feeds a motion as large as this."""
-    b, reach = s[B + i], ((s[Y + i] - s[Y_STAR + i]) ** 2 + (s[W + i] - s[B + i]) ** 2) ** 0.5
-    low, high, bend = max(b - reach, 0.0), b + reach, inflection(law, s[EXPONENT + i]) / s[RATE + i]
-    if low < s[W_MIN + i] or (low < bend < high and s[DROP + i] != 0.0):
+    b, reach = s[at.B + i], ((s[at.Y + i] - s[at.Y_STAR + i]) ** 2 + (s[at.W + i] - s[at.B + i]) ** 2) ** 0.5
+    low, high, bend = max(b - reach, 0.0), b + reach, inflection(law, s[at.EXPONENT + i]) / s[at.RATE + i]
+    if low < s[at.W_MIN + i] or (low < bend < high and s[at.DROP + i] != 0.0):
         return False
     return abs(drag_at(law, s, i, low)) <= NOTHING and abs(drag_at(law, s, i, high)) <= NOTHING
 
 
 @compiled(inline=True)
-def check_settling(law, s, i, results, control):
+def check_settling(m, i):
     """Inside the disc of `proven_radius` the motion has settled; where the mode may yet change, if it creeps in."""
-    p, q = s[Y + i] - s[Y_STAR + i], s[W + i] - s[B + i]
-    may_change = s[MODE + i] == RISE and s[W_MIN + i] > 0.0
-    inside = p * p + q * q < s[RADIUS2 + i] and (not may_change or creeps_in(law, s, i))
-    if inside and note_ring_down(law, s, i, control[RTOL]):
-        decide_settled(s, i, results, s[ENTERED + i], s[XI_STAR + i], SETTLED)
+    law, s = m.law, m.s
+    p, q = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i]
+    may_change = s[at.MODE + i] == at.RISE and s[at.W_MIN + i] > 0.0
+    inside = p * p + q * q < s[at.RADIUS2 + i] and (not may_change or creeps_in(law, s, i))
+    if inside and note_ring_down(law, s, i, m.rtol):
+        decide_settled(m, i, s[at.ENTERED + i], s[at.XI_STAR + i], at.SETTLED)
 
 
 # --- what is still to come ------------------------------------------------------------------------------------------
@@ -146,14 +143,14 @@ def note_ring_down(law, s, i, rtol):
     An approach that stays inside the settling band may yet overshoot there, and its limit belongs to the range. Where
     an extreme to come is a record, the oscillator has to be linear to the tolerance.
     """
-    b, w, zeta = s[B + i], s[W + i], 0.5 * drag_at(law, s, i, s[B + i])
-    u_star = s[Y_STAR + i] - s[G + i] * b + s[OFFSET + i]
-    p = ring_extremum(s[Y + i] - s[Y_STAR + i], b - w, zeta)
-    q = ring_extremum(w - b, s[DW + i], zeta)
+    b, w, zeta = s[at.B + i], s[at.W + i], 0.5 * drag_at(law, s, i, s[at.B + i])
+    u_star = s[at.Y_STAR + i] - s[at.G + i] * b + s[at.OFFSET + i]
+    p = ring_extremum(s[at.Y + i] - s[at.Y_STAR + i], b - w, zeta)
+    q = ring_extremum(w - b, s[at.DW + i], zeta)
     p_after, q_after = ring_extremum(p, 0.0, zeta), ring_extremum(q, 0.0, zeta)
-    xi, xi_after = s[SIGMA + i] * (u_star + p), s[SIGMA + i] * (u_star + p_after)
-    record = min(xi, xi_after) < s[XI_LOW + i] or max(xi, xi_after) > s[XI_HIGH + i]
-    record = record or b + max(q, q_after) > max(s[V_HIGH + i], -s[V_LOW + i])
+    xi, xi_after = s[at.SIGMA + i] * (u_star + p), s[at.SIGMA + i] * (u_star + p_after)
+    record = min(xi, xi_after) < s[at.XI_LOW + i] or max(xi, xi_after) > s[at.XI_HIGH + i]
+    record = record or b + max(q, q_after) > max(s[at.V_HIGH + i], -s[at.V_LOW + i])
     bending = abs(drag_at(law, s, i, w) - 2.0 * zeta) + abs(drag_at(law, s, i, b + q) - 2.0 * zeta)
     if record and bending * (abs(w - b) + abs(q)) > rtol * b:
         return False
@@ -167,12 +164,25 @@ def note_ring_down(law, s, i, rtol):
 
 
 @compiled(inline=True)
+def comes_into_band(s, i, y1, w1):
+    """Whether the motion of lane i comes into the settling band on the way to (y1, w1)."""
+    p0, q0 = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i]
+    return (p0 * p0 + q0 * q0 >= s[at.BAND2 + i]) & (distance2_from_sliding(s, i, y1, w1) < s[at.BAND2 + i])
+
+
+@compiled(inline=True)
+def distance2_from_sliding(s, i, y, w):
+    """Squared distance of (y, w) from steady sliding."""
+    p, q = y - s[at.Y_STAR + i], w - s[at.B + i]
+    return p * p + q * q
+
+
+@compiled(inline=True)
 def note_entry(s, i, h, y1, w1):
     """Note when, between the start of the step of lane i and the state after h, the motion came into the band."""
-    b, band2 = s[B + i], s[BAND2 + i]
-    p0, p1, q0, q1 = s[Y + i] - s[Y_STAR + i], y1 - s[Y_STAR + i], s[W + i] - b, w1 - b
-    if not (p0 * p0 + q0 * q0 >= band2 and p1 * p1 + q1 * q1 < band2):
+    if not comes_into_band(s, i, y1, w1):
         return
+    b, band2, p0 = s[at.B + i], s[at.BAND2 + i], s[at.Y + i] - s[at.Y_STAR + i]
     outside, inside, t = 0.0, h, h
     for _ in range(60):
         dw = speed(s, i, t)[1]
@@ -187,16 +197,16 @@ def note_entry(s, i, h, y1, w1):
         if abs(new - t) <= 1e-9 * h:
             break
         t = new if outside < new < inside else 0.5 * (outside + inside)
-    s[ENTERED + i] = s[TAU + i] + t
+    s[at.ENTERED + i] = s[at.TAU + i] + t
 
 
 @compiled
 def note_entry_at_constant_speed(s, i, tau, u, w, b, duration):
     """The same for a stick or hold phase that starts at tau: u moves at b - w >= 0."""
-    p0, q2 = u - s[SIGMA + i] * s[XI_STAR + i], (w - b) ** 2
-    p1, band2 = p0 + (b - w) * duration, s[BAND2 + i]
+    p0, q2 = u - s[at.SIGMA + i] * s[at.XI_STAR + i], (w - b) ** 2
+    p1, band2 = p0 + (b - w) * duration, s[at.BAND2 + i]
     if p0 * p0 + q2 >= band2 and p1 * p1 + q2 < band2:
-        s[ENTERED + i] = tau - (p0 + (band2 - q2) ** 0.5) / (b - w)
+        s[at.ENTERED + i] = tau - (p0 + (band2 - q2) ** 0.5) / (b - w)
 
 
 @compiled
@@ -206,9 +216,9 @@ def is_shrinking(s, i, cells, u, w, b):
     Near steady sliding on the hysteretic curve the motion is a chain of straight pieces, the same at every scale: peaks
     then shrink by a constant factor. Small against b and a4 so that the curve is straight over the loop.
     """
-    before = s[TROUGH_TIME + i]
-    s[TROUGH_TIME + i] = s[TAU + i]
-    small = min(s[BAND + i], 0.05 * min(b, cells[A4, int(s[CELL + i])]))
-    near = (u - s[SIGMA + i] * s[XI_STAR + i]) ** 2 + (w - b) ** 2 < s[BAND2 + i]
-    near = near and b - w < small and s[PEAK + i] < small and s[ENTERED + i] <= before
-    return near and s[PEAK + i] < SHRINKING * s[PEAK_BEFORE + i]
+    before = s[at.TROUGH_TIME + i]
+    s[at.TROUGH_TIME + i] = s[at.TAU + i]
+    small = min(s[at.BAND + i], 0.05 * min(b, cells[at.A4, int(s[at.CELL + i])]))
+    near = (u - s[at.SIGMA + i] * s[at.XI_STAR + i]) ** 2 + (w - b) ** 2 < s[at.BAND2 + i]
+    near = near and b - w < small and s[at.PEAK + i] < small and s[at.ENTERED + i] <= before
+    return near and s[at.PEAK + i] < SHRINKING * s[at.PEAK_BEFORE + i]

@@ -9,7 +9,8 @@ from stickslip_kernels.laws import LAWS
 
 BOTH = pytest.mark.parametrize("hysteretic", [False, True], ids=["plain", "hysteretic"])
 EVERY_LAW = pytest.mark.parametrize("law", LAWS)
-NUMBERS = tuple(row for row in range(at.RIG_ROWS) if row not in (at.RIG_STATUS, at.RIG_STEPS))
+COUNTS_OF_STEPS = (at.RIG_STEPS, at.RIG_STEPS_TAKEN)
+NUMBERS = tuple(row for row in range(at.RIG_ROWS) if row not in (at.RIG_STATUS, *COUNTS_OF_STEPS))
 EXTREME = {"curve": (0.5, 0.1, 0.3, 0.7), "mu_stop": 0.45}
 
 
@@ -81,7 +82,7 @@ def test_friction_obeys_its_law_where_the_drive_turns_at_a_breakaway(hysteretic,
         found = outcome(drive, samples=500, rtol=1e-8, **contact)
         assert found.status == at.HORIZON_REACHED
         assert abs(imbalance(drive, found)) < 1e-6
-        xi, eta, friction, mode = found.signals
+        xi, eta, _, friction, mode = found.signals
         slip = belt_at(drive, found.time) - eta
         sliding = np.isin(mode, (at.RISE, at.FAST)) & (np.abs(slip) > 1e-7)
         a1, a2, a3, a4 = contact["curve"]

@@ -1,0 +1,187 @@
+"""Motions that come back: return maps of stick-slip, and of slip that does not stick.
+
+**Stick-slip**, from one break-away to the next. Without ageing the state after break-away is always the same, so one
+full cycle is the limit cycle, exactly. With it the load at break-away depends on the stick phase before: cycles follow
+each other until that map has converged.
+
+**Slip**, from one maximum of u to the next. At a maximum w = b and friction lies on the curve, so u alone is the whole
+state: the motion is periodic when u comes back, after however many loops. Every LOOPS loops u is compared with what it
+was. Slip that returns within the noise of the integration, having been seen to approach what it returns to, or that
+nothing damps at all, is gone through once more, every extremum being looked at, and is then sustained. One that shows
+nothing above the noise from the start may grow or decay too slowly to tell. Not so where it turns round or runs down a
+hysteretic line: that is no vibration about steady sliding, whose growth may vanish, and what does not change in
+hundreds of loops is the cycle.
+"""
+
+from math import inf, isnan, log, nan
+
+from .. import layout as at
+from ..jit import compiled
+from .settling import is_neutral, settles_for_certain
+from .verdict import decide, decide_cycle, decide_settled, reset_extrema, store_extrema
+
+LOOPS = 12  # between two looks: a multiple of most lengths a cycle can have in loops
+SLOWEST = 1e-5  # what changes by more of its amplitude a loop is not periodic
+NOISE = 0.1  # of the tolerance: what the integration itself may add to the amplitude in a loop
+RETURNS = 10.0  # tolerances within which a loop is the one it is compared with
+ROUNDING = 1e-9  # amplitude below which rounding is seen as a change
+MOST_STILL = 20  # looks without a change that are enough to give up
+REMAINING = 1.0  # tolerances by which the cycles of stick-slip still to come may differ from the last
+
+
+# --- stick-slip -----------------------------------------------------------------------------------------------------
+
+
+@compiled(inline=True)
+def close_cycle(m, i, stick_time, load):
+    """A break-away under `load`, after a stick phase: the first starts the cycle, the second closes it."""
+    s, c, tau = m.s, int(m.s[at.CELL + i]), m.s[at.TAU + i]
+    if s[at.DECIDED + i] > 0.0:
+        return
+    if isnan(s[at.CYCLE_START + i]):
+        m.observer.results[at.BREAKAWAY_TIME, c] = tau
+    elif m.cells[at.AGEING, c] == 0.0 or has_converged(s, i, tau, load, m.rtol):
+        s[at.RELEASE + i], s[at.STORED + i] = load, 0.0
+        heat = s[at.HEAT + i] - s[at.HEAT_START + i]
+        decide_cycle(m, i, at.STICK_SLIP, at.CYCLE_CLOSED, tau - s[at.CYCLE_START + i], stick_time, heat)
+        return
+    else:
+        store_extrema(m, i)
+    s[at.CYCLE_START + i], s[at.HEAT_START + i], s[at.RELEASE + i] = tau, s[at.HEAT + i], load
+    s[at.MU_TURN + i], s[at.CROSSED + i], s[at.SIDE_LAST + i] = nan, 0.0, 0.0
+    reset_extrema(s, i)
+
+
+@compiled
+def has_converged(s, i, tau, load, rtol):
+    """Whether the cycles still to come differ from the one that ends at tau, under `load`, by less than the tolerance.
+
+    The load at break-away is the whole state, and near the fixed point of its return map changes shrink by a constant
+    factor: their sum is that of a geometric series. What the load brings about may be far more sensitive than the load
+    itself (the period by 1/b, the slip by one over the drop of friction), so period, slip speed and work are asked.
+    """
+    period, top = tau - s[at.CYCLE_START + i], max(s[at.V_HIGH + i], -s[at.V_LOW + i])
+    heat = s[at.HEAT + i] - s[at.HEAT_START + i]
+    change, before = abs(load - s[at.RELEASE + i]), s[at.RELEASE_CHANGE + i]
+    largest = abs(period - s[at.PERIOD_BEFORE + i]) / period
+    largest = max(largest, abs(top - s[at.SPEED_BEFORE + i]) / top, abs(heat - s[at.HEAT_BEFORE + i]) / abs(heat))
+    s[at.RELEASE_CHANGE + i], s[at.PERIOD_BEFORE + i] = change, period
+    s[at.SPEED_BEFORE + i], s[at.HEAT_BEFORE + i] = top, heat
+    if before == inf:  # one change tells nothing about the next
+        return False
+    return change == 0.0 or (change < before and largest * change <= REMAINING * rtol * (before - change))
+
+
+# --- slip -----------------------------------------------------------------------------------------------------------
+
+
+@compiled(inline=True)
+def forget_loops(s, i):
+    """The next maximum of u is the first."""
+    s[at.LOOP_COUNT + i], s[at.LOOP_CHANGE + i], s[at.LOOP_MOVED + i], s[at.LOOP_STILL + i] = -1.0, inf, 0.0, 0.0
+    s[at.CONFIRMING + i] = 0.0
+
+
+@compiled
+def note_loop(m, i, tau, heat, xi):
+    """A maximum of u: xi there, time, and friction work until then."""
+    s = m.s
+    s[at.LOOP_COUNT + i] += 1.0
+    if s[at.LOOP_COUNT + i] == 0.0:
+        set_reference(s, i, tau, heat, xi)
+    elif s[at.CONFIRMING + i] > 0.0:
+        confirm_cycle(m, i, tau, heat, xi)
+    elif s[at.LOOP_COUNT + i] >= LOOPS:
+        compare_loops(m, i, tau, heat, xi)
+
+
+@compiled
+def set_reference(s, i, tau, heat, xi):
+    """Loops are compared with this one from now on."""
+    s[at.LOOP_COUNT + i], s[at.LOOP_XI + i], s[at.LOOP_TAU + i], s[at.LOOP_HEAT + i] = 0.0, xi, tau, heat
+    s[at.LOOP_STEPS + i], s[at.RETURNED + i], s[at.HELD + i] = s[at.TRIED + i], 0.0, 0.0
+
+
+@compiled
+def compare_loops(m, i, tau, heat, xi):
+    """Whether the motion comes back; if it seems so, go through it once more."""
+    s = m.s
+    amplitude = 0.5 * abs(xi - s[at.TURN_BEFORE + i])
+    change, before = abs(xi - s[at.LOOP_XI + i]) / (LOOPS * amplitude), s[at.LOOP_CHANGE + i]
+    noise = min(NOISE * m.rtol, SLOWEST)
+    if change > 10.0 * noise and amplitude > ROUNDING:
+        s[at.LOOP_MOVED + i] = 1.0
+    still = change <= noise or amplitude <= ROUNDING
+    s[at.LOOP_STILL + i] = s[at.LOOP_STILL + i] + 1.0 if still else 0.0
+    s[at.LOOP_CHANGE + i] = change
+    steps = s[at.TRIED + i] - s[at.LOOP_STEPS + i]
+    set_reference(s, i, tau, heat, xi)
+    if amplitude > ROUNDING and seems_periodic(m, i, change, before, still):
+        begin_confirming(m, i)
+    elif given_up(m, i, amplitude, change, steps) and settles_for_certain(m.law, s, i):
+        decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+    elif s[at.LOOP_STILL + i] >= MOST_STILL:
+        begin_confirming(m, i)
+
+
+@compiled(inline=True)
+def begin_confirming(m, i):
+    """Go through the next loops with an eye on every extremum."""
+    store_extrema(m, i)
+    reset_extrema(m.s, i)
+    m.s[at.CONFIRMING + i] = 1.0
+
+
+@compiled
+def given_up(m, i, amplitude, change, steps):
+    """Whether the settling band is out of reach of the steps left, the last loops having taken `steps`."""
+    s = m.s
+    loops = log(max(amplitude / s[at.BAND + i], 1.0)) / change
+    return s[at.LOOP_STILL + i] >= MOST_STILL or loops * (steps / LOOPS) > m.max_steps - s[at.TRIED + i]
+
+
+@compiled
+def seems_periodic(m, i, change, before, still):
+    """Whether the changes from look to look leave no more to come than the tolerance.
+
+    Near a stable cycle they shrink by a constant factor, and their sum is that of a geometric series.
+    """
+    s = m.s
+    if before > SLOWEST or change > SLOWEST:
+        return False
+    if still and s[at.LOOP_STILL + i] >= 2.0:
+        return s[at.LOOP_MOVED + i] > 0.0 or is_neutral(m.law, s, i)
+    return change < 0.5 * before and LOOPS * change * change <= m.rtol * (before - change)
+
+
+@compiled
+def confirm_cycle(m, i, tau, heat, xi):
+    """After how many loops the state returns; after LOOPS of them the verdict, with the extremes on the way."""
+    s = m.s
+    amplitude, turn = 0.5 * abs(xi - s[at.TURN_BEFORE + i]), s[at.LOOP_COUNT + i]
+    returns = abs(xi - s[at.LOOP_XI + i]) <= RETURNS * m.rtol * amplitude
+    if returns and s[at.RETURNED + i] == 0.0:
+        s[at.RETURNED + i] = turn
+    if turn < LOOPS:
+        return
+    length = s[at.RETURNED + i]
+    if not returns or LOOPS % length != 0.0:
+        s[at.CONFIRMING + i], s[at.LOOP_CHANGE + i], s[at.LOOP_STILL + i] = 0.0, inf, 0.0
+        set_reference(s, i, tau, heat, xi)
+        return
+    kind, share = kind_of_cycle(m.law, s, i), length / LOOPS
+    if amplitude <= ROUNDING or (kind == at.SLIP_CYCLE and s[at.LOOP_MOVED + i] == 0.0):
+        decide(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
+        return
+    period, work = (tau - s[at.LOOP_TAU + i]) * share, (heat - s[at.LOOP_HEAT + i]) * share
+    decide_cycle(m, i, at.SUSTAINED, kind, period, 0.0, work)
+
+
+@compiled
+def kind_of_cycle(law, s, i):
+    """What a cycle without a stick phase is made of."""
+    if s[at.V_LOW + i] < 0.0 < s[at.V_HIGH + i]:
+        return at.TWO_WAY_SLIP_CYCLE
+    if s[at.HELD + i] > 0.0:
+        return at.FALL_HOLD_CYCLE
+    return at.NEUTRAL_RINGING if is_neutral(law, s, i) else at.SLIP_CYCLE

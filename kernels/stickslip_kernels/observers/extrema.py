@@ -1,0 +1,126 @@
+"""Extrema of the motion inside a step: which are worth a look, recorded where they can be the largest so far.
+
+What the lanes test on whole steps is tested again on the part of a step that is recorded, by the same functions.
+"""
+
+from math import inf
+
+from .. import layout as at
+from ..jit import compiled
+from ..roots import FOR_A_VALUE, arrival, extreme_speed
+from ..stepping import extreme_slope
+from .cycles import LOOPS, note_loop
+from .verdict import note_force, note_speed
+
+# --- what a step holds, from its start to a state after h ------------------------------------------------------------
+
+
+@compiled(inline=True)
+def reach(a, b, h):
+    """How far beyond the nearer end an extremum within h may lie, its slopes at the ends being a and b.
+
+    A bound where the slope only falls, or only rises, on the way.
+    """
+    return h * min(abs(a), abs(b))
+
+
+@compiled(inline=True)
+def has_top_speed(s, i, h, w, dw):
+    """Whether an extremum of w may be the largest so far."""
+    w0, dw0 = s[at.W + i], s[at.DW + i]
+    return (dw0 * dw < 0.0) & (max(w0, w) + reach(dw0, dw, h) >= s[at.W_TOP + i])
+
+
+@compiled(inline=True)
+def has_top_slope(s, i, h, dw, jerk):
+    """Whether an extremum of w' may be the largest so far."""
+    dw0, jerk0 = s[at.DW + i], s[at.JERK + i]
+    return (jerk0 * jerk < 0.0) & (max(abs(dw0), abs(dw)) + reach(jerk0, jerk, h) >= s[at.DW_TOP + i])
+
+
+@compiled(inline=True)
+def turns(s, i, w):
+    """Whether u has an extremum: u' = b - w changes its sign."""
+    return (s[at.W + i] > s[at.B + i]) != (w > s[at.B + i])
+
+
+@compiled(inline=True)
+def turns_quietly(s, i, h, y, w):
+    """Whether a turn of u needs no look: no extreme so far, and plainly back from beyond the settling band.
+
+    A closer bound than `reach`, with a quarter to spare: it decides how often an oscillation that rings down is looked
+    at.
+    """
+    y0, p0, q0 = s[at.Y + i], s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i]
+    p, q = y - s[at.Y_STAR + i], w - s[at.B + i]
+    slopes, beyond = abs(q0) + abs(q), 1.25 * h * abs(q0 * q)
+    known = (s[at.Y_HIGH + i] - max(y0, y)) * slopes > beyond
+    known = known & ((min(y0, y) - s[at.Y_LOW + i]) * slopes > beyond)
+    outward = (q * p > 0.0) & (p * p0 > 0.0) & (min(p * p, p0 * p0) > s[at.BAND2 + i])
+    return known & outward & (s[at.LOOP_COUNT + i] < s[at.QUIET_BELOW + i])
+
+
+# --- what is recorded -------------------------------------------------------------------------------------------------
+
+
+@compiled(inline=True)
+def record_extrema(m, i, h, w, dw, jerk):
+    """Extrema of u, w and w' between the start of the step of lane i and the state after h."""
+    s, b, at_end = m.s, m.s[at.B + i], (w, dw, jerk, 0.0)
+    if has_top_speed(s, i, h, w, dw):
+        top = extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1]
+        note_speed(s, i, top)
+        if s[at.DW + i] > 0.0:
+            note_peak(s, i, top - b)
+    if has_top_slope(s, i, h, dw, jerk):
+        s[at.DW_HIGH + i] = max(s[at.DW_HIGH + i], abs(extreme_slope(m.law, s, i, h, at_end)))
+    if turns(s, i, w):
+        t, rise, work = arrival(s, i, b, 1.0 if w > b else -1.0, h, at_end)
+        xi = s[at.SIGMA + i] * (s[at.Y + i] + rise - s[at.G + i] * b + s[at.OFFSET + i])
+        note_turn(s, i, xi)
+        if w > b:
+            note_loop(m, i, s[at.TAU + i] + t, s[at.HEAT + i] + work, xi)
+
+
+@compiled(inline=True)
+def show_tops(s, i):
+    """Tell the lanes which extrema are worth a look; on a hysteretic curve every peak is, for `is_shrinking`.
+
+    Extrema of u may pass until the next comparison of loops, but for the last minimum and the last maximum before it;
+    while a cycle is confirmed, none.
+    """
+    forward, confirming = s[at.SIGMA + i] > 0.0, s[at.CONFIRMING + i] > 0.0
+    top = s[at.V_HIGH + i] if forward else -s[at.V_LOW + i]
+    s[at.W_TOP + i] = top if s[at.W_MIN + i] == 0.0 and not confirming else -inf
+    s[at.DW_TOP + i] = s[at.DW_HIGH + i]
+    to_y = s[at.G + i] * s[at.B + i] - s[at.OFFSET + i]
+    s[at.Y_HIGH + i], s[at.Y_LOW + i] = s[at.XI_HIGH + i] + to_y, s[at.XI_LOW + i] + to_y
+    may_pass = forward and s[at.LOOP_COUNT + i] >= 0.0 and not confirming
+    s[at.QUIET_BELOW + i] = LOOPS - 1.0 if may_pass else -1.0
+
+
+@compiled(inline=True)
+def note_peak(s, i, height):
+    """A peak of the slip speed, `height` above the belt speed."""
+    s[at.PEAK_BEFORE + i], s[at.PEAK + i] = s[at.PEAK + i], height
+
+
+@compiled
+def note_turn(s, i, xi):
+    """An extremum of xi: the range, and the crossing of the equilibrium."""
+    note_force(s, i, xi)
+    s[at.TURN_BEFORE + i], s[at.TURN_LAST + i] = s[at.TURN_LAST + i], xi
+    distance = xi - s[at.XI_STAR + i]
+    if abs(distance) > s[at.BAND + i]:
+        side = 1.0 if distance > 0.0 else -1.0
+        if side * s[at.SIDE_LAST + i] < 0.0:
+            s[at.CROSSED + i] += 1.0
+        s[at.SIDE_LAST + i] = side
+
+
+@compiled(inline=True)
+def note_side(s, i, xi):
+    """Remember on which side of the equilibrium a slip starts."""
+    distance = xi - s[at.XI_STAR + i]
+    if abs(distance) > s[at.BAND + i]:
+        s[at.SIDE_LAST + i] = 1.0 if distance > 0.0 else -1.0

@@ -1,0 +1,241 @@
+"""Observer of regimes, on a steady belt: what becomes of a motion, and the metrics of its cycle. Hooks of `observers`.
+
+Extrema (`extrema.py`), cycles (`cycles.py`) and settling (`settling.py`, `on_line.py`) are looked for where the machine
+says that something happened; the verdict (`verdict.py`) ends the cell, or lets it run to the horizon.
+"""
+
+from math import inf, isnan, nan
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import layout as at
+from .. import observers
+from ..bits import select
+from ..contact import DONE
+from ..events import NO_EVENT, TURNED
+from ..friction import coefficient, coefficient_slope, stable_speeds
+from ..line import along_line
+from .cycles import close_cycle, forget_loops
+from .extrema import has_top_slope, has_top_speed, note_peak, note_side, record_extrema, show_tops, turns, turns_quietly
+from .on_line import record_line, settle_on_line
+from .settling import (
+    check_settling,
+    comes_into_band,
+    distance2_from_sliding,
+    is_shrinking,
+    note_entry,
+    note_entry_at_constant_speed,
+    proven_radius,
+    set_band,
+    settles_for_certain,
+)  # fmt: skip
+from .verdict import come_to_a_point, decide, decide_settled, note_ends, reset_extrema
+
+# A trough this close to the belt speed, in settling bands, is steady sliding on the line: the drift that is left takes
+# a million times as long to matter.
+STANDSTILL = 1e-6
+FROM_ZERO = (
+    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LOOP_MOVED, at.LOOP_STILL, at.RETURNED, at.SIDE_LAST,
+    at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE, at.TURN_LAST,
+)  # fmt: skip
+
+
+class Regime(NamedTuple):
+    """Tag of this observer, with what it fills.
+
+    results : float64 (RESULT_ROWS, n) from `new_results`. early_stop : whether a cell is over once its regime is known.
+    """
+
+    results: Any
+    early_stop: bool
+
+
+def new_results(n):
+    """Results of n cells nobody has computed yet: NaN, and the codes for "not computed"."""
+    results = np.full((at.RESULT_ROWS, n), np.nan)
+    results[at.REGIME], results[at.STATUS] = at.NOT_COMPUTED, at.NOT_RUN
+    return results
+
+
+# --- a cell begins and ends -----------------------------------------------------------------------------------------
+
+
+def open_book(m, i, c):
+    s, belt = m.s, abs(m.cells[at.BELT, c])
+    for row in FROM_ZERO:
+        s[row + i] = 0.0
+    s[at.STABLE_FROM + i], s[at.STABLE_TO + i] = stable_speeds(m.law, m.cells, c)
+    s[at.SLIP_START + i], s[at.CYCLE_START + i], s[at.MU_TURN + i] = nan, nan, nan
+    s[at.ENTERED + i], s[at.TROUGH_TIME + i] = -inf, -inf
+    s[at.PEAK + i], s[at.PEAK_BEFORE + i], s[at.LOOP_COUNT + i], s[at.LOOP_CHANGE + i] = inf, inf, -1.0, inf
+    s[at.RELEASE + i], s[at.RELEASE_CHANGE + i] = m.cells[at.MU_STATIC, c], inf
+    s[at.MARK + i] = 1.0
+    reset_extrema(s, i)
+    # Linear damping ratio of steady sliding on the curve, (gamma + mu'(b))/2; NaN where the belt stands still.
+    ratio = 0.5 * (m.cells[at.GAMMA, c] + coefficient_slope(m.law, m.cells, c, belt))
+    m.observer.results[at.DAMPING_RATIO, c] = ratio if belt > 0.0 else nan
+
+
+def refuse(m, c, status):
+    m.observer.results[at.REGIME, c], m.observer.results[at.STATUS, c] = at.FAILED, status
+
+
+def is_over(m, i):
+    return m.s[at.DECIDED + i] > 0.0 and m.observer.early_stop
+
+
+def status_out_of_steps(m, i):
+    if m.s[at.DECIDED + i] == 0.0 and settles_for_certain(m.law, m.s, i):
+        decide_settled(m, i, nan, m.s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+        return at.SETTLING_CERTAIN
+    return at.STEP_LIMIT
+
+
+def finish(m, i, status, u, velocity):
+    s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
+    if s[at.DECIDED + i] == 0.0:
+        unknown = status == at.HORIZON_REACHED or status == at.STEP_LIMIT
+        results[at.REGIME, c] = at.UNRESOLVED if unknown else at.FAILED
+        results[at.CROSSINGS, c] = s[at.CROSSED + i]
+    results[at.STATUS, c] = status
+    results[at.STEPS, c] = s[at.TRIED + i]
+    results[at.STICKS, c], results[at.STICK_TIME, c] = s[at.STICK_COUNT + i], s[at.STICK_SUM + i]
+    results[at.XI_END, c], results[at.ETA_END, c] = s[at.SIGMA + i] * u, s[at.SIGMA + i] * velocity
+    return DONE
+
+
+def conclude(m):
+    """Nothing is said of cells whose slip reached speeds at which friction would drive the motion."""
+    cells, results = m.cells, m.observer.results
+    for c in range(cells.shape[1]):
+        if cells[at.A2, c] < 0.0 or cells[at.A3, c] < 0.0:
+            fastest = abs(cells[at.BELT, c] - results[at.ETA_END, c])
+            if results[at.SPEED_MAX, c] > fastest:
+                fastest = results[at.SPEED_MAX, c]
+            if coefficient(m.law, cells, c, fastest) < 0.0:
+                results[at.REGIME, c], results[at.STATUS, c] = at.FAILED, at.NEGATIVE_FRICTION
+
+
+# --- slip on the curve ----------------------------------------------------------------------------------------------
+
+
+def watch(m):
+    """Look at extrema worth it, at entries into the settling band, and inside the disc of `proven_radius`.
+
+    A quiet turn of u is counted here, as `note_turn` and `note_loop` count the others.
+    """
+    s = m.s
+    for i in range(at.WIDTH):
+        h, y, w, dw, jerk = s[at.TAKEN + i], s[at.Y_NEW + i], s[at.W_NEW + i], s[at.DW_NEW + i], s[at.JERK_NEW + i]
+        turn, quiet = turns(s, i, w), turns_quietly(s, i, h, y, w)
+        extremum = has_top_speed(s, i, h, w, dw) | has_top_slope(s, i, h, dw, jerk) | (turn & (not quiet))
+        look = (extremum & (s[at.MARK + i] > 0.0)) | comes_into_band(s, i, y, w)
+        look = look | (distance2_from_sliding(s, i, y, w) < s[at.RADIUS2 + i])
+        s[at.LOOK + i] = select(look, 1.0, 0.0)
+        counts, maximum = turn & quiet, w > s[at.B + i]
+        side = select(maximum, 1.0, -1.0)
+        crosses = counts & (side * s[at.SIDE_LAST + i] < 0.0)
+        s[at.SIDE_LAST_NEW + i] = select(counts, side, s[at.SIDE_LAST + i])
+        s[at.CROSSED_NEW + i] = s[at.CROSSED + i] + select(crosses, 1.0, 0.0)
+        s[at.LOOP_COUNT_NEW + i] = s[at.LOOP_COUNT + i] + select(counts & maximum, 1.0, 0.0)
+
+
+def observe_slip_begin(m, i, u, w, fresh):
+    s = m.s
+    if isnan(s[at.SLIP_START + i]):
+        s[at.SLIP_START + i] = s[at.TAU + i]
+    if fresh and s[at.DECIDED + i] == 0.0:
+        set_band(s, i, u, w, s[at.B + i])
+    if s[at.SIDE_LAST + i] == 0.0:
+        note_side(s, i, s[at.SIGMA + i] * u)
+
+
+def watch_from(m, i, u):
+    s = m.s
+    s[at.RADIUS2 + i] = proven_radius(m.law, s, i, s[at.MODE + i], s[at.B + i]) ** 2
+    note_ends(s, i, u, s[at.W + i], s[at.DW + i])
+    show_tops(s, i)
+
+
+def observe_step(m, i, h, y, w, dw, jerk, work):
+    if m.s[at.MARK + i] > 0.0:
+        record_extrema(m, i, h, w, dw, jerk)
+    note_entry(m.s, i, h, y, w)
+
+
+def observe_no_event(m, i):
+    if m.s[at.MARK + i] > 0.0:
+        show_tops(m.s, i)
+    check_settling(m, i)
+
+
+def observe_mode_end(m, i, u, kind):
+    s = m.s
+    note_ends(s, i, u, s[at.W + i], s[at.DW + i])
+    if kind == TURNED:
+        note_peak(s, i, s[at.W + i] - s[at.B + i])
+
+
+# --- the other modes ------------------------------------------------------------------------------------------------
+
+
+def observe_constant_speed(m, i, u, b, w, duration):
+    s = m.s
+    note_entry_at_constant_speed(s, i, s[at.TAU + i], u, w, b, duration)
+    if w > 0.0:
+        load = u + s[at.G + i] * (b - w)
+        s[at.HEAT + i] += w * duration * (load + 0.5 * (b - w) * duration)
+
+
+def observe_line(m, i, line, u, w, dw, duration):
+    record_line(m, i, line, u, w, dw, duration)
+
+
+def stays_on_line(m, i, line, u, w, dw, kind, t):
+    s, left = m.s, m.s[at.TAU_END + i] - m.s[at.TAU + i]
+    if kind == NO_EVENT:
+        settle_on_line(m, i, line, u, w, dw, left, at.SETTLED)
+        return True
+    if kind == TURNED and t < left:
+        drift = s[at.B + i] - along_line(m, i, w, dw, line.drag, t)[0]
+        if 0.0 <= drift < STANDSTILL * s[at.BAND + i]:
+            settle_on_line(m, i, line, u, w, dw, left, at.SETTLING_OBSERVED)
+            return True
+    return False
+
+
+def observe_trough(m, i, u, w):
+    s, b = m.s, m.s[at.B + i]
+    s[at.HELD + i] = 1.0
+    if s[at.DECIDED + i] == 0.0 and is_shrinking(s, i, m.cells, u, w, b):
+        note_ends(s, i, s[at.SIGMA + i] * s[at.XI_STAR + i], b, 0.0)
+        decide_settled(m, i, s[at.ENTERED + i], s[at.XI_STAR + i], at.SETTLING_OBSERVED)
+
+
+def observe_load_that_stays(m, i, u, b):
+    if b == 0.0 and m.s[at.DECIDED + i] == 0.0:
+        note_ends(m.s, i, u, 0.0, 0.0)
+        come_to_a_point(m.observer.results, int(m.s[at.CELL + i]), m.s[at.SIGMA + i] * u)
+        decide(m, i, at.STUCK, at.NEVER_BREAKS_AWAY)
+
+
+def observe_stick(m, i, start, u_start, load, after_slip, thrown):
+    s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
+    if thrown:
+        return
+    s[at.STICK_COUNT + i] += 1.0
+    s[at.STICK_SUM + i] += s[at.TAU + i] - start
+    if after_slip and isnan(results[at.RESTICK_TIME, c]):
+        results[at.RESTICK_TIME, c], results[at.RESTICK_XI, c] = start, s[at.SIGMA + i] * u_start
+    note_ends(s, i, u_start, 0.0, 0.0)
+    if s[at.DECIDED + i] == 0.0:
+        forget_loops(s, i)
+
+
+def observe_breakaway(m, i, start, load, thrown):
+    if not thrown:
+        close_cycle(m, i, m.s[at.TAU + i] - start, load)
+
+
+observers.register(Regime, globals())

@@ -1,0 +1,107 @@
+"""What a motion means: extremes of the motion, and the verdict once it is certain.
+
+Nothing is guessed: stick-slip is a closed cycle and a cycle of slip a return of the state (`cycles.py`), settling is
+proven (`settling.py`), and a cell whose horizon or budget runs out first is `unresolved`. Functions change the slow
+state and the results.
+"""
+
+from math import inf, isnan, nan
+
+from .. import layout as at
+from ..jit import compiled
+
+# --- extremes -------------------------------------------------------------------------------------------------------
+
+
+@compiled
+def reset_extrema(s, i):
+    """Forget the extremes so far."""
+    s[at.XI_HIGH + i], s[at.XI_LOW + i], s[at.V_HIGH + i], s[at.V_LOW + i], s[at.DW_HIGH + i] = (
+        -inf,
+        inf,
+        -inf,
+        inf,
+        0.0,
+    )
+
+
+@compiled(inline=True)
+def note_ends(s, i, u, w, dw):
+    """Let a state that begins or ends a phase count towards the extremes."""
+    note_force(s, i, s[at.SIGMA + i] * u)
+    note_speed(s, i, w)
+    s[at.DW_HIGH + i] = max(s[at.DW_HIGH + i], abs(dw))
+
+
+@compiled(inline=True)
+def note_force(s, i, xi):
+    """Let xi count towards the extremes."""
+    s[at.XI_HIGH + i], s[at.XI_LOW + i] = max(s[at.XI_HIGH + i], xi), min(s[at.XI_LOW + i], xi)
+
+
+@compiled(inline=True)
+def note_speed(s, i, w):
+    """Let a slip speed in the present direction count towards the extremes of the relative speed."""
+    v = s[at.SIGMA + i] * w
+    s[at.V_HIGH + i], s[at.V_LOW + i] = max(s[at.V_HIGH + i], v), min(s[at.V_LOW + i], v)
+
+
+@compiled(inline=True)
+def store_extrema(m, i):
+    """Let the extremes since they were last forgotten count towards those of the whole motion."""
+    s, results = m.s, m.observer.results
+    c, top, steepest = int(s[at.CELL + i]), max(s[at.V_HIGH + i], -s[at.V_LOW + i], 0.0), s[at.DW_HIGH + i]
+    high, low = s[at.XI_HIGH + i], s[at.XI_LOW + i]
+    if s[at.STORED + i] > 0.0:
+        high, low = max(results[at.XI_MAX, c], high), min(results[at.XI_MIN, c], low)
+        top, steepest = max(results[at.SPEED_MAX, c], top), max(results[at.ACCELERATION_MAX, c], steepest)
+    results[at.XI_MAX, c], results[at.XI_MIN, c] = high, low
+    results[at.SPEED_MAX, c], results[at.ACCELERATION_MAX, c] = top, steepest
+    s[at.STORED + i] = 1.0
+
+
+# --- verdicts -------------------------------------------------------------------------------------------------------
+
+
+@compiled
+def decide(m, i, regime, status):
+    """Write the verdict and the metrics of the motion; extremes are not recorded from here on.
+
+    The status stays NOT_RUN until the cell is finished, so that an interrupted one counts as not computed.
+    """
+    s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
+    results[at.REGIME, c] = regime
+    store_extrema(m, i)
+    results[at.MU_REVERSAL, c], results[at.CROSSINGS, c] = s[at.MU_TURN + i], s[at.CROSSED + i]
+    results[at.MU_BREAKAWAY, c] = s[at.RELEASE + i]
+    s[at.DECIDED + i], s[at.DECIDED_BY + i] = 1.0, status
+    s[at.MARK + i], s[at.RADIUS2 + i], s[at.BAND2 + i] = 0.0, 0.0, 0.0
+
+
+@compiled
+def decide_settled(m, i, entered, xi, status):
+    """The motion comes to rest at xi: damped if it crossed the equilibrium twice, creep if not.
+
+    entered : when it came into the settling band for good; NaN if it is not there yet.
+    """
+    s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
+    results[at.SETTLING_TIME, c] = max(entered - s[at.SLIP_START + i], 0.0) if not isnan(entered) else nan
+    come_to_a_point(results, c, xi)
+    decide(m, i, at.DAMPED if s[at.CROSSED + i] >= 2.0 else at.CREEP, status)
+
+
+@compiled
+def come_to_a_point(results, c, xi):
+    """The attractor of cell c is the point xi."""
+    results[at.XI_SETTLED, c], results[at.CYCLE_SPEED_RANGE, c] = xi, 0.0
+    results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c] = xi, xi
+
+
+@compiled(inline=True)
+def decide_cycle(m, i, regime, status, period, stick_time, heat):
+    """A cycle with the extremes recorded last, with the time it sticks and its friction work."""
+    s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
+    results[at.PERIOD, c], results[at.CYCLE_STICK_TIME, c], results[at.CYCLE_HEAT, c] = period, stick_time, heat
+    results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c] = s[at.XI_HIGH + i], s[at.XI_LOW + i]
+    results[at.CYCLE_SPEED_RANGE, c] = s[at.V_HIGH + i] - s[at.V_LOW + i]
+    decide(m, i, regime, status)

@@ -1,0 +1,220 @@
+"""One step of slip by the Runge-Kutta pair in every lane: for any law, smooth or not.
+
+Loops over the lanes of one flat buffer, as in `lanes.py`; a loop a stage, rather than one long loop: a single chain of
+six exponentials is too long for the processor to overlap two of them (measured on Zen 3: 50 ns a lane and step against
+13).
+"""
+
+from . import layout as at
+from .bits import select
+from .dense import conservative_work, load_and_speed, subtract_damper_work
+from .equations import jerk_in_lane, slope_in_lane
+from .exponential import rough_exp2, rough_log2
+from .friction import coefficient_slope
+from .jit import compiled
+from .laws import inflection
+from .steep import may_hide
+from .tableau import TSITOURAS_54
+
+MOST_TRIES = 30
+STAGE_W = (at.W, at.W_2, at.W_3, at.W_4, at.W_5, at.W_6, at.W_NEW)
+STAGE_DW = (at.DW, at.K_2, at.K_3, at.K_4, at.K_5, at.K_6, at.DW_NEW)
+# PI control (Hairer & Wanner II, IV.2): the step grows like error^-ALPHA * last_error^BETA.
+BETA = 0.4 / TSITOURAS_54.order
+ALPHA = 1.0 / TSITOURAS_54.order - 0.75 * BETA
+LOG2_SAFETY = -0.152003093445  # log2(0.9)
+SHRINK_MOST, GROW_MOST = 0.2, 6.0
+TINIEST_ERROR2 = 1e-16
+ERROR_SHARE = 0.05  # of the tolerance that one step may spend, so that a whole slip stays within it
+FLAT = 1e-6  # of the step: an extreme value is known when its time is to this
+
+
+@compiled
+def try_step(law, s, rtol):
+    """A step of the size STEP in every lane; nothing is committed."""
+    stages(law, s)
+    control_step(law, s, rtol)
+    interpolate(s)
+
+
+def weighted_sum(rows, weights):
+    """A function of the lanes: the sum of what a lane holds in some rows, with these weights, in the order given.
+
+    A function for each sum: its rows and weights are constants, so that the compiler sees straight-line code.
+    """
+    row, weight = rows[-1], weights[-1]
+    if len(weights) == 1:
+
+        @compiled(inline=True)
+        def last(s, i):
+            return weight * s[row + i]
+
+        return last
+    before = weighted_sum(rows[:-1], weights[:-1])
+
+    @compiled(inline=True)
+    def total(s, i):
+        return before(s, i) + weight * s[row + i]
+
+    return total
+
+
+def stage_loop(n):
+    """The loop of stage number n of the pair, counted from 0: y and w at its node, and w' there.
+
+    y' = b - w is linear, so y needs only the stages of w: sum_j a_nj (b - w_j) = c_n b - sum_j a_nj w_j.
+    """
+    weights, node = TSITOURAS_54.matrix[n], TSITOURAS_54.nodes[n]
+    first, last = n == 1, n + 1 == len(STAGE_W)
+    sum_w, sum_dw = weighted_sum(STAGE_W[:n], weights), weighted_sum(STAGE_DW[:n], weights)
+    row_w, row_dw = STAGE_W[n], STAGE_DW[n]
+
+    @compiled
+    def loop(law, s):
+        for i in range(at.WIDTH):
+            if first:
+                s[at.TAKEN + i] = min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i])
+            h = s[at.TAKEN + i]
+            mean_belt = s[at.B + i] + 0.5 * (node * h) * s[at.ALPHA + i]  # over the time up to the node
+            y = s[at.Y + i] + h * (node * mean_belt - sum_w(s, i))
+            w = s[at.W + i] + h * sum_dw(s, i)
+            if last:
+                s[at.Y_NEW + i] = y
+            s[row_w + i], s[row_dw + i] = w, slope_in_lane(law, s, i, y, w)
+
+    return loop
+
+
+def stages_from(n):
+    """The loops of stage n and the later ones, one after the other."""
+    loop = stage_loop(n)
+    if n + 1 == len(STAGE_W):
+        return loop
+    later = stages_from(n + 1)
+
+    @compiled(inline=True)
+    def loops(law, s):
+        loop(law, s)
+        later(law, s)
+
+    return loops
+
+
+stages = stages_from(1)  # the first, number 0, is the last of the step before
+error_of_y = weighted_sum(STAGE_W, TSITOURAS_54.error_weights)
+error_of_w = weighted_sum(STAGE_DW, TSITOURAS_54.error_weights)
+
+
+@compiled(inline=True)
+def squared_error(error_y, error_w, scale_y, scale_w):
+    """Squared error norm of a step: the two errors over their scales and over ERROR_SHARE; a step is good up to 1."""
+    return (
+        (1.0 / ERROR_SHARE**2)
+        * (error_y * error_y * (scale_w * scale_w) + error_w * error_w * (scale_y * scale_y))
+        / (scale_y * scale_y * (scale_w * scale_w))
+    )
+
+
+@compiled(inline=True)
+def step_factor(error2, last_log):
+    """Factor by which the next step differs from this one, and log2 of `error2` for the next call.
+
+    A rejected or NaN step shrinks (and a NaN shrinks most).
+    """
+    log_error = rough_log2(max(error2, TINIEST_ERROR2))
+    proportional = rough_exp2(LOG2_SAFETY - 0.5 * ALPHA * log_error + 0.5 * BETA * last_log)
+    factor = min(max(proportional, SHRINK_MOST), GROW_MOST)
+    factor = select(error2 <= 1.0, factor, min(factor, 0.9))
+    return select(error2 < 1e300, factor, SHRINK_MOST), log_error
+
+
+@compiled
+def control_step(law, s, rtol):
+    """Error norm, verdict and size of the next step.
+
+    Errors are measured against the amplitude about steady sliding, so that a decaying oscillation keeps its relative
+    accuracy; the slip speed also against itself and its derivative, since at break-away, where it grows from zero, its
+    relative error is what delays the slip.
+    """
+    for i in range(at.WIDTH):
+        h = s[at.TAKEN + i]
+        s[at.ERROR_Y + i], s[at.ERROR_W + i] = -h * error_of_y(s, i), h * error_of_w(s, i)
+        b = s[at.B + i] + s[at.TAKEN + i] * s[at.ALPHA + i]
+        s[at.JERK_NEW + i] = jerk_in_lane(law, s, i, s[at.Y_NEW + i], s[at.W_NEW + i], s[at.DW_NEW + i], b)
+    for i in range(at.WIDTH):
+        floor = s[at.FLOOR + i]
+        amplitude = max(abs(s[at.Y + i] - s[at.Y_STAR + i]), abs(s[at.W + i] - s[at.B + i])) + 1e-3 * floor
+        scale_w = min(amplitude, abs(s[at.W_NEW + i]) + abs(s[at.DW_NEW + i]) + floor)
+        error2 = squared_error(s[at.ERROR_Y + i], s[at.ERROR_W + i], rtol * amplitude, rtol * scale_w)
+        factor, error_log = step_factor(error2, s[at.ERROR_LOG + i])
+        # A step that ends far below w = 0 has crossed the zone at once, and the error estimate may not know.
+        hides = may_hide(s, i, s[at.TAKEN + i], s[at.W_NEW + i], s[at.DW_NEW + i]) | (
+            s[at.W_NEW + i] < -s[at.HIDES + i]
+        )
+        good = (error2 <= 1.0) & (not hides)
+        s[at.GOOD + i] = select(good, 1.0, 0.0)
+        s[at.STEP + i] = select(hides, min(0.5, factor) * s[at.TAKEN + i], factor * s[at.STEP + i])
+        s[at.ERROR_LOG_NEW + i] = error_log
+
+
+@compiled
+def interpolate(s):
+    """The quintic Hermite polynomial over the step of every lane, as rows SERIES, and the friction work from it.
+
+    It meets w, w' and w'' at both ends; inside, its error is a hundredth of what the step itself allows: h^6 w^(6)
+    (theta (1 - theta))^3 / 6!.
+    """
+    for i in range(at.WIDTH):
+        h, w, dw, jerk = s[at.TAKEN + i], s[at.W + i], s[at.DW + i], s[at.JERK + i]
+        rise = s[at.W_NEW + i] - w - h * (dw + 0.5 * h * jerk)
+        slope = h * (s[at.DW_NEW + i] - dw - h * jerk)
+        bend = h * h * (s[at.JERK_NEW + i] - jerk)
+        third = 10.0 * rise - 4.0 * slope + 0.5 * bend
+        fourth = -15.0 * rise + 7.0 * slope - bend
+        fifth = 6.0 * rise - 3.0 * slope + 0.5 * bend
+        s[at.SERIES + i], s[at.SERIES + at.WIDTH + i], s[at.SERIES + 2 * at.WIDTH + i] = w, dw, 0.5 * jerk
+        per_h3 = 1.0 / (h * h * h)
+        s[at.SERIES + 3 * at.WIDTH + i] = third * per_h3
+        s[at.SERIES + 4 * at.WIDTH + i] = fourth * per_h3 / h
+        s[at.SERIES + 5 * at.WIDTH + i] = fifth * per_h3 / (h * h)
+        fallen = h * h * (0.5 * w + h * (dw / 6.0 + h * jerk / 24.0) + third / 20.0 + fourth / 30.0 + fifth / 42.0)
+        s[at.WORK + i] = conservative_work(s, i, h, s[at.Y_NEW + i] - s[at.Y + i], s[at.W_NEW + i], fallen)
+    subtract_damper_work(s)
+
+
+@compiled
+def extreme_slope(law, s, i, h, at_end):
+    """w' where w'' of lane i vanishes within h, at_end being w and its derivatives there.
+
+    The derivatives of a Hermite polynomial are less exact than the polynomial, so w' and w'' are those of the equation
+    of motion along it. By the Illinois method.
+    """
+    low, high, f_low, f_high, slope = 0.0, h, s[at.JERK + i], at_end[2], s[at.DW + i]
+    for _ in range(MOST_TRIES):
+        t = (low * f_high - high * f_low) / (f_high - f_low)
+        y, w = load_and_speed(s, i, t)
+        slope = slope_in_lane(law, s, i, y, w)
+        f = jerk_in_lane(law, s, i, y, w, slope, s[at.B + i] + t * s[at.ALPHA + i])
+        moved = abs(t - high)
+        if f * f_high < 0.0:
+            low, f_low = high, f_high
+        else:
+            f_low *= 0.5
+        high, f_high = t, f
+        if moved <= FLAT * h or f == 0.0:
+            break
+    return slope
+
+
+@compiled
+def restart(law, s, i, h):
+    """Let the next step of lane i be of size h, without a memory of errors."""
+    s[at.STEP + i], s[at.ERROR_LOG + i] = h, 0.0
+
+
+@compiled
+def begin_stepping(law, s, i, cells, c):
+    """Size of the first step of a slip, where the speed may grow as fast as the curve falls, or be thrown across it."""
+    steepest = cells[at.A4, c] * inflection(law, cells[at.DELTA, c])
+    growth = abs(coefficient_slope(law, cells, c, steepest)) + cells[at.GAMMA, c]
+    restart(law, s, i, min(0.05 / (1.0 + growth), s[at.HIDES + i] / abs(s[at.DW + i])))
