@@ -1,4 +1,4 @@
-"""What Numba has no word for and LLVM has one instruction for: bits of a float, a select, the lowest bit set."""
+"""What Numba cannot express and LLVM has one instruction for: bits of a float, a select, the lowest bit set."""
 
 import numpy as np
 from llvmlite import ir
@@ -63,7 +63,7 @@ def nonzero_bits(typing_context, array, first, count):
 
 @intrinsic
 def lowest_bit(typing_context, bits):
-    """The place, from 0, of the lowest bit set in an int64 other than 0."""
+    """The index, from 0, of the lowest bit set in an int64 other than 0."""
 
     def generate(context, builder, signature, arguments):
         return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))

@@ -33,7 +33,7 @@ def next_cell(m, i, first):
 @compiled
 def run_lanes(m, stop):
     """`run_block` with its buffer, the lanes."""
-    following, busy = 0, 0  # cells started so far; bit i: lane i is under way
+    following, busy = 0, 0  # cells started so far; bit i: lane i is in progress
     for i in range(at.WIDTH):
         following = next_cell(m, as_index(i), following)
         busy |= (m.s[at.CELL + i] >= 0.0) << i
@@ -57,9 +57,10 @@ def run_block(law, drive, observer, cells, rtol, max_steps, stop):
     cells : float64 (CELL_ROWS, n), kernel units, C-contiguous; BELT and HORIZON are not used where the drive follows
         segments.
     rtol, max_steps : tolerance of a step, trial steps a cell may take.
-    stop : int64 (1,); when another thread sets it, the block is left, unfinished cells staying "not computed".
+    stop : int64 (1,); when another thread sets it, the block is abandoned, and unfinished cells stay
+        "not computed".
 
-    WIDTH cells are under way at a time; a finished lane takes the next cell of the queue. A cell's numbers do not
-    depend on its lane or its neighbours.
+    WIDTH cells are in progress at a time; a finished lane takes the next cell of the queue. The results of a cell do
+    not depend on its lane or its neighbours.
     """
     run_lanes(Contact(law, drive, observer, np.zeros(at.LANE_NUMBERS), cells, rtol, max_steps), stop)

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-RUNNING, DONE = False, True  # what functions of the machine return: the lane slips on, or its cell is finished
+RUNNING, DONE = False, True  # what functions of the machine return: the lane goes on slipping, or its cell is finished
 
 
 class Contact(NamedTuple):

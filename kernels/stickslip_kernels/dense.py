@@ -82,7 +82,7 @@ def square_integral(s, i, h):
 
 @compiled
 def subtract_damper_work(s):
-    """What the damper takes of the work, where any lane has one."""
+    """Subtract the work of the damper, where any lane has one."""
     damped = False
     for i in range(at.WIDTH):
         damped |= s[at.G + i] != 0.0
@@ -104,7 +104,7 @@ def rise_and_work(s, i, t):
 
 @compiled(inline=True)
 def friction_work(s, i, t, rise, w, fallen):
-    """Friction work until t after the start of the step, in the words of `conservative_work`."""
+    """Friction work until t after the start of the step, in the notation of `conservative_work`."""
     work = conservative_work(s, i, t, rise, w, fallen)
     if s[at.G + i] != 0.0:
         work -= s[at.G + i] * square_integral(s, i, t)

@@ -10,11 +10,11 @@ from .friction import coefficient
 from .jit import by_type, compiled
 
 ROUNDING = 1e-13  # of the time: what is left of a segment when it counts as over
-SMALLEST_SPEED = 1e-12  # motion below it is lost beside forces of the size of the load
+SMALLEST_SPEED = 1e-12  # motion below it is negligible beside forces of the order of the load
 
 
 class SteadyBelt(NamedTuple):
-    """Tag of a belt that moves at the speed BELT of its cell for ever."""
+    """Tag of a belt that moves at the constant speed BELT of its cell."""
 
     code: int
 
@@ -130,5 +130,5 @@ def belt_in_lane(m, i, t):
 
 @compiled(inline=True)
 def flip(s, i):
-    """Look at lane i from the other side: forward in its frame is backward now."""
+    """Reverse the frame of lane i: what was forward is backward now."""
     s[at.SIGMA + i], s[at.ALPHA + i], s[at.B + i] = -s[at.SIGMA + i], -s[at.ALPHA + i], -s[at.B + i]

@@ -1,8 +1,8 @@
-"""Elementary functions the vectoriser can see through.
+"""Elementary functions that LLVM can vectorise.
 
 A call to libm in the hot loop would keep it scalar (llvmlite carries no vector library), so the loop brings its own:
-exponential and logarithm to rounding, and a rough power for the step-size controller, where one per cent is plenty.
-Cody-Waite reduction x = n ln 2 + r, |r| <= ln(2)/2, polynomial in r, and n added to the exponent bits.
+exponential and logarithm to rounding, and a rough power for the step-size controller, where one per cent is accurate
+enough. Cody-Waite reduction x = n ln 2 + r, |r| <= ln(2)/2, polynomial in r, and n added to the exponent bits.
 """
 
 from .bits import bits_of, float_of, select

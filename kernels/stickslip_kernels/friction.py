@@ -29,7 +29,7 @@ def coefficient_slope(law, cells, c, w):
 def speed_of_slope(law, cells, c, slope):
     """The largest slip speed at which the curve of cell c has the given slope; inf if it stays steeper.
 
-    0 if the curve is nowhere that steep, or weakening has the sign of strengthening. Slope 0 gives the minimum of the
+    0 if the curve is nowhere that steep, or the weakening part strengthens friction. Slope 0 gives the minimum of the
     curve, -gamma gives v_H, where steady sliding with damping gamma loses its stability.
     """
     a2, a3, a4 = cells[at.A2, c], cells[at.A3, c], cells[at.A4, c]

@@ -32,8 +32,8 @@ def displacement_on_line(m, i, line, w, dw):
 def fall(m, i, u, w, dw):
     """From (u, w) on, w' = dw <= 0, friction follows the line to (0, mu_stop), Eq. (2a), until w or w' is zero.
 
-    A trough of w on the line leads up the curve; where that lies above, at constant speed until the load has climbed
-    to it or sunk back to the line (`hold`).
+    A trough of w on the line leads up the curve; where that lies above, at constant speed until the load has risen
+    to it or fallen back to the line (`hold`).
     """
     s, cells, c = m.s, m.cells, int(m.s[at.CELL + i])
     slope = line_slope(w, coefficient(m.law, cells, c, w), cells[at.MU_STOP, c])

@@ -8,7 +8,7 @@ speed change sign. There, with u = sigma xi and b = sigma b_belt,
 
     u' = b - w,      w' = (u + gamma u') - mu(w),      mu(w) = offset + slope w + drop shape(rate w)
 
-and with y = u + gamma b - offset, which follows u exactly, all modes share one lean pair of equations:
+and with y = u + gamma b - offset, which follows u exactly, all modes share one simple pair of equations:
 
     y' = b - w,      w' = y - (gamma + slope) w - drop shape(rate w)
 
@@ -41,8 +41,8 @@ CELL_ROWS = 15
     DAMPING_RATIO,
     MU_BREAKAWAY,  # load at the last break-away; static friction before the first
     XI_SETTLED,  # where a motion that settles does so
-    CYCLE_XI_MAX, CYCLE_XI_MIN,  # of the attractor itself, without the way to it
-    CYCLE_SPEED_RANGE,  # largest less least velocity on the attractor
+    CYCLE_XI_MAX, CYCLE_XI_MIN,  # of the attractor itself, without the transient
+    CYCLE_SPEED_RANGE,  # largest minus least velocity on the attractor
 ) = range(26)  # fmt: skip
 RESULT_ROWS = 26
 
@@ -55,7 +55,7 @@ NOT_COMPUTED, STICK_SLIP, DAMPED, CREEP, SUSTAINED, STUCK, UNRESOLVED, FAILED = 
 ) = range(16)  # fmt: skip
 
 # --- contact modes --------------------------------------------------------------------------------------------------
-STICK, RISE, FAST, FALL, HOLD = range(5)  # the plain curve knows STICK and RISE only
+STICK, RISE, FAST, FALL, HOLD = range(5)  # the plain curve has STICK and RISE only
 
 # --- hot state: rows of `lanes`, one flat buffer; number r of lane i is lanes[r + i], r being a multiple of WIDTH ---
 WIDTH = 32
@@ -126,7 +126,7 @@ SLOW = SERIES_WEAK + ORDER * WIDTH
     AGE,  # time in contact
     SEGMENT,  # number of the segment of the drive under way
     SAMPLE,  # the next one to be taken (`observers/signals.py`)
-    # the book of the observer of regimes
+    # records of the observer of regimes
     STABLE_FROM, STABLE_TO,  # slip speeds, about that of the belt, at which steady sliding on the curve is stable
     XI_STAR,  # steady sliding on the curve, true frame
     BAND,  # settling band: radius about steady sliding in the plane (u, u')

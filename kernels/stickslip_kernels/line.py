@@ -5,7 +5,7 @@ With drag = gamma + slope of the line, and B, alpha as in `layout.py`,
     w'' + drag w' + w = B + alpha t
 
 On a steady belt q = w - b is a linear oscillator and the end of the fall a closed form too. On a belt that accelerates
-ends are searched for stretch by stretch. A slip that such a drive turns round soon after break-away leaves the curve at
+ends are searched for interval by interval. A slip that such a drive reverses soon after break-away leaves the curve at
 a tiny w, and its line is so steep that no step could follow it: there the motion is what is added to the state at the
 start, with push = B - w, so that nothing cancels.
 """
@@ -21,7 +21,7 @@ from .quadrature import gauss
 
 MOST_HALVINGS = 200
 NODES, WEIGHTS = gauss(10)  # exact to rounding for the square of a sine over half a turn
-LONGEST = 0.5  # time looked at at once on a belt that accelerates: well below half a turn
+LONGEST = 0.5  # time examined at once on a belt that accelerates: well below half a turn
 SERIES_REACH = 1.2  # of drag t; beyond it, within LONGEST, the motion is overdamped
 TERMS = 24
 MOST_TRIES = 100
@@ -48,7 +48,7 @@ def along_line(m, i, w, v, drag, t):
 
 @by_drive
 def end_on_line(m, i, w, v, drag, longest):
-    """What ends a fall (v <= 0) and when: rest (LEVEL_REACHED), a trough of w (TURNED), or nothing.
+    """What ends a fall (v <= 0) and when: w = 0 (LEVEL_REACHED), a trough of w (TURNED), or nothing.
 
     Looks no further than `longest` where the belt accelerates.
     """
@@ -68,7 +68,7 @@ def _end_on_segment(m, i, w, v, drag, longest):
 
 @compiled(inline=True)
 def first_stretch(drag):
-    """How far to look at once: a time in which little of the quickest part of the motion on a line dies down."""
+    """How far to look at once: a time in which the fastest part of the motion on a line decays little."""
     return min(0.5 / abs(drag), LONGEST)
 
 
@@ -143,7 +143,7 @@ def level_time(q, v, drag, level, latest):
 
 @compiled
 def end_of_fall(q, v, drag, b):
-    """What ends a fall on a belt at b, and after what time; nothing, inf if w sinks to b for ever.
+    """What ends a fall on a belt at b, and after what time; nothing, inf if w only tends to b.
 
     At a trough w'' = b - w > 0: only below the belt speed.
     """
@@ -270,7 +270,7 @@ def steepest(w, v, push, alpha, drag, h):
 
 @compiled
 def end_within(w, v, push, alpha, drag, h):
-    """What ends a fall (v <= 0) within h, and when: rest (LEVEL_REACHED), a trough of w (TURNED), or nothing."""
+    """What ends a fall (v <= 0) within h, and when: w = 0 (LEVEL_REACHED), a trough of w (TURNED), or nothing."""
     end = h
     turned = motion(w, v, push, alpha, drag, h)[1] > 0.0
     if not turned and push - drag * v > 0.0:  # w' may have been positive in between

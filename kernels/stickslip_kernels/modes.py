@@ -3,7 +3,7 @@
 Everything here is scalar and rare: `start_cell` puts a cell into a lane, `attend` looks at a lane whose step met
 something. Slip on the curve (`slip.py`: rise, fast) is left to the lanes; stick (`stick.py`), fall and hold
 (`hysteresis.py`) are closed forms and pass inside one call. The machine ends modes and segments of the drive; an
-observer sees the rest (`observers`). Functions return RUNNING when the lane slips on and DONE when its cell is
+observer sees the rest (`observers`). Functions return RUNNING when the lane goes on slipping and DONE when its cell is
 finished. `m` is the `Contact`, `i` the lane, `c` the cell; u, w, b are displacement, slip speed and belt speed in the
 frame of `layout.py`.
 """
@@ -67,7 +67,7 @@ def start_sliding(m, i, xi, relative):
 
 @compiled(inline=True)
 def attend(m, i):
-    """Look at lane i, whose last step was flagged: show it, commit it, change the mode, or finish the cell."""
+    """Look at lane i, whose last step was flagged: observe it, commit it, change the mode, or finish the cell."""
     s = m.s
     if s[at.FLAG + i] == at.HALTED:
         return give_up(m, i)

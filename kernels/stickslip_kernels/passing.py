@@ -1,4 +1,4 @@
-"""When a load that changes as the drive commands passes what the contact bears: exact, for stick and hold.
+"""When a load that follows the drive exceeds what the contact bears: exact, for stick and hold.
 
 A load counts as above the limit once it is so by more than rounding; then it is truly rising where it passes.
 """
@@ -19,7 +19,7 @@ def is_above(over, alpha, limit):
 
 @compiled(inline=True)
 def excess(load, rate, alpha, limit, growth, later, t):
-    """Load over limit after t: load + rate t + alpha t^2/2 less limit + growth ln(1 + t/later)."""
+    """Load minus limit after t: load + rate t + alpha t^2/2 minus limit + growth ln(1 + t/later)."""
     over = load + t * (rate + 0.5 * alpha * t) - limit
     return over if growth == 0.0 else over - growth * log1p(t / later)
 

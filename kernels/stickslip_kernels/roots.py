@@ -1,4 +1,4 @@
-"""Roots: when something happens inside the step of one lane.
+"""Roots: when an event happens inside the step of one lane.
 
 `crossing` finds any root, inside a bracket, in as many passes over the series as it takes. The others are for what
 nearly every step is like, and need one pass or two: a first guess from what is known of both ends, then the series
@@ -41,7 +41,7 @@ def at_start(s, i, order):
 def sign_before(s, i, order, level):
     """Sign of the derivative of w of this order, less `level`, just after the start of the step.
 
-    A zero the step starts on, as each slip from rest does, is passed over: its slope tells the sign.
+    A zero the step starts on, as each slip after a stick phase does, is passed over: its slope tells the sign.
     """
     start = at_start(s, i, order) - level
     for n in range(order + 1, order + 3):

@@ -48,7 +48,7 @@ def enter_curve(m, i, mode, u, w, turning):
 def begin_slip(m, i, mode, u, w, turning, fresh):
     """Slip from (u, w) on.
 
-    fresh : whether a slip begins here, rather than one that only turns round.
+    fresh : whether a slip begins here, rather than one that only changes its direction.
     """
     observers.observe_slip_begin(m, i, u, w, fresh)
     enter_curve(m, i, mode, u, w, turning)

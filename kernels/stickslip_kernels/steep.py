@@ -1,7 +1,7 @@
-"""Whether a step can know of all the friction it passes through.
+"""Whether a step can resolve all the friction it passes through.
 
 Friction weakens within a few a4 of standstill. A step that starts and ends far above may dip into that zone between:
-no coefficient, stage or defect at its ends knows, and the mass misses the belt. So the lowest point of a step is
+no coefficient, stage or defect at its ends shows it, and a re-stick is missed. So the lowest point of a step is
 bounded from its ends, and a step that may hide the zone is refused; halved, it soon ends inside and sees it.
 """
 
@@ -24,7 +24,7 @@ def know_steepness(law, s, i, cells, c):
 
 @compiled(inline=True)
 def may_hide(s, i, h, w, dw):
-    """Whether the step of lane i over h, to w and w' = dw, may have met friction that its ends do not know of.
+    """Whether the step of lane i over h, to w and w' = dw, may have met friction that its ends do not show.
 
     A trough of w inside lies at most h a b/(a + b) below its nearer end, where the tangents of slopes -a and b meet.
     """

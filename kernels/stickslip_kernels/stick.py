@@ -1,4 +1,4 @@
-"""Stick: the mass rides on the belt until the load breaks the contact.
+"""Stick: the mass moves with the belt until the load reaches static friction.
 
 Closed forms over as many segments of the drive as the stick phase lasts; u, w, b are displacement, slip speed and belt
 speed in the frame of `layout.py`, and alpha + u + gamma b is the load.
@@ -22,7 +22,7 @@ GRAZING_ERRORS = 0.1
 
 @compiled
 def stick(m, i, u, after_slip):
-    """The slip speed is zero at u: ride on the belt to the break-away, or slip the other way at once.
+    """The slip speed is zero at u: move with the belt until break-away, or slip the other way at once.
 
     The belt holds the mass while the load is within static friction; in each segment the load is a quadratic of the
     time, so the moment of break-away is exact.
@@ -75,5 +75,5 @@ def stick(m, i, u, after_slip):
         observers.observe_breakaway(m, i, start, limit, thrown)
         if observers.is_over(m, i):
             return observers.finish(m, i, s[at.DECIDED_BY + i], u, belt_in_lane(m, i, 0.0))
-    # Where static friction ends on the curve, w and w' vanish together here and w'' > 0 lifts the mass off.
+    # Where static friction ends on the curve, w and w' vanish together here and w'' > 0 starts the slip.
     return begin_slip(m, i, at.RISE, u, 0.0, smooth and limit <= cells[at.A1, c] + cells[at.A3, c], not grazing)

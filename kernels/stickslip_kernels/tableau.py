@@ -1,6 +1,6 @@
 """Butcher tableaux: a method is data.
 
-The stepping code in `rk.py` reads these numbers and never changes for another explicit pair of the same size
+The stepping code in `runge_kutta.py` reads these numbers and never changes for another explicit pair of the same size
 (seven stages, first same as last).
 """
 

@@ -13,7 +13,7 @@ weakens as e^-z, else "runge_kutta"), and functions of z = w/a4:
     speed_of_shape_slope(slope, delta)      the largest z with shape'(z) = slope; 0 if it is nowhere that steep,
                                             inf if it is steeper everywhere
 
-and, where it is not what stands below,
+and, where they differ from the defaults below,
 
     inflection(delta)                       from this z on, the slope only grows
     last_weakening(delta)                   from this z on, the shape is constant to rounding
@@ -64,12 +64,12 @@ def last_weakening(law, delta):
 
 @by_law
 def hidden_depth(law, delta):
-    """How far z may dip inside a step below its ends: any way, where a curve is known everywhere from anywhere."""
+    """How far z may dip inside a step below its ends: without limit, where any point of a curve tells all of it."""
     return inf
 
 
 def _after_tag(function):
-    """The function of a law file, called with the tag in front."""
+    """The function of a law file, with the tag as an additional first argument."""
     return lambda law, *numbers: function(*numbers)
 
 

@@ -39,11 +39,11 @@ def speed_of_shape_slope(slope, delta):
 
 @compiled
 def last_weakening(delta):
-    """e^-37 is lost beside 1."""
+    """e^-37 is negligible beside 1."""
     return 37.0
 
 
 @compiled
 def hidden_depth(delta):
-    """The Taylor series knows e^-z over more than two units; what grows by less, the defect at the end tells."""
+    """The Taylor series resolves e^-z over more than two units; the defect at the end of a step shows the rest."""
     return 2.0

@@ -20,7 +20,7 @@ class StribeckDelta(NamedTuple):
 
 TAG = StribeckDelta(1)
 STEPPER = "runge_kutta"
-FLATTEST = 1e-290  # slopes nearer to zero are lost in the smallest value of the exponential
+FLATTEST = 1e-290  # slopes nearer to zero are below the smallest value of the exponential
 MOST_DOUBLINGS = 60
 
 
@@ -73,7 +73,7 @@ def inflection(delta):
 
 @compiled
 def last_weakening(delta):
-    """e^-37 is lost beside 1."""
+    """e^-37 is negligible beside 1."""
     return exp(log(37.0) / delta)
 
 

@@ -1,7 +1,7 @@
-"""What is seen of a motion: hooks that the contact machine calls, compiled for the observer its tag names.
+"""What is recorded of a motion: hooks that the contact machine calls, compiled for the observer its tag names.
 
-The machine ends modes; an observer looks at what happens on the way, and may call a cell over. A hook that an observer
-does not have does nothing. In the frame of `layout.py`; `m` is the `Contact`, `i` the lane, `c` the cell.
+The machine ends modes; an observer looks at what happens on the way, and may declare a cell finished. A hook that an
+observer does not have does nothing. In the frame of `layout.py`; `m` is the `Contact`, `i` the lane, `c` the cell.
 """
 
 from .. import layout as at
@@ -33,7 +33,7 @@ def is_over(m, i):
 
 @hook
 def status_out_of_steps(m, i):
-    """How a cell ends that has spent its steps."""
+    """How a cell ends whose step budget is spent."""
     return at.STEP_LIMIT
 
 
@@ -58,7 +58,7 @@ def watch(m):
 
 @inline_hook
 def observe_slip_begin(m, i, u, w, fresh):
-    """Slip begins at (u, w); not fresh: it only turns round."""
+    """Slip begins at (u, w); not fresh: it only changes its direction."""
 
 
 @inline_hook
@@ -96,7 +96,7 @@ def observe_line(m, i, line, u, w, dw, duration):
 
 @inline_hook
 def stays_on_line(m, i, line, u, w, dw, kind, t):
-    """Whether the fall that ends so after t stays where it comes to; its cell is finished then."""
+    """Whether the fall that ends so after t stays where it ends; its cell is finished then."""
     return False
 
 

@@ -1,16 +1,16 @@
-"""Motions that come back: return maps of stick-slip, and of slip that does not stick.
+"""Motions that recur: return maps of stick-slip, and of slip that does not stick.
 
 **Stick-slip**, from one break-away to the next. Without ageing the state after break-away is always the same, so one
 full cycle is the limit cycle, exactly. With it the load at break-away depends on the stick phase before: cycles follow
 each other until that map has converged.
 
 **Slip**, from one maximum of u to the next. At a maximum w = b and friction lies on the curve, so u alone is the whole
-state: the motion is periodic when u comes back, after however many loops. Every LOOPS loops u is compared with what it
+state: the motion is periodic when u recurs, after however many loops. Every LOOPS loops u is compared with what it
 was. Slip that returns within the noise of the integration, having been seen to approach what it returns to, or that
-nothing damps at all, is gone through once more, every extremum being looked at, and is then sustained. One that shows
-nothing above the noise from the start may grow or decay too slowly to tell. Not so where it turns round or runs down a
-hysteretic line: that is no vibration about steady sliding, whose growth may vanish, and what does not change in
-hundreds of loops is the cycle.
+nothing damps at all, is followed once more, every extremum being looked at, and is then sustained. One that shows
+nothing above the noise from the start may grow or decay too slowly to tell. Not so where slip changes its direction or
+follows a hysteretic line: that is no vibration about steady sliding, whose growth may vanish, and what does not change
+in hundreds of loops is the cycle.
 """
 
 from math import inf, isnan, log, nan
@@ -104,7 +104,7 @@ def set_reference(s, i, tau, heat, xi):
 
 @compiled
 def compare_loops(m, i, tau, heat, xi):
-    """Whether the motion comes back; if it seems so, go through it once more."""
+    """Whether the motion recurs; if it seems so, follow it once more."""
     s = m.s
     amplitude = 0.5 * abs(xi - s[at.TURN_BEFORE + i])
     change, before = abs(xi - s[at.LOOP_XI + i]) / (LOOPS * amplitude), s[at.LOOP_CHANGE + i]
@@ -126,7 +126,7 @@ def compare_loops(m, i, tau, heat, xi):
 
 @compiled(inline=True)
 def begin_confirming(m, i):
-    """Go through the next loops with an eye on every extremum."""
+    """Follow the next loops, looking at every extremum."""
     store_extrema(m, i)
     reset_extrema(m.s, i)
     m.s[at.CONFIRMING + i] = 1.0

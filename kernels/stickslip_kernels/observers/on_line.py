@@ -72,7 +72,7 @@ def note_entry_on_line(s, i, q, v, drag, shift, duration):
 
 @compiled
 def settle_on_line(m, i, line, u, w, v, left, settled_by):
-    """The slip sinks to the belt speed on the line and stays there: steady sliding, settled."""
+    """The slip speed falls to the belt speed on the line and stays there: steady sliding, settled."""
     s, b, sigma, drag = m.s, m.s[at.B + i], m.s[at.SIGMA + i], line.drag
     q, band2, u_star = w - b, s[at.BAND + i] ** 2, line.mu_stop + line.slope * b
     settled = 0.0

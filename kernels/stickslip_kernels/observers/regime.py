@@ -72,7 +72,7 @@ def open_book(m, i, c):
     s[at.RELEASE + i], s[at.RELEASE_CHANGE + i] = m.cells[at.MU_STATIC, c], inf
     s[at.MARK + i] = 1.0
     reset_extrema(s, i)
-    # Linear damping ratio of steady sliding on the curve, (gamma + mu'(b))/2; NaN where the belt stands still.
+    # Linear damping ratio of steady sliding on the curve, (gamma + mu'(b))/2; NaN where the belt is at rest.
     ratio = 0.5 * (m.cells[at.GAMMA, c] + coefficient_slope(m.law, m.cells, c, belt))
     m.observer.results[at.DAMPING_RATIO, c] = ratio if belt > 0.0 else nan
 
@@ -106,7 +106,7 @@ def finish(m, i, status, u, velocity):
 
 
 def conclude(m):
-    """Nothing is said of cells whose slip reached speeds at which friction would drive the motion."""
+    """No verdict on cells whose slip reached speeds at which friction would drive the motion."""
     cells, results = m.cells, m.observer.results
     for c in range(cells.shape[1]):
         if cells[at.A2, c] < 0.0 or cells[at.A3, c] < 0.0:

@@ -14,7 +14,7 @@ from ..laws import inflection, shape, weakening_slope
 from .verdict import decide_settled, note_ends
 
 BAND_SHARE = 1e-4  # settling band over the distance from steady sliding at which the slip began
-SMALLEST_BAND = 1e-12  # what is smaller is lost in rounding
+SMALLEST_BAND = 1e-12  # what is smaller is lost to rounding
 SHRINKING = 0.999  # a peak this much lower than the last counts as shrinking
 NOTHING = 1e-12  # a drag that no integration sees
 
@@ -35,8 +35,8 @@ def set_band(s, i, u, w, b):
 def certain_radius(law, s, i, b):
     """Radius of the disc about steady sliding in which only settling is left; 0 where there is none.
 
-    With V = p^2 + q^2, V' = -2 q F(q): V falls for ever once the disc lies where gamma + mu' > 0, where w > 0, and
-    where a hysteretic curve is not left.
+    With V = p^2 + q^2, V' = -2 q F(q): V decreases monotonically once the disc lies where gamma + mu' > 0, where w > 0,
+    and where a hysteretic curve is not left.
     """
     if b <= 0.0 or not s[at.STABLE_FROM + i] < b < s[at.STABLE_TO + i]:
         return 0.0
@@ -67,7 +67,7 @@ def drag_at(law, s, i, w):
 
 @compiled
 def creeps_in(law, s, i):
-    """Whether w grows towards b on the curve for ever, never passing it.
+    """Whether w tends to b on the curve from below, without ever passing it.
 
     As long as q < 0, q' cannot change its sign (where q' = 0, q'' = -q). And q stays negative beyond the eigenvector of
     the faster of two real rates f, f^2 - d f + 1 = 0, d being the least drag on the way. The drag has its only extremum

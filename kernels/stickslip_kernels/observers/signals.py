@@ -1,4 +1,4 @@
-"""Observer of signals: samples at even times, stick phases, energies, the largest acceleration. Hooks of `observers`.
+"""Observer of signals: equidistant samples, stick phases, energies, the largest acceleration. Hooks of `observers`.
 
 With the belt at speed b and acceleration alpha, the load on the contact is f = alpha + u + gamma u', and the mass
 accelerates at u'' = alpha - w'. Every step is looked at.
@@ -93,7 +93,7 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
 
 
 def observe_constant_speed(m, i, u, b, w, duration):
-    if duration > 0.0:  # else it did not come to that
+    if duration > 0.0:  # else the phase ends before
         note_acceleration(m, i, m.s[at.ALPHA + i])
         record(m, i, ConstantSpeed(u, b, w), duration)
 
@@ -196,7 +196,7 @@ def record(m, i, phase, duration):
 
 @compiled(inline=True)
 def note_acceleration(m, i, acceleration):
-    """Let an acceleration count towards the largest."""
+    """Extend the largest acceleration by this one."""
     results, c = m.observer.results, int(m.s[at.CELL + i])
     results[at.RIG_ACCELERATION_MAX, c] = max(results[at.RIG_ACCELERATION_MAX, c], abs(acceleration))
 

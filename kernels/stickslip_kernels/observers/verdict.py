@@ -15,7 +15,7 @@ from ..jit import compiled
 
 @compiled
 def reset_extrema(s, i):
-    """Forget the extremes so far."""
+    """Reset the extremes."""
     s[at.XI_HIGH + i], s[at.XI_LOW + i], s[at.V_HIGH + i], s[at.V_LOW + i], s[at.DW_HIGH + i] = (
         -inf,
         inf,
@@ -27,7 +27,7 @@ def reset_extrema(s, i):
 
 @compiled(inline=True)
 def note_ends(s, i, u, w, dw):
-    """Let a state that begins or ends a phase count towards the extremes."""
+    """Extend the extremes by a state that begins or ends a phase."""
     note_force(s, i, s[at.SIGMA + i] * u)
     note_speed(s, i, w)
     s[at.DW_HIGH + i] = max(s[at.DW_HIGH + i], abs(dw))
@@ -35,20 +35,20 @@ def note_ends(s, i, u, w, dw):
 
 @compiled(inline=True)
 def note_force(s, i, xi):
-    """Let xi count towards the extremes."""
+    """Extend the extremes by xi."""
     s[at.XI_HIGH + i], s[at.XI_LOW + i] = max(s[at.XI_HIGH + i], xi), min(s[at.XI_LOW + i], xi)
 
 
 @compiled(inline=True)
 def note_speed(s, i, w):
-    """Let a slip speed in the present direction count towards the extremes of the relative speed."""
+    """Extend the extremes of the relative speed by a slip speed in the present direction."""
     v = s[at.SIGMA + i] * w
     s[at.V_HIGH + i], s[at.V_LOW + i] = max(s[at.V_HIGH + i], v), min(s[at.V_LOW + i], v)
 
 
 @compiled(inline=True)
 def store_extrema(m, i):
-    """Let the extremes since they were last forgotten count towards those of the whole motion."""
+    """Extend the extremes of the whole motion by those since the last reset."""
     s, results = m.s, m.observer.results
     c, top, steepest = int(s[at.CELL + i]), max(s[at.V_HIGH + i], -s[at.V_LOW + i], 0.0), s[at.DW_HIGH + i]
     high, low = s[at.XI_HIGH + i], s[at.XI_LOW + i]
@@ -80,7 +80,7 @@ def decide(m, i, regime, status):
 
 @compiled
 def decide_settled(m, i, entered, xi, status):
-    """The motion comes to rest at xi: damped if it crossed the equilibrium twice, creep if not.
+    """The motion settles at xi: damped if it crossed the equilibrium twice, creep if not.
 
     entered : when it came into the settling band for good; NaN if it is not there yet.
     """
