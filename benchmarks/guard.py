@@ -1,8 +1,8 @@
-"""The regression guard of continuous integration: ours over the scalar Numba baseline, side by side in one process.
+"""The speed guard of continuous integration: ours over the scalar Numba baseline, side by side in one process.
 
     python benchmarks/guard.py [least ratio at 1e-6] [least ratio at 1e-9]
 
-Both solve the same cells of P1 on one thread, in turns; the ratio of their least CPU seconds does not depend
+Both solve the same cells of P1 on one thread, alternately; the ratio of their smallest CPU seconds does not depend
 on how fast the machine is, and less than either on what else it does. Exit code 1 where a ratio is below its bound,
 or an error above.
 """

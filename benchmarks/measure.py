@@ -15,7 +15,7 @@ from typing import Any
 
 @dataclass
 class Timings:
-    """Seconds of each repetition. `cpu` adds up over threads: on one thread it is the time, less what others took."""
+    """Seconds of each repetition. `cpu` adds up over threads: on one thread it leaves out other processes."""
 
     wall: list[float] = field(default_factory=list)
     cpu: list[float] = field(default_factory=list)
@@ -48,14 +48,14 @@ class Job:
 
 
 def interleave(jobs: list[Job], tell: Callable[[str], None] = lambda text: None) -> None:
-    """Every job once, then every job again: what disturbs the machine for a while disturbs all alike."""
+    """Every job once, then every job again: a temporary disturbance of the machine affects all alike."""
     for turn in range(max((job.repeats for job in jobs), default=0)):
         tell(f"  repetition {turn + 1}")
         for job in jobs:
             if turn < job.repeats:
                 job.result = timed(job.action, job.timings)
                 stated = getattr(job.result, "seconds", None)
-                if stated is not None:  # worked in another process
+                if stated is not None:  # computed in another process
                     job.timings.cpu[-1] = job.timings.wall[-1] = stated
 
 

@@ -89,7 +89,7 @@ def p1() -> tuple[Cells, Answer, dict[str, np.ndarray]]:
 
 
 def spread(work: np.ndarray) -> np.ndarray:
-    """An order of the cells whose every beginning has about the mean work of all.
+    """An order of the cells whose every leading part has about the mean work of all.
 
     Cells differ by a factor of ten in work, and a slow peer sees twenty of them: a plain random sample would be off by
     tens of per cent. So cells are ranked by work (ties at random) and taken at the golden-ratio sequence of ranks.

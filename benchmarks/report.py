@@ -157,12 +157,12 @@ def p3_table(row: dict[str, Any]) -> str:
     cells += [f"{1e3 * row['scipy_seconds_per_rig']:,.0f} ms", number(row["ratio"])]
     cells += [f"{row['same_sticks']} of {row['scipy_rigs']}", f"{row['worst_breakaway_error']:.0e}"]
     header = ["rigs", "samples each", "CPU time of one, ours", "SciPy", "over SciPy, core against core"]
-    header += ["as many sticks", "first break-away, apart", "our energy balance"]
+    header += ["as many sticks", "first break-away, difference", "our energy-balance residual"]
     return markdown(header, [[*cells, f"{row['worst_energy_error']:.0e}"]])
 
 
 def targets(results: dict[str, Any]) -> str:
-    """What issue 4 asks for, beside what this run measured."""
+    """The targets, beside what this run measured."""
     rows: list[list[str]] = []
 
     def add(what: str, value: float | None, bound: float | None, least: bool = True) -> None:
@@ -197,7 +197,7 @@ def targets(results: dict[str, Any]) -> str:
         add(f"step over its floor, rtol {row['rtol']:g}", row["ratio_to_floor"], 2, least=False)
         add(f"ns per event, rtol {row['rtol']:g}", row["ns_per_event"], 60, least=False)
     per_cell = [row["us_per_cell"] for row in results["cost"]]
-    add("cost per cell, dearest size over cheapest", max(per_cell) / min(per_cell), 1.2, least=False)
+    add("cost per cell, most expensive map size over cheapest", max(per_cell) / min(per_cell), 1.2, least=False)
     memory = [row["memory"] for row in results["cost"] if "memory" in row]
     if memory:
         most = max(memory, key=lambda row: row["cells"])
@@ -261,7 +261,8 @@ The floor is {operations["all"]} operations per trial step over {rate / 1e9:.1f}
 {p2_table(results)}
 ## P3, test rigs at rtol 1e-6
 
-Two strokes of 5 mm at 1 to 30 mm/s, on springs and curves that differ, with the motion 8,000 times a second.
+Two strokes of 5 mm at 1 to 30 mm/s, with different springs and friction curves, the motion sampled 8,000 times a
+second.
 
 {p3_table(results["p3"])}
 ## Cost of many cells (plain map, all threads)

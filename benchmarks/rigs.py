@@ -1,4 +1,4 @@
-"""P3, test rigs: strokes to and fro, ours through the lanes beside a SciPy user on the same rigs.
+"""P3, test rigs: reciprocating strokes, ours through the lanes beside a SciPy user's code on the same rigs.
 
 SciPy integrates phase by phase with events and dense output (`tests/helpers/scipy_rig.py`, here at rtol 1e-6 as a user
 would); both give the motion at the same times, 8,000 a second, and the times of all events.
@@ -61,14 +61,14 @@ def by_us(cells: dict, drives: list) -> engine.RigRuns:
 
 
 def measure(count: int = 512, scipy_count: int = 8) -> dict:
-    """CPU seconds per rig on one thread, ours and SciPy's, and how far apart their answers are."""
+    """CPU seconds per rig on one thread, ours and SciPy's, and how far their solutions differ."""
     cells, drives = rigs(count)
     by_us(cells, drives)
     jobs = [Job(partial(by_us, cells, drives), 3)]
     jobs += [Job(partial(by_scipy, cells, drives, i), 1) for i in range(scipy_count)]
     interleave(jobs)
     ours, seconds = jobs[0], sum(median(job.timings.cpu) for job in jobs[1:]) / scipy_count
-    part = Timings()  # ours on the very rigs that SciPy did, over and over, since the others are longer or shorter
+    part = Timings()  # ours on the same rigs as SciPy, repeatedly, since the others are longer or shorter
     copies = count // scipy_count
     same = {name: np.tile(values[:scipy_count], copies) for name, values in cells.items()}
     for _ in range(3):

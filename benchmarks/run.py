@@ -2,7 +2,7 @@
 
     python benchmarks/run.py [--repeats N] [--only TEXT] [--large] [--out FOLDER]      (or: make bench)
 
---repeats : at most so many repetitions of each. --only : only peers whose name contains TEXT. --large : a map of 1e7
+--repeats : at most this many repetitions of each. --only : only peers whose name contains TEXT. --large : a map of 1e7
 cells as well. Takes about five minutes on two cores.
 """
 
@@ -119,7 +119,7 @@ def work_precision(peers: list[Peer]) -> list[dict]:
         count = max(peer.sample.values(), default=0)
         if count < 1000:
             continue
-        part = cells.part(slice(0, count if peer.name == OURS else 1000))  # ours would idle on so few
+        part = cells.part(slice(0, count if peer.name == OURS else 1000))  # ours would be idle on so few
         for rtol in CURVE_TOLERANCES:
             action = partial(peer.solve, part, HORIZON, rtol)
             action()
@@ -135,7 +135,7 @@ def work_precision(peers: list[Peer]) -> list[dict]:
 
 
 def sliding_cells() -> dict:
-    """Cells that settle on a rising curve and then slide on undisturbed: hardly anything but steps."""
+    """Cells that settle on a rising curve and then slide undisturbed: almost nothing but steps."""
     belt = np.linspace(0.8, 1.0, 2048)
     return {"cells": problem.Cells(np.ones(belt.size), belt), "horizon": 2000.0}
 
@@ -144,8 +144,8 @@ def where_the_time_goes(accepted_sample: int = 100) -> list[dict]:
     """ns per trial step and per event, on one thread.
 
     A step: CPU time over trial steps of cells that slide without events. An event: what P1 takes beyond its trial
-    steps, over the number of its stick phases (re-stick located, stick in closed form, break-away begun; extrema
-    noted on the way and the start and end of cells are charged to it too).
+    steps, over the number of its stick phases (re-stick located, stick in closed form, break-away computed; recorded
+    extrema and the start and end of cells are included).
     """
     cells, _, _ = problem.p1()
     operations, rows = floor.operations(), []
@@ -245,7 +245,7 @@ def regime_map(most_repeats: int, scipy_cells: int) -> list[dict]:
 
 
 def cost_of_cells(large: bool, most_repeats: int) -> list[dict]:
-    """Time per cell of the plain map over its size, all threads; memory in a process of its own."""
+    """Time per cell of the plain map over its size, all threads; memory in a separate process."""
     rows = []
     for n in (100, 316, 1000, *((3162,) if large else ())):
         cells = problem.grid(n)

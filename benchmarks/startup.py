@@ -1,4 +1,4 @@
-"""What happens in processes of their own: start-up, first compilation, peak memory."""
+"""What happens in separate processes: start-up, first compilation, peak memory."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ HERE = Path(__file__).parent
 FIRST_BLOCK = """
 import os, sys
 from stickslip.engine import cells
-finished = maps.to_si
+finished = cells.to_si
 def leave(*arguments):
     finished(*arguments)
     os._exit(0)
-maps.to_si = leave
+cells.to_si = leave
 from stickslip.cli import main
 sys.argv = ["stickslip", "run", {config!r}]
 main()

@@ -25,7 +25,7 @@ FILES = (
 class Peer:
     """One way to solve P1.
 
-    how : how it meets events. solve(cells, horizon, rtol) : computes on one thread.
+    how : how it handles events. solve(cells, horizon, rtol) : computes on one thread.
     sample : cells to solve in one repetition, by rtol; a tolerance that is not listed is not run.
     solve_threads(cells, horizon, rtol, threads) : where it can use several.
     available : None, or why it cannot run here.

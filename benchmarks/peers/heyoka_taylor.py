@@ -4,7 +4,7 @@ The whole of P1 is one `propagate_until`: a third unknown is the clock; its reac
 reaching zero are terminal events, whose callbacks put the lane just after the next break-away (moving the clock by
 the time spent sticking) or give it the next cell. So Python runs once per event and never per step. The batch
 integrator does this for as many cells at once as the processor's registers hold. Slip starts a little after
-break-away, by the first terms of the series of w, as the event would otherwise be found at its own birth.
+break-away, by the first terms of the series of w, as the event would otherwise be detected at the start of the slip.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def after_release(k: float, belt: float) -> tuple[float, float, float]:
 
 
 class Run:
-    """The cells under way and those that wait; its methods change the integrator's state in place."""
+    """The cells in progress and those that wait; its methods change the integrator's state in place."""
 
     def __init__(self, cells: Cells, horizon: float, lanes: int):
         self.k, self.belt, self.horizon = cells.k.tolist(), cells.belt.tolist(), horizon
@@ -43,7 +43,7 @@ class Run:
         self.fresh = [True] * len(cells)
 
     def bind(self, ta) -> None:
-        """Views of the integrator's own memory: making them anew at each event costs more than the event."""
+        """Views of the integrator's own memory: creating them at each event costs more than the event."""
         self.state, self.pars = ta.state.reshape(3, -1), ta.pars.reshape(3, -1)
 
     def slip_from(self, lane: int, t: float, x: float) -> bool:
@@ -67,7 +67,7 @@ class Run:
             if self.slip_from(lane, 0.0, 0.0):
                 return True
         self.cell[lane] = -1
-        self.pars[:2, lane] = 1.0  # slides on towards rest, where nothing happens
+        self.pars[:2, lane] = 1.0  # continues until re-stick, where nothing happens
         self.state[:, lane] = A2 - A3 + 1e-3, 1.0, NEVER
         return max(self.cell) >= 0
 

@@ -1,8 +1,8 @@
 """numbalsoda's DOP853 called from a compiled loop. It has no events, so the end of slip is found by hand.
 
 Slip is integrated half a period at a time on a few output points; the first interval in which the slip speed changes
-sign is integrated again to a Newton root. Friction is continued evenly to negative slip speeds, so that the overshoot
-is tame.
+sign is integrated again to a Newton root. Friction is continued to negative slip speeds as an even function, so that
+the overshoot is benign.
 """
 
 from __future__ import annotations

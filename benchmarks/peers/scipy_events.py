@@ -1,7 +1,7 @@
 """SciPy's solve_ivp with a terminal event at the end of slip, sticking by hand; right-hand side in Python or Numba.
 
-`cycle` is what a SciPy user
-writes for P2: stop after one closed cycle, or when the motion has come to rest on the sliding branch.
+`cycle` is what a SciPy user writes for P2: stop after one closed cycle, or when the motion has settled to steady
+sliding.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ rest.terminal, rest.direction = True, -1
 
 
 def after_release(k, belt):
-    """Just after break-away, by the first terms of the series, as the event is zero at its own birth."""
+    """Just after break-away, by the first terms of the series, as the event function is zero at break-away."""
     growth = A3 / A4 - A2
     dt = 1e-4 / max(growth, sqrt(k))
     w = k * belt * dt**2 * (1 / 2 + growth * dt / 6 + (growth**2 - k) * dt**2 / 24)
@@ -74,10 +74,10 @@ def solve(cells: Cells, horizon: float, rtol: float, method: str = "DOP853", rhs
 
 
 def cycle(k: float, belt: float, rtol: float = 1e-6, hysteresis: bool = False, horizon: float = 500.0) -> str:
-    """Regime of one cell: from break-away until it sticks (one closed cycle), or slides within 1e-4 of steadily.
+    """Regime of one cell: from break-away until it sticks (one closed cycle), or is within 1e-4 of steady sliding.
 
     The hysteretic curve by phases: along the curve until the slip speed falls below v_min or turns below it, then
-    along the line until standstill or a trough. The trough goes back to the curve: the jump a user does not see.
+    along the line until standstill or a trough. After the trough it is back on the curve: the jump a user does not see.
     """
 
     def curve(w):

@@ -1,10 +1,11 @@
 """Siconos: friction as a set-valued law, event-capturing time-stepping (Moreau-Jean, theta 1/2) at a fixed step.
 
-No event is located: at every step a one-step problem finds the friction impulse within its bounds or the slip speed off
-zero, so that stick and slip need no cases. The model as its users would build it: a LagrangianLinearTIDS for the mass
-and the spring, a Relay for the friction, driven from Python. Coordinate z = x - v_belt t, in which the belt rests and
-the far end of the spring moves (the force). A Relay knows a dry friction of one size only, so its bounds are set
-before every step to mu(w) at the last slip speed (semi-explicit); they are impulses, that is, times the step.
+No event is located: at every step a one-step problem finds either a friction impulse within its bounds or a non-zero
+slip speed, so that stick and slip need no case distinction. The model as its users would build it: a
+LagrangianLinearTIDS for the mass and the spring, a Relay for the friction, driven from Python. Coordinate z = x -
+v_belt t, in which the belt is at rest and the far end of the spring moves (the force). A Relay has dry friction of a
+constant level only, so its bounds are set before every step to mu(w) at the last slip speed (semi-explicit); they are
+impulses, that is, times the step.
 
 Errors are of the first order in the step: an event is known to a step, and mu(w) is that of the step before. The step
 is all there is to choose, rtol is not used. Another process, as Debian's package is for the system's Python; it states

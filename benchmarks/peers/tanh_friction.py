@@ -1,4 +1,4 @@
-"""Friction smoothed to tanh(u/eps) through one stiff solver, no events: what most people do.
+"""Friction smoothed to tanh(u/eps) through one stiff solver, no events: the most common approach.
 
 LSODA through SciPy, the right-hand side in Python. "Re-stick" is where the slip speed first falls below eps again; this
 model has no such time, which is part of the error shown.
