@@ -1,4 +1,4 @@
-"""The calls of Python users: load, run (whole or in parts), open, evaluate, simulate."""
+"""The calls of Python users: load, run (whole or in parts), open, evaluate, border, simulate."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import inf, isinf
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from . import borders
 from .config.addresses import HERE
 from .config.grid import build_grid
 from .config.model import Config
@@ -34,8 +35,8 @@ if TYPE_CHECKING:
     from distributed import Client
 
 __all__ = [
-    "ClusterError", "IncompleteError", "Interrupted", "collect", "evaluate", "open", "options_of", "retry_failed",
-    "run", "run_shard", "simulate", "status",
+    "ClusterError", "IncompleteError", "Interrupted", "border", "collect", "evaluate", "open", "options_of",
+    "retry_failed", "run", "run_shard", "simulate", "status",
 ]  # fmt: skip
 
 
@@ -221,6 +222,58 @@ def evaluate(
     if not computed.complete:
         raise Interrupted(computed.done, size, dataset=dataset)
     return dataset
+
+
+def border(
+    cells_or_config: Mapping[str, ArrayLike] | xr.Dataset | Config | str | os.PathLike[str],
+    along: str,
+    between: tuple[float, float] | None = None,
+    tolerance: float = 1e-9,
+    *,
+    scan: int = 64,
+    rtol: float | None = None,
+    horizon: float | None = None,
+    threads: int | None = None,
+    law: str | None = None,
+    max_steps: int | None = None,
+) -> xr.Dataset:
+    """Where along a parameter the regime changes, in every line of cells.
+
+    cells_or_config : cells as `evaluate` takes them, the dimension of the result is `cell`; or a configuration, whose
+        other axes are the dimensions. What they say of the searched parameter itself is left out.
+    along : a parameter of a cell. between : its range (SI); None takes that of the axis of the configuration.
+    tolerance : width of the last bracket over the border, or over a thousandth of the larger end of a range if
+        that holds 0 and the border is closer to it.
+    scan : places looked at first, evenly spaced, by ratio where the ends are a factor of 10 apart. A regime that begins
+        and ends between two of them can be missed.
+    rtol : of the integration; None for a hundredth of the tolerance, from 1e-12 to 1e-6.
+    horizon, threads, law, max_steps : of `evaluate`; None takes the defaults, or what the configuration says. A
+        configuration says its law itself.
+
+    Returns a dataset over the lines and `crossing`, in ascending order: border (NaN where a line has fewer),
+    regime_below, regime_above, border_width, and scan_undecided per line. Where cells at a border are unresolved or
+    failed, border_width is the stretch of them. No crossing is no error: `crossing` has length 0, and the attribute
+    border_found says so. Raises TypeError or ValueError for bad input before anything is computed, ConfigError for a
+    bad configuration.
+    """
+    limits = borders.Limits(scan, tolerance)
+    title = "Borders of regimes"
+    given: dict[str, Any] = {"horizon": horizon, "threads": threads, "max_steps": max_steps}
+    given = {name: value for name, value in given.items() if value is not None}
+    given["rtol"] = limits.rtol() if rtol is None else float(rtol)
+    if isinstance(cells_or_config, Config | str | os.PathLike):
+        config = _config(cells_or_config)
+        if law is not None:
+            raise ValueError(f"law: got {law!r}, but a configuration says its law itself: {config.friction.law}")
+        options = replace(options_of(config), early_stop=True, **given)
+        lines = borders.lines_of_config(config, along, between)
+        title, text = f"{title}: {config.title}", config.to_yaml()
+    else:
+        options = Options(law=law or Options.law, **given)
+        lines = borders.lines_of_cells(cells_or_config, along, between)
+        solver = {"rtol": options.rtol, "horizon": None if isinf(options.horizon) else options.horizon}
+        text = json.dumps({"friction": {"law": options.law}, "solver": solver | {"max_steps": options.max_steps}})
+    return borders.find_borders(lines, limits, options, provenance(text, title=title, action=f"border along {along}"))
 
 
 def simulate(

@@ -11,7 +11,7 @@ from matplotlib.image import imread, imsave
 import stickslip
 from stickslip import theory
 from stickslip.article import FIGURES, Written, gallery, make
-from stickslip.article.recipe import border, cell, configuration
+from stickslip.article.recipe import cell, configuration, stick_slip_border
 from stickslip.config.examples import config_names
 from stickslip.errors import UnknownFigureError
 
@@ -214,8 +214,8 @@ def test_an_unknown_figure_is_refused_before_anything_is_made(tmp_path):
 def test_a_border_outside_the_ends_is_refused():
     p = cell(configuration("fig9"))
     del p["stiffness"]
-    with pytest.raises(ValueError, match="stiffness = 200: expected sticks to be True"):
-        border(p, "stiffness", 100.0, 200.0)
+    with pytest.raises(ValueError, match="stiffness from 100 to 200: expected one end of stick-slip"):
+        stick_slip_border(p, "stiffness", (100.0, 200.0))
 
 
 def apart(page):

@@ -11,7 +11,17 @@ from numpy.typing import ArrayLike
 
 from stickslip.api import run
 from stickslip.article.drawing import SERIES, axes_of, legend, mark, name_axes, picture
-from stickslip.article.recipe import Cell, Findings, Floats, Made, border, cell, cells, configuration, labelled
+from stickslip.article.recipe import (
+    Cell,
+    Findings,
+    Floats,
+    Made,
+    cell,
+    cells,
+    configuration,
+    labelled,
+    stick_slip_border,
+)
 from stickslip.dataset.axis import MapAxis
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION, paint
 from stickslip.theory import reversal_speed, stribeck, tendency
@@ -49,7 +59,7 @@ def draw_branches(ax: Axes, p: Cell, fastest: float) -> None:
     name_axes(ax, "slip speed (m s$^{-1}$)", "friction coefficient")
 
 
-_HALVINGS = 17  # to 1e-5 m/s; the closer to the border, the longer a motion takes to decide
+_TOLERANCE = 1e-5  # the closer to the border, the longer a motion takes to decide
 
 
 # --- Figure 2 ---------------------------------------------------------------------------------------------------------
@@ -84,7 +94,7 @@ def _edges(every: Mapping[str, Floats], turn: float, speeds: int) -> Findings:
     found: Findings = {}
     for position, start in ((0, "sticking"), (speeds, "sliding")):
         one = {name: float(values[position]) for name, values in every.items() if name != "belt_speed"}
-        edge = float(border(one, "belt_speed", 1.2, 0.2, rtol=1e-6, halvings=_HALVINGS)[0])
+        edge = float(stick_slip_border(one, "belt_speed", (0.2, 1.2), rtol=1e-6, tolerance=_TOLERANCE)[0])
         found |= {f"edge_from_{start}": edge, f"edge_from_{start}_over_v_min": edge / turn}
     return found
 

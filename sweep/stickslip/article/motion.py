@@ -16,11 +16,11 @@ from stickslip.article.recipe import (
     Findings,
     Floats,
     Made,
-    border,
     cell,
     cells,
     configuration,
     labelled,
+    stick_slip_border,
     traces,
     trajectory,
 )
@@ -185,7 +185,7 @@ def figure_8() -> Made:
     legend(table[0, -1], loc="lower right")
 
     one = {name: value for name, value in p.items() if name != "mu_stop"}
-    findings: Findings = {"border_mu_stop": float(border(one, "mu_stop", stops[1], stops[0])[0])}
+    findings: Findings = {"border_mu_stop": float(stick_slip_border(one, "mu_stop", (stops[1], stops[0]))[0])}
     for i, stop in enumerate(stops):
         findings |= {f"regime_{i + 1}": _regimes(ds)[i], f"mu_stop_{i + 1}": float(stop)}
         for name in ("tendency", "settling_time", "equilibrium_crossings"):

@@ -1,7 +1,7 @@
 """What a figure of the article is here: a picture, its data and its findings, from configurations of `configs/article`.
 
 Figures are made by functions of no arguments. The helpers below are what such functions share: cells and trajectories
-of a configuration, and the place between two cells where the regime changes.
+of a configuration, and the places where the regime, or Eq. (3), changes.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ import xarray as xr
 from matplotlib.figure import Figure as Picture
 from numpy.typing import NDArray
 
+from stickslip.api import border as find_border
 from stickslip.api import evaluate, simulate
+from stickslip.borders import Scan, search_lines
 from stickslip.config.examples import config_path
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
@@ -118,43 +120,37 @@ def regimes(some: Mapping[str, Floats] | Cell, rtol: float = 1e-6) -> list[str]:
     return [REGIMES[i] for i in evaluate(dict(some), rtol=rtol)["regime"].values]
 
 
-def sticks(some: Mapping[str, Floats | float], rtol: float) -> NDArray[np.bool_]:
-    """Which of some cells are in stick-slip."""
-    found: NDArray[np.bool_] = evaluate(dict(some), rtol=rtol)["regime"].values == STICK_SLIP
-    return found
-
-
-def tendency_positive(some: Mapping[str, Floats | float], rtol: float) -> NDArray[np.bool_]:
-    """For which of some cells Eq. (3) announces stick-slip."""
-    found: NDArray[np.bool_] = evaluate(dict(some), rtol=rtol)["tendency"].values > 0
-    return found
-
-
-def border(
+def stick_slip_border(
     some: Mapping[str, Floats | float],
-    parameter: str,
-    without: float,
-    with_: float,
+    along: str,
+    between: tuple[float, float],
     *,
-    holds: Callable[[Mapping[str, Floats | float], float], NDArray[np.bool_]] = sticks,
-    spacing: str = "linear",
     rtol: float = 1e-8,
-    halvings: int = 40,
+    tolerance: float = 1e-11,
 ) -> Floats:
-    """Where along a parameter something begins to hold, stick-slip say, by bisection of all cells at once.
+    """The last value of a parameter in stick-slip before it ends, per cell.
 
-    some : cells without `parameter`. without, with_ : values of the parameter where it does not hold and where it does.
-    Returns the last value where it holds, per cell. Raises ValueError if an end is not what it should be.
+    Raises ValueError unless stick-slip ends once between those values.
     """
-    forth, back = (np.log, np.exp) if spacing == "log" else (np.asarray, np.asarray)
-    size = np.broadcast(*some.values()).size
-    outside, inside = (np.full(size, forth(end), np.float64) for end in (without, with_))
-    for end, expected in ((outside, False), (inside, True)):
-        wrong = holds({**some, parameter: back(end)}, rtol) != expected
-        if wrong.any():
-            raise ValueError(f"{parameter} = {back(end)[wrong][0]:g}: expected {holds.__name__} to be {expected}")
-    for _ in range(halvings):
-        middle = (outside + inside) / 2
-        held = holds({**some, parameter: back(middle)}, rtol)
-        inside, outside = np.where(held, middle, inside), np.where(held, outside, middle)
-    return np.asarray(back(inside), np.float64)
+    found = find_border(some, along, between, tolerance, scan=2, rtol=rtol)
+    below, above = (found[name].values == STICK_SLIP for name in ("regime_below", "regime_above"))
+    ends = below != above
+    if (ends.sum(axis=1) != 1).any():
+        raise ValueError(f"{along} from {between[0]:g} to {between[1]:g}: expected one end of stick-slip per cell")
+    inside = found["border"].values + np.where(below, -0.5, 0.5) * found["border_width"].values
+    return np.asarray(inside[ends], np.float64)
+
+
+def border_of_tendency(
+    some: Mapping[str, Floats | float], along: str, between: tuple[float, float], *, rtol: float = 1e-8
+) -> float:
+    """Where along a parameter Eq. (3), evaluated for what occurred in one cell, changes its sign."""
+
+    def signs(_: NDArray[np.int64], place: Floats) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
+        found = evaluate({**some, along: place}, rtol=rtol)["tendency"].values
+        return (found > 0).astype(np.int8), np.isfinite(found)
+
+    found, _ = search_lines(1, Scan.over(*between, 2), 1e-11, signs)
+    if found.size != 1:
+        raise ValueError(f"{along} from {between[0]:g} to {between[1]:g}: expected one change of sign of Eq. (3)")
+    return float((found["low"] + found["high"])[0] / 2)

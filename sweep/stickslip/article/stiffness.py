@@ -15,11 +15,11 @@ from stickslip.article.recipe import (
     Cell,
     Findings,
     Made,
-    border,
+    border_of_tendency,
     cell,
     configuration,
     labelled,
-    tendency_positive,
+    stick_slip_border,
     traces,
 )
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
@@ -143,8 +143,8 @@ def _transition(p: Cell) -> Findings:
     def occurred(name: str, stiffness: float) -> float:
         return float(evaluate({**rest, "stiffness": stiffness}, rtol=1e-8)[name][0])
 
-    ends = float(border(rest, "stiffness", 100.0, 30.0, spacing="log")[0])
-    zero = float(border(rest, "stiffness", 100.0, 30.0, spacing="log", holds=tendency_positive)[0])
+    ends = float(stick_slip_border(rest, "stiffness", (30.0, 100.0))[0])
+    zero = border_of_tendency(rest, "stiffness", (30.0, 100.0))
     plain: dict[str, Any] = {**rest, "mu_stop": float("nan"), "stiffness": np.geomspace(1.0, 1000.0, 61)}
     plain_share = float((evaluate(plain)["regime"] == STICK_SLIP).mean())
     start = p["a1"] + p["a3"]

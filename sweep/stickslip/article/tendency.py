@@ -17,7 +17,16 @@ from matplotlib.patches import Patch
 from stickslip.api import evaluate, run
 from stickslip.article.curves import friction
 from stickslip.article.drawing import axes_of, in_words, name_axes, picture, tick_values, write_table
-from stickslip.article.recipe import STICK_SLIP, Findings, Floats, Made, border, cell, configuration, labelled
+from stickslip.article.recipe import (
+    STICK_SLIP,
+    Findings,
+    Floats,
+    Made,
+    cell,
+    configuration,
+    labelled,
+    stick_slip_border,
+)
 from stickslip.plots.palette import BLACK, paint
 from stickslip.theory import tendency
 from stickslip.vocabulary.flags import REGIMES
@@ -157,7 +166,7 @@ def border_tendency(speeds: Floats, stiffness: Floats) -> Floats:
 
 
 def _tendency_at_border(some: dict[str, Floats | float], mu_start: float, rtol: float = 1e-7) -> Floats:
-    stop = border(some, "mu_stop", 0.2 * mu_start, mu_start, rtol=rtol, halvings=26)
+    stop = stick_slip_border(some, "mu_stop", (0.2 * mu_start, mu_start), rtol=rtol, tolerance=1e-8)
     occurred = evaluate({**some, "mu_stop": stop}, rtol=rtol)["mu_reversal"].values
     return np.asarray(tendency(mu_start, occurred, stop) / (mu_start - occurred), np.float64)
 

@@ -25,7 +25,10 @@ if TYPE_CHECKING:
     from stickslip.config.grid import Coordinate, Grid
 
 
-_COUNTS = ("steps",)  # whole numbers defined in every cell; other counts are NaN where nothing was counted
+_COUNTS = (
+    "steps",
+    "scan_undecided",
+)  # whole numbers defined in every cell; other counts are NaN where nothing was counted
 _NO_FILL = {"_FillValue": None}
 
 
@@ -40,7 +43,7 @@ def map_dataset(grid: Grid, results: Mapping[str, ArrayLike], attributes: Mappin
     together share a dimension; if they have labels, the labels are its index.
     """
     variables = {
-        variable.name: _variable(variable, grid.dims, np.asarray(results[variable.name]).reshape(grid.shape))
+        variable.name: variable_of(variable, grid.dims, np.asarray(results[variable.name]).reshape(grid.shape))
         for variable in _known(results, VARIABLES)
     }
     return xr.Dataset(variables, grid_coordinates(grid), dict(attributes))
@@ -66,7 +69,7 @@ def map_template(grid: Grid, columns: Mapping[str, np.dtype[Any]], attributes: M
 
     whole = {}
     for variable in _known(columns, VARIABLES):
-        one = _variable(variable, (), np.zeros((), columns[variable.name]))
+        one = variable_of(variable, (), np.zeros((), columns[variable.name]))
         values = dask.array.zeros(grid.shape, dtype=one.dtype, chunks=-1)
         whole[variable.name] = xr.Variable(grid.dims, values, one.attrs, one.encoding)
     return xr.Dataset(whole, grid_coordinates(grid), dict(attributes))
@@ -80,10 +83,14 @@ def cell_dataset(
     cells : by names of `PARAMETERS`, each a number or of length n; they become coordinates along ``cell``.
     results : by names of `VARIABLES`, each of length n.
     """
-    variables = {v.name: _variable(v, ("cell",), np.atleast_1d(results[v.name])) for v in _known(results, VARIABLES)}
+    variables = {v.name: variable_of(v, ("cell",), np.atleast_1d(results[v.name])) for v in _known(results, VARIABLES)}
     size = next(iter(variables.values())).size
-    coordinates = {name: _parameter(name, ("cell",), np.broadcast_to(cells[name], size)) for name in cells}
-    return xr.Dataset(variables, coordinates, dict(attributes))
+    return xr.Dataset(variables, cell_coordinates(cells, size), dict(attributes))
+
+
+def cell_coordinates(cells: Mapping[str, ArrayLike], size: int) -> dict[str, xr.Variable]:
+    """The parameters of a list of cells, each a number or of length `size`."""
+    return {name: _parameter(name, ("cell",), np.broadcast_to(cells[name], size)) for name in cells}
 
 
 def trace_dataset(
@@ -100,7 +107,9 @@ def trace_dataset(
     coordinates = {"time": xr.Variable("time", np.asarray(time, np.float64), attributes_of_time, _NO_FILL)}
     for name, value in cell.items():
         coordinates[f"{name}_start" if name in TRACE_VARIABLES else name] = _parameter(name, (), value)
-    variables = {v.name: _variable(v, ("time",), np.asarray(samples[v.name])) for v in _known(samples, TRACE_VARIABLES)}
+    variables = {
+        v.name: variable_of(v, ("time",), np.asarray(samples[v.name])) for v in _known(samples, TRACE_VARIABLES)
+    }
     without_claim = {name: value for name, value in attributes.items() if name != "Conventions"}
     return xr.Dataset(variables, coordinates, without_claim)
 
@@ -112,7 +121,7 @@ def _known(results: Mapping[str, Any], table: Mapping[str, Variable]) -> list[Va
     return [variable for name, variable in table.items() if name in results]
 
 
-def _variable(declared: Variable, dims: Sequence[Hashable], values: NDArray[Any]) -> xr.Variable:
+def variable_of(declared: Variable, dims: Sequence[Hashable], values: NDArray[Any]) -> xr.Variable:
     """A data variable of its final type: int8 flags, int32 counts (NaN: 0), float64 the rest."""
     attributes: dict[str, Any] = {"units": declared.units, "long_name": declared.long_name}
     if declared.comment:

@@ -161,8 +161,8 @@ def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
     """Chunk sizes of at most `_CHUNK_VALUES` values, whole along the last dimensions: maps are looked at in planes."""
     chunks: list[int] = []
     for i, length in enumerate(shape):
-        below = prod(shape[i + 1 :])
-        chunks.append(min(length, max(1, _CHUNK_VALUES // below)))
+        below = max(1, prod(shape[i + 1 :]))  # a dimension may be empty: borders of lines that have none
+        chunks.append(max(1, min(length, _CHUNK_VALUES // below)))
     return tuple(chunks)
 
 

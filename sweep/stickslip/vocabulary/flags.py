@@ -41,7 +41,10 @@ MODE_MESSAGES = {
 REGIMES = tuple(REGIME_MESSAGES)
 STATUSES = tuple(STATUS_MESSAGES)
 MODES = tuple(MODE_MESSAGES)
-FLAGS: dict[str, dict[str, str]] = {"regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES}
+FLAGS: dict[str, dict[str, str]] = {
+    "regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES,
+    "regime_below": REGIME_MESSAGES, "regime_above": REGIME_MESSAGES,
+}  # fmt: skip
 
 # What is said beside a flag that has another name in the field.
 _ALSO = {"creep": "overdamped"}

@@ -1,6 +1,7 @@
 """Every quantity that comes out of the engine, declared once.
 
-`VARIABLES` are what it says of a cell, `TRACE_VARIABLES` what it says of one trajectory over time. Datasets, plots and
+`VARIABLES` are what it says of a cell, `TRACE_VARIABLES` what it says of one trajectory over time, `BORDER_VARIABLES`
+what is said of the borders between regimes (in the units of the parameter searched). Datasets, plots and
 documentation read these tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS wants them
 (``m s-1``).
 """
@@ -73,6 +74,14 @@ _TRACE_VARIABLES = (
     Variable("mode", "1", "contact mode"),
 )
 
+_BORDER_VARIABLES = (
+    Variable("border", "1", "where the regime changes", comment="the middle of the last bracket"),
+    Variable("regime_below", "1", "regime just below the border"),
+    Variable("regime_above", "1", "regime just above the border"),
+    Variable("border_width", "1", "width of the last bracket of the border"),
+    Variable("scan_undecided", "1", "cells of the scan that were unresolved or failed"),
+)
 
 VARIABLES: dict[str, Variable] = {v.name: v for v in _VARIABLES}
 TRACE_VARIABLES: dict[str, Variable] = {v.name: v for v in _TRACE_VARIABLES}
+BORDER_VARIABLES: dict[str, Variable] = {v.name: v for v in _BORDER_VARIABLES}

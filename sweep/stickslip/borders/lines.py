@@ -1,0 +1,133 @@
+"""Which cells lie on a line: all parameters but one, from a list of cells or from a configuration."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from math import prod
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip.config.grid import build_grid
+from stickslip.config.model import Config, Group, Range
+from stickslip.dataset.build import cell_coordinates, grid_coordinates
+from stickslip.vocabulary.cells import Cells, as_cells
+from stickslip.vocabulary.quantities import MEASURED, PARAMETERS, REPLACED
+
+Between = tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Lines of cells along one parameter.
+
+    along : the parameter. between : its range, in SI. spacing : of the axis it is taken from, None for none.
+    dims, shape, coordinates : of the lines. others : the other parameters of the lines from start to stop.
+    """
+
+    along: str
+    between: Between
+    spacing: str | None
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    coordinates: Mapping[str, xr.Variable]
+    others: Callable[[int, int], Cells]
+
+    @property
+    def size(self) -> int:
+        """How many lines."""
+        return prod(self.shape)
+
+
+def lines_of_cells(cells: Mapping[str, Any] | xr.Dataset, along: str, between: Between | None) -> Lines:
+    """Lines through cells as `evaluate` takes them; what they say of `along` itself is left out.
+
+    Raises TypeError or ValueError for bad input.
+    """
+    _check_name(along)
+    if between is None:
+        raise ValueError(f"between: missing; cells need a range of {along} to search, (low, high)")
+    between = _checked_range(along, between)
+    named = cells.drop_vars(along, errors="ignore") if isinstance(cells, xr.Dataset) else dict(cells)
+    if isinstance(named, dict):
+        named.pop(along, None)
+        plain = named
+    else:  # of a dataset, what as_cells would take
+        names = [str(name) for name in named.variables if name in PARAMETERS]
+        plain = dict(zip(names, (one.values for one in xr.broadcast(*(named[n] for n in names))), strict=True))
+    full = as_cells(plain | {along: between[0]})
+    as_cells(plain | {along: between[1]})  # bounds that hold at both ends hold between: they are linear
+    del full[along]
+    size = next(iter(full.values())).size
+    coordinates = cell_coordinates(full, size)
+    return Lines(
+        along, between, None, ("cell",), (size,), coordinates, lambda a, b: {name: v[a:b] for name, v in full.items()}
+    )
+
+
+def lines_of_config(config: Config, along: str, between: Between | None) -> Lines:
+    """Lines through the grid of a configuration without the axis of `along`, whose range is searched by default.
+
+    Raises TypeError or ValueError for what the configuration cannot give.
+    """
+    _check_name(along)
+    if config.drive is not None:
+        raise ValueError("a configuration with a drive is that of a rig, whose cells have no regime to search for")
+    if along in (*REPLACED, "a4") and any(name in config.fixed() or _varies(config, name) for name in MEASURED):
+        raise ValueError(
+            f"along: {along} follows from mu_start, mu_reversal and v_reversal in this configuration; "
+            "give the curve by a1 to a4 to search along it"
+        )
+    for axis in config.axes:
+        if isinstance(axis, Group) and any(member.name == along for member in axis.members):
+            raise ValueError(f"along: {along} varies together with others in the axis {axis.name}; give it an own axis")
+    own = next((axis for axis in config.axes if not isinstance(axis, Group) and axis.name == along), None)
+    spacing = own.spacing if isinstance(own, Range) and between is None else None
+    if between is None:
+        if own is None:
+            raise ValueError(f"between: missing; {along} is no axis of the configuration, so it needs a range")
+        points = own.points()
+        numbers = points[~np.isnan(points)]
+        between = (float(numbers.min()), float(numbers.max())) if numbers.size else (np.nan, np.nan)
+    between = _checked_range(along, between)
+    grid = build_grid(config.model_copy(update={"axes": tuple(axis for axis in config.axes if axis is not own)}))
+    coordinates = {name: c for name, c in grid_coordinates(grid).items() if name != along}
+
+    def others(start: int, stop: int) -> Cells:
+        return {name: values for name, values in grid.cells(start, stop).items() if name != along}
+
+    return Lines(along, between, spacing, grid.dims, grid.shape, coordinates, others)
+
+
+def _varies(config: Config, name: str) -> bool:
+    return any(
+        name in ([member.name for member in axis.members] if isinstance(axis, Group) else [axis.name])
+        for axis in config.axes
+    )
+
+
+def _check_name(along: str) -> None:
+    if along not in PARAMETERS:
+        near = get_close_matches(str(along), PARAMETERS, 1)
+        hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
+        raise TypeError(f"along: {along!r} is not a parameter of a cell{hint}")
+
+
+def _checked_range(along: str, between: Between) -> Between:
+    """Both ends as numbers, in order and within the bounds of the parameter."""
+    try:
+        low, high = (float(end) for end in between)
+    except (TypeError, ValueError):
+        raise TypeError(f"between: got {between!r}, expected two numbers (low, high)") from None
+    row = PARAMETERS[along]
+    for word, end in (("lower", low), ("upper", high)):
+        if not (np.isfinite(end) and row.allows(end)):
+            expected = row.expected.removesuffix(row.otherwise)
+            raise ValueError(f"between: got {end:g} as {word} end of {along}, expected {expected}")
+    if not low < high:
+        hint = "; swap the ends" if low > high else ""
+        raise ValueError(f"between: got {low:g} to {high:g}, expected the lower end first and the upper above it{hint}")
+    return low, high

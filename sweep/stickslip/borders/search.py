@@ -1,0 +1,142 @@
+"""Where labels change along lines: a scan, then every bracket of every line narrowed together.
+
+A line is a number, a place on it a float, a label a small integer. Some places have no label that can be believed; they
+are `undecided`. A bracket is a pair of decided places with different labels and only undecided ones known between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Labels = NDArray[np.int8]
+LabelsAt = Callable[[Integers, Floats], tuple[Labels, NDArray[np.bool_]]]
+
+# gap_low, gap_high: the outermost undecided places between low and high; NaN where there are none.
+BRACKET = np.dtype(
+    [("line", np.int64), ("low", np.float64), ("high", np.float64), ("below", np.int8), ("above", np.int8),
+     ("gap_low", np.float64), ("gap_high", np.float64)]
+)  # fmt: skip
+Brackets = NDArray[Any]  # of dtype BRACKET
+_NEAR_ZERO = 1e-3  # of the larger end of a range: places closer to 0 have no scale of their own
+_FAR = 10.0  # ends further apart than this factor are scanned, and halved, by ratio
+
+
+@dataclass(frozen=True)
+class Scan:
+    """Where lines are looked at first: `points` from `low` to `high`, both included; spacing "linear" or "log"."""
+
+    low: float
+    high: float
+    points: int
+    spacing: str
+
+    @classmethod
+    def over(cls, low: float, high: float, points: int) -> Scan:
+        """Log spacing where both ends are above 0 and a factor of 10 or more apart, else linear."""
+        return cls(low, high, points, "log" if low > 0 and high >= _FAR * low else "linear")
+
+    @property
+    def places(self) -> Floats:
+        """The places, ascending."""
+        spread = np.geomspace if self.spacing == "log" else np.linspace
+        return spread(self.low, self.high, self.points)
+
+    def width(self, tolerance: float, brackets: Brackets) -> Floats:
+        """How wide brackets may stay: relative to the place; next to 0, to a thousandth of a range that holds it."""
+        ends = [np.abs(brackets["low"]), np.abs(brackets["high"])]
+        least = _NEAR_ZERO * max(abs(self.low), abs(self.high)) if self.low <= 0 <= self.high else 0.0
+        return np.asarray(tolerance * np.maximum(np.maximum(*ends), least))
+
+
+def search_lines(lines: int, scan: Scan, tolerance: float, labels_at: LabelsAt) -> tuple[Brackets, Integers]:
+    """The brackets of all lines, by line and place, and how many places of the scan were undecided, per line.
+
+    labels_at : gives (labels, decided) of places on lines; called with all of them at once, once for the scan and once
+        per round of halving.
+    Brackets are no wider than `tolerance` of the place (`Scan.width`), unless places inside could not be decided. What
+    changes and changes back between two places of the scan is missed.
+    """
+    places = scan.places
+    line, place = np.repeat(np.arange(lines), places.size), np.tile(places, lines)
+    labels, decided = labels_at(line, place)
+    undecided = np.count_nonzero(~decided.reshape(lines, places.size), axis=1)
+    found = _narrowed(_brackets(line, place, labels, decided), scan, tolerance, labels_at)
+    return _without_slivers(found, scan, tolerance), undecided
+
+
+def _brackets(line: Integers, place: Floats, labels: Labels, decided: NDArray[np.bool_]) -> Brackets:
+    """The brackets of labelled places in order of line and place."""
+    known = np.flatnonzero(decided)
+    low, high = known[:-1], known[1:]
+    changes = (line[low] == line[high]) & (labels[low] != labels[high])
+    low, high = low[changes], high[changes]
+    found = np.zeros(low.size, BRACKET)
+    found["line"], found["low"], found["high"] = line[low], place[low], place[high]
+    found["below"], found["above"] = labels[low], labels[high]
+    apart = high > low + 1
+    found["gap_low"] = np.where(apart, place[np.where(apart, low + 1, 0)], np.nan)
+    found["gap_high"] = np.where(apart, place[np.where(apart, high - 1, 0)], np.nan)
+    return found
+
+
+def _narrowed(found: Brackets, scan: Scan, tolerance: float, labels_at: LabelsAt) -> Brackets:
+    """Halve all brackets until they are narrow enough; a third label on the way splits one into two.
+
+    A bracket with undecided places is narrowed from both sides towards them.
+    """
+    done = []
+    while found.size:
+        width, gap = scan.width(tolerance, found), ~np.isnan(found["gap_low"])
+        left = _middle(found["low"], np.where(gap, found["gap_low"], found["high"]), width)
+        right = np.where(gap, _middle(found["gap_high"], found["high"], width), np.nan)
+        narrow = np.isnan(left) & np.isnan(right)
+        done.append(found[narrow])
+        found, left, right = found[~narrow], left[~narrow], right[~narrow]
+        found = _looked_at(found, left, right, labels_at) if found.size else found
+    return np.concatenate(done) if done else found
+
+
+def _middle(low: Floats, high: Floats, width: Floats) -> Floats:
+    """A place between two, by ratio where they are far apart; NaN where they are near enough or neighbours."""
+    far = (low > 0) & (high >= _FAR * low)
+    with np.errstate(invalid="ignore"):
+        middle = np.where(far, np.sqrt(low) * np.sqrt(high), low + (high - low) / 2)
+    return np.where((high - low > width) & (low < middle) & (middle < high), middle, np.nan)
+
+
+def _looked_at(found: Brackets, left: Floats, right: Floats, labels_at: LabelsAt) -> Brackets:
+    """The brackets within these once the places `left` and `right` (NaN: none) have labels."""
+    places = np.stack([found["low"], left, found["gap_low"], found["gap_high"], right, found["high"]], axis=1)
+    labels, decided = np.zeros(places.shape, np.int8), np.zeros(places.shape, np.bool_)
+    labels[:, 0], labels[:, -1] = found["below"], found["above"]
+    decided[:, [0, -1]] = True
+    new = np.zeros(places.shape, np.bool_)
+    new[:, [1, 4]] = ~np.isnan(places[:, [1, 4]])
+    bracket = np.broadcast_to(np.arange(found.size)[:, np.newaxis], places.shape)
+    labels[new], decided[new] = labels_at(found["line"][bracket[new]], places[new])
+    there = ~np.isnan(places)
+    inner = _brackets(bracket[there], places[there], labels[there], decided[there])
+    inner["line"] = found["line"][inner["line"]]
+    return inner
+
+
+def _without_slivers(found: Brackets, scan: Scan, tolerance: float) -> Brackets:
+    """Brackets in order; two that enclose a label on less than the tolerance are one, unless nothing changes then."""
+    found = found[np.lexsort((found["low"], found["line"]))]
+    while found.size > 1:
+        first, second = found[:-1], found[1:]
+        near = (first["line"] == second["line"]) & (first["below"] != second["above"])
+        near &= second["low"] - first["high"] <= scan.width(tolerance, first)
+        near[1:] &= ~near[:-1]
+        if not near.any():
+            break
+        first["high"][near], first["above"][near] = second["high"][near], second["above"][near]
+        found = np.delete(found, np.flatnonzero(near) + 1)
+    return found

@@ -1,0 +1,306 @@
+"""Borders of regimes, against closed forms and root solves by SciPy."""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import stickslip
+from helpers.configs import GOOD, MEASURED_FORM, write_config
+from stickslip import theory
+from stickslip.borders import Scan, find, search_lines
+from stickslip.config.reader import parse_config
+from stickslip.errors import Interrupted
+from stickslip.files import writing
+from stickslip.vocabulary.flags import REGIMES
+
+PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+STICK_SLIP, DAMPED, CREEP = (REGIMES.index(name) for name in ("stick_slip", "damped", "creep"))
+BELT = (0.01, 5.0)
+RANGE = {"belt_speed": BELT, "damping": (0.0, 2.0)}
+LINES = 10
+
+
+def only(ds):
+    """The borders of lines that have one each."""
+    assert ds.sizes["crossing"] == 1 and not ds["border"].isnull().any()
+    return ds["border"].values[..., 0]
+
+
+def least_slip_speed(cell):
+    """The minimum of w at the end of the first slip, by DOP853; below 0 where it would stick, mu(0) taken there."""
+    m, k, c, load, v = (cell[name] for name in ("mass", "stiffness", "damping", "normal_load", "belt_speed"))
+    a1, a2, a3, a4 = (cell[f"a{i}"] for i in range(1, 5))
+
+    def motion(_, state):
+        x, w = state
+        speed = max(w, 0.0)
+        return [v - w, (k * x + c * (v - w) - load * (a1 + a2 * speed + a3 * np.exp(-speed / a4))) / m]
+
+    def turns(t, state):
+        return motion(t, state)[1] if t > 0 else 1.0
+
+    turns.terminal, turns.direction = True, 1.0
+    turn = np.sqrt(m / k)
+    start = [(load * (a1 + a3) - c * v) / k, 0.0]
+    tight = {"method": "DOP853", "rtol": 3e-14, "atol": 1e-15, "max_step": 0.05 * turn}
+    # the first minimum is the start itself, where w and w' vanish and w'' > 0
+    away = solve_ivp(motion, (0.0, 0.1 * turn), start, **tight)
+    done = solve_ivp(motion, (0.0, 1000.0 * turn), away.y[:, -1], events=turns, **tight)
+    return done.y_events[0][0][1]
+
+
+@pytest.mark.parametrize("along", RANGE)
+def test_stick_slip_ends_where_scipy_sees_the_first_slip_graze(along):
+    """Ten lines over decades of stiffness and load, each a root by Brent to 1e-12."""
+    draw = np.random.default_rng(14)
+    cells = PAIR | {
+        "mass": 10 ** draw.uniform(-1, 1, LINES),
+        "stiffness": 10 ** draw.uniform(-1, 2, LINES),
+        "normal_load": 10 ** draw.uniform(-1, 1, LINES),
+    }
+    cells |= {"damping": draw.uniform(0, 0.3, LINES) * cells["normal_load"]}
+    cells |= {"belt_speed": draw.uniform(0.25, 0.6, LINES)}
+    ds = stickslip.border(cells, along, RANGE[along])
+    end = ds.isel(crossing=0)  # further on, damped may turn into creep
+    assert (end["regime_below"] == STICK_SLIP).all() and (end["regime_above"] == DAMPED).all()
+    for i, ours in enumerate(end["border"].values):
+        one = {name: float(values if np.ndim(values) == 0 else values[i]) for name, values in cells.items()}
+        root = brentq(lambda x: least_slip_speed({**one, along: x}), 0.99 * ours, 1.01 * ours, xtol=1e-14, rtol=1e-12)  # noqa: B023
+        assert ours == pytest.approx(root, rel=1e-8)
+
+
+def test_coulomb_friction_with_a_damper_stops_stick_slip_at_the_critical_speed():
+    draw = np.random.default_rng(3)
+    m, k, load = 10 ** draw.uniform(-1, 1, LINES), 10 ** draw.uniform(-1, 3, LINES), 10 ** draw.uniform(-1, 2, LINES)
+    c = draw.uniform(0.01, 0.5, LINES) * 2 * np.sqrt(k * m)
+    cells = {"mass": m, "stiffness": k, "damping": c, "normal_load": load, "a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0}
+    ds = stickslip.border(cells | {"mu_static": 0.45}, "belt_speed", (1e-6, 1e4))
+    exact = theory.critical_speed(m, k, c, load, 0.45, 0.3)
+    np.testing.assert_allclose(only(ds), exact, rtol=1e-9)
+    assert "log spacing" in ds.attrs["border_scan"]
+
+
+def test_the_static_friction_at_which_stick_slip_begins_follows_from_the_same_closed_form():
+    damping = np.array([0.05, 0.2, 0.6])
+    cells = {"mass": 1.0, "stiffness": 1.0, "damping": damping, "normal_load": 2.0, "belt_speed": 0.1}
+    ds = stickslip.border(cells | {"a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0}, "mu_static", (0.3, 3.0))
+    exact = 0.3 + theory.critical_strength(damping / 2) * 0.1 / 2.0
+    np.testing.assert_allclose(only(ds), exact, rtol=1e-9)
+    assert (ds["regime_above"] == STICK_SLIP).all()
+
+
+def test_damped_turns_into_creep_where_the_second_excursion_sinks_into_the_settling_band():
+    """Straight curve, from rest: e^(-2 pi z/sqrt(1 - z^2)) = 1e-4, z the damping ratio (c + N a2)/(2 sqrt(k m))."""
+    m, k, load, slope, v = np.array([0.3, 1.0, 5.0]), np.array([10.0, 1.0, 300.0]), 3.0, 0.02, 0.5
+    cells = {"mass": m, "stiffness": k, "normal_load": load, "a1": 0.3, "a2": slope, "a3": 0.0, "a4": 1.0}
+    rest = load * (0.3 + slope * v) / k
+    start = {"belt_speed": v, "displacement": 1.01 * rest, "velocity": 0.0}
+    ds = stickslip.border(cells | start, "damping", (0.0, 100.0))
+    q = np.log(1e4) / (2 * np.pi)
+    np.testing.assert_allclose(only(ds), 2 * np.sqrt(k * m) * q / np.hypot(1, q) - load * slope, rtol=1e-8)
+    assert (ds["regime_below"] == DAMPED).all() and (ds["regime_above"] == CREEP).all()
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.02])
+def test_steady_sliding_loses_its_stability_within_the_stretch_that_cannot_be_decided(damping):
+    """There growth and decay are too slow to tell; the bracket is left as wide as that and not guessed."""
+    exact = float(theory.loss_of_stability(a2=0.1, a3=0.3, a4=0.1, damping=damping, normal_load=1))
+    sliding = 1 + 0.1 * exact + 0.3 * np.exp(-exact / 0.1)
+    near = PAIR | {"damping": damping, "displacement": sliding, "velocity": 1e-5}
+    ds = stickslip.border(near, "belt_speed", (0.2, 0.39), scan=8, max_steps=20_000)
+    width = ds["border_width"].item()
+    assert abs(float(only(ds)[0]) - exact) <= width / 2
+    assert 1e-9 * exact < width < 5e-3 * exact
+    assert (ds["regime_below"].item(), ds["regime_above"].item()) == (STICK_SLIP, DAMPED)
+    assert "1 wider than the tolerance, since cells between could not be decided" in ds.attrs["border_found"]
+
+
+# --- what is found, and what is said ----------------------------------------------------------------------------------
+
+
+def test_borders_do_not_depend_on_where_the_scan_looked():
+    cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
+    one, other = (stickslip.border(cells, "belt_speed", *how) for how in ((BELT,), ((0.0123, 7.0),)))
+    coarse = stickslip.border(cells, "belt_speed", BELT, scan=2)
+    for ds in (other, coarse):
+        np.testing.assert_allclose(only(ds), only(one), rtol=1e-9)
+
+
+def test_the_regimes_beside_a_border_are_those_of_cells_there():
+    ds = stickslip.border(PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}, "belt_speed", BELT)
+    for side, name in ((-1, "regime_below"), (1, "regime_above")):
+        place = ds["border"].isel(crossing=0) * (1 + side * 1e-9)
+        cells = stickslip.evaluate(ds[list(ds.coords)].assign_coords(belt_speed=place), rtol=1e-11)
+        np.testing.assert_array_equal(cells["regime"], ds[name].isel(crossing=0))
+
+
+def test_both_ends_of_stick_slip_on_a_line_are_found():
+    """The belt may run back: the same to the other side."""
+    ds = stickslip.border(PAIR, "belt_speed", (-2.0, 2.0))
+    assert ds.sizes["crossing"] >= 2
+    borders = ds["border"].values[0]
+    assert (np.diff(borders) > 0).all()
+    np.testing.assert_allclose(borders[[0, -1]], [-0.79817535635, 0.79817535635], rtol=1e-9)
+    assert ds["regime_below"].values[0, 0] == ds["regime_above"].values[0, -1] == DAMPED
+    np.testing.assert_array_equal(ds["regime_above"][0, :-1], ds["regime_below"][0, 1:])
+
+
+def test_lines_with_fewer_borders_are_filled_with_nothing():
+    ds = stickslip.border(PAIR | {"a3": [0.3, 0.0]}, "belt_speed", BELT)
+    assert ds["border"].isnull().values.tolist() == [[False], [True]]
+    assert np.isnan(ds["border_width"][1, 0]) and ds["regime_below"][1, 0] == ds["regime_above"][1, 0] == 0
+    assert ds.attrs["border_found"] == "1 on 1 of 2 lines"
+
+
+def test_no_border_is_no_error_and_is_said(tmp_path):
+    ds = stickslip.border(PAIR, "belt_speed", (0.1, 0.2))
+    assert ds.sizes == {"cell": 1, "crossing": 0}
+    assert ds.attrs["border_found"] == "none: no change of regime was found on 1 lines"
+    xr.testing.assert_equal(stickslip.open(writing.write(ds, tmp_path / "none.nc")).load(), ds)
+
+
+def test_a_dataset_of_borders_says_what_it_is():
+    ds = stickslip.border(PAIR | {"belt_speed": 0.1}, "stiffness", (0.1, 10.0), tolerance=1e-6, scan=5)
+    assert ds["border"].attrs["units"] == ds["border_width"].attrs["units"] == "N m-1"
+    assert ds["regime_below"].dtype == np.int8
+    assert ds["regime_below"].attrs["flag_meanings"] == " ".join(REGIMES)
+    assert ds.attrs["border_scan"].startswith("5 points, log spacing, a factor of 3.16228 apart: a regime that begins")
+    assert ds.attrs["border_method"] == "bisection of the regime"
+    assert (ds.attrs["border_tolerance"], ds.attrs["border_rtol"]) == (1e-6, 1e-8)
+    assert {"source", "history", "configuration"} <= set(ds.attrs)
+    near = stickslip.border(PAIR, "belt_speed", (0.5, 1.0), scan=6)
+    assert near.attrs["border_scan"].startswith("6 points, linear spacing, 0.1 m/s apart")
+
+
+# --- configurations ---------------------------------------------------------------------------------------------------
+
+
+def test_the_other_axes_of_a_configuration_are_the_dimensions(tmp_path):
+    path = write_config(tmp_path, num=5)
+    ds = stickslip.border(path, "belt_speed", tolerance=1e-7)
+    assert ds["border"].dims == ("stiffness", "crossing") and ds.sizes["stiffness"] == 5
+    assert ds.attrs["border_range"] == "0.05 to 1.0 m/s" and "belt_speed" not in ds.coords
+    stiffness = ds["stiffness"].values
+    listed = stickslip.border(PAIR | {"stiffness": stiffness}, "belt_speed", (0.05, 1.0), tolerance=1e-7)
+    np.testing.assert_allclose(ds["border"], listed["border"], rtol=1e-7)
+    both = stickslip.border(path, "damping", (0.0, 1.0), scan=3)
+    assert both["border"].dims == ("stiffness", "belt_speed", "crossing")
+
+
+def test_lines_are_searched_in_portions(monkeypatch):
+    cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
+    whole = stickslip.border(cells, "belt_speed", BELT, scan=8)
+    monkeypatch.setattr(find, "_TOGETHER", 16)
+    portions = stickslip.border(cells, "belt_speed", BELT, scan=8)
+    xr.testing.assert_equal(portions, whole)
+
+
+def test_an_interrupted_search_says_so(monkeypatch):
+    compute = find.compute
+
+    def stopped(cells, size, options):
+        return type(done := compute(cells, size, options))(done.results, size - 1)
+
+    monkeypatch.setattr(find, "compute", stopped)
+    with pytest.raises(Interrupted, match="63 of 64 cells"):
+        stickslip.border(PAIR, "belt_speed", BELT)
+
+
+# --- the search alone, on labels we choose ----------------------------------------------------------------------------
+
+
+def searched(label, low=0.0, high=1.0, points=5, tolerance=1e-9):
+    """Brackets of one line whose labels are a function of the place; -1 is undecided."""
+
+    def labels_at(_, place):
+        labels = np.array([label(x) for x in place], np.int8)
+        return labels, labels >= 0
+
+    return search_lines(1, Scan.over(low, high, points), tolerance, labels_at)
+
+
+def test_a_third_label_inside_a_bracket_splits_it():
+    found, undecided = searched(lambda x: 0 if x < 0.61 else 1 if x < 0.64 else 2)
+    np.testing.assert_allclose(found["low"], [0.61, 0.64], atol=1e-9)
+    assert found["below"].tolist() == [0, 1] and found["above"].tolist() == [1, 2] and undecided == [0]
+
+
+def test_a_bracket_closes_in_on_undecided_places_from_both_sides():
+    found, undecided = searched(lambda x: 0 if x < 0.3 else -1 if x < 0.7 else 1)
+    assert (found["low"][0], found["high"][0]) == pytest.approx((0.3, 0.7), abs=2e-9)
+    assert undecided == [1]
+
+
+@pytest.mark.parametrize("after", [0, 2])
+def test_undecided_places_between_equal_labels_or_at_the_end_are_no_border(after):
+    found, undecided = searched(lambda x: 0 if x < 0.3 else -1 if x < 0.7 or after == 2 else 0)
+    assert found.size == 0 and undecided == [1 if after == 0 else 3]
+
+
+def test_a_label_on_less_than_the_tolerance_is_passed_over():
+    found, _ = searched(lambda x: 0 if x < 0.5 - 1e-11 else 1 if x <= 0.5 else 2)
+    assert found["below"].tolist() == [0] and found["above"].tolist() == [2]
+    assert found["high"] - found["low"] < 3e-9
+
+
+def test_a_border_at_zero_is_found_to_a_share_of_the_range():
+    found, _ = searched(lambda x: int(x > 0), low=-1.0, high=3.0)
+    assert abs(found["high"] - found["low"]) < 3e-12 and found["low"] <= 0 <= found["high"]
+
+
+def test_halving_ends_at_neighbouring_numbers():
+    found, _ = searched(lambda x: int(x > 1e-3), low=1e-9, high=1e9, points=2, tolerance=0.0)
+    assert np.nextafter(found["low"][0], 1) == found["high"][0]
+
+
+# --- bad input --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"along": "belt_sped"}, TypeError, "'belt_sped' is not a parameter of a cell; did you mean 'belt_speed'?"),
+        ({"along": "regime"}, TypeError, "known are mass, stiffness"),
+        ({"between": (2.0, 1.0)}, ValueError, "got 2 to 1, expected the lower end first and the upper above it; swap"),
+        ({"between": (1.0, 1.0)}, ValueError, "got 1 to 1, expected the lower end first"),
+        ({"between": (np.nan, 1.0)}, ValueError, "got nan as lower end of belt_speed, expected a finite number in m/s"),
+        ({"between": (0.0, np.inf)}, ValueError, "got inf as upper end of belt_speed, expected a finite number"),
+        ({"along": "mass", "between": (0.0, 1.0)}, ValueError, "got 0 as lower end of mass, expected a mass above"),
+        ({"along": "mu_stop", "between": (np.nan, 1.0)}, ValueError, "got nan as lower end of mu_stop"),
+        ({"along": "mu_stop", "between": (0.5, 2.0)}, ValueError, "mu_stop[0]: got 2, expected at most mu_start"),
+        ({"along": "damping", "between": None}, ValueError, "between: missing; cells need a range of damping"),
+        ({"between": 3.0}, TypeError, "between: got 3.0, expected two numbers (low, high)"),
+        ({"between": (1.0, 2.0, 3.0)}, TypeError, "expected two numbers (low, high)"),
+        ({"scan": 1}, ValueError, "scan: got 1, expected a whole number from 2 to"),
+        ({"scan": 2.5}, ValueError, "scan: got 2.5"),
+        ({"tolerance": 0.0}, ValueError, "tolerance: got 0.0, expected a number from 1e-15 to below 1"),
+        ({"tolerance": np.nan}, ValueError, "tolerance: got nan"),
+        ({"rtol": 1.0}, ValueError, "rtol: got 1.0"),
+        ({"law": "no_law"}, ValueError, "law: got 'no_law'"),
+        ({"cells_or_config": {"mass": 1.0}}, ValueError, "stiffness is missing"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_named_with_what_is_allowed(change, error, message):
+    asked = {"cells_or_config": PAIR | {"belt_speed": 0.1}, "along": "belt_speed", "between": BELT}
+    with pytest.raises(error, match=re.escape(message)):
+        stickslip.border(**(asked | change))
+
+
+@pytest.mark.parametrize(
+    ("text", "how", "message"),
+    [
+        (GOOD, {"along": "belt_speed"}, "between: missing; belt_speed is no axis of the configuration"),
+        (GOOD, {"along": "belt_speed", "law": "cubic"}, "law: got 'cubic', but a configuration says its law itself"),
+        (MEASURED_FORM, {"along": "a4", "between": (0.1, 0.2)}, "a4 follows from mu_start, mu_reversal and v_rev"),
+        (GOOD.replace("  belt_speed: 10 mm/s\n", "").replace("  stiffness: 10\n", "")
+         + "axes: {pairs: {zip: {belt_speed: [0.1, 0.2], stiffness: [1, 2]}}}\n",
+         {"along": "stiffness", "between": (1, 2)}, "stiffness varies together with others in the axis pairs"),
+    ],
+)  # fmt: skip
+def test_what_a_configuration_cannot_give_is_said(text, how, message):
+    with pytest.raises(ValueError, match=re.escape(message)):
+        stickslip.border(parse_config(text, "<test>"), **how)
