@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
+from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -12,6 +13,7 @@ import stickslip
 from helpers.configs import GOOD, MEASURED_FORM, write_config
 from stickslip import theory
 from stickslip.borders import Scan, find, search_lines
+from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.errors import Interrupted
 from stickslip.files import writing
@@ -304,3 +306,34 @@ def test_bad_input_is_named_with_what_is_allowed(change, error, message):
 def test_what_a_configuration_cannot_give_is_said(text, how, message):
     with pytest.raises(ValueError, match=re.escape(message)):
         stickslip.border(parse_config(text, "<test>"), **how)
+
+
+# --- the command ------------------------------------------------------------------------------------------------------
+
+
+def command(*arguments):
+    return CliRunner().invoke(main, ["border", *map(str, arguments)])
+
+
+def test_the_command_prints_borders_and_writes_them(tmp_path):
+    path, output = write_config(tmp_path, num=3), tmp_path / "borders.nc"
+    done = command(path, "--along", "belt_speed", "--between", "50 mm/s", "1", "-o", output)
+    assert done.exit_code == 0, done.output
+    ds = stickslip.open(output)
+    row = re.search(r"^stiffness = 10 N/m: stick_slip -> damped at (\S+) m/s \(width", done.output, re.MULTILINE)
+    assert float(row[1]) == pytest.approx(float(ds["border"][-1, 0]), rel=1e-11)
+    assert re.search(r"borders  \d on 3 of 3 lines", done.output) and "can be missed" in done.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--along", "damping"), "between: missing; damping is no axis of the configuration"),
+        (("--along", "damping", "--between", "2 mm", "3"), "--between: damping: got '2 mm'"),
+        (("--along", "dampin", "--between", "2", "3"), "--between: 'dampin' is not a parameter of a cell"),
+        (("--along", "belt_speed", "--scan", "1"), "scan: got 1, expected"),
+    ],
+)
+def test_the_command_says_what_is_wrong(tmp_path, arguments, message):
+    done = command(write_config(tmp_path, num=3), *arguments)
+    assert done.exit_code == 2 and message in done.output

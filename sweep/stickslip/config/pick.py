@@ -15,7 +15,7 @@ from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.reader import make_config, parse_config
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
-from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
+from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.settings import SOLVER
 from stickslip.vocabulary.words import listed, nearest
 
@@ -84,6 +84,18 @@ def seconds(text: str, option: str = "--duration") -> float:
         return SOLVER["horizon"].read(_number_or_text(text))
     except QuantityError as error:
         raise ConfigError(option, [Problem((), f"got {text!r}, {error}")]) from None
+
+
+def value_of(name: str, text: str, option: str) -> float:
+    """A value of a parameter of a cell on the command line, in SI. Raises ConfigError."""
+    if name not in PARAMETERS:
+        near = nearest(name, PARAMETERS)
+        hint = f"did you mean {near!r}?" if near else f"known are {', '.join(PARAMETERS)}"
+        raise ConfigError(option, [Problem((), f"{name!r} is not a parameter of a cell", hint=hint)])
+    try:
+        return PARAMETERS[name].read(_number_or_text(text))
+    except QuantityError as error:
+        raise ConfigError(option, [Problem((name,), f"got {text!r}, {error}")]) from None
 
 
 def _plain(recipe: Recipe) -> dict[str, Any]:
