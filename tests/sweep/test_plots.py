@@ -326,7 +326,7 @@ def notes_of(figure):
     return [text.get_text() for text in figure.texts] + [legend.get_title().get_text() for legend in figure.legends]
 
 
-def test_a_large_map_is_drawn_in_blocks_which_the_picture_says():
+def test_a_large_map_is_drawn_in_pixels_of_many_cells_which_the_plot_says():
     figure = plot_map(large())
     assert figure.axes[0].collections[0].get_array().shape == (367, 500)
     assert "each pixel shows 3 x 3 cells: their most frequent value" in notes_of(figure)
@@ -431,14 +431,14 @@ def test_a_map_is_no_trajectory():
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
-def test_pictures_are_written_in_the_format_of_their_name(suffix, tmp_path):
+def test_plots_are_written_in_the_format_of_their_name(suffix, tmp_path):
     path = tmp_path / f"map{suffix}"
     page.save(plot_map(plane()), path, dpi=60)
     assert path.read_bytes()[:4] in (b"\x89PNG", b"<?xm", b"%PDF")
 
 
 @pytest.mark.parametrize("name", ["map.sketch", "absent/map.png"])
-def test_pictures_that_cannot_be_written_are_named(name, tmp_path):
+def test_plots_that_cannot_be_written_are_named(name, tmp_path):
     with pytest.raises(PlotError, match=name):
         page.save(plot_map(plane()), tmp_path / name)
 

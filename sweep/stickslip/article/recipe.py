@@ -1,4 +1,4 @@
-"""What a figure of the article is here: a picture, its data and its findings, from configurations of `configs/article`.
+"""What a figure of the article is here: a plot, its data and its findings, from configurations of `configs/article`.
 
 Figures are made by functions of no arguments. The helpers below are what such functions share: cells and trajectories
 of a configuration, and the place between two cells where the regime changes.
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure as Picture
+from matplotlib.figure import Figure as Plot
 from numpy.typing import NDArray
 
 from stickslip.api import evaluate, simulate
@@ -34,9 +34,9 @@ STICK_SLIP = REGIMES.index("stick_slip")
 
 @dataclass(frozen=True)
 class Made:
-    """A figure made: its picture, its data and its findings (numbers in SI, regimes by name)."""
+    """A figure made: its plot, its data and its findings (numbers in SI, regimes by name)."""
 
-    picture: Picture
+    plot: Plot
     data: xr.Dataset
     findings: Findings
 

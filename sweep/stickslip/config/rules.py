@@ -77,7 +77,7 @@ def findings(space: Space) -> Iterator[Finding]:
 
 
 def _order(axis: Values) -> Iterator[Finding]:
-    """Values of an axis differ, and numbers run one way: they become a coordinate."""
+    """Values of an axis differ, and numbers are monotone: they become a coordinate."""
     seen: dict[float | str, int] = {}
     for i, value in enumerate(map(QUANTITIES[axis.name].written, axis.values)):
         if value in seen:
@@ -106,7 +106,7 @@ def _stop(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
     """mu_stop <= mu_start."""
     cell = _worst(space, {"mu_stop": 1, **{name: -1 for name in curve}}, lambda p: _total(p, curve) - p["mu_stop"])
     if cell and cell.margin < -_ROUNDING * cell.values["mu_stop"]:
-        hint = "a contact cannot need more friction coming to rest than to break away"
+        hint = "friction at standstill cannot exceed that at break-away"
         yield Finding(cell.paths["mu_stop"], f"at most {_start_text(cell.values, curve)}", hint)
 
 
@@ -114,7 +114,7 @@ def _static(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
     """mu_static >= mu_start."""
     cell = _worst(space, {"mu_static": -1, **curve}, lambda p: p["mu_static"] - _total(p, curve))
     if cell and cell.margin < -_ROUNDING * _total(cell.values, curve):
-        hint = "the static friction is that of break-away or more; leave mu_static out for mu_start"
+        hint = "static friction is at least that of the curve; leave mu_static out for mu_start"
         yield Finding(cell.paths["mu_static"], f"at least {_start_text(cell.values, curve)}", hint)
 
 
@@ -134,12 +134,12 @@ def _measured(space: Space) -> Iterator[Finding]:
 
 
 def _drive(space: Space) -> Iterator[Finding]:
-    """The belt of a rig moves, and comes up to its speed within a stroke, if it has a ramp."""
+    """The belt of a rig moves, and reaches its speed within a stroke, if it has a ramp."""
     if "stroke" not in space.names():
         return
     moving = _worst(space, {"belt_speed": -1}, lambda p: p["belt_speed"])
     if moving and moving.margin <= 0:
-        yield Finding(moving.paths["belt_speed"], "a speed above 0 m/s, that of the drive", "strokes go to and fro")
+        yield Finding(moving.paths["belt_speed"], "a speed above 0 m/s, that of the drive", "strokes are reciprocating")
         return
     cell = _worst(
         space, {"stroke": -1, "belt_speed": 1, "ramp": 1}, lambda p: p["stroke"] / p["belt_speed"] - p["ramp"]

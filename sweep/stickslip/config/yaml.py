@@ -1,7 +1,7 @@
 """YAML in, plain data out, with the place of every key and value.
 
 What is read is YAML 1.2 with its core types: ``1e-3`` is a number, ``yes`` a word, ``017`` seventeen. Tags, anchors and
-aliases are refused: a configuration is plain data, and they are how YAML files grow beyond all bounds when read.
+aliases are refused: a configuration is plain data, and with these YAML files can grow without bound when read.
 """
 
 from __future__ import annotations
@@ -201,7 +201,7 @@ class _Builder:
         return value
 
     def _note(self, problem: Problem) -> None:
-        """Keep a problem; the last straw is raised."""
+        """Keep a problem; raise all once there are too many."""
         self._document.problems.append(problem)
         if len(self._document.problems) >= MOST_PROBLEMS:
             raise ConfigError(self._document.name, self._document.problems)

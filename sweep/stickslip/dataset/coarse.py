@@ -1,4 +1,4 @@
-"""Maps with more cells than a picture has pixels, reduced block by block.
+"""Maps with more cells than a plot has pixels, reduced block by block.
 
 A block of n x m cells becomes one value that stands for all of them: the most frequent flag, with a mark where the
 block holds others as well, or the mean of the cells that have a value. Nothing is skipped, so a thin regime shows at

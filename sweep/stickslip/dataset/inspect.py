@@ -1,4 +1,4 @@
-"""Cells of a map that need a look: how many there are, which they are, and how to see one of them move.
+"""Cells of a map that need attention: how many, which, and how to simulate one of them.
 
 One pass over the flags, a slab at a time, whatever the size of the map.
 """
@@ -22,7 +22,7 @@ from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.words import listed, nearest
 
 _CODES = 256  # what fits in the byte of a flag
-_CYCLES = 5  # of stick-slip that are worth a look
+_CYCLES = 5  # of stick-slip that are worth seeing
 _OSCILLATIONS = 20  # of the undamped oscillator, where nothing else is known
 _LOOK = ("breakaway_time", "period", "mass", "stiffness")  # what tells how long to look
 

@@ -1,4 +1,4 @@
-"""How much of a map is what, and how much of it needs a look."""
+"""Shares of the regimes in a map, and how many cells need attention."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Result files into lazy datasets, and nothing wrong out of broken ones.
+"""Result files into lazy datasets; damaged ones are refused.
 
 Data variables come back as dask arrays with the chunks of the file; a chunk is read when it is used, and a corrupt one
 is a StoreError that names file, variable and place. Chunks carry checksums and the rest of the file is sealed
@@ -160,7 +160,7 @@ def _in_chunks(ds: xr.Dataset, path: str) -> xr.Dataset:
 
 
 def _without_threads() -> None:
-    """Have dask start threads anew in a forked process: it would wait for those of its parent for ever."""
+    """Have dask start threads anew in a forked process: it would deadlock waiting for those of its parent."""
     threaded: Any = sys.modules.get("dask.threaded")
     if threaded:
         threaded.default_pool = None
@@ -180,7 +180,7 @@ def _chunk_lengths(variable: xr.Variable) -> tuple[int, ...]:
 
 
 def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
-    """What lacks in a Zarr store of which every chunk was written; None if it is whole.
+    """What is missing in a Zarr store of which every chunk was written; None if it is whole.
 
     Zarr takes a chunk that is not there for one that holds nothing but the fill value.
     """

@@ -1,11 +1,11 @@
 """A checksum over what the checksums of chunks do not cover.
 
-Chunks carry a checksum each (Fletcher-32 in netCDF, CRC-32C in Zarr), but names, units, texts and single numbers lie in
-the file bare. The seal is a digest over those, kept in a global attribute: a flipped bit in the configuration or in
+Chunks carry a checksum each (Fletcher-32 in netCDF, CRC-32C in Zarr), but names, units, texts and single numbers are
+stored without. The seal is a digest over those, kept in a global attribute: a flipped bit in the configuration or in
 the mass of all cells is found when the file is opened. History, title and the like may be edited freely.
 
-What no checksum can tell is a chunk that is not there, because its place in the file's table of chunks was damaged: it
-reads as fill values. So these differ from all values that are written.
+What no checksum can detect is a chunk that is not there, because its place in the file's table of chunks was damaged:
+it reads as fill values. So these differ from all values that are written.
 """
 
 from __future__ import annotations

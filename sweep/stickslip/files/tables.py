@@ -2,7 +2,7 @@
 
 People's programs write commas or semicolons, decimal points or decimal commas.
 
-Columns separated by commas have decimal points. Columns separated by semicolons or tabulators have either, the same in
+Columns separated by commas have decimal points. Columns separated by semicolons or tabs have either, the same in
 the whole file; a file that mixes them is refused, because "1,234" might then mean thousands. Lines that are empty or
 start with # hold no numbers; what such remarks say is kept.
 """
@@ -56,7 +56,7 @@ class Table:
     """A file in parts, no number read yet.
 
     remarks : what stands behind the # of comment lines. heading : the cells of the first other line.
-    lines : the rest, each with its number. separator : one of comma, semicolon and tabulator; `separators` might be.
+    lines : the rest, each with its number. separator : one of comma, semicolon and tab; `separators` might be.
     """
 
     name: str

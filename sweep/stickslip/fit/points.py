@@ -26,7 +26,7 @@ from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.words import listed, nearest
 
 _HEADING = re.compile(r"([^\[\]()]*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
-_SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; nobody measures more or less, and squares must stay finite
+_SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; measurements are not beyond, and squares must stay finite
 _PURE = ("", "1", "-")  # how people write "no unit"
 
 

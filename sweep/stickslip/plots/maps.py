@@ -38,7 +38,7 @@ BORDERS: dict[float, tuple[Literal["solid", "dashed"], str]] = {
 MAX_PANELS = 16
 
 _MAX_PANEL_COLUMNS = 4
-_TITLE_WIDTH = 70  # letters in a line above the picture
+_TITLE_WIDTH = 70  # letters in a line above the plot
 _BAR_WIDTH = 45  # letters along a colour bar
 _PANEL_WIDTH, _PANEL_HEIGHT = 36, 30  # letters along the sides of one of several panels
 _PIXELS = (540, 720)  # rows and columns a lone map has on a page of 150 dpi
@@ -61,7 +61,7 @@ def plot_map(
     """One variable of a map over its last two dimensions, small multiples over the others.
 
     select : fixes dimensions (`select.places` says how); the title names the points that are drawn.
-    borders : draw where linear theory puts the border of stability and that of overshoot.
+    borders : draw the borders of linear theory: of stability, and of overshoot.
     A map of one dimension becomes a strip of regimes with the variable below it (for a flag, the damping ratio).
     Maps of more cells than pixels are drawn block by block (`coarse.py`), which a note below says; no cell is skipped,
     and memory stays small. Raises PlotError; StoreError where a file turns out to be damaged.
@@ -130,7 +130,7 @@ def _painted(arrays: Sequence[xr.DataArray], variable: str, block: Block) -> tup
 
 
 def _note(block: Block, is_flag: bool) -> str | None:
-    """How many cells stand behind a pixel, unless it is one."""
+    """How many cells a pixel shows, unless it is one."""
     if block == (1, 1):
         return None
     rows, columns = block

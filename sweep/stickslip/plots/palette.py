@@ -1,4 +1,4 @@
-"""Colours: the same for a regime in every picture.
+"""Colours: the same for a regime in every plot.
 
 The palette is that of Okabe and Ito, which colour-blind readers can tell apart; what was not decided is white, grey or
 black.
@@ -134,6 +134,6 @@ def _pale(colour: str) -> str:
 
 
 def _swatch(name: str, colour: str, remark: str = "") -> Patch:
-    """A legend entry. stick_slip is written as the field writes it."""
+    """A legend entry. stick_slip is written stick-slip."""
     label = "stick-slip" if name == "stick_slip" else name.replace("_", " ")
     return Patch(facecolor=colour, edgecolor="black", linewidth=0.5, label=label + remark)

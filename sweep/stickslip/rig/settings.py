@@ -1,4 +1,4 @@
-"""What a configuration says about records: how to read them, what to look for in them, and the risk model.
+"""Settings for records: how to read them, how to evaluate them, and the risk model.
 
     record:
       columns: {force: Kraft}             # our name: the heading in the file
@@ -8,7 +8,7 @@
     features: {bandwidth: 2 kHz}
     risk: {weight_sticks: 1.5}
 
-Every section and every key may be missing. Everything is checked at once, with lines and columns.
+Every section and every key is optional. Everything is checked at once, with lines and columns.
 """
 
 from __future__ import annotations

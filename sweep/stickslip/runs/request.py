@@ -1,4 +1,4 @@
-"""What is wanted of a run, what comes of it, and how it may end."""
+"""What is asked of a run, and its outcome."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ OnError = Literal["continue", "stop"]
 
 @dataclass(frozen=True)
 class Request:
-    """What is wanted of a run.
+    """What is asked of a run.
 
     output : result to write; None leaves the blocks in the store.
     place : path or URL of the store; None lays it beside the output.
@@ -72,7 +72,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run came to, in cells: of the map, found in the store, taken over from an older result, computed.
+    """The outcome of a run, in cells: of the map, found in the store, taken over from an older result, computed.
 
     output : the result, if it was written or (`up_to_date`) was there already. where : the store, if it is still there.
     machines : what computed, if not threads of this process.

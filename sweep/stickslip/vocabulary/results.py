@@ -1,7 +1,7 @@
 """Every quantity that comes out of the engine, declared once.
 
-`VARIABLES` are what it says of a cell, `TRACE_VARIABLES` what it says of one trajectory over time. Datasets, plots and
-documentation read these tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS wants them
+`VARIABLES` are those of a cell, `TRACE_VARIABLES` those of one trajectory over time. Datasets, plots and
+documentation read these tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS requires
 (``m s-1``).
 """
 

@@ -102,7 +102,7 @@ class _Look:
 
 
 def _lights(ds: xr.Dataset, shape: tuple[int, ...]) -> _Look:
-    """The model RPN on its traffic light."""
+    """The model RPN in its traffic-light colours."""
     bands = ("unknown", *BANDS)
     band = ds[BAND].values.reshape(shape)
     rpn = ds[RPN].values.reshape(shape)

@@ -1,4 +1,4 @@
-"""The working store of a run: what is finished, safe from whatever may happen.
+"""The working store of a run: finished blocks, safe against crashes.
 
 What is where:
 
