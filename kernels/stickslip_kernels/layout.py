@@ -186,8 +186,8 @@ RIG_SUMS = (
 )  # fmt: skip
 
 # Rows of `signals` (SIGNAL_ROWS, any): true frame, SIGNAL_FRICTION in units of the load
-SIGNAL_XI, SIGNAL_ETA, SIGNAL_ACCELERATION, SIGNAL_FRICTION, SIGNAL_MODE = range(5)
-SIGNAL_ROWS = 5
+SIGNAL_XI, SIGNAL_ETA, SIGNAL_FRICTION, SIGNAL_MODE = range(4)
+SIGNAL_ROWS = 4
 
 # Columns of `stops` (capacity, STOP_COLUMNS); row 0 is a header whose first number counts the stick phases. Without
 # rows it is switched off.

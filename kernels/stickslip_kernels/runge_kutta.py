@@ -19,6 +19,7 @@ from .tableau import TSITOURAS_54
 MOST_TRIES = 30
 STAGE_W = (at.W, at.W_2, at.W_3, at.W_4, at.W_5, at.W_6, at.W_NEW)
 STAGE_DW = (at.DW, at.K_2, at.K_3, at.K_4, at.K_5, at.K_6, at.DW_NEW)
+ERROR_WEIGHTS = TSITOURAS_54.error_weights
 # PI control (Hairer & Wanner II, IV.2): the step grows like error^-ALPHA * last_error^BETA.
 BETA = 0.4 / TSITOURAS_54.order
 ALPHA = 1.0 / TSITOURAS_54.order - 0.75 * BETA
@@ -37,47 +38,28 @@ def try_step(law, s, rtol):
     interpolate(s)
 
 
-def weighted_sum(rows, weights):
-    """A function of the lanes: the sum of what a lane holds in some rows, with these weights, in the order given.
-
-    A function for each sum: its rows and weights are constants, so that the compiler sees straight-line code.
-    """
-    row, weight = rows[-1], weights[-1]
-    if len(weights) == 1:
-
-        @compiled(inline=True)
-        def last(s, i):
-            return weight * s[row + i]
-
-        return last
-    before = weighted_sum(rows[:-1], weights[:-1])
-
-    @compiled(inline=True)
-    def total(s, i):
-        return before(s, i) + weight * s[row + i]
-
-    return total
-
-
 def stage_loop(n):
     """The loop of stage number n of the pair, counted from 0: y and w at its node, and w' there.
 
-    y' = b - w is linear, so y needs only the stages of w: sum_j a_nj (b - w_j) = c_n b - sum_j a_nj w_j.
+    A function for each stage: its rows and weights are constants, so that the compiler sees straight-line code. y' =
+    b - w is linear, so y needs only the stages of w: sum_j a_nj (b - w_j) = c_n b - sum_j a_nj w_j.
     """
-    weights, node = TSITOURAS_54.matrix[n], TSITOURAS_54.nodes[n]
+    weights, node, row_w, row_dw = TSITOURAS_54.matrix[n], TSITOURAS_54.nodes[n], STAGE_W[n], STAGE_DW[n]
     first, last = n == 1, n + 1 == len(STAGE_W)
-    sum_w, sum_dw = weighted_sum(STAGE_W[:n], weights), weighted_sum(STAGE_DW[:n], weights)
-    row_w, row_dw = STAGE_W[n], STAGE_DW[n]
 
     @compiled
     def loop(law, s):
         for i in range(at.WIDTH):
             if first:
                 s[at.TAKEN + i] = min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i])
-            h = s[at.TAKEN + i]
+            h, sum_w, sum_dw = s[at.TAKEN + i], weights[0] * s[at.W + i], weights[0] * s[at.DW + i]
+            if not first:  # around an empty loop the compiler would take the first lane apart
+                for j in range(1, n):
+                    sum_w += weights[j] * s[STAGE_W[j] + i]
+                    sum_dw += weights[j] * s[STAGE_DW[j] + i]
             mean_belt = s[at.B + i] + 0.5 * (node * h) * s[at.ALPHA + i]  # over the time up to the node
-            y = s[at.Y + i] + h * (node * mean_belt - sum_w(s, i))
-            w = s[at.W + i] + h * sum_dw(s, i)
+            y = s[at.Y + i] + h * (node * mean_belt - sum_w)
+            w = s[at.W + i] + h * sum_dw
             if last:
                 s[at.Y_NEW + i] = y
             s[row_w + i], s[row_dw + i] = w, slope_in_lane(law, s, i, y, w)
@@ -101,8 +83,6 @@ def stages_from(n):
 
 
 stages = stages_from(1)  # the first, number 0, is the last of the step before
-error_of_y = weighted_sum(STAGE_W, TSITOURAS_54.error_weights)
-error_of_w = weighted_sum(STAGE_DW, TSITOURAS_54.error_weights)
 
 
 @compiled(inline=True)
@@ -137,8 +117,11 @@ def control_step(law, s, rtol):
     relative error is what delays the slip.
     """
     for i in range(at.WIDTH):
-        h = s[at.TAKEN + i]
-        s[at.ERROR_Y + i], s[at.ERROR_W + i] = -h * error_of_y(s, i), h * error_of_w(s, i)
+        h, error_y, error_w = s[at.TAKEN + i], 0.0, 0.0
+        for j in range(len(STAGE_W)):
+            error_y -= ERROR_WEIGHTS[j] * s[STAGE_W[j] + i]
+            error_w += ERROR_WEIGHTS[j] * s[STAGE_DW[j] + i]
+        s[at.ERROR_Y + i], s[at.ERROR_W + i] = h * error_y, h * error_w
         b = s[at.B + i] + s[at.TAKEN + i] * s[at.ALPHA + i]
         s[at.JERK_NEW + i] = jerk_in_lane(law, s, i, s[at.Y_NEW + i], s[at.W_NEW + i], s[at.DW_NEW + i], b)
     for i in range(at.WIDTH):

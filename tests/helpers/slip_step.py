@@ -2,10 +2,11 @@
 
 import numpy as np
 from hypothesis import strategies as st
+from numba import njit
 from scipy.integrate import solve_ivp
 
 from stickslip_kernels import layout as at
-from stickslip_kernels.equations import slip_acceleration, slip_jerk
+from stickslip_kernels.equations import jerk_in_lane, slope_in_lane
 from stickslip_kernels.laws import LAWS
 
 B, GAMMA, OFFSET, SLOPE, DROP, RATE = 0.4, 0.05, 1.0, 0.1, 0.3, 3.0
@@ -15,18 +16,29 @@ WEAKENING = {"stribeck": lambda z: np.exp(-z), "rational": lambda z: 1.0 / (1.0 
 
 def lanes(law="stribeck", y=Y0, w=W0, gamma=GAMMA, step=np.inf, end=np.inf):
     """A buffer with this slip in every lane."""
-    s = np.zeros(at.LANE_NUMBERS)
-    drag, tag = gamma + SLOPE, LAWS[law]
-    dw = slip_acceleration(tag, y, w, drag, DROP, RATE, 1.0)
+    s, tag = np.zeros(at.LANE_NUMBERS), LAWS[law]
     rows = {
-        at.Y: y, at.W: w, at.DW: dw, at.JERK: slip_jerk(tag, y, w, dw, B, drag, DROP, RATE, 1.0),
-        at.WEAK: DROP * WEAKENING[law](RATE * w), at.B: B, at.G: gamma, at.OFFSET: OFFSET, at.SLOPE: SLOPE,
-        at.DROP: DROP, at.RATE: RATE, at.EXPONENT: 1.0, at.STEP: step, at.TAU_END: end, at.FLOOR: 1e-3,
-        at.FAR: 37.0 / RATE, at.HIDES: 2.0 / RATE,
+        at.Y: y, at.W: w, at.WEAK: DROP * WEAKENING[law](RATE * w), at.B: B, at.G: gamma, at.OFFSET: OFFSET,
+        at.SLOPE: SLOPE, at.DROP: DROP, at.RATE: RATE, at.EXPONENT: 1.0, at.STEP: step, at.TAU_END: end,
+        at.FLOOR: 1e-3, at.FAR: 37.0 / RATE, at.HIDES: 2.0 / RATE,
     }  # fmt: skip
     for row, value in rows.items():
         s[row : row + at.WIDTH] = value
+    s[at.DW : at.DW + at.WIDTH] = slope(tag, s, y, w)
+    s[at.JERK : at.JERK + at.WIDTH] = jerk(tag, s, y, w, s[at.DW])
     return s
+
+
+@njit
+def slope(tag, s, y, w):
+    """w' of the first lane."""
+    return slope_in_lane(tag, s, 0, y, w)
+
+
+@njit
+def jerk(tag, s, y, w, dw):
+    """w'' of the first lane."""
+    return jerk_in_lane(tag, s, 0, y, w, dw, B)
 
 
 def exact(t, law="stribeck", y=Y0, w=W0, gamma=GAMMA):

@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from helpers.slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, exact, lanes
+from helpers.slip_step import GAMMA, SLOPE, W0, Y0, end_of_step, exact, lanes
 from stickslip_kernels import layout as at
 from stickslip_kernels import runge_kutta
-from stickslip_kernels.equations import slip_acceleration, slip_jerk
 from stickslip_kernels.exponential import rough_log2
 from stickslip_kernels.laws import LAWS
 from stickslip_kernels.runge_kutta import GROW_MOST, SHRINK_MOST, step_factor
@@ -65,10 +64,8 @@ def test_between_its_ends_a_step_is_hardly_more_wrong_than_at_its_end():
 
 
 def test_jerk_is_the_derivative_of_the_acceleration():
-    k = slip_acceleration(TAG, Y0, W0, DRAG, DROP, RATE, 1.0)
-    jerk = slip_jerk(TAG, Y0, W0, k, B, DRAG, DROP, RATE, 1.0)
-    h = 1e-4
-    assert jerk == pytest.approx((exact(h, LAW)[2] - k) / h, rel=1e-3)
+    s, h = lanes(LAW), 1e-4
+    assert s[at.JERK] == pytest.approx((exact(h, LAW)[2] - s[at.DW]) / h, rel=1e-3)
 
 
 @given(st.floats(0.0, 1e10), st.floats(-50.0, 50.0))

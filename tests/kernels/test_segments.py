@@ -82,7 +82,7 @@ def test_friction_obeys_its_law_where_the_drive_turns_at_a_break_away(hysteretic
         found = outcome(drive, samples=500, rtol=1e-8, **contact)
         assert found.status == at.HORIZON_REACHED
         assert abs(imbalance(drive, found)) < 1e-6
-        xi, eta, _, friction, mode = found.signals
+        xi, eta, friction, mode = found.signals
         slip = belt_at(drive, found.time) - eta
         sliding = np.isin(mode, (at.RISE, at.FAST)) & (np.abs(slip) > 1e-7)
         a1, a2, a3, a4 = contact["curve"]

@@ -80,7 +80,7 @@ def test_a_slow_drive_draws_the_loop_of_coulomb_friction():
     first, whole = (outcome(strokes(speed, ramp, plateau, count=n), 8001, **contact) for n in (2, 4))
     area = 2.0 * mu * (stroke - 2.0 * mu)
     assert whole.drive_work - first.drive_work == pytest.approx(area, rel=3.0 * speed)
-    xi, _, _, friction, mode = whole.signals
+    xi, _, friction, mode = whole.signals
     assert (xi.max(), xi.min()) == pytest.approx((mu, -mu), abs=3.0 * speed)
     last = whole.time > 0.5 * whole.time_end
     climbing = last & (mode == at.STICK) & (np.abs(friction) < 0.9 * mu)
@@ -140,7 +140,7 @@ def test_largest_acceleration_is_that_of_a_dense_look(law, hysteretic):
     for _ in range(15):
         drive, contact = random_drive(random), random_contact(random, law, hysteretic)
         found = outcome(drive, 40_001, rtol=1e-9, law=law, **contact)
-        xi, eta, _, friction, _ = found.signals
+        xi, eta, friction, _ = found.signals
         sampled = np.abs(friction - contact["gamma"] * eta - xi).max()
         assert sampled <= found.acceleration_max * (1.0 + 1e-6) + 1e-9
         close += sampled >= 0.99 * found.acceleration_max

@@ -29,9 +29,8 @@ CASES = {
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_samples_obey_the_equation_of_motion_and_the_friction_law(case):
     column = cell(**case, horizon=25.0)
-    xi, eta, acceleration, friction, mode = trajectory(column, 3001)[0]
+    xi, eta, friction, mode = trajectory(column, 3001)[0]
     relative = column[at.BELT] - eta
-    np.testing.assert_allclose(acceleration + column[at.GAMMA] * eta + xi, friction, atol=1e-14)
     w = np.abs(relative)
     a1, a2, a3, a4 = column[[at.A1, at.A2, at.A3, at.A4]]
     on_curve = np.isin(mode, [at.RISE, at.FAST])
@@ -40,7 +39,8 @@ def test_samples_obey_the_equation_of_motion_and_the_friction_law(case):
     assert (relative[~slips] == 0.0).all()
     assert (np.sign(relative) == np.sign(friction))[slips & (w > 1e-9)].all()
     assert (np.abs(friction)[~slips] <= a1 + a3 + 1e-12).all()
-    assert (acceleration[np.isin(mode, [at.STICK, at.HOLD])] == 0.0).all()
+    still = np.isin(mode, [at.STICK, at.HOLD])
+    np.testing.assert_allclose((column[at.GAMMA] * eta + xi)[still], friction[still], atol=1e-14)
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)

@@ -20,12 +20,13 @@ and, where they differ from the defaults below,
     hidden_depth(delta)                     by how much z may dip inside a step below both ends of it (`steep.py`)
 """
 
+from importlib import import_module
 from math import inf
 
 from ..jit import by_type
-from . import cubic, rational, stribeck, stribeck_delta
 
-_FILES = {"stribeck": stribeck, "stribeck_delta": stribeck_delta, "rational": rational, "cubic": cubic}
+_NAMES = ("stribeck", "stribeck_delta", "rational", "cubic")
+_FILES = {name: import_module(f".{name}", __name__) for name in _NAMES}
 LAWS = {name: file.TAG for name, file in _FILES.items()}
 STEPPERS = {type(file.TAG): file.STEPPER for file in _FILES.values()}
 by_law = by_type(lambda law, *_: law)

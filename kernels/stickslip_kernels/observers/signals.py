@@ -152,19 +152,18 @@ class OnLine(NamedTuple):
 
 @by_type(lambda phase, *_: phase, inline=True)
 def motion_in(phase, m, i, t):
-    """u, b, w, w' and the friction coefficient at t after the present state of lane i, in a phase of its motion."""
+    """u, b, w and the friction coefficient at t after the present state of lane i, in a phase of its motion."""
     s = m.s
     y, w = load_and_speed(s, i, t)
     b, mu = belt_in_lane(m, i, t), s[at.OFFSET + i] + s[at.SLOPE + i] * w + weakening_in_lane(m.law, s, i, w)
-    u = y + s[at.OFFSET + i] - s[at.ALPHA + i] - s[at.G + i] * b
-    return u, b, w, s[at.ALPHA + i] + u + s[at.G + i] * (b - w) - mu, mu
+    return y + s[at.OFFSET + i] - s[at.ALPHA + i] - s[at.G + i] * b, b, w, mu
 
 
 @motion_in.of(ConstantSpeed)
 def _at_constant_speed(phase, m, i, t):
     alpha, w = m.s[at.ALPHA + i], phase.w
     b, u = phase.b + alpha * t, phase.u + t * (phase.b - w + 0.5 * alpha * t)
-    return u, b, w, 0.0, alpha + u + m.s[at.G + i] * (b - w)
+    return u, b, w, alpha + u + m.s[at.G + i] * (b - w)
 
 
 @motion_in.of(OnLine)
@@ -172,7 +171,7 @@ def _on_line(phase, m, i, t):
     alpha, push, line = m.s[at.ALPHA + i], m.s[at.B + i] - phase.w, phase.line
     w, dw, _, _ = motion(phase.w, phase.v, push, alpha, line.drag, t)
     b, mu = belt_in_lane(m, i, t), line.mu_stop + line.slope * w
-    return mu + dw - alpha - m.s[at.G + i] * (b - w), b, w, dw, mu
+    return mu + dw - alpha - m.s[at.G + i] * (b - w), b, w, mu
 
 
 @compiled(inline=True)
@@ -181,14 +180,14 @@ def record(m, i, phase, duration):
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
     for node in range(len(NODES)):
         weight = WEIGHTS[node] * duration
-        _, b, w, _, mu = motion_in(phase, m, i, NODES[node] * duration)
+        _, b, w, mu = motion_in(phase, m, i, NODES[node] * duration)
         results[at.RIG_DRIVE_WORK, c] += weight * mu * b
         results[at.RIG_FRICTION_HEAT, c] += weight * mu * w
         results[at.RIG_DAMPER_HEAT, c] += weight * s[at.G + i] * (b - w) * (b - w)
     first, last = due_samples(m, i, duration)
     for k in range(first, last):
-        u, b, w, dw, mu = motion_in(phase, m, i, time_to_sample(m, i, k))
-        put_sample(m, i, k, u, b - w, s[at.ALPHA + i] - dw, mu)
+        u, b, w, mu = motion_in(phase, m, i, time_to_sample(m, i, k))
+        put_sample(m, i, k, u, b - w, mu)
 
 
 # --- shared ---------------------------------------------------------------------------------------------------------
@@ -222,13 +221,12 @@ def due_samples(m, i, duration):
 
 
 @compiled(inline=True)
-def put_sample(m, i, k, u, velocity, acceleration, friction):
+def put_sample(m, i, k, u, velocity, friction):
     """Write sample k of lane i, in the true frame."""
     signals, sigma = m.observer.signals, m.s[at.SIGMA + i]
     n = int(m.observer.runs[int(m.s[at.CELL + i]), at.FIRST_SAMPLE]) + k
     signals[at.SIGNAL_XI, n], signals[at.SIGNAL_ETA, n] = sigma * u, sigma * velocity
-    signals[at.SIGNAL_ACCELERATION, n], signals[at.SIGNAL_FRICTION, n] = sigma * acceleration, sigma * friction
-    signals[at.SIGNAL_MODE, n] = m.s[at.MODE + i]
+    signals[at.SIGNAL_FRICTION, n], signals[at.SIGNAL_MODE, n] = sigma * friction, m.s[at.MODE + i]
 
 
 observers.register(Signals, globals())

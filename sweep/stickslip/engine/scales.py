@@ -84,19 +84,18 @@ def to_si(rows: NDArray[np.float64], cells: Cells, full: bool) -> Results:
     return si
 
 
-def samples_to_si(signals: NDArray[np.float64], cell: Cells, belt_speed: float) -> Results:
-    """The signals of one cell, in SI; belt_speed in kernel units."""
+def samples_to_si(signals: NDArray[np.float64], cell: Cells, column: NDArray[np.float64]) -> Results:
+    """The signals of one cell on a steady belt, in SI; column : the cell in kernel units."""
     m, k, load, belt = (float(cell[name][0]) for name in ("mass", "stiffness", "normal_load", "belt_speed"))
-    force, relative = (
-        signals[layout.SIGNAL_XI] * load,
-        (belt_speed - signals[layout.SIGNAL_ETA]) * load / np.sqrt(k * m),
-    )
+    xi, eta, friction, mode = signals
+    force, relative = xi * load, (column[layout.BELT] - eta) * load / np.sqrt(k * m)
+    accelerating = (mode != layout.STICK) & (mode != layout.HOLD)
     return {
         "displacement": force / k,
         "velocity": belt - relative,
         "relative_speed": relative,
-        "friction_coefficient": signals[layout.SIGNAL_FRICTION],
+        "friction_coefficient": friction,
         "spring_force": force,
-        "acceleration": signals[layout.SIGNAL_ACCELERATION] * load / m,
-        "mode": signals[layout.SIGNAL_MODE],
+        "acceleration": np.where(accelerating, friction - xi - column[layout.GAMMA] * eta, 0.0) * load / m,
+        "mode": mode,
     }

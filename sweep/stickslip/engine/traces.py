@@ -34,4 +34,4 @@ def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Res
         reached = np.max(times, where=np.isfinite(signals[layout.SIGNAL_XI]), initial=0.0)
         name = STATUSES[status]
         raise NotReachedError(f"the motion is known to {reached:g} s of {horizon:g} s, {name}: {STATUS_MESSAGES[name]}")
-    return samples_to_si(signals, cell, float(column[layout.BELT, 0]))
+    return samples_to_si(signals, cell, column[:, 0])
