@@ -30,7 +30,7 @@ FLOORS = (
 INNER_FLOORS = {
     "rig": ({"quantities", "risk", "words", "settings"}, {"records"}, {"analysis"}, {"simulate"}, {"report"}),
     "runs": (
-        {"blocks", "boxes", "settings", "reuse", "work"}, {"workdir"}, {"request", "earlier", "probe"}, {"compute"},
+        {"blocks", "regions", "settings", "reuse", "work"}, {"workdir"}, {"request", "earlier", "probe"}, {"compute"},
         {"assembly"}, {"session", "collecting"},
     ),
 }  # fmt: skip
@@ -38,7 +38,8 @@ MOST_LINES = 400  # of a file
 SEAM = "engine"  # the only package of sweep/ that knows the kernels
 MAY_PRINT = {"cli"}
 KERNEL_IMPORTS = {"numpy", "numba", "llvmlite", "stickslip_kernels"} | {
-    "__future__", "contextlib", "dataclasses", "hashlib", "importlib", "math", "os", "pathlib", "sys", "tempfile", "typing",
+    "__future__", "contextlib", "dataclasses", "hashlib", "importlib", "math", "os", "pathlib", "sys", "tempfile",
+    "typing",
 }  # fmt: skip
 
 

@@ -52,12 +52,12 @@ class MapAxis:
         """Borders of the cells: half way between neighbours, on the scale of the axis."""
         return np.exp(_midpoints(np.log(self.centres))) if self.is_log else _midpoints(self.centres)
 
-    def block_edges(self, step: int) -> NDArray[np.float64]:
-        """Borders of blocks of `step` cells; the last may be shorter."""
+    def pixel_edges(self, step: int) -> NDArray[np.float64]:
+        """Borders of pixels of `step` cells; the last may be shorter."""
         return np.append(self.edges[:-1:step], self.edges[-1])
 
-    def block_points(self, step: int) -> NDArray[np.float64]:
-        """Where the cells in the middle of the blocks lie."""
+    def pixel_points(self, step: int) -> NDArray[np.float64]:
+        """Where the cells in the middle of the pixels lie."""
         return self.centres[middles(self.length, step)]
 
     @cached_property

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.dataset.slabs import slabs
+from stickslip.dataset.chunks import chunks
 from stickslip.vocabulary.flags import FLAGS, REGIMES
 
 BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact
@@ -41,8 +41,8 @@ def flag_counts(flags: xr.DataArray) -> dict[str, int]:
     Codes without a name, which a newer version may have written, are counted as ``code_9``.
     """
     counts = np.zeros(_CODES, np.int64)
-    for slab in slabs(flags):
-        counts += np.bincount(codes(flags.isel(slab)), minlength=_CODES)
+    for chunk in chunks(flags):
+        counts += np.bincount(codes(flags.isel(chunk)), minlength=_CODES)
     return named(counts, str(flags.name))
 
 
