@@ -85,7 +85,7 @@ def rig_features(
     end: str | None,
     output: Path | None,
 ) -> None:
-    """Compute features and a risk number from records of a test rig.
+    """Compute features and a risk number of rig records.
 
     Each FILE is a CSV with the columns time, force and acceleration, and, if known, drive_velocity or
     drive_displacement; units stand in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.

@@ -101,7 +101,7 @@ def _show(found: Status) -> None:
 @DASK
 @reports_wrong_input
 def retry_failed(config_or_store: str, store: str | None, output: Path | None, dask: str | None) -> None:
-    """Compute the blocks that failed once more.
+    """Retry the blocks that failed.
 
     The map is written if nothing is missing then. Names a configuration, or the folder or URL of a store.
     """
