@@ -54,6 +54,7 @@ def article(figures: tuple[str, ...], output: Path) -> None:
     from stickslip.errors import UnknownFigureError
 
     prepare_kernels("stribeck")
+    prepare_kernels("stribeck", signals=True)  # trajectories
     try:
         made = make(figures, output, progress=lambda name: click.echo(f"{name} ...", err=True))
     except UnknownFigureError as error:

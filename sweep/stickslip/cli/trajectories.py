@@ -50,7 +50,7 @@ def simulate(
     if plot is not None:
         check_plot(plot)
     law = one.friction.law
-    prepare_kernels(law)
+    prepare_kernels(law, signals=True)
     cell = cell_of(one)
     ds = api.simulate(duration=time, samples=samples, law=law, rtol=solver.rtol, max_steps=solver.max_steps, **cell)
     if output is not None:
