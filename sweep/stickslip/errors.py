@@ -20,7 +20,7 @@ _LONGEST_KEY = 60  # characters
 
 
 class Place(NamedTuple):
-    """Where something stands in a text; line and column count from 1."""
+    """A position in a text; line and column count from 1."""
 
     line: int
     column: int

@@ -103,7 +103,7 @@ FIGURES: dict[str, Figure] = {
         "have none. It is exact for a curve the line mirrors (an error of {mirror_error_a4_10:.4f} of the drop, "
         "and going with the curvature).",
         "Where the slip stays below the minimum of the curve, {share_predicted_below_min:.1%} are right, where it "
-        "goes through the rising branch {share_predicted_past_min:.1%}: there lie "
+        "goes through the rising branch {share_predicted_past_min:.1%}; there occur "
         "{share_of_false_alarms_past_min:.1%} of the false alarms. So stiffness and belt speed do matter: right "
         "in {best_share:.0%} of cells at best and {worst_share:.0%} at worst ({worst_share_belt_speed:g} m/s, "
         "{worst_share_stiffness:g} N/m). On the curve of Figure 2 stick-slip begins at tendencies from "

@@ -131,7 +131,7 @@ def _tell(outcome: Outcome, seconds: float, request: Request, plot: Path | None)
 
 def _named_output(request: Request) -> list[str]:
     """The option that names the map where `collect` could not tell from the store alone."""
-    if request.place is None:  # then the store lies beside the map, and is called after it
+    if request.place is None:  # then the store is beside the map, and named after it
         return []
     return ["-o", str(request.output or "map.nc")]
 

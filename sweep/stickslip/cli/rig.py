@@ -88,7 +88,7 @@ def rig_features(
     """Compute features and a risk number of rig records.
 
     Each FILE is a CSV with the columns time, force and acceleration, and, if known, drive_velocity or
-    drive_displacement; units stand in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.
+    drive_displacement; units are given in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.
     """
     from stickslip import rig
     from stickslip.files import writing
@@ -221,7 +221,7 @@ def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, .
 def feature_screen_table(found: xr.Dataset, width: int) -> Table:
     """Features of records (dimension `record`) for the screen, the risk number in the colour of its band.
 
-    width : of the screen, characters. Names stand on one line; columns that do not fit beside them are left out, with
+    width : of the screen, characters. Names are on one line; columns that do not fit beside them are left out, with
         a note.
     """
     import numpy as np

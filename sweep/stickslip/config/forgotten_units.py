@@ -22,7 +22,7 @@ from stickslip.errors import Path, Problem, UnitWarning
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
 
-# The largest magnitudes, in SI, that are taken as they stand. Sliding contacts reach 30 m/s in brakes; friction falls
+# The largest magnitudes, in SI, that are taken as given. Sliding contacts reach 30 m/s in brakes; friction falls
 # within millimetres per second, and within a metre per second at most; oscillators that stick and slip weigh up to a
 # machine table, and their specimens and strokes are shorter than a metre.
 _LARGEST = {
@@ -100,7 +100,7 @@ def _largest(config: Config, name: str) -> float:
 
 
 def _bare(data: Any) -> Iterator[_Bare]:
-    """What stands without a unit in the plain data of a configuration that is right."""
+    """What is given without a unit in the plain data of a configuration that is right."""
     for section in dict.fromkeys(quantity.section for quantity in QUANTITIES.values()):
         for name, value in (data.get(section) or {}).items():
             if name in QUANTITIES:

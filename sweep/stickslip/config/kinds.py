@@ -64,7 +64,7 @@ def _given(data: Mapping[str, Any], section: str, key: str) -> object:
 
 
 def varied_paths(axes: Mapping[str, Any]) -> list[Path]:
-    """Where the quantities along axes stand, whether they are right or wrong."""
+    """The positions of the quantities along axes, whether they are right or wrong."""
     paths: list[Path] = []
     for name, axis in axes.items():
         zipped = axis.get("zip") if isinstance(axis, dict) else None

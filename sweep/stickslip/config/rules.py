@@ -27,9 +27,9 @@ Floats = NDArray[np.float64]
 
 
 class Finding(NamedTuple):
-    """One thing that does not fit: what stands at `path` is not what the rest makes one expect.
+    """One inconsistency: the value at `path` does not fit the rest.
 
-    got : what was found, where that is not what stands there.
+    got : what was found, where that is not the value itself.
     """
 
     path: Path
@@ -172,7 +172,7 @@ def _start_text(p: Mapping[str, float], curve: Mapping[str, int]) -> str:
 
 @dataclass(frozen=True)
 class _Cell:
-    """One cell: the margin there, the values it comes from, and where those stand in the file."""
+    """One cell: the margin there, the values it comes from, and their positions in the file."""
 
     margin: float
     values: Mapping[str, float]
@@ -222,7 +222,7 @@ def _section_path(name: str) -> Path:
 
 
 def _path(axis: Axis, name: str, i: int) -> Path:
-    """Where the value number `i` of the quantity `name` along `axis` stands."""
+    """The position of value number `i` of the quantity `name` along `axis`."""
     if isinstance(axis, Group):
         return ("axes", axis.name, "zip", name, i)
     if isinstance(axis, Range):

@@ -1,7 +1,7 @@
 """The sections of a configuration: frozen pydantic models, all in SI.
 
 What is a number is declared in the vocabulary, and read and written as its row says: NaN where a word such as "none"
-stands in the file. A quantity that varies along an axis is None here.
+is given in the file. A quantity that varies along an axis is None here.
 
 Validators report what they refuse through `refused`, so that every message says what was expected.
 """

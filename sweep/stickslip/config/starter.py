@@ -14,7 +14,7 @@ _TEXT = Template(
 #   stickslip run FILE         computes the map and plots it
 #
 # A quantity is a number in SI (kg, N, m, s) or a text with a unit: 0.002 and "2 mm/s" are the same speed.
-# Every quantity stands either in its section (the same in all cells) or under axes (varied), never in both.
+# Every quantity is given either in its section (the same in all cells) or under axes (varied), never in both.
 
 title: My first map
 

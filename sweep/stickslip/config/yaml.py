@@ -97,7 +97,7 @@ def parse_yaml(text: str, name: str = "<text>") -> Document:
 
 
 def _neighbours(path: FilePath) -> str | None:
-    """Which other YAML files lie where `path` was looked for, or come with the package."""
+    """Which other YAML files are where `path` was looked for, or come with the package."""
     found = sorted(p.name for p in path.parent.glob("*.y*ml"))[:8] if path.parent.is_dir() else []
     if not found and path.parts[:1] == ("configs",):
         return "`stickslip init --list` names the configurations that come with stickslip"

@@ -35,7 +35,7 @@ class Coarse:
 
 
 def pixel_for(shape: tuple[int, int], most: tuple[int, int]) -> Pixel:
-    """The smallest pixel with which no more than `most` of them lie on a side."""
+    """The smallest pixel with which there are no more than `most` along a side."""
     rows, columns = (max(1, ceil(length / limit)) for length, limit in zip(shape, most, strict=True))
     return rows, columns
 

@@ -62,7 +62,7 @@ def named(counts: NDArray[np.int64], flag: str) -> dict[str, int]:
 def remark(found: Mapping[str, Share], file: str | None = None, bad: Collection[str] = BAD_REGIMES) -> str | None:
     """What to tell of cells without a result; None if there are none.
 
-    found : what `summary` gives. file : where the map lies, for the command that lists them.
+    found : what `summary` gives. file : of the map, for the command that lists them.
     """
     counts = [f"{found[name].cells:,} {name.replace('_', ' ')}" for name in REGIMES if name in bad and name in found]
     if not counts:

@@ -88,7 +88,7 @@ def _is_zarr(source: Path | str) -> bool:
 
 
 def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
-    """The dataset as it lies in the file, coordinates and single numbers loaded, the rest waiting."""
+    """The dataset as stored in the file, coordinates and single numbers loaded, the rest waiting."""
     options: dict[str, Any] = {"consolidated": False} if engine == "zarr" else {"lock": NETCDF_LOCK}
     ds = xr.open_dataset(
         source, engine=engine, decode_times=False, decode_timedelta=False, chunks=None, cache=False, **options
@@ -172,7 +172,7 @@ if hasattr(os, "register_at_fork"):
 
 
 def _chunk_lengths(variable: xr.Variable) -> tuple[int, ...]:
-    """Chunks as they lie in the file; one for all where the file has none."""
+    """Chunks as stored in the file; one for all where the file has none."""
     preferred: Mapping[Any, int] = variable.encoding.get("preferred_chunks", {})
     return tuple(
         max(1, int(preferred.get(dim, length))) for dim, length in zip(variable.dims, variable.shape, strict=True)
@@ -195,7 +195,7 @@ def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
     return None
 
 
-# --- from how things lie in the file to how people use them -----------------------------------------------------------
+# --- from the layout of the file to that in memory ------------------------------------------------------------------
 
 
 def _labels_as_index(ds: xr.Dataset) -> xr.Dataset:

@@ -44,12 +44,12 @@ def digest(ds: xr.Dataset) -> str:
 
 
 def has_bare_values(variable: xr.Variable) -> bool:
-    """Whether the values lie in the file without checksum: single numbers, and text."""
+    """Whether the values are stored without checksum: single numbers, and text."""
     return variable.ndim == 0 or variable.dtype.kind not in "fiu"
 
 
 def is_unwritten(values: NDArray[Any]) -> bool:
-    """Whether some values are fill values, which stand where a chunk got lost."""
+    """Whether some values are fill values, as they are where a chunk got lost."""
     fill = _NETCDF_FILL.get(values.dtype.str[1:])
     if fill is not None and bool((values == fill).any()):
         return True

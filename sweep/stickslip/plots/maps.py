@@ -156,7 +156,7 @@ def _panel_layout(ds: xr.Dataset, outer: Sequence[Hashable]) -> tuple[int, int]:
 
 
 def _name_outer_axes(grid: NDArray[Any], count: int, x_title: str, y_title: str) -> None:
-    """Axis titles at the left and at the bottom of each column, whose last panel may lie above an empty place."""
+    """Axis titles at the left and at the bottom of each column, whose last panel may be above an empty place."""
     rows, columns = grid.shape
     size = "medium" if count == 1 else "small"
     if count > 1:

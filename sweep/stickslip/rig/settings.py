@@ -157,7 +157,7 @@ class _Reader(Complaints):
         )
 
     def _by_column(self, key: str, value: object) -> dict[str, tuple[Path, str]]:
-        """A mapping from names of columns, as people write them, to texts and where they stand."""
+        """A mapping from names of columns, as people write them, to texts and their positions."""
         found: dict[str, tuple[Path, str]] = {}
         for word, text in self.mapping(value, ("record", key), "names of columns").items():
             path, name = ("record", key, word), column_name(word)

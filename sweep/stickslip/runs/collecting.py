@@ -29,7 +29,7 @@ class Collected:
 def collect(request: Request) -> Collected:
     """Write the result from the blocks that are there; the cells of others are "not computed".
 
-    A result that lies there already must be one of the same map, and keeps its cells. A complete result replaces its
+    A result that exists already must be one of the same map, and keeps its cells. A complete result replaces its
     store, unless that is kept or another run works there. Raises StoreError.
     """
     if request.output is None:

@@ -64,7 +64,7 @@ class Request:
         return None if isinstance(named, str) and named == HERE else named
 
     def folder(self) -> Folder:
-        """Where the store lies. Raises StoreError if neither it nor an output is named."""
+        """The place of the store. Raises StoreError if neither it nor an output is named."""
         if self.place is None and self.output is None:
             raise StoreError("a run needs a place: name an output file, or a store with --store")
         return folder_at(self.place if self.place is not None else parts.beside(Path(self.output or "")))
@@ -93,7 +93,7 @@ def request_for(
 ) -> Request:
     """The request behind a configuration file, or behind the path or URL of a store.
 
-    store : where the store of a configuration file lies, if not beside its output.
+    store : place of the store of a configuration file, if not beside its output.
     The output is the one named, else that of the configuration; a store called `FILE.parts` belongs to FILE.
     Raises ConfigError or StoreError.
     """

@@ -140,7 +140,7 @@ def _condition(name: str, value: Condition) -> xr.Variable:
 
 
 def _columns(table: Table, settings: RecordSettings) -> dict[str, tuple[int, float]]:
-    """By name, where each column stands and what its numbers are multiplied with to be in SI. Raises ConfigError."""
+    """By name, the position of each column and the factor that converts its numbers to SI. Raises ConfigError."""
     headings = {heading: name for name, heading in settings.columns.items()}
     found: dict[str, tuple[int, float]] = {}
     problems = []

@@ -4,5 +4,5 @@ What is where:
 
     parts       the store: its blocks, finished and failed
     manifest    what it was made for          encoding   blocks as bytes
-    folder      where it lies: a folder, or any URL           lock   who works on it
+    folder      where it is kept: a folder, or any URL           lock   who works on it
 """

@@ -147,7 +147,7 @@ class LocalFolder:
             self.path.mkdir()
         except FileExistsError:
             if not self.path.is_dir():
-                raise NotADirectoryError(errno.ENOTDIR, "a file lies there already") from None
+                raise NotADirectoryError(errno.ENOTDIR, "a file exists there already") from None
         except FileNotFoundError:
             try:
                 self.path.mkdir(parents=True, exist_ok=True)

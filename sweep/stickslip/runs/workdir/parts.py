@@ -36,7 +36,7 @@ _LOOKED_AT = 4  # blocks asked whose they are when the manifest cannot say
 
 
 def beside(output: Path) -> str:
-    """Where the working store of a result lies, unless another place is named."""
+    """Place of the working store of a result, unless another one is named."""
     return str(output.with_name(output.name + SUFFIX))
 
 
