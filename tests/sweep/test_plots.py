@@ -443,7 +443,7 @@ def test_plots_that_cannot_be_written_are_named(name, tmp_path):
         page.save(plot_map(plane()), tmp_path / name)
 
 
-def test_drawing_needs_no_pyplot():
+def test_plotting_needs_no_pyplot():
     code = "import sys, stickslip.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0

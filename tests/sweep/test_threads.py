@@ -52,7 +52,7 @@ def at_once(*tasks):
         thread.start()
     for thread in threads:
         thread.join(60)
-        assert not thread.is_alive(), "waits for ever"
+        assert not thread.is_alive(), "deadlock"
     return outcomes
 
 

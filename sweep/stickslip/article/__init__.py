@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stickslip import plots
-from stickslip.article.drawing import DPI
+from stickslip.article.plotting import DPI
 from stickslip.article.recipe import Figure, Findings, Made
 from stickslip.article.registry import FIGURES
 from stickslip.errors import UnknownFigureError

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from stickslip.api import run
 from stickslip.article.curves import friction
-from stickslip.article.drawing import SERIES, axes_of, blank_plot, legend, name_axes
+from stickslip.article.plotting import SERIES, axes_of, blank_plot, legend, name_axes
 from stickslip.article.recipe import Cell, Findings, Floats, Made, cell, cells, configuration, labelled, traces
 from stickslip.fit import AgeingFit, Ranking, fit_ageing, rank
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION

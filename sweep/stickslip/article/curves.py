@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from stickslip.api import run
-from stickslip.article.drawing import SERIES, axes_of, blank_plot, legend, mark, name_axes
+from stickslip.article.plotting import SERIES, axes_of, blank_plot, legend, mark, name_axes
 from stickslip.article.recipe import Cell, Findings, Floats, Made, border, cell, cells, configuration, labelled
 from stickslip.dataset.axis import MapAxis
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION, paint

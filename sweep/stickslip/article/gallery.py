@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.image import imread, imsave
 
 from stickslip.article import Written, make
-from stickslip.article.drawing import in_words
+from stickslip.article.plotting import in_words
 from stickslip.article.recipe import FOLDER
 from stickslip.article.registry import FIGURES
 

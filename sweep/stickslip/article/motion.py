@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from stickslip.api import run
 from stickslip.article.curves import friction, line, transition
-from stickslip.article.drawing import SERIES, axes_of, belt_line, blank_plot, in_words, legend, name_axes, shade_sticks
+from stickslip.article.plotting import SERIES, axes_of, belt_line, blank_plot, in_words, legend, name_axes, shade_sticks
 from stickslip.article.recipe import (
     Cell,
     Findings,

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from stickslip.api import evaluate, run
-from stickslip.article.drawing import SERIES, axes_of, belt_line, blank_plot, in_words, legend, name_axes, shade_sticks
+from stickslip.article.plotting import SERIES, axes_of, belt_line, blank_plot, in_words, legend, name_axes, shade_sticks
 from stickslip.article.recipe import (
     STICK_SLIP,
     Cell,

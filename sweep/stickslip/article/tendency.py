@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 
 from stickslip.api import evaluate, run
 from stickslip.article.curves import friction
-from stickslip.article.drawing import axes_of, blank_plot, in_words, name_axes, tick_values, write_table
+from stickslip.article.plotting import axes_of, blank_plot, in_words, name_axes, tick_values, write_table
 from stickslip.article.recipe import STICK_SLIP, Findings, Floats, Made, border, cell, configuration, labelled
 from stickslip.plots.palette import BLACK, paint
 from stickslip.theory import tendency

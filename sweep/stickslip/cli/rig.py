@@ -111,7 +111,7 @@ def rig_features(
     console.print(f"RPN: {rig.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
     if plot is not None:
         from stickslip import plots
-        from stickslip.rig.report.drawing import plot_records
+        from stickslip.rig.report.traces import plot_records
 
         numbers = dict(zip(records, found["model_rpn"].values.tolist(), strict=True))
         plots.save(plot_records(records, shifted=beside, numbers=numbers, window=window), plot)

@@ -162,7 +162,7 @@ def _draw(
 
     records = _records(tests, drawn)
     if records:
-        from stickslip.rig.report.drawing import plot_records
+        from stickslip.rig.report.traces import plot_records
 
         rpn = found["model_rpn"].values.ravel()
         numbers = {tests.name(n): int(rpn[n]) for n in drawn}

@@ -9,7 +9,7 @@ from stickslip.cli import main
 from stickslip.cli.rig import feature_screen_table
 from stickslip.files import reading
 from stickslip.rig import RPN_NAME, Risk, feature_table, load_settings, read_record
-from stickslip.rig.report.drawing import plot_records
+from stickslip.rig.report.traces import plot_records
 from stickslip.rig.risk import INPUTS
 
 

@@ -22,9 +22,9 @@ from matplotlib.figure import Figure
 
 from stickslip.files.atomic import replaced
 from stickslip.rig.quantities import FEATURES
-from stickslip.rig.report.drawing import LIGHTS, plot_records
 from stickslip.rig.report.matrix import MEANINGS, plot_matrix
 from stickslip.rig.report.page import PAGE
+from stickslip.rig.report.traces import LIGHTS, plot_records
 from stickslip.rig.risk import BANDS, RPN_NAME
 from stickslip.rig.simulate.config import RigConfig
 from stickslip.rig.simulate.simulation import RigTests

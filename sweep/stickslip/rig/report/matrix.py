@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from stickslip.errors import PlotError
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, paint
 from stickslip.rig.quantities import EXACT, FEATURES
-from stickslip.rig.report.drawing import LIGHTS
+from stickslip.rig.report.traces import LIGHTS
 from stickslip.rig.risk import BANDS, RPN_NAME, UNDEFINED
 from stickslip.rig.words import Along, along, number, unit_for
 

@@ -9,8 +9,8 @@ from stickslip.errors import PlotError
 from stickslip.plots.page import save
 from stickslip.plots.palette import UNDEFINED_COLOUR
 from stickslip.rig import RPN_NAME
-from stickslip.rig.report.drawing import LIGHTS
 from stickslip.rig.report.matrix import plot_matrix
+from stickslip.rig.report.traces import LIGHTS
 from stickslip.rig.risk import BANDS, band_of
 from stickslip.rig.words import along, name_of, number, quantity, unit_for
 
