@@ -5,7 +5,7 @@ import os
 import pytest
 from hypothesis import settings
 
-os.environ.setdefault("MPLBACKEND", "Agg")  # pictures never open a window
+os.environ.setdefault("MPLBACKEND", "Agg")  # plots never open a window
 # The first example of a kernel loads compiled code: no deadline. What a run finds, the next one finds too, unless fresh
 # seeds are asked for (`make nightly`).
 settings.register_profile("same", deadline=None, derandomize=True)

@@ -45,7 +45,7 @@ DAMAGES: dict[str, Callable[[random.Random, bytearray, int], object]] = {
     "flip a bit": lambda chance, data, i: data.__setitem__(i, data[i] ^ (1 << chance.randrange(8))),
     "change a byte": lambda chance, data, i: data.__setitem__(i, chance.randrange(256)),
     "change many": lambda chance, data, i: [data.__setitem__(chance.randrange(len(data)), 0xA5) for _ in range(20)],
-    "zero a stretch": lambda chance, data, i: data.__setitem__(slice(i, i + 512), bytes(len(data[i : i + 512]))),
+    "zero a range": lambda chance, data, i: data.__setitem__(slice(i, i + 512), bytes(len(data[i : i + 512]))),
     "insert": lambda chance, data, i: data.__setitem__(slice(i, i), chance.randbytes(chance.randrange(1, 64))),
     "repeat": lambda chance, data, i: data.__setitem__(slice(i, i), data[i : i + 200]),
 }

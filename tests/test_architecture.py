@@ -30,7 +30,7 @@ FLOORS = (
 INNER_FLOORS = {
     "rig": ({"quantities", "risk", "words", "settings"}, {"records"}, {"analysis"}, {"simulate"}, {"report"}),
     "runs": (
-        {"blocks", "boxes", "settings", "reuse", "work"}, {"workdir"}, {"request", "earlier", "probe"}, {"compute"},
+        {"blocks", "regions", "settings", "reuse", "work"}, {"workdir"}, {"request", "earlier", "probe"}, {"compute"},
         {"assembly"}, {"session", "collecting"},
     ),
 }  # fmt: skip

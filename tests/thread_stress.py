@@ -113,7 +113,7 @@ def main(seconds: float) -> int:
             thread.start()
         for thread in threads:
             thread.join(seconds + 60)
-        failures += [f"{thread.name} waits for ever" for thread in threads if thread.is_alive()]
+        failures += [f"{thread.name} is deadlocked" for thread in threads if thread.is_alive()]
     for name in todo:
         sys.stdout.write(f"{done[name]:6} {name}\n")
     sys.stdout.write("".join(failures))

@@ -56,20 +56,20 @@ def run(
 
     output : file to write, .nc or .zarr; None computes in memory and writes nothing (the output section of the
         configuration is for the command line).
-    store : path or URL of the working store that keeps finished blocks until the output is written; None lays it
-        beside the output, as FILE.parts. The same call goes on from it, and from an output whose axes were extended.
+    store : path or URL of the working store that keeps finished blocks until the output is written; None puts it
+        beside the output, as FILE.parts. The same call resumes from it, and from an output whose axes were extended.
     fresh : start over, and replace an output made from another configuration. keep_parts : leave the working store.
     on_error : whether an exception in a block ends the run ("stop") or the others are computed first ("continue").
-    progress : called with (cells done, cells in all) now and then.
-    notice : called with what is worth knowing, a line each: cells found finished, a damaged block, a stale lock.
+    progress : called with (cells done, cells in all) from time to time.
+    notice : called with notices, a line each: cells found finished, a damaged block, a stale lock.
     dask : computes the blocks, instead of threads here: the address of a scheduler, its file, a `distributed.Client`,
         or "local" for worker processes on this machine; "none" for threads whatever the configuration says. Needs an
         output. Scripts that say "local" need `if __name__ == "__main__":`, since the processes import them.
 
     Returns a dataset with a dimension per axis; with an output, the one in that file, read when it is used. Raises
-    ConfigError for a bad configuration, StoreError or ClusterError for an output, a store or a cluster that will not do
-    (before anything is computed), IncompleteError if not everything could be computed or written, and Interrupted on
-    Ctrl-C.
+    ConfigError for a bad configuration, StoreError or ClusterError for an output, a store or a cluster that cannot be
+    used (before anything is computed), IncompleteError if not everything could be computed or written, and Interrupted
+    on Ctrl-C.
     """
     config = _config(config_or_path)
     if output is None:
@@ -138,7 +138,7 @@ def collect(
 ) -> xr.Dataset:
     """Write the map from the blocks that are finished; all other cells are "not computed".
 
-    config_or_store : a configuration file, whose store lies beside its output (or at `store`), or a store itself.
+    config_or_store : a configuration file, whose store is beside its output (or at `store`), or a store itself.
     output : file to write; None takes that of the configuration. A store is removed once its map is complete.
     """
     request = request_for(config_or_store, output, _text(store))
@@ -149,7 +149,7 @@ def collect(
 def status(
     config_or_store: str | os.PathLike[str], *, store: str | os.PathLike[str] | None = None
 ) -> collecting.Status:
-    """How far the run of a configuration file, or of a working store, has come, and who works on it."""
+    """The progress of the run of a configuration file, or of a working store, and who works on it."""
     return collecting.status(request_for(config_or_store, None, _text(store)))
 
 
@@ -176,7 +176,7 @@ def _text(place: str | os.PathLike[str] | None) -> str | None:
 
 
 def _silent(_: str) -> None:
-    """Take notice of nothing."""
+    """Ignore a notice."""
 
 
 # --- cells and trajectories -------------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
-"""Whatever stickslip raises and warns of, said so that people can put it right.
+"""Whatever stickslip raises and warns of, worded so that people can correct it.
 
 ConfigError, QuantityError, PlotError and UnknownFigureError are for people's input, StoreError and its kin for what the
-system refuses. A `Problem` is one thing that is wrong with a file and where it stands; a `ConfigError` carries all of
+system refuses. A `Problem` is one thing that is wrong with a file, with its position; a `ConfigError` carries all of
 them at once. Everything else that is raised is a bug.
 """
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Path = tuple[str | int, ...]
-MOST_PROBLEMS = 200  # nobody reads more, and looking for more in a file of nonsense takes minutes
+MOST_PROBLEMS = 200  # more are not read, and finding more in a file of nonsense takes minutes
 _LONGEST_KEY = 60  # characters
 
 
 class Place(NamedTuple):
-    """Where something stands in a text; line and column count from 1."""
+    """A position in a text; line and column count from 1."""
 
     line: int
     column: int
@@ -64,7 +64,7 @@ class ConfigError(ValueError):
 
 
 def dotted(path: Path) -> str:
-    """A path as people write it: ``axes.mass.values[2]``; keys that are not plain words stand in quotes."""
+    """A path as people write it: ``axes.mass.values[2]``; keys that are not plain words are quoted."""
     return "".join(f"[{key}]" if isinstance(key, int) else f".{_word(key)}" for key in path).removeprefix(".")
 
 
@@ -96,11 +96,11 @@ class QuantityError(ValueError):
 
 
 class FitWarning(UserWarning):
-    """A fitted curve is used that its points do not bear out; the message says what is wrong with it."""
+    """A fitted curve is used that its points do not support; the message says what is wrong with it."""
 
 
 class UnitWarning(UserWarning):
-    """Numbers without a unit that were hardly meant in SI; the message names them as they were understood."""
+    """Numbers without a unit that are implausible in SI; the message names them as they were understood."""
 
 
 # --- files ------------------------------------------------------------------------------------------------------------
@@ -132,7 +132,7 @@ class ClusterError(RuntimeError):
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C during a run: `done` of `cells` cells are finished.
 
-    kept : the working store they are safe in, from which the same call goes on; None for a run without output.
+    kept : the working store they are safe in, from which the same call resumes; None for a run without output.
     dataset : they themselves, for a run without output; None for others.
     """
 
@@ -142,10 +142,10 @@ class Interrupted(KeyboardInterrupt):
 
     @property
     def kept_cells(self) -> str:
-        """What is not lost, in words."""
+        """What has been saved, in words."""
         place = "finished, not written to a file"
         if self.kept:
-            place = f"safe in {self.kept}; the same command goes on from there"
+            place = f"safe in {self.kept}; the same command resumes from there"
         return f"{self.done:,} of {self.cells:,} cells are {place}"
 
 

@@ -1,4 +1,4 @@
-"""Random cells over decades, family by family: what the engine should get right and what made it stumble before.
+"""Random cells over decades, family by family: what the engine should get right and what it once got wrong.
 
 Drawn in kernel units (m = k = N = 1) and carried to SI by random mass, stiffness and load.
 """
@@ -25,7 +25,7 @@ def some(rng, share, n, values, otherwise=0.0):
 
 
 def article_like(rng, n):
-    """Cells like the article's, in kernel units: the ground the families vary."""
+    """Cells like the article's, in kernel units: which the families vary."""
     a3 = log_uniform(rng, 1e-2, 1.0, n)
     a4 = log_uniform(rng, 1e-3, 1.0, n)
     return {
@@ -51,7 +51,7 @@ def mu_start(cells):
 
 
 def started_anywhere(rng, n, cells):
-    """Starting states of every kind: at rest, displaced, sliding."""
+    """Initial states of every kind: at rest, displaced, sliding."""
     size = 1.0 + np.abs(cells["belt_speed"])
     cells["displacement"] = some(rng, 0.5, n, rng.normal(0.0, 1.5, n) * size)
     cells["velocity"] = some(rng, 0.4, n, rng.normal(0.0, 1.5, n) * size, NAN)
@@ -202,7 +202,7 @@ def draw(family, n, rng):
 
 
 def gentle_cubic(rng, laws, cells):
-    """The cubic law means nothing far beyond its minimum, at a4: belts go up to 1.5 times that speed."""
+    """The cubic law is meaningless far beyond its minimum, at a4: belts go up to 1.5 times that speed."""
     least = np.abs(cells["belt_speed"]) / rng.uniform(0.3, 1.5, laws.size)
     cells["a4"] = np.where((laws == "cubic") & (cells["a4"] < least), least, cells["a4"])
 

@@ -24,8 +24,8 @@ OWED = 100.0  # errors owed, in units of rtol
 SAME_TIME = 1e-3  # of settling, and of a free oscillation
 BANDS = (0.99, 1.01)  # what changes between these bands, in units of the true one, is not decided
 HORIZON_LOOPS = 60
-SLOWEST_DECREMENT = 1e-4  # decay or growth this slow: whether it "rings" is a matter of words
-LITTLE_HEAT = 0.01  # of the work of static friction over the way of the belt: heat below that is a small difference
+SLOWEST_DECREMENT = 1e-4  # decay or growth this slow: whether it decays is a matter of definition
+LITTLE_HEAT = 0.01  # of the work of static friction over the displacement of the belt: less heat is a small difference
 MOST_JUDGED = 2e5
 
 
@@ -270,7 +270,7 @@ def compare(cells, law, rtol, ours, verdict, horizon=None):
 
 
 def negative_friction(cell, law, ours, verdict, i):
-    """Whether the engine says nothing because friction would drive the motion, and rightly so."""
+    """Whether the engine rightly gives no verdict because friction would drive the motion."""
     if STATUSES[ours["status"][i]] != "negative_friction":
         return False
     row = to_kernel(columns([cell]), law)[0]

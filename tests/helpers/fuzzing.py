@@ -134,7 +134,7 @@ def paths(value: object, path: tuple = ()) -> list[tuple]:
 
 
 def changed(tree: object, path: tuple, change) -> object:
-    """The tree with `change` applied to what stands at `path`."""
+    """The tree with `change` applied to the value at `path`."""
     if not path:
         return change(tree)
     copy = dict(tree) if isinstance(tree, dict) else list(tree)  # type: ignore[call-overload]
@@ -143,7 +143,7 @@ def changed(tree: object, path: tuple, change) -> object:
 
 
 def at(tree: object, path: tuple) -> object:
-    """What stands at `path`."""
+    """The value at `path`."""
     for key in path:
         tree = tree[key]  # type: ignore[index]
     return tree

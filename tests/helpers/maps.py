@@ -1,4 +1,4 @@
-"""Made-up grids and maps for tests of what happens around the numbers: labels, files, pictures.
+"""Made-up grids and maps for tests of what happens around the numbers: labels, files, plots.
 
 The regimes come from the sign of the linear damping ratio, so that maps look like maps; no kernel runs.
 """

@@ -1,4 +1,4 @@
-"""Configurations of rigs in the computer, and what SciPy says of the same rigs."""
+"""Configurations of simulated rigs, and what SciPy says of the same rigs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def rig(**changes):
 
 
 def random_data(seed, **changes):
-    """A rig of random parameters, some of them with ageing, rests, or a static friction above the curve."""
+    """A rig of random parameters, some of them with ageing, dwells, or a static friction above the curve."""
     random = np.random.default_rng([20, seed])
     u = random.uniform
     system = {"mass": u(0.02, 0.3), "stiffness": 10 ** u(3, 4.3), "damping": u(0, 3), "normal_load": u(5, 20),

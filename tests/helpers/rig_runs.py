@@ -31,7 +31,7 @@ def drive_of(*times_and_accelerations, start=0.0):
 
 
 def strokes(speed, ramp, plateau, dwell=0.0, count=2, wait=0.0):
-    """Strokes to and fro: up to `speed` within `ramp`, on for `plateau`, down again, `dwell` at rest."""
+    """Reciprocating strokes: up to `speed` within `ramp`, constant for `plateau`, down again, `dwell` at rest."""
     segments = [(wait, 0.0, 0.0)]
     for n in range(count):
         v = speed if n % 2 == 0 else -speed
@@ -119,7 +119,7 @@ def imbalance(drive, found, xi=0.0):
 
 
 def random_drive(random):
-    """A drive by chance: strokes to and fro, or a walk in accelerations, some of them none."""
+    """A random drive: reciprocating strokes, or a walk in accelerations, some of them none."""
     if random.random() < 0.4:
         plateau, dwell, wait = random.uniform(0.1, 20.0), random.choice([0.0, 5.0]), random.choice([0.0, 3.0])
         return strokes(10.0 ** random.uniform(-1.5, 0.3), random.uniform(0.1, 10.0), plateau, dwell, 4, wait)

@@ -90,7 +90,7 @@ class Oscillator:
             signed.terminal, signed.direction = True, -1
             return signed
 
-        # A guard may be zero at birth (every break-away): step over it by a short, tight integration first.
+        # A guard may be zero at its start (every break-away): step over it by a short, tight integration first.
         birth = min(1e-4, self.horizon - self.time)
         first = solve_ivp(motion, (0.0, birth), [self.xi, self.eta], **TIGHT)
         start, events = first.y[:, -1], [event(g) for g in guards]

@@ -1,7 +1,8 @@
 """A stick-slip rig by SciPy, one phase at a time: an independent reference for whatever computes the same rig.
 
-A specimen of mass m hangs on a flat spring (stiffness k, damping c) and is pressed with the load N on a plate that
-moves to and fro, in segments of constant acceleration. With the plate at velocity u and the specimen at x, x' = v,
+A specimen of mass m hangs on a flat spring (stiffness k, damping c) and is pressed with the load N on a
+reciprocating plate, which moves in segments of constant acceleration. With the plate at velocity u and the specimen at
+x, x' = v,
 
     m v' = F - k x - c v,   F = N mu(|u - v|) sgn(u - v) while slipping,   F = k x + c v + m u' while sticking,
 
@@ -21,9 +22,9 @@ STEPS_PER_PERIOD = 24  # short steps, so that no event hides between two of them
 
 
 def trapezoidal(stroke, speed, ramp, dwell=0.0, strokes=2, wait=0.0):
-    """Segments (duration, velocity at the start, acceleration): strokes to and fro with ramps of `ramp` seconds.
+    """Segments (duration, velocity at the start, acceleration): reciprocating strokes with ramps of `ramp` seconds.
 
-    stroke : length of the way, m. dwell : rest after each stroke, s. wait : rest before the first, s.
+    stroke : its length, m. dwell : standstill after each stroke, s. wait : hold time before the first, s.
     """
     plateau = stroke / speed - ramp
     assert plateau >= 0, "the ramps alone are longer than the stroke"
@@ -36,7 +37,7 @@ def trapezoidal(stroke, speed, ramp, dwell=0.0, strokes=2, wait=0.0):
 
 @dataclass
 class Phase:
-    """A stretch without events: when, whether sticking, the direction of slip, the plate, and the dense solution."""
+    """An interval without events: when, whether sticking, the direction of slip, the plate, and the dense solution."""
 
     start: float
     end: float
@@ -75,7 +76,7 @@ class Rig:
             self.drive(self.time + duration, velocity, acceleration)
 
     def mu(self, w):
-        """Friction coefficient; a step beyond w = 0, where a slip ends, must not meet an exponential that explodes."""
+        """Friction coefficient; a step beyond w = 0, where a slip ends, must not overflow the exponential."""
         a1, a2, a3, a4 = self.curve
         return a1 + a2 * w + a3 * np.exp(-np.maximum(w, -0.1 * a4) / a4)
 
@@ -128,7 +129,7 @@ class Rig:
     def integrate(self, motion, event, end, plate, acceleration):
         """One phase, to the event or to `end`; whether it was the event."""
         pieces = [(self.time, end, event)]
-        if not self.sticks:  # a slip is born on its own event: leave it by a short step first
+        if not self.sticks:  # a slip starts on its own event: leave it by a short step first
             birth = min(self.time + 1e-4 * self.period, end)
             pieces = [(self.time, birth, None), (birth, end, event)]
         for begin, finish, guard in pieces:
@@ -161,7 +162,7 @@ class Rig:
     # --- what comes out ---
 
     def balance(self):
-        """Work of the drive less heat less stored energy, over the work: zero but for the error of integration."""
+        """Energy-balance residual: work of the drive minus heat minus stored energy, over the work."""
         x, v, _, work, heat, damped = self.y
         return (work - heat - damped - 0.5 * (self.stiffness * x**2 + self.mass * v**2)) / work
 

@@ -43,7 +43,7 @@ def judge(
 
 
 def time_to_settle_elsewhere(rows, out, rtol, share, most_steps):
-    """A motion that comes to rest on a line of friction is followed again, its distance from there being watched."""
+    """A motion that settles on a line of friction is followed again, with its distance from there."""
     away = np.flatnonzero((out[:, at.REGIME] == at.SETTLES) & (out[:, at.XI_SETTLED] != out[:, at.XI_STEADY]))
     again, answers = rows[away], np.empty((away.size, at.ANSWERS))
     again[:, at.CENTRE] = out[away, at.XI_SETTLED]

@@ -1,7 +1,7 @@
 """The settling band of a slip: on which side of it the mass turns, and when it enters.
 
 The distance from steady sliding is sqrt((xi - xi*)^2 + xi'^2). The band is a share of that at which the slip begins: at
-the start, or at a break-away from a stick phase. A slip that only changes its direction goes on.
+the start, or at a break-away from a stick phase. A slip that only changes its direction continues.
 """
 
 from math import inf, isnan, sqrt

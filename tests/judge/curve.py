@@ -53,7 +53,7 @@ def room(c, w, share):
 
 @compiled
 def speed_of_minimum(c):
-    """Where the curve is lowest; 0 if it rises from the start, inf if it falls for ever."""
+    """Where the curve is lowest; 0 if it rises from the start, inf if it falls without end."""
     if c[A3] <= 0.0:
         return 0.0
     if slope_of_curve(c, 1e9 * c[A4]) < 0.0 or (c[A2] == 0.0 and c[LAW] != 3):

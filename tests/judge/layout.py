@@ -1,4 +1,4 @@
-"""Names of rows and codes: what a cell is, what is answered, what is remembered on the way."""
+"""Names of rows and codes: what a cell is, what is answered, what is stored on the way."""
 
 # Rows of a cell; LAW is the position in LAWS. BAND_SHARE: settling band over the distance from steady sliding at which
 # the slip begins. CENTRE: displacement from which the distance is taken, NaN: that of steady sliding on the curve.
@@ -23,11 +23,11 @@ UNDECIDED, STICK_SLIP, SETTLES, RINGS, STUCK = range(5)
     LOOP_TAU, LOOP_HEAT, FIRST_SLIP, RELEASE_LOAD, REVERSAL, BAND2, MIDDLE, INSIDE, ENTERED, SIDE, CROSSED, PROVEN,
 ) = range(28)  # fmt: skip
 STATES = 28
-HIGH, LOW, FASTEST, HARDEST, FORWARD, BACKWARD = range(6)  # of a book of extrema: xi, xi, w, |w'|, belt minus mass
+HIGH, LOW, FASTEST, HARDEST, FORWARD, BACKWARD = range(6)  # of a record of extrema: xi, xi, w, |w'|, belt minus mass
 BOOK = 6
-WHOLE, CYCLE, LOOP = range(3)  # books: since the first break-away or the start, since the last one, of a loop of slip
+WHOLE, CYCLE, LOOP = range(3)  # records: since the first break-away or the start, since the last one, of a loop of slip
 RELEASED_AT, RELEASED_P, RELEASED_STICK, RELEASED_HEAT = range(4)  # columns of the memory of break-aways
-RELEASED_BOOK = 4  # first of the columns of the book of the cycle that ended there
+RELEASED_BOOK = 4  # first of the columns of the record of the cycle that ended there
 MEMORY = 8
 
 SLIP_AGAIN, REST, FALL, TO_FAST, TO_RISE, DONE = range(6)  # what comes next

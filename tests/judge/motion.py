@@ -1,4 +1,4 @@
-"""The friction oscillator once more, for speed and sharpness: the motion of one cell in kernel units, event by event.
+"""The friction oscillator solved independently: the motion of one cell in kernel units, event by event.
 
 No code in common with the kernels. Slip on the curve is stepped by SciPy's DOP853 pair, with steps that never carry
 the slip speed over the steep part of the curve; events are located by stepping again from the start of the step. Stick,
@@ -26,7 +26,7 @@ from .stepping import rate
 
 @compiled
 def begin(c, s, books):
-    """The start: whether it is at rest on the belt."""
+    """The start: whether it sticks to the belt."""
     mu0 = c[A1] + c[A3]
     s[W_MIN] = 0.0 if isnan(c[STOP]) else speed_of_minimum(c)
     prove_settling(c, s)

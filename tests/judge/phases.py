@@ -16,7 +16,7 @@ from .settling import answer_cycle, answer_point, close_loop, forget, join, note
 from .stepping import locate, longest, quantity, rate, step
 
 SAME_LOAD, OTHER_LOAD = 1e-12, 1e-6  # relative differences of loads at break-away: one cycle, another one
-NO_TURN = 1e-6  # slip speed below that of the belt, in settling bands: the mass comes to rest rather than turns round
+NO_TURN = 1e-6  # slip speed below that of the belt, in settling bands: the mass settles rather than reverses
 
 
 @compiled
@@ -36,7 +36,7 @@ def slip(c, s, out, books, k, fast, rtol, share, most_steps):
         if s[BIRTH] > 0.0:
             dw = 0.0
         bad = not error <= rtol or abs(w1 - w) > 2.0 * room(c, w, share)
-        bad |= s[BIRTH] > 0.0 and not dw1 > 0.0  # w' grows from zero, whatever rounding says
+        bad |= s[BIRTH] > 0.0 and not dw1 > 0.0  # w' grows from zero, whatever its rounded sign
         bad |= dw >= 0.0 and w1 < floor  # up and down in one step
         if bad:
             h *= 0.5 if not error < inf else max(0.2, min(0.5, 0.9 * (rtol / (error + 1e-300)) ** 0.125))
@@ -71,7 +71,7 @@ def slip(c, s, out, books, k, fast, rtol, share, most_steps):
 
 @compiled
 def pass_over(c, s, out, books, belt, h, k):
-    """Go on by h, noting the extrema on the way and the loop that closes."""
+    """Advance by h, recording the extrema on the way and the loop that closes."""
     p, w, heat = s[P], s[W], s[HEAT]
     p1, w1, heat1, _ = step(c, belt, p, w, heat, h, k)
     dw, dw1 = rate(c, p, w), rate(c, p1, w1)
@@ -147,7 +147,7 @@ def fall(c, s, out, books):
 
 @compiled
 def leave_line(c, s, out, books, mu_line):
-    """At a trough on the line: hold until the load has climbed to the curve, if that lies above."""
+    """At a trough on the line: hold until the load has risen to the curve, if that lies above."""
     belt, w = s[SIGMA] * c[BELT], s[W]
     mu_curve = c[A1] + c[A3] - weakened(c, w)
     if mu_curve > mu_line:
@@ -165,7 +165,7 @@ def leave_line(c, s, out, books, mu_line):
 
 @compiled
 def turn_round(c, s):
-    """See the same motion in the frame of the other sliding direction."""
+    """Express the same motion in the frame of the other sliding direction."""
     s[P], s[SIGMA] = -s[P] - 2.0 * (c[A1] + c[A3]), -s[SIGMA]
 
 

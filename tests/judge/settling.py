@@ -1,4 +1,4 @@
-"""Books of extrema, verdicts, and how motion without stick is known to settle or to ring for ever."""
+"""Records of extrema, verdicts, and how motion without stick is known to settle or to be sustained."""
 
 from math import inf, isnan, log, nan, sqrt
 
@@ -16,12 +16,12 @@ from .linear import linear, turn_of_linear
 
 ROUNDING = 1e-11  # distance from steady sliding at which the sign of w' is no longer certain
 
-# --- books of extrema ---
+# --- records of extrema ---
 
 
 @compiled
 def note(c, s, books, p, w, dw):
-    """Let a state count towards the extrema."""
+    """Extend the extrema by a state."""
     xi = s[SIGMA] * (p + c[A1] + c[A3] - c[GAMMA] * s[SIGMA] * c[BELT])
     for book in range(3):
         books[book, HIGH], books[book, LOW] = max(books[book, HIGH], xi), min(books[book, LOW], xi)
@@ -33,14 +33,14 @@ def note(c, s, books, p, w, dw):
 
 @compiled
 def forget(book):
-    """Start a book of extrema again."""
+    """Reset a record of extrema."""
     book[HIGH], book[LOW], book[FASTEST], book[HARDEST] = -inf, inf, 0.0, 0.0
     book[FORWARD], book[BACKWARD] = -inf, inf
 
 
 @compiled
 def join(book, other):
-    """Let the extrema of the other book count in this one."""
+    """Extend this record by the extrema of another one."""
     for row in (HIGH, FASTEST, HARDEST, FORWARD):
         book[row] = max(book[row], other[row])
     for row in (LOW, BACKWARD):
@@ -49,7 +49,7 @@ def join(book, other):
 
 @compiled
 def answer(c, s, out, regime, book):
-    """Write the verdict, and what is known of every motion. book : of its extrema."""
+    """Write the verdict, and the metrics of every motion. book : record of its extrema."""
     out[REGIME], out[BREAKAWAYS], out[CROSSINGS] = regime, s[RELEASES], s[CROSSED]
     out[XI_MAX], out[XI_MIN] = book[HIGH], book[LOW]
     out[SPEED_MAX], out[ACCELERATION_MAX] = book[FASTEST], book[HARDEST]
@@ -60,7 +60,7 @@ def answer(c, s, out, regime, book):
 
 @compiled
 def answer_cycle(c, s, out, regime, book, cycle, period, stick_time, heat, loops):
-    """A motion that is periodic in the end. cycle : book of its last cycle."""
+    """A motion that is periodic in the end. cycle : record of its last cycle."""
     answer(c, s, out, regime, book)
     out[PERIOD], out[STICK_TIME], out[HEAT_PER_CYCLE], out[LOOPS_PER_CYCLE] = period, stick_time, heat, loops
     out[CYCLE_XI_MAX], out[CYCLE_XI_MIN] = cycle[HIGH], cycle[LOW]
@@ -70,7 +70,7 @@ def answer_cycle(c, s, out, regime, book, cycle, period, stick_time, heat, loops
 
 @compiled
 def answer_point(c, s, out, regime, book, xi):
-    """A motion that comes to rest at xi."""
+    """A motion that settles at xi."""
     answer(c, s, out, regime, book)
     out[XI_SETTLED], out[CYCLE_XI_MAX], out[CYCLE_XI_MIN], out[CYCLE_SPEED_RANGE] = xi, xi, xi, 0.0
     if regime == SETTLES:
@@ -116,7 +116,7 @@ def settled(c, s, out, books):
     r = sqrt(load * load + q * q)
     drag = c[GAMMA] + slope_of_curve(c, belt)
     small = 1e-7 * min(c[A4], belt) if c[A3] != 0.0 else inf
-    if s[W_MIN] > belt:  # below the minimum of the hysteretic curve: only a creeping approach stays on the curve
+    if s[W_MIN] > belt:  # below the minimum of the hysteretic curve: only an overdamped approach stays on the curve
         if not (drag > 2.0 and r < max(1e-4 * small, ROUNDING) and s[W] < belt):
             return False
     elif r >= s[RADIUS]:

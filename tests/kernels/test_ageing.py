@@ -44,7 +44,7 @@ def exact_dwell(load, rate, static, growth, scale, age):
     st.floats(1e-3, 10.0),
     st.sampled_from([0.0, 0.1, 30.0]),
 )
-def test_breakaway_is_exact_to_rounding(load, rate, growth, scale, age):
+def test_break_away_is_exact_to_rounding(load, rate, growth, scale, age):
     cells = block_of(cell(0.1, ageing=growth, ageing_time=scale))
     found = dwell(cells, load, rate, age)
     expected = exact_dwell(load, rate, 1.3, growth, scale, age)

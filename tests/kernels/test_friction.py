@@ -98,7 +98,7 @@ def test_exponent_one_is_the_plain_exponential():
         assert general == pytest.approx(plain, rel=1e-14)
 
 
-def test_a_curve_that_only_rises_has_its_minimum_at_rest():
+def test_a_curve_that_only_rises_has_its_minimum_at_zero_speed():
     assert speed_of_slope(LAWS["stribeck"], block_of(cell(0.1, (0.5, 0.2, 0.0, 1.0))), 0.0) == 0.0
 
 

@@ -140,7 +140,7 @@ def test_rising_line_is_the_damped_linear_oscillator():
     assert found.damping_ratio == pytest.approx(zeta, rel=1e-15)
 
 
-def test_breakaway_leaves_the_mass_slipping_forwards():
+def test_break_away_leaves_the_mass_slipping_forwards():
     """Speed and acceleration vanish together there; a sign lost to rounding would send the mass backwards."""
     belts = np.geomspace(1e-6, 10.0, 500)
     results = run(block_of(*(cell(b) for b in belts)))

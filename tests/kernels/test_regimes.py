@@ -21,7 +21,7 @@ def test_slow_belt_on_the_articles_curve_stick_slips():
 
 
 def test_coexisting_motions_are_told_apart_by_the_start():
-    """Design, section 4: at v = 0.4 sliding is stable, yet from stick the mass stick-slips for ever."""
+    """Design, section 4: at v = 0.4 sliding is stable, yet from stick the mass stick-slips permanently."""
     assert outcome(0.4).regime == at.STICK_SLIP
     mu = 1.0 + 0.04 + 0.3 * math.exp(-4.0)
     assert outcome(0.4, xi=mu, eta=0.01).regime == at.DAMPED
@@ -59,7 +59,7 @@ def test_crossings_are_extrema_outside_the_band_on_alternate_sides():
     assert found.crossings == expected
 
 
-def test_undamped_flat_friction_oscillates_for_ever():
+def test_undamped_flat_friction_oscillates_indefinitely():
     found = outcome(0.3, FLAT, xi=0.6, eta=0.3 - 1e-9)
     assert (found.regime, found.status) == (at.SUSTAINED, at.NEUTRAL_RINGING)
     assert found.period == pytest.approx(2 * math.pi, rel=1e-5)
@@ -122,7 +122,7 @@ def test_a_slip_that_sinks_to_the_belt_speed_on_the_line_stays_there():
     assert early.settling_time > 1000.0
 
 
-def test_a_nearly_closed_gap_of_speed_does_not_start_a_hold_for_ever():
+def test_a_nearly_closed_gap_of_speed_does_not_start_an_endless_hold():
     stops = np.linspace(0.6, 0.66, 100)
     cells = block_of(*(cell(1.5, (0.6, 0.0, 0.12, 1.0), 2.0, mu_stop=m) for m in stops))
     loose, tight = run(cells), run(cells, rtol=1e-9)
@@ -137,14 +137,14 @@ def test_a_nearly_closed_gap_of_speed_does_not_start_a_hold_for_ever():
     {"belt": 0.1, "xi": -1.30001}, {"belt": 0.1, "xi": 1.2, "eta": 0.1 - 1e-7},
     {"belt": 0.1, "xi": 1.2, "eta": 0.1 - 1e-12},
 ])  # fmt: skip
-def test_a_hysteretic_start_next_to_rest_ends_in_the_cycle_of_its_neighbours(start):
+def test_a_hysteretic_start_next_to_zero_slip_ends_in_the_cycle_of_its_neighbours(start):
     """The line from a tiny slip speed is as steep as one likes."""
     found, usual = outcome(**start, mu_stop=1.1), outcome(start["belt"], mu_stop=1.1)
     assert found.regime == usual.regime == at.STICK_SLIP
     assert found.period == pytest.approx(usual.period, rel=1e-6)
 
 
-def test_hysteretic_slip_comes_to_rest_on_a_belt_that_stands_still():
+def test_hysteretic_slip_ends_on_a_belt_at_rest():
     assert outcome(0.0, xi=4.0, mu_stop=0.0).regime == at.STUCK
 
 
@@ -182,7 +182,7 @@ def test_zeno_ends_as_settled():
 
 @pytest.mark.slow
 def test_every_settled_cell_really_stays():
-    """Whatever was called settled before its time never sticks again in the next three hundred radians."""
+    """Whatever counts as settled early never sticks again in the next three hundred radians."""
     generator = np.random.default_rng(7)
     columns = []
     for _ in range(600):

@@ -46,7 +46,7 @@ def test_a_crossing_close_to_the_zero_one_stands_on_is_found_as_exactly_as_any(r
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-4, 1e-6])
 def test_a_crossing_just_before_the_motion_turns_back_is_found_as_exactly_as_any(gap):
-    """A slip that all but misses the belt: w passes zero at 0.6 - gap and would again at 0.6 + gap."""
+    """A slip that just re-sticks: w passes zero at 0.6 - gap and would again at 0.6 + gap."""
     s = holding([0.36 - gap**2, -1.2, 1.0])
     found = crossing(s, LANE, 0, 0.0, 0.6 + 0.3 * gap, speed(s, LANE, 0.6 + 0.3 * gap), TO_ROUNDING)
     assert found == pytest.approx(0.6 - gap, abs=1e-3 * gap)
@@ -88,7 +88,7 @@ def test_an_arrival_is_a_crossing_with_what_went_on_till_then(p, level):
 
 
 def test_an_arrival_is_never_where_the_step_starts():
-    """From rest, w = 0 at the start as well."""
+    """After stick, w = 0 at the start as well."""
     s = holding([0.0, 0.5, -1.0])
     t, rise, _ = arrival(s, LANE, 0.0, -1.0, 1.0, speed(s, LANE, 1.0))
     assert (t, rise) == pytest.approx((0.5, -0.5 * 0.25 * 0.5 + 0.125 / 3), abs=1e-13)

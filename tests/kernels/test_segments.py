@@ -1,4 +1,4 @@
-"""Whole rigs: the drive in pieces, turned round, in many lanes; and what is left where a rig cannot be computed."""
+"""Whole rigs: the drive in segments, reversed, in many lanes; and what is left where a rig cannot be computed."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def assert_same(found, expected, rtol, rows=NUMBERS):
         np.testing.assert_allclose(found.signals[row], expected.signals[row], rtol=0, atol=rtol)
 
 
-# --- the drive in pieces --------------------------------------------------------------------------------------------
+# --- the drive in segments ------------------------------------------------------------------------------------------
 
 
 @BOTH
@@ -52,7 +52,7 @@ def test_cutting_segments_at_the_very_events_changes_nothing(law, hysteretic, of
 @BOTH
 @EVERY_LAW
 def test_a_slip_the_drive_stops_at_once_is_as_if_it_had_not_been(law, hysteretic, later):
-    """The belt stops accelerating shortly after break-away. Slip that has just begun turns round: on a hysteretic
+    """The belt stops accelerating shortly after break-away. Slip that has just begun reverses: on a hysteretic
     curve along a line as steep as you like, on a plain one it may stick again. The later motion knows no jump."""
     contact = EXTREME if hysteretic else {"curve": EXTREME["curve"]}
     accelerating = np.sqrt(2.0 * (0.8 - 0.03) / 0.03)  # until alpha + xi is 0.8
@@ -67,7 +67,7 @@ def test_a_slip_the_drive_stops_at_once_is_as_if_it_had_not_been(law, hysteretic
 @pytest.mark.parametrize("drop", [-1.0, -0.1, -1e-3, 1e-3, 0.1])
 @pytest.mark.parametrize("off", [0.0, 1e-15, -1e-15, 1e-14, -1e-14, 1e-9])
 @BOTH
-def test_friction_obeys_its_law_where_the_drive_turns_at_a_breakaway(hysteretic, off, drop):
+def test_friction_obeys_its_law_where_the_drive_turns_at_a_break_away(hysteretic, off, drop):
     """Where w' must jump from zero to below it, slip must not be let go on backwards."""
     random = np.random.default_rng(5)
     for _ in range(6):
@@ -107,7 +107,7 @@ def belt_at(drive, time):
     return drive[n, at.SEGMENT_BELT] + (time - ends[n] + drive[n, at.SEGMENT_TIME]) * drive[n, at.SEGMENT_ALPHA]
 
 
-def test_a_stick_phase_that_ends_as_the_belt_comes_to_rest_is_one():
+def test_a_stick_phase_that_ends_as_the_belt_stops_is_one():
     """The load jumps by the acceleration of a belt that brakes, and is at rest afterwards: nothing grazes here."""
     drive = drive_of((17.0, 0.0), (1.0, -0.1), (5.0, 0.0), start=0.1)
     found = outcome(drive, curve=(0.3, 0.0, 0.1, 0.1), gamma=0.2)

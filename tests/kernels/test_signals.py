@@ -71,7 +71,8 @@ def test_motion_is_that_of_scipy(seed):
 
 
 def test_a_slow_drive_draws_the_loop_of_coulomb_friction():
-    """Over the way of the belt the force climbs with slope one, the stiffness, to the plateau at +-mu. Each stroke S
+    """Over the displacement of the belt the force rises with slope one, the stiffness, to the plateau at +-mu. Each
+    stroke S
     slides S - 2 mu, after 2 mu of climbing: the loop encloses 2 mu (S - 2 mu)."""
     mu, speed, plateau, ramp = 0.4, 1e-3, 2000.0, 2.0
     contact = {"curve": (mu, 0.0, 0.0, 1.0), "gamma": 0.3}
@@ -95,7 +96,7 @@ def test_a_slow_drive_draws_the_loop_of_coulomb_friction():
     {"curve": (0.4, 0.05, 0.2, 0.1), "gamma": 0.05, "mu_stop": 0.35},
 ], ids=["Coulomb", "weakening", "hysteretic"])  # fmt: skip
 def test_symmetric_strokes_draw_symmetric_signals(contact):
-    """Once the motion has forgotten its start: after it has stuck in a dwell where it came to rest the same way."""
+    """Once the transient is over: after it has stuck in a dwell that it entered the same way."""
     drive = strokes(0.3, 2.0, 30.0, dwell=14.0, count=20)
     per_stroke = 96
     found = outcome(drive, 20 * per_stroke + 1, rtol=1e-11, **contact)
@@ -116,7 +117,7 @@ def test_largest_acceleration_of_a_coulomb_slip_is_the_closed_form():
     assert found.acceleration_max == pytest.approx(math.hypot(d, belt), rel=1e-9)
 
 
-def test_the_jump_at_a_breakaway_counts_as_acceleration():
+def test_the_jump_at_a_break_away_counts_as_acceleration():
     """Just after, w' is mu_static less what the curve starts with; a strong damper leaves it no time to grow."""
     d, contact = 0.2, {"curve": (0.3, 0.0, 0.1, 10.0), "gamma": 1.0}
     found = outcome(drive_of((30.0, 0.0), start=0.05), mu_static=0.4 + d, **contact)

@@ -1,4 +1,4 @@
-"""What the article says of its figures, held by numbers. Mass 1 kg, load 1 N unless said otherwise."""
+"""What the article says of its figures, checked by numbers. Mass 1 kg, load 1 N unless said otherwise."""
 
 import re
 from functools import cache
@@ -16,11 +16,11 @@ from stickslip.config.examples import config_names
 from stickslip.errors import UnknownFigureError
 
 ROOT = Path(__file__).resolve().parents[2]
-SMALL = 100_000  # bytes; pictures are kept in the repository
+SMALL = 100_000  # bytes; plots are kept in the repository
 CURVE = {"a2": 0.1, "a3": 0.3, "a4": 0.1}
 
 # Tendency over drop where stick-slip begins, derived by SciPy: the first slip by DOP853 at rtol 1e-11, branch after
-# branch, bisected for the mu_stop at which it just comes to rest on the belt. By belt speed, over stiffness.
+# branch, bisected for the mu_stop at which it just re-sticks. By belt speed, over stiffness.
 STIFFNESS = (0.01, 0.1, 1, 10, 100, 10000)
 BORDERS = {
     0.02: (0.6437, 0.0984, -0.3013, -0.0537, -0.0102, 0.0007),
@@ -194,11 +194,11 @@ def test_every_figure_has_its_configurations_and_every_configuration_its_figure(
     assert named == {name for name in config_names() if name.startswith("article/")}
 
 
-def test_a_figure_becomes_a_picture_and_a_file_that_says_what_was_found(tmp_path):
+def test_a_figure_becomes_a_plot_and_a_file_that_says_what_was_found(tmp_path):
     seen = []
     (written,) = make(["fig3"], tmp_path / "new", progress=seen.append)
     assert seen == ["fig3"]
-    assert written.picture == tmp_path / "new" / "fig3.png" and written.picture.read_bytes()[1:4] == b"PNG"
+    assert written.plot == tmp_path / "new" / "fig3.png" and written.plot.read_bytes()[1:4] == b"PNG"
     with stickslip.open(written.data) as ds:
         assert "period: 9.944578" in ds.attrs["findings"]
         assert "belt_speed: 0.1" in ds.attrs["configuration"]
@@ -232,17 +232,17 @@ def test_the_gallery_is_what_the_computation_says():
     assert numbers == pytest.approx(numbers_now, rel=0.01, abs=1e-4)  # a cell on a border may fall on either side
 
 
-def test_a_slim_picture_is_smaller_and_of_shades_nobody_tells_apart(tmp_path):
+def test_a_slim_plot_is_smaller_and_of_indistinguishable_shades(tmp_path):
     random = np.random.default_rng(1)
-    picture = tmp_path / "map.png"
-    imsave(picture, np.clip(np.linspace(0, 1, 64)[:, None, None] + random.normal(0, 0.1, (64, 64, 3)), 0, 1))
-    before, size = imread(picture)[..., :3], picture.stat().st_size
-    gallery.slim(picture)
-    after = imread(picture)[..., :3]
-    assert picture.stat().st_size < 0.7 * size
+    plot = tmp_path / "map.png"
+    imsave(plot, np.clip(np.linspace(0, 1, 64)[:, None, None] + random.normal(0, 0.1, (64, 64, 3)), 0, 1))
+    before, size = imread(plot)[..., :3], plot.stat().st_size
+    gallery.slim(plot)
+    after = imread(plot)[..., :3]
+    assert plot.stat().st_size < 0.7 * size
     assert np.abs(after - before).max() <= 0.5 / 15 + 1 / 255
 
 
-def test_the_pictures_of_the_gallery_are_there_and_small():
+def test_the_plots_of_the_gallery_are_there_and_small():
     sizes = {name: (ROOT / "docs" / "images" / "article" / f"{name}.png").stat().st_size for name in FIGURES}
     assert max(sizes.values()) < SMALL, sizes

@@ -1,4 +1,4 @@
-"""The command as a stranger uses it: what it prints, writes and returns."""
+"""The command as a new user meets it: what it prints, writes and returns."""
 
 import json
 import os
@@ -38,7 +38,7 @@ def call(*arguments):
 # --- run --------------------------------------------------------------------------------------------------------------
 
 
-def test_run_writes_map_and_picture_and_ends_with_a_summary(here):
+def test_run_writes_map_and_plot_and_ends_with_a_summary(here):
     config = write_config(here, more="output: {file: map.nc, plot: map.png}\n")
     done = call("run", config)
     assert done.exit_code == 0, done.output
@@ -47,7 +47,7 @@ def test_run_writes_map_and_picture_and_ends_with_a_summary(here):
     ds = stickslip.open(here / "map.nc")
     sticks = int((ds["regime"] == 1).sum())
     assert lines["stick_slip"][1:] == [f"{sticks}", f"{sticks / 144:.1%}"]
-    assert lines["map"][1] == "map.nc" and lines["picture"][1] == "map.png"
+    assert lines["map"][1] == "map.nc" and lines["plot"][1] == "map.png"
     assert "cells/s on" in done.stdout
     assert (here / "map.png").read_bytes().startswith(b"\x89PNG")
 
@@ -92,7 +92,7 @@ def test_ctrl_c_without_an_output_says_how_far_it_got(here, monkeypatch):
     assert done.exit_code == 1 and "100 of 144 cells are finished, not written" in done.stderr
 
 
-def test_a_map_of_one_cell_needs_no_picture(here):
+def test_a_map_of_one_cell_needs_no_plot(here):
     (here / "one.yaml").write_text(
         "system: {mass: 1, stiffness: 1, normal_load: 1, belt_speed: 0.1}\n"
         "friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\noutput: {file: one.nc, plot: one.png}\n"
@@ -104,7 +104,7 @@ def test_a_map_of_one_cell_needs_no_picture(here):
 
 @pytest.mark.parametrize(("arguments", "message"), [
     (["--output", "map.txt"], "map.txt"),
-    (["--plot", "map.bmp"], "map.bmp: pictures end in .png, .svg, .pdf"),
+    (["--plot", "map.bmp"], "map.bmp: plots end in .png, .svg, .pdf"),
     (["--plot", "nowhere/map.png"], "nowhere/map.png: no folder nowhere"),
 ])  # fmt: skip
 def test_a_target_that_will_not_do_is_told_before_computing(here, arguments, message):
@@ -151,7 +151,9 @@ def test_ctrl_c_stops_promptly_and_says_what_is_safe(here, kernels):
     assert process.returncode == 1
     assert "Traceback" not in errors
     assert time.perf_counter() - began < 5.0
-    told = re.search(r"interrupted: ([\d,]+) of 490,000 cells are safe in map.nc.parts; the same command goes", errors)
+    told = re.search(
+        r"interrupted: ([\d,]+) of 490,000 cells are safe in map.nc.parts; the same command resumes", errors
+    )
     safe = int(told[1].replace(",", ""))
     blocks = [name for name in os.listdir("map.nc.parts") if name.startswith("block-")]
     assert 0 < safe == 4096 * len(blocks) < 490_000
@@ -189,16 +191,16 @@ def test_a_finished_map_is_not_computed_again(here):
     assert call("run", config).exit_code == 0
     again = call("run", config)
     assert again.exit_code == 0
-    assert "map      map.nc is finished already; --fresh computes it again" in again.stdout
+    assert "map      map.nc is complete already; --fresh computes it again" in again.stdout
     assert "cells/s" in call("run", config, "--fresh").stdout
 
 
-def test_a_picture_that_lacks_is_drawn_from_the_finished_map(here):
+def test_a_missing_plot_is_drawn_from_the_finished_map(here):
     config = write_config(here, more="output: {file: map.nc, plot: map.png}\n")
     assert call("run", config).exit_code == 0
     (here / "map.png").unlink()
     again = call("run", config)
-    assert again.exit_code == 0 and "finished already" in again.stdout and again.stdout.endswith("picture  map.png\n")
+    assert again.exit_code == 0 and "complete already" in again.stdout and again.stdout.endswith("plot     map.png\n")
     assert (here / "map.png").stat().st_size > 10_000
 
 
@@ -251,7 +253,7 @@ def test_an_extended_axis_computes_only_what_is_new(here):
         [float(v) for v in np.linspace(0.05, 1, 12)] + [1.5, 2.0])))  # fmt: skip
     done = call("run", config)
     assert done.exit_code == 0, done.output
-    assert "24 cells in" in done.stdout and "reused   144 cells of the map that was there" in done.stdout
+    assert "24 cells in" in done.stdout and "reused   144 cells of the earlier map" in done.stdout
 
 
 def test_shards_are_computed_shown_and_collected(here):
@@ -260,7 +262,7 @@ def test_shards_are_computed_shown_and_collected(here):
     assert first.exit_code == 0 and "shard 1/2: 5,904 cells computed into a map µ.nc.parts" in first.stdout
     shown = call("status", config)
     assert "5,904 of 10,000 cells (59.0%)" in shown.stdout
-    assert "2 finished, 1 missing, 0 failed, of 3" in shown.stdout and "held      by nobody" in shown.stdout
+    assert "2 finished, 1 missing, 0 failed, of 3" in shown.stdout and "held      by no process" in shown.stdout
     part = call("collect", config)
     assert "missing  4,096 of 10,000 cells are not computed" in part.stdout
     assert call("run", config, "--shard", "2/2").exit_code == 0
@@ -346,7 +348,7 @@ def test_validate_says_what_it_understood_in_si(here):
     done = call("validate", "my.yaml")
     parts = [re.split("  +", line.strip()) for line in done.stdout.splitlines()[1:]]
     rows = {name: rest for name, *rest in parts}
-    assert done.stdout.startswith("my.yaml: good, 160 cells: belt_speed (80) x lubricant (2)\n")
+    assert done.stdout.startswith("my.yaml: valid, 160 cells: belt_speed (80) x lubricant (2)\n")
     assert rows["mass"] == ["0.1 kg", "mass"] and rows["stiffness"][0] == "5000 N/m" and rows["a4"][0] == "0.02 m/s"
     assert rows["velocity"] == ["sticking", "velocity at the start: that of the belt, sticking"]
     assert rows["axis belt_speed"] == ["0.001 to 0.2 m/s", "80 values, log spacing: belt speed"]
@@ -367,7 +369,7 @@ def test_validate_lists_the_mistakes_of_every_file(here):
     worse.write_text(worse.read_text().replace("mass: 1", "mass: 1 m"))
     done = call("validate", good, bad, worse)
     assert done.exit_code == 2
-    assert f"{good}: good, 144 cells" in done.stdout
+    assert f"{good}: valid, 144 cells" in done.stdout
     assert f"{bad}:3:" in done.stderr and f"{worse}:2:" in done.stderr
     assert call("validate", good).exit_code == 0
 
@@ -396,7 +398,7 @@ def test_simulate_writes_one_cell_over_time(here):
     (["--at", "stiffness=1", "-t", "30", "-o", "t.nc"], "--at: belt_speed: missing"),
     (["--at", "stiffness=1", "--at", "belt_speed=1", "-t", "x", "-o", "t.nc"], "--duration: got 'x'"),
     (["--at", "stiffness=1", "--at", "belt_speed=1", "-t", "3"], "nothing to do"),
-    (["--at", "stiffness=1", "--at", "belt_speed=1", "-t", "3", "--plot", "t.bmp"], "t.bmp: pictures end in"),
+    (["--at", "stiffness=1", "--at", "belt_speed=1", "-t", "3", "--plot", "t.bmp"], "t.bmp: plots end in"),
 ])  # fmt: skip
 def test_simulate_explains_what_is_missing(here, arguments, message):
     done = call("simulate", write_config(here), *arguments)
@@ -410,17 +412,17 @@ def test_plot_draws_maps_and_trajectories(here):
     assert (
         call("simulate", config, "--at", "stiffness=1", "--at", "belt_speed=0.1", "-t", 9, "-o", "t.nc").exit_code == 0
     )
-    assert call("plot", "map.nc").stdout == "picture  map.png\n"
+    assert call("plot", "map.nc").stdout == "plot     map.png\n"
     assert call("plot", "map.nc", "--variable", "spring_force_max", "-o", "force.svg").exit_code == 0
     assert call("plot", "map.nc", "--select", "stiffness=1", "-o", "strip.pdf").exit_code == 0
     assert call("plot", "t.nc").exit_code == 0
     assert {"map.png", "force.svg", "strip.pdf", "t.png"} <= {p.name for p in here.iterdir()}
 
 
-def test_another_variable_leaves_the_picture_of_the_run_as_it_was(here):
+def test_another_variable_leaves_the_plot_of_the_run_as_it_was(here):
     assert call("run", write_config(here), "-o", "map.nc", "--plot", "map.png").exit_code == 0
     before = (here / "map.png").read_bytes()
-    assert call("plot", "map.nc", "--variable", "period").stdout == "picture  map-period.png\n"
+    assert call("plot", "map.nc", "--variable", "period").stdout == "plot     map-period.png\n"
     assert (here / "map-period.png").exists() and (here / "map.png").read_bytes() == before
 
 
@@ -438,7 +440,7 @@ def test_plot_says_which_point_it_drew(here):
     (["map.nc", "--variable", "colour"], "map.nc: no variable 'colour'"),
     (["map.nc", "--select", "stiffness"], "got 'stiffness', expected NAME=VALUE"),
     (["map.nc", "--select", "mass=1"], "cannot select 'mass'"),
-    (["map.nc", "-o", "map.doc"], "map.doc: pictures end in"),
+    (["map.nc", "-o", "map.doc"], "map.doc: plots end in"),
 ])  # fmt: skip
 def test_plot_explains_what_is_wrong(here, arguments, message):
     assert call("run", write_config(here), "-o", "map.nc", "--no-plot").exit_code == 0

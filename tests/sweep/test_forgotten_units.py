@@ -1,4 +1,4 @@
-"""Numbers without a unit that were hardly meant in SI: asked about, and nothing else is."""
+"""Numbers without a unit that are implausible in SI: asked about, and nothing else is."""
 
 import warnings
 

@@ -202,7 +202,7 @@ def test_a_slip_that_is_thrown_across_the_zone_at_once_has_its_largest_accelerat
     assert evaluate(cell, "stribeck_delta")["acceleration_max"] == pytest.approx(2.77364, abs=3e-6)
 
 
-def test_the_velocity_range_of_a_cycle_of_falls_and_holds_does_not_reach_rest():
+def test_the_velocity_range_of_a_cycle_of_falls_and_holds_does_not_reach_zero_slip():
     cell = {"belt_speed": 0.4, "a1": 0.6, "a2": 0.06, "a3": 0.9, "a4": 0.8, "mu_stop": 0.2}
     found = evaluate(cell, "cubic")
     assert found["status"] == "fall_hold_cycle"
@@ -321,7 +321,7 @@ def test_no_cell_takes_more_than_a_hundred_thousand_steps_by_default():
     assert (found["regime"], found["status"]) == ("creep", "settling_certain")
 
 
-# --- what is said of a cycle ----------------------------------------------------------------------------------------
+# --- metrics of a cycle      ----------------------------------------------------------------------------------------
 
 
 def test_the_tendency_takes_friction_at_break_away():

@@ -318,7 +318,7 @@ def test_unknown_variables_are_refused_with_those_that_exist():
 
 
 def large(rows=1100, columns=1500):
-    """Blocks of 3 x 3 cells, the last ones shorter."""
+    """Pixels of 3 x 3 cells, the last ones shorter."""
     return make_map(stiffnesses(rows), axis("belt_speed", np.linspace(0.02, 0.6, columns)), damping=0.2)
 
 
@@ -326,7 +326,7 @@ def notes_of(figure):
     return [text.get_text() for text in figure.texts] + [legend.get_title().get_text() for legend in figure.legends]
 
 
-def test_a_large_map_is_drawn_in_blocks_which_the_picture_says():
+def test_a_large_map_is_drawn_in_pixels_of_many_cells_which_the_plot_says():
     figure = plot_map(large())
     assert figure.axes[0].collections[0].get_array().shape == (367, 500)
     assert "each pixel shows 3 x 3 cells: their most frequent value" in notes_of(figure)
@@ -334,7 +334,7 @@ def test_a_large_map_is_drawn_in_blocks_which_the_picture_says():
     assert not any("pixel" in note for note in notes_of(plot_map(plane())))
 
 
-def test_a_block_of_several_regimes_is_pale_and_a_lost_one_is_in_the_legend():
+def test_a_pixel_of_several_regimes_is_pale_and_a_lost_one_is_in_the_legend():
     ds = large()
     ds["regime"][:] = REGIMES.index("damped")
     ds["regime"][4, 7] = REGIMES.index("failed")
@@ -355,7 +355,7 @@ def test_no_pale_colour_is_taken_for_a_pure_one():
     assert nearest.min() > 0.07
 
 
-def test_blocks_and_borders_lie_where_their_cells_lie():
+def test_pixels_and_borders_lie_where_their_cells_lie():
     ds = large()
     figure, x = plot_map(ds), MapAxis(ds, "belt_speed")
     drawn = figure.axes[0].collections[0].get_coordinates()
@@ -368,18 +368,18 @@ def test_blocks_and_borders_lie_where_their_cells_lie():
     assert np.abs(found).max() < 1e-3 * scale
 
 
-def test_irregular_and_falling_axes_are_drawn_in_blocks_too():
+def test_irregular_and_falling_axes_are_drawn_in_pixels_too():
     speeds = np.cumsum(np.random.default_rng(1).random(1500) ** 3 + 1e-3)
     ds = make_map(axis("stiffness", np.geomspace(1, 1000, 1100)[::-1], "log"), axis("belt_speed", speeds, "values"))
     rising = ds.sortby("stiffness")
     mesh = plot_map(ds).axes[0].collections[0]
     np.testing.assert_array_equal(mesh.get_array(), plot_map(rising).axes[0].collections[0].get_array())
-    across, down = (MapAxis(rising, dim).block_edges(3) for dim in ("belt_speed", "stiffness"))
+    across, down = (MapAxis(rising, dim).pixel_edges(3) for dim in ("belt_speed", "stiffness"))
     np.testing.assert_array_equal(mesh.get_coordinates()[0, :, 0], across)
     np.testing.assert_array_equal(mesh.get_coordinates()[:, 0, 1], down)
 
 
-def test_a_long_map_of_one_dimension_is_a_strip_of_blocks():
+def test_a_long_map_of_one_dimension_is_a_strip_of_pixels():
     figure = plot_map(make_map(speeds(4001)), "period")
     assert figure.axes[0].collections[0].get_array().size == 667
     assert "each pixel shows 6 cells: the mean of those that have a value" in notes_of(figure)
@@ -431,19 +431,19 @@ def test_a_map_is_no_trajectory():
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
-def test_pictures_are_written_in_the_format_of_their_name(suffix, tmp_path):
+def test_plots_are_written_in_the_format_of_their_name(suffix, tmp_path):
     path = tmp_path / f"map{suffix}"
     page.save(plot_map(plane()), path, dpi=60)
     assert path.read_bytes()[:4] in (b"\x89PNG", b"<?xm", b"%PDF")
 
 
 @pytest.mark.parametrize("name", ["map.sketch", "absent/map.png"])
-def test_pictures_that_cannot_be_written_are_named(name, tmp_path):
+def test_plots_that_cannot_be_written_are_named(name, tmp_path):
     with pytest.raises(PlotError, match=name):
         page.save(plot_map(plane()), tmp_path / name)
 
 
-def test_drawing_needs_no_pyplot():
+def test_plotting_needs_no_pyplot():
     code = "import sys, stickslip.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0

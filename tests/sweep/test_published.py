@@ -1,4 +1,4 @@
-"""Numbers others published or derived, met through the public calls. m = k = N = 1 throughout."""
+"""Published or independently derived numbers, reproduced through the public calls. m = k = N = 1 throughout."""
 
 import numpy as np
 import pytest
@@ -72,7 +72,7 @@ def test_coulomb_cycle_has_the_tabulated_numbers():
 
 @pytest.mark.parametrize("zeta", [0.01, 0.05, 0.2])
 def test_a_damper_ends_coulomb_stick_slip_at_its_exact_critical_speed(zeta):
-    """Stick-slip lives on iff kappa = d/v exceeds -e^(zeta s) sin(b s)/b, s being the root of e^(zeta s)
+    """Stick-slip persists iff kappa = d/v exceeds -e^(zeta s) sin(b s)/b, s being the root of e^(zeta s)
     (cos b s - (zeta/b) sin b s) = 1 in (pi/b, 2 pi/b), b = sqrt(1 - zeta^2)."""
     b = np.sqrt(1 - zeta**2)
     s = brentq(lambda s: np.exp(zeta * s) * (np.cos(b * s) - zeta / b * np.sin(b * s)) - 1, np.pi / b, 2 * np.pi / b)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import stickslip
 from helpers.maps import axis, make_map, plane
 from stickslip.dataset.build import cell_dataset, trace_dataset
 from stickslip.dataset.provenance import provenance
@@ -262,7 +263,14 @@ def _is_full_score(value) -> bool:
     return value[0] == value[1] if isinstance(value, tuple) else bool(value)
 
 
-@pytest.mark.parametrize("make", [plane, labelled, cells, make_map], ids=["plane", "labelled", "cells", "one cell"])
+def borders():
+    pair = {"mass": 1.0, "stiffness": [1.0, 2.0], "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+    return stickslip.border(pair, "belt_speed", (0.1, 1.0), scan=4, tolerance=1e-3)
+
+
+@pytest.mark.parametrize(
+    "make", [plane, labelled, cells, borders, make_map], ids=["plane", "labelled", "cells", "borders", "one cell"]
+)
 def test_files_pass_the_cf_checker_without_a_single_remark(make, cf_checker, tmp_path, monkeypatch):
     def no_network(*arguments):
         raise AssertionError("the checker wanted the network")

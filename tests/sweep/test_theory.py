@@ -43,14 +43,14 @@ def test_minimum_is_where_a_minimizer_finds_it(a1, share, a3, a4):
     assert float(theory.reversal_friction(**curve)) == pytest.approx(a1 + run.fun, abs=1e-9 * a3)
 
 
-def test_curves_without_a_minimum_turn_at_rest_or_never():
+def test_curves_without_a_minimum_turn_at_zero_speed_or_never():
     assert theory.reversal_speed([0.0, 0.0, 5.0], [0.3, 0.0, 0.3], 0.1).tolist() == [math.inf, 0.0, 0.0]
     assert theory.reversal_friction(1.0, [0.0, 0.0, 5.0], [0.3, 0.0, 0.3], 0.1).tolist() == [1.0, 1.0, 1.3]
 
 
 @given(st.floats(-3, 3), st.floats(-1, 1), st.floats(0.1, 1))
 def test_thresholds_of_strengthening_and_weakening_curves_follow_from_the_slope(a2, a3, a4):
-    """The four cases of the sign of the slope at rest and at high speed; without damper v_H is the minimum."""
+    """The four cases of the sign of the slope at zero and at high speed; without damper v_H is the minimum."""
     at_rest, at_speed = theory.stribeck_slope([0.0, 60 * a4], a2, a3, a4)
     v = float(theory.loss_of_stability(a2, a3, a4, 0.0, 1.0))
     if at_rest < 0 < at_speed:
@@ -339,7 +339,7 @@ def test_a_cubic_law_that_rises_first_has_no_speed_from_which_sliding_is_stable(
 
 
 def amplitudes(belt_speed, load, start, duration):
-    """Half of what displacement and velocity span in slip on the cubic law, by SciPy; m = k = 1, damper 0.1 N.
+    """Half the range of displacement and velocity in slip on the cubic law, by SciPy; m = k = 1, damper 0.1 N.
 
     start : velocity, at the displacement of steady sliding.
     """
@@ -362,7 +362,7 @@ def test_pure_slip_amplitude_is_that_of_an_integration():
 
 
 def test_regimes_of_the_cubic_law_change_at_the_thresholds():
-    """Stick-slip, pure slip for ever, steady sliding: for weak friction within 0.2 and 1 % of where harmonic balance
+    """Stick-slip, sustained pure slip, steady sliding: for weak friction within 0.2 and 1 % of where harmonic balance
     has them, and at load 1 at the tabulated exact border, 0.395789."""
     cell = UNIT | {"a1": 0.25, "a2": 0.0, "a3": 0.15, "a4": 0.5}
     weak = {"damping": 0.01, "normal_load": 0.1}

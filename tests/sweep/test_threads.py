@@ -1,4 +1,4 @@
-"""Several threads at once; in processes of their own, since what goes wrong there is a crash or waits for ever."""
+"""Several threads at once; in processes of their own, since what goes wrong there is a crash or a deadlock."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def at_once(*tasks):
         thread.start()
     for thread in threads:
         thread.join(60)
-        assert not thread.is_alive(), "waits for ever"
+        assert not thread.is_alive(), "deadlock"
     return outcomes
 
 
@@ -84,7 +84,7 @@ for thread in threads: thread.join()
 """
 
 
-def test_threads_that_read_and_copy_one_lazy_dataset_do_not_wait_for_each_other_for_ever(tmp_path):
+def test_threads_that_read_and_copy_one_lazy_dataset_do_not_deadlock(tmp_path):
     path = writing.write(plane(20, 20), tmp_path / "map.nc")
     with stickslip.open(path) as ds:
         loads = [lambda: ds.compute().identical(plane(20, 20)) for _ in range(2)]

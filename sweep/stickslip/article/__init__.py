@@ -1,7 +1,7 @@
-"""The theoretical figures of *Controlling Stick-Slip Noise Generation with Lubricants*, computed again.
+"""The theoretical figures of *Controlling Stick-Slip Noise Generation with Lubricants*, reproduced.
 
 `FIGURES` lists them, `make` writes them. Each comes from configurations in `configs/article` through the public calls,
-and each states numbers, its findings, which the tests hold and the gallery (`gallery.write`) prints.
+and each states numbers, its findings, which the tests check and the gallery (`gallery.write`) prints.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stickslip import plots
-from stickslip.article.drawing import DPI
+from stickslip.article.plotting import DPI
 from stickslip.article.recipe import Figure, Findings, Made
 from stickslip.article.registry import FIGURES
 from stickslip.errors import UnknownFigureError
@@ -23,10 +23,10 @@ __all__ = ["FIGURES", "Figure", "Findings", "Made", "UnknownFigureError", "Writt
 
 @dataclass(frozen=True)
 class Written:
-    """A figure in files: its picture (PNG), its data (netCDF), and what it found."""
+    """A figure in files: its plot (PNG), its data (netCDF), and its findings."""
 
     name: str
-    picture: Path
+    plot: Path
     data: Path
     findings: Findings
 
@@ -49,8 +49,8 @@ def make(
         if progress is not None:
             progress(name)
         made = FIGURES[name].function()
-        picture, data = target / f"{name}.png", target / f"{name}.nc"
-        plots.save(made.picture, picture, DPI)
+        plot, data = target / f"{name}.png", target / f"{name}.nc"
+        plots.save(made.plot, plot, DPI)
         writing.write(made.data, data)
-        written.append(Written(name, picture, data, made.findings))
+        written.append(Written(name, plot, data, made.findings))
     return written

@@ -1,4 +1,4 @@
-"""Figures 10, 11 and 19: static friction over the logarithm of the waiting time."""
+"""Figures 10, 11 and 19: static friction over the logarithm of the waiting time (hold time)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from stickslip.api import run
 from stickslip.article.curves import friction
-from stickslip.article.drawing import SERIES, axes_of, legend, name_axes, picture
+from stickslip.article.plotting import SERIES, axes_of, blank_plot, legend, name_axes
 from stickslip.article.recipe import Cell, Findings, Floats, Made, cell, cells, configuration, labelled, traces
 from stickslip.fit import AgeingFit, Ranking, fit_ageing, rank
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
@@ -47,7 +47,7 @@ def figure_10() -> Made:
         random.uniform(0.3, 1.0) / n * np.sin(2 * np.pi * (n * x + random.uniform())) for n in range(5, 40)
     ) * np.ones_like(x)
 
-    made = picture(7.6, 3.8, "Figure 10: real area of contact (profile made up, growth from the model)")
+    made = blank_plot(7.6, 3.8, "Figure 10: real area of contact (profile made up, growth from the model)")
     heights = [float(np.quantile(profile, 1 - share)) for share in shares]
     for ax, time, share, height in zip(axes_of(made, 2, 1, sharex=True)[:, 0], times, shares, heights, strict=True):
         top = profile.max() + 0.35
@@ -80,7 +80,7 @@ def figure_11() -> Made:
     long = waits >= 10 * p["ageing_time"]
     slope, level = np.polyfit(np.log10(waits[long]), measured.values[long], 1)
 
-    made = picture(7.6, 4.2, "Figure 11: static friction over the waiting time (illustrative numbers)")
+    made = blank_plot(7.6, 4.2, "Figure 11: static friction over the waiting time (illustrative numbers)")
     ((ax,),) = axes_of(made, 1, 1)
     points = {"color": BLUE, "marker": "o", "markersize": 4, "linestyle": "none"}
     ax.semilogx(waits, measured, label="force at break-away / load", **points)
@@ -119,7 +119,7 @@ def figure_19() -> Made:
     at_300 = {name: cell(config, i * waits.size + 2) for i, name in enumerate(names)}
     raw = traces(at_300, "grease", 0.16, 2001)
 
-    made = picture(7.6, 6.4, "Figure 19: static friction of three greases (illustrative numbers)")
+    made = blank_plot(7.6, 6.4, "Figure 19: static friction of three greases (illustrative numbers)")
     (upper,), (lower,) = axes_of(made, 2, 1, height_ratios=[1.5, 1])
     for i, (name, colour) in enumerate(zip(names, SERIES, strict=False)):
         _draw_fit(upper, fits[name], waits, points[i], colour, name)

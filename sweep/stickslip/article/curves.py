@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from stickslip.api import run
-from stickslip.article.drawing import SERIES, axes_of, legend, mark, name_axes, picture
+from stickslip.article.plotting import SERIES, axes_of, blank_plot, legend, mark, name_axes
 from stickslip.article.recipe import (
     Cell,
     Findings,
@@ -28,7 +28,7 @@ from stickslip.theory import reversal_speed, stribeck, tendency
 
 
 def friction(w: ArrayLike, p: Cell) -> Floats:
-    """Friction coefficient at the slip speed w (m/s) >= 0, while it rises."""
+    """Friction coefficient at the slip speed w (m/s) >= 0, while it increases."""
     return stribeck(w, p["a1"], p["a2"], p["a3"], p["a4"])
 
 
@@ -39,7 +39,7 @@ def transition(p: Cell) -> tuple[float, float]:
 
 
 def line(w: ArrayLike, p: Cell, reversal: float) -> Floats:
-    """Friction while slowing down, Eq. (2a): straight from S(reversal) at the speed `reversal` to mu_stop at rest."""
+    """Friction while slowing down, Eq. (2a): straight from S(reversal) at the speed `reversal` to (0, mu_stop)."""
     turned = float(friction(reversal, p))
     return np.asarray(p["mu_stop"] + (turned - p["mu_stop"]) / reversal * np.asarray(w, np.float64), np.float64)
 
@@ -74,7 +74,7 @@ def figure_2() -> Made:
     findings: Findings = {"mu_start": float(friction(0.0, p)), "v_min": turn, "mu_min": least}
     findings |= _edges(cells(config), turn, ds.sizes["belt_speed"])
 
-    made = picture(7.6, 5.4, "Figure 2: Stribeck curve, and the regimes on its branches")
+    made = blank_plot(7.6, 5.4, "Figure 2: Stribeck curve, and the regimes on its branches")
     (curve,), (map_,) = axes_of(made, 2, 1, sharex=True, height_ratios=[3, 1])
     draw_branches(curve, p, float(ds["belt_speed"].max()))
     curve.set_xlabel("")
@@ -124,7 +124,7 @@ def figure_7() -> Made:
     stops = every["mu_stop"]
     down = np.array([np.where(w < turn, line(w, {**p, "mu_stop": stop}, turn), friction(w, p)) for stop in stops])
 
-    made = picture(7.6, 4.2, "Figure 7: possible Stribeck curves during deceleration")
+    made = blank_plot(7.6, 4.2, "Figure 7: possible Stribeck curves during deceleration")
     ((ax,),) = axes_of(made, 1, 1)
     ax.plot(w, friction(w, p), color=BLACK, linewidth=2, label="speeding up; slowing down above the minimum")
     for number, (stop, values, colour) in enumerate(zip(stops, down, SERIES, strict=False), 1):
@@ -152,7 +152,7 @@ def figure_7() -> Made:
         },
         {
             "slip_speed": ("slip_speed", w, {"units": "m s-1", "long_name": "slip speed"}),
-            "mu_stop": ("mu_stop", stops, {"units": "1", "long_name": "friction coefficient just before standstill"}),
+            "mu_stop": ("mu_stop", stops, {"units": "1", "long_name": "friction coefficient at the end of slip"}),
         },
     )
     return Made(made, labelled(data, "Figure 7: curves during deceleration", ["fig8"], findings), findings)

@@ -13,56 +13,57 @@ import numpy as np
 from matplotlib.image import imread, imsave
 
 from stickslip.article import Written, make
-from stickslip.article.drawing import in_words
+from stickslip.article.plotting import in_words
 from stickslip.article.recipe import FOLDER
 from stickslip.article.registry import FIGURES
 
 _HEAD = """# The article, figure by figure
 
-Every theoretical figure of *Controlling Stick-Slip Noise Generation with Lubricants*, computed again. Each comes from a
-configuration in [configs/article](../configs/article), which `stickslip run` takes; one command makes all pictures and
+Every theoretical figure of *Controlling Stick-Slip Noise Generation with Lubricants*, reproduced. Each comes from a
+configuration in [configs/article](../configs/article), which `stickslip run` takes; one command makes all plots and
 their data (netCDF) in about a minute:
 
     stickslip article --output figures
 
-This page is written by `stickslip.article.gallery`, its numbers by the computation; tests hold them
+This page is written by `stickslip.article.gallery`, its numbers by the computation; tests check them
 ([tests/sweep/test_article.py](../tests/sweep/test_article.py)). Unless said otherwise mass 1 kg, load 1 N, no damper,
 the curve of Figure 2, and a start from sticking. Figures 12 to 18 show the rig and its measurements: not here.
+The [glossary](glossary.md) translates the article's words.
 """
 
 
 def write(page: str | os.PathLike[str], *, progress: Callable[[str], None] | None = None) -> list[Written]:
     """Make every figure and the page that shows them.
 
-    page : the Markdown file; pictures go into images/article beside it, data files do not stay.
+    page : the Markdown file; plots go into images/article beside it, data files are not kept.
     """
     target = Path(page)
     folder = target.parent / "images" / FOLDER
     written = make((), folder, progress=progress)
     for figure in written:
         figure.data.unlink()
-        slim(figure.picture)
+        slim(figure.plot)
     target.write_text(text(written, f"images/{FOLDER}"), encoding="utf-8")
     return written
 
 
-def slim(picture: Path) -> None:
-    """Make a PNG half as large: 16 shades of each colour, which nobody sees in a diagram."""
-    shades = np.round(imread(picture)[..., :3] * 15) / 15
-    imsave(picture, np.round(255 * shades).astype(np.uint8))
+def slim(plot: Path) -> None:
+    """Make a PNG half as large: 16 shades of each colour, which is not visible in a diagram."""
+    shades = np.round(imread(plot)[..., :3] * 15) / 15
+    imsave(plot, np.round(255 * shades).astype(np.uint8))
 
 
-def text(written: Sequence[Written], pictures: str) -> str:
-    """The page, in Markdown. pictures : the folder of the pictures, seen from the page."""
-    return "\n".join([_HEAD, *(_entry(figure, pictures) for figure in written)])
+def text(written: Sequence[Written], images: str) -> str:
+    """The page, in Markdown. images : the folder of the plots, seen from the page."""
+    return "\n".join([_HEAD, *(_entry(figure, images) for figure in written)])
 
 
-def _entry(figure: Written, pictures: str) -> str:
-    """One figure: heading, what the article says, picture, what agrees and what differs, configuration."""
+def _entry(figure: Written, images: str) -> str:
+    """One figure: heading, what the article says, plot, what agrees and what differs, configuration."""
     known = FIGURES[figure.name]
     words = {name: in_words(value) if isinstance(value, str) else value for name, value in figure.findings.items()}
     lines = [f"## {heading(figure.name)}: {_lowered(known.description)}", ""]
-    lines += [f"![{known.description}]({pictures}/{figure.picture.name})", ""]
+    lines += [f"![{known.description}]({images}/{figure.plot.name})", ""]
     lines += [f"- The article: {known.statement}", f"- Agrees: {known.agrees.format(**words)}"]
     if known.differs:
         lines.append(f"- Differs: {known.differs.format(**words)}")

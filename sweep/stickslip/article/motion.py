@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from stickslip.api import run
 from stickslip.article.curves import friction, line, transition
-from stickslip.article.drawing import SERIES, axes_of, belt_line, in_words, legend, name_axes, picture, shade_sticks
+from stickslip.article.plotting import SERIES, axes_of, belt_line, blank_plot, in_words, legend, name_axes, shade_sticks
 from stickslip.article.recipe import (
     Cell,
     Findings,
@@ -50,7 +50,7 @@ def figure_3() -> Made:
     sticking = trace["mode"].values == MODES.index("stick")
     off_belt = np.abs(trace["relative_speed"].values[sticking]).max()
 
-    made = picture(7.6, 4.8, "Figure 3: displacement and velocity in the stick-slip regime")
+    made = blank_plot(7.6, 4.8, "Figure 3: displacement and velocity in the stick-slip regime")
     (upper,), (lower,) = axes_of(made, 2, 1, sharex=True)
     for ax, name in ((upper, "displacement"), (lower, "velocity")):
         ax.plot(trace["time"], trace[name], color=BLUE, linewidth=1.4)
@@ -80,7 +80,7 @@ def figure_4() -> Made:
     turn, _ = transition(p)
     top = ds["slip_speed_max"].values
 
-    made = picture(9.6, 4.6, r"Figure 4: passage through the Stribeck curve, $v_{belt1} < v_{belt2} < v(\mu_{min})$")
+    made = blank_plot(9.6, 4.6, r"Figure 4: passage through the Stribeck curve, $v_{belt1} < v_{belt2} < v(\mu_{min})$")
     places = made.add_gridspec(len(some), 2, width_ratios=[1.1, 1])
     passage = made.add_subplot(places[:, 0])
     w = np.linspace(0.0, 1.1 * max(top.max(), turn), 400)
@@ -131,7 +131,7 @@ def figure_5() -> Made:
     trace = traces(_cells_by_label(every, labels), "curve", 60.0, 3001)
     w = np.linspace(0.0, 0.6, 301)
 
-    made = picture(10.4, 4.9, "Figure 5: a flat or rising Stribeck curve cannot provoke stick-slip")
+    made = blank_plot(10.4, 4.9, "Figure 5: a flat or rising Stribeck curve cannot provoke stick-slip")
     table = axes_of(made, 2, len(labels), sharey="row", height_ratios=[1, 1.5])
     for i, label in enumerate(labels):
         one, regime = cell(config, i), _regimes(ds)[i]
@@ -160,14 +160,14 @@ def figure_5() -> Made:
 
 
 def figure_8() -> Made:
-    """Three values of mu_stop: stick-slip, damped vibration, quickly stationary."""
+    """Three values of mu_stop: stick-slip, damped vibration, stationary sliding soon."""
     config = configuration("fig8")
     ds, every, p = run(config), cells(config), cell(config)
     stops = every["mu_stop"]
     trace = traces(_cells_by_label(every, [f"mu_stop{i}" for i in range(1, len(stops) + 1)]), "curve", 60.0, 3001)
     turn, _ = transition(p)
 
-    made = picture(9.6, 5.2, r"Figure 8: influence of $\mu_{stop}$ on stick-slip")
+    made = blank_plot(9.6, 5.2, r"Figure 8: influence of $\mu_{stop}$ on stick-slip")
     table = axes_of(made, 2, len(stops), sharex=True, sharey="row")
     for i, stop in enumerate(stops):
         words = in_words(_regimes(ds)[i])
@@ -195,7 +195,7 @@ def figure_8() -> Made:
 
 
 def _off_line(trace: xr.Dataset, p: Cell, turn: float) -> float:
-    """How far friction is from the line of Eq. (2a) while the first slip slows down below the minimum."""
+    """Deviation of friction from the line of Eq. (2a) while the first slip decelerates below the minimum."""
     falls = np.flatnonzero(trace["mode"].values == MODES.index("fall"))
     first = falls[: int(np.argmax(np.append(np.diff(falls), 2) > 1)) + 1]
     part = trace.isel(time=first)

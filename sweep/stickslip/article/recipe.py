@@ -1,4 +1,4 @@
-"""What a figure of the article is here: a picture, its data and its findings, from configurations of `configs/article`.
+"""What a figure of the article is here: a plot, its data and its findings, from configurations of `configs/article`.
 
 Figures are made by functions of no arguments. The helpers below are what such functions share: cells and trajectories
 of a configuration, and the places where the regime, or Eq. (3), changes.
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure as Picture
+from matplotlib.figure import Figure as Plot
 from numpy.typing import NDArray
 
 from stickslip.api import border as find_border
@@ -36,9 +36,9 @@ STICK_SLIP = REGIMES.index("stick_slip")
 
 @dataclass(frozen=True)
 class Made:
-    """A figure made: its picture, its data and its findings (numbers in SI, regimes by name)."""
+    """A figure made: its plot, its data and its findings (numbers in SI, regimes by name)."""
 
-    picture: Picture
+    plot: Plot
     data: xr.Dataset
     findings: Findings
 

@@ -16,7 +16,7 @@ FIGURES: dict[str, Figure] = {
         "Stick-slip occurs solely in the declining branch of the Stribeck curve.",
         "The transition point v(mu_min) is {v_min:.4f} m/s, the friction coefficient there {mu_min:.4f}. Started "
         "close to steady sliding, stick-slip ends at {edge_from_sliding:.4f} m/s, the transition point.",
-        "Started from sticking, it lives on to {edge_from_sticking:.3f} m/s, {edge_from_sticking_over_v_min:.2f} "
+        "Started from sticking, it persists up to {edge_from_sticking:.3f} m/s, {edge_from_sticking_over_v_min:.2f} "
         "times as fast: in the rising branch stick-slip and steady sliding coexist.",
     ),
     "fig3": Figure(
@@ -43,7 +43,7 @@ FIGURES: dict[str, Figure] = {
         "A flat curve gives a damped oscillation, a rising one a damped oscillation or creep, neither stick-slip.",
         "Declining: {regime_declining}; rising: {regime_rising} (damping ratio {damping_ratio_rising:.2f}); "
         "steeply rising: {regime_steeply_rising} (damping ratio {damping_ratio_steeply_rising:.2f}).",
-        "Nothing damps the oscillation on a flat curve: it is {regime_flat}, for ever. The damped oscillation of "
+        "Nothing damps the oscillation on a flat curve: it is {regime_flat}. The damped oscillation of "
         "the article needs a damper; a damping ratio of {damping_ratio_flat_with_a_damper:.3f} is enough.",
     ),
     "fig6": Figure(
@@ -65,7 +65,7 @@ FIGURES: dict[str, Figure] = {
         "Friction while slowing down may differ from friction while speeding up: a straight line below the minimum.",
         "From the minimum ({mu_reversal:.4f} at {v_reversal:.4f} m/s) to mu_stop; tendencies {tendency_1:+.3f}, "
         "{tendency_2:+.4f} and {tendency_3:+.3f}.",
-        "Slip that turns round below the minimum starts its line there (dashed): the article leaves this open.",
+        "Slip that reverses below the minimum starts its line there (dashed): the article leaves this open.",
     ),
     "fig8": Figure(
         "Influence of mu_stop",
@@ -76,9 +76,9 @@ FIGURES: dict[str, Figure] = {
         "equilibrium over {settling_time_2:.0f} s; mu_stop3: {regime_3}, with {equilibrium_crossings_3:.0f} over "
         "{settling_time_3:.0f} s.",
         "At mu_stop2 the tendency is zero, the border by Eq. (3); here stick-slip ends at {border_mu_stop:.3f} "
-        "already. Between two slips the mass slips at a constant speed (the flat stretches), while friction "
-        "climbs from the line to the curve: what the article leaves open, because its line and its curve would "
-        "disagree there.",
+        "already. In between the mass slips at a constant speed (the flat segments), while friction rises from "
+        "the line to the curve (a Filippov sliding mode): what the article leaves open, because its line and its "
+        "curve would disagree there.",
     ),
     "eq3": Figure(
         "Tendency and simulated regime",
@@ -86,14 +86,15 @@ FIGURES: dict[str, Figure] = {
         ("eq3",),
         "Tendency above zero means stick-slip, below zero none.",
         "Over the minimum of the curve and mu_stop the sign is right in {share_predicted:.1%} of {cells:,.0f} cells.",
-        "Slow (0.02 m/s: {share_predicted_v0_02:.1%}) it misses stick-slip, because the straight line is no "
-        "mirror image of the curve; fast (0.2 m/s: {share_predicted_v0_2:.1%}) it warns in vain, because the way "
-        "through the rising branch takes energy. At the slowest belt and a low mu_stop slip and creep alternate "
-        "for ever without sticking (sustained), at a tendency below zero. It takes mu_reversal as it occurred in "
-        "each simulated motion, and mu_start as friction at break-away: it diagnoses a motion, it predicts none.",
+        "At low speed (0.02 m/s: {share_predicted_v0_02:.1%}) it misses stick-slip, because the straight line is no "
+        "mirror image of the curve; at high speed (0.2 m/s: {share_predicted_v0_2:.1%}) it raises false alarms, as "
+        "the path through the rising branch dissipates energy. At the slowest belt and a low mu_stop fast and slow "
+        "slip alternate without end and without sticking (sustained), at a tendency below zero. It takes "
+        "mu_reversal as it occurred in each simulated motion, and mu_start as friction at break-away: it diagnoses a "
+        "motion, it predicts none.",
     ),
     "eq3_box": Figure(
-        "The tendency over a wide box",
+        "The tendency over a wide range of parameters",
         tendency.figure_box,
         ("eq3_box",),
         "The conclusions can be drawn without knowledge of the system's flexibility.",
@@ -102,7 +103,7 @@ FIGURES: dict[str, Figure] = {
         "have none. It is exact for a curve the line mirrors (an error of {mirror_error_a4_10:.4f} of the drop, "
         "and going with the curvature).",
         "Where the slip stays below the minimum of the curve, {share_predicted_below_min:.1%} are right, where it "
-        "goes through the rising branch {share_predicted_past_min:.1%}: there lie "
+        "goes through the rising branch {share_predicted_past_min:.1%}; there occur "
         "{share_of_false_alarms_past_min:.1%} of the false alarms. So stiffness and belt speed do matter: right "
         "in {best_share:.0%} of cells at best and {worst_share:.0%} at worst ({worst_share_belt_speed:g} m/s, "
         "{worst_share_stiffness:g} N/m). On the curve of Figure 2 stick-slip begins at tendencies from "
@@ -124,18 +125,18 @@ FIGURES: dict[str, Figure] = {
         ("fig11",),
         "The real area of contact grows under load, and the adhesive part of friction with it.",
         "The model has no asperities. Static friction being proportional to the area, the contact of Figure 11 is "
-        "{area_ratio_1000s:.2f} times as large after 1000 s as at once.",
-        "The profile is made up; the article gives no numbers.",
+        "{area_ratio_1000s:.2f} times as large after 1000 s as initially.",
+        "The profile is invented; the article gives no numbers.",
     ),
     "fig11": Figure(
         "Static friction over waiting time",
         ageing.figure_11,
         ("fig11",),
         "On a logarithmic scale of waiting time static friction grows linearly.",
-        "Measured like on the rig, by the force at break-away, it grows by {slope_per_decade:.4f} per decade from "
+        "Measured as on the rig, by the force at break-away, it grows by {slope_per_decade:.4f} per decade from "
         "10 s on (set: {ageing_rate:g}), {off_line_max:.1e} at most off a straight line.",
-        "Below the ageing time it levels off: a straight line would go on to minus infinity. The loading counts "
-        "as waiting, too. Levels and slopes are illustrations.",
+        "Below the ageing time it levels off: a straight line would diverge to minus infinity. The loading counts "
+        "as hold time, too. Levels and slopes are illustrations.",
     ),
     "fig19": Figure(
         "Static friction of three greases",

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from stickslip.api import evaluate, run
-from stickslip.article.drawing import SERIES, axes_of, belt_line, in_words, legend, name_axes, picture, shade_sticks
+from stickslip.article.plotting import SERIES, axes_of, belt_line, blank_plot, in_words, legend, name_axes, shade_sticks
 from stickslip.article.recipe import (
     STICK_SLIP,
     Cell,
@@ -40,7 +40,7 @@ def figure_6() -> Made:
     later = trace.isel(time=trace["time"].values >= 11.0)
     ds = ds.assign(displacement_amplitude=_half_stroke(ds), friction_swing=_friction_swing(ds))
 
-    made = picture(10.0, 5.2, "Figure 6: influence of the stiffness, plain Stribeck curve")
+    made = blank_plot(10.0, 5.2, "Figure 6: influence of the stiffness, plain Stribeck curve")
     ((left, right),) = made.subfigures(1, 2, squeeze=False, width_ratios=[1.15, 1])
     table = axes_of(left, len(some), 2, sharex=True, sharey="col")
     for row, (label, colour) in enumerate(zip(some, SERIES, strict=False)):
@@ -119,7 +119,7 @@ def figure_9() -> Made:
     regimes = {k: REGIMES[int(evaluate(one)["regime"][0])] for k, one in zip(drawn, some.values(), strict=True)}
     findings = {f"regime_k{k:g}": regime for k, regime in regimes.items()} | _transition(p)
 
-    made = picture(9.2, 6.0, "Figure 9: influence of the stiffness, modified Stribeck curve")
+    made = blank_plot(9.2, 6.0, "Figure 9: influence of the stiffness, modified Stribeck curve")
     (upper,), (lower,) = made.subfigures(2, 1, squeeze=False, height_ratios=[1.0, 1.15])
     table = axes_of(upper, 1, len(some), sharey="row")
     for ax, label, k, colour in zip(table[0], some, drawn, SERIES, strict=False):

@@ -1,8 +1,8 @@
-"""Equation (3): how far the sign of the tendency tells the regime.
+"""Equation (3): how well the sign of the tendency predicts the regime.
 
 The tendency S = mu_start - 2 mu_reversal + mu_stop takes mu_reversal as it occurred: the friction where the first slip
-turned round. The article puts the border of stick-slip at S = 0. Two figures: maps, and a wide box with the place of
-the true border. S is exact where the way back is the mirror image of the way out (`mirror_error`).
+reversed. The article puts the border of stick-slip at S = 0. Two figures: maps, and a wide range of parameters with
+the true border. S is exact where the decelerating branch mirrors the accelerating one (`mirror_error`).
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Picture
+from matplotlib.figure import Figure as Plot
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from stickslip.api import evaluate, run
 from stickslip.article.curves import friction
-from stickslip.article.drawing import axes_of, in_words, name_axes, picture, tick_values, write_table
+from stickslip.article.plotting import axes_of, blank_plot, in_words, name_axes, tick_values, write_table
 from stickslip.article.recipe import (
     STICK_SLIP,
     Findings,
@@ -40,7 +40,8 @@ def figure_maps() -> Made:
     config = configuration("eq3")
     ds = _judged(run(config))
     speeds = ds["belt_speed"].values
-    made = picture(11.0, 6.2, r"Eq. (3): tendency (above) and simulated regime (below), $\mu_{start}$ = 1.3, k = 1 N/m")
+    heading = r"Eq. (3): tendency (above) and simulated regime (below), $\mu_{start}$ = 1.3, k = 1 N/m"
+    made = blank_plot(11.0, 6.2, heading)
     table = axes_of(made, 2, len(speeds), sharex=True, sharey=True)
     painted = paint("regime", ds["regime"].values)
     bound = float(np.ceil(10 * np.abs(ds["tendency"]).max()) / 10)
@@ -65,7 +66,7 @@ def figure_maps() -> Made:
     return Made(made, labelled(ds, "Eq. (3): tendency and regime", ["eq3"], findings), findings)
 
 
-def _regime_legend(made: Picture, flags: dict[str, str]) -> None:
+def _regime_legend(made: Plot, flags: dict[str, str]) -> None:
     """Legend of the regimes that occur, and of the line of zero tendency."""
     handles = [Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.5, label=in_words(name))
                for name, colour in flags.items()]  # fmt: skip
@@ -87,7 +88,7 @@ def _judged(ds: xr.Dataset) -> xr.Dataset:
 def _shares(ds: xr.Dataset) -> Findings:
     """Share of decided cells predicted, of stick-slip missed among stick-slip, of false alarms among the others.
 
-    `oscillates` counts what rings for ever without sticking as stick-slip. `below_min` and `past_min` are the cells
+    `oscillates` counts sustained vibration without sticking as stick-slip. `below_min` and `past_min` are the cells
     whose slip stays below the minimum of the curve and those whose slip goes through its rising branch.
     """
     regime, alarm = ds["regime"].values, ds["tendency"].values > 0
@@ -109,11 +110,11 @@ def _shares(ds: xr.Dataset) -> Findings:
     return found | {name: float(part.mean()) if part.size else float("nan") for name, part in shares.items()}
 
 
-# --- the box ----------------------------------------------------------------------------------------------------------
+# --- a wide range -----------------------------------------------------------------------------------------------------
 
 
 def figure_box() -> Made:
-    """Share predicted over a wide box, and the tendency at the true border, by belt speed and stiffness."""
+    """Share predicted over a wide range, and the tendency at the true border, by belt speed and stiffness."""
     config = configuration("eq3_box")
     ds = _judged(run(config))
     inner = [dim for dim in ds["regime"].dims if dim not in ("belt_speed", "stiffness")]
@@ -123,7 +124,7 @@ def figure_box() -> Made:
     speeds, stiffness = ds["belt_speed"].values, ds["stiffness"].values
     true = border_tendency(speeds, stiffness)
 
-    made = picture(11.0, 3.9, "Eq. (3) over a wide box, by belt speed and stiffness")
+    made = blank_plot(11.0, 3.9, "Eq. (3) over a wide range of parameters, by belt speed and stiffness")
     ((left, right),) = axes_of(made, 1, 2)
     _table(left, 100 * share.values, "{:.0f}", "viridis", (50.0, 100.0), "share of cells with the right sign (%)", made)
     _table(right, true, "{:+.2f}", "RdBu_r", (-0.9, 0.9), "tendency where stick-slip begins / drop", made)
@@ -135,11 +136,11 @@ def figure_box() -> Made:
     findings = _shares(ds) | _summary(share, true, speeds, stiffness)
     true_attrs = {"units": "1", "long_name": "tendency at the true border over mu_start - mu_reversal"}
     data = ds.assign(share_predicted=share, border_tendency=(("belt_speed", "stiffness"), true, true_attrs))
-    return Made(made, labelled(data, "Eq. (3) over a wide box", ["eq3_box"], findings), findings)
+    return Made(made, labelled(data, "Eq. (3) over a wide range of parameters", ["eq3_box"], findings), findings)
 
 
 def _summary(share: xr.DataArray, true: Floats, speeds: Floats, stiffness: Floats) -> Findings:
-    """The best and the worst corner of the box, the extremes of the true border, and the exact case."""
+    """The best and the worst combination, the extremes of the true border, and the exact case."""
     worst, best = (np.unravel_index(int(pick(share.values)), share.shape) for pick in (np.argmin, np.argmax))
     low, high = (np.unravel_index(int(pick(true)), true.shape) for pick in (np.argmin, np.argmax))
     found: Findings = {}
@@ -184,7 +185,7 @@ def mirror_error(a4: float, slope: float = 0.5) -> float:
 
 
 def _table(
-    ax: Axes, values: Floats, form: str, colours: str, bounds: tuple[float, float], words: str, made: Picture
+    ax: Axes, values: Floats, form: str, colours: str, bounds: tuple[float, float], words: str, made: Plot
 ) -> None:
     """A table of numbers on colours."""
     image = ax.imshow(values, cmap=colours, vmin=bounds[0], vmax=bounds[1], aspect="auto", origin="lower")

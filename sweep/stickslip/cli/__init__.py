@@ -30,7 +30,7 @@ def main() -> None:
     """Where does a friction contact stick and slip?
 
     A YAML file names a friction pair and what to vary; `run` computes the motion of every combination and writes a map
-    of regimes: netCDF or Zarr, and a picture.
+    of regimes: netCDF or Zarr, and a plot.
 
     \b
     Start here:

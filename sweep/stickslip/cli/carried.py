@@ -1,4 +1,4 @@
-"""How the commands carry out a run in parts: with a progress bar, notices, and Ctrl-C told."""
+"""How the commands carry out a run in parts: with a progress bar, notices, and a word on Ctrl-C."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def carried_out(action: Callable[[Request], Outcome], request: Request, cells: int) -> tuple[Outcome, float]:
-    """What `action` came to, and the seconds it computed. Ctrl-C and SIGTERM end the command."""
+    """The outcome of `action`, and the seconds it computed. Ctrl-C and SIGTERM end the command."""
     from stickslip.errors import Interrupted
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # what schedulers send before they kill
@@ -38,7 +38,7 @@ def carried_out(action: Callable[[Request], Outcome], request: Request, cells: i
                 nonlocal began, finished, moving
                 finished = perf_counter()
                 if not moving and request.cluster is not None:
-                    began = finished  # finding the machines is no computing
+                    began = finished  # connecting is not computing
                 moving = True
                 move(done, of)
 
@@ -54,27 +54,27 @@ def notice(text: str) -> None:
     click.echo(text, err=True)
 
 
-def report(outcome: Outcome, seconds: float, request: Request, picture: Path | None) -> None:
-    """The picture and the summary of a run that wrote its map; of one that had nothing to do, a picture that lacks."""
+def report(outcome: Outcome, seconds: float, request: Request, plot: Path | None) -> None:
+    """The plot and the summary of a run that wrote its map; of one that had nothing to do, a missing plot."""
     from stickslip.files import reading
     from stickslip.runs.work import options_of
 
     if outcome.output is None:
         return
     if outcome.up_to_date:
-        click.echo(f"map      {outcome.output} is finished already; --fresh computes it again")
-        if picture is None or picture.exists():
+        click.echo(f"map      {outcome.output} is complete already; --fresh computes it again")
+        if plot is None or plot.exists():
             return
     with reading.open(outcome.output) as ds:
-        if picture is not None and ds["regime"].ndim:
+        if plot is not None and ds["regime"].ndim:
             from stickslip import plots
 
-            plots.save(plots.plot_map(ds), picture)
+            plots.save(plots.plot_map(ds), plot)
         if outcome.up_to_date:
-            return click.echo(f"picture  {picture}")
+            return click.echo(f"plot     {plot}")
         machines = outcome.machines or screen.threads(options_of(request.config))
-        screen.report(ds, outcome.computed, seconds, machines, outcome.output, picture)
+        screen.report(ds, outcome.computed, seconds, machines, outcome.output, plot)
     if outcome.reused:
-        click.echo(f"reused   {outcome.reused:,} cells of the map that was there")
+        click.echo(f"reused   {outcome.reused:,} cells of the earlier map")
     if outcome.where:
         click.echo(f"blocks   kept in {outcome.where}")

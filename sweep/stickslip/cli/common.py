@@ -1,4 +1,4 @@
-"""What all commands share: exit codes, errors for people, the kernels made ready, names of files."""
+"""What all commands share: exit codes, errors for people, compiling the kernels, names of files."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _dask(value: str | None) -> str | None:
 
 
 def prepare_kernels(law: str, signals: bool = False) -> None:
-    """Compile the kernels if that is still to do, and say so."""
+    """Compile the kernels if need be, and say so."""
     from stickslip import engine
 
     if not engine.will_compile(law, signals):
@@ -91,7 +91,7 @@ def prepare_kernels(law: str, signals: bool = False) -> None:
     with console.status(notice):
         engine.warm_up(law, signals)
     seconds = screen.duration_text(perf_counter() - began)
-    console.print(f"Compiled the kernels in {seconds}; the next run finds them ready.")
+    console.print(f"Compiled the kernels in {seconds}; later runs load them.")
 
 
 def path_or_none(name: str | Path | None) -> Path | None:
@@ -99,11 +99,11 @@ def path_or_none(name: str | Path | None) -> Path | None:
     return None if name is None else Path(name)
 
 
-def check_picture(picture: Path) -> None:
-    """End if no picture can be drawn there: a suffix nobody knows, or no folder."""
+def check_plot(plot: Path) -> None:
+    """End if no plot can be written there: an unknown suffix, or no folder."""
     from stickslip.config.sections import PLOT_SUFFIXES
 
-    if picture.suffix.lower() not in PLOT_SUFFIXES:
-        fail(f"{picture}: pictures end in {', '.join(PLOT_SUFFIXES)}")
-    if not picture.absolute().parent.is_dir():
-        fail(f"{picture}: no folder {picture.parent}")
+    if plot.suffix.lower() not in PLOT_SUFFIXES:
+        fail(f"{plot}: plots end in {', '.join(PLOT_SUFFIXES)}")
+    if not plot.absolute().parent.is_dir():
+        fail(f"{plot}: no folder {plot.parent}")

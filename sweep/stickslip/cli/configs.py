@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def validate(configs: tuple[Path, ...]) -> None:
     """Check configurations without computing anything.
 
-    Every mistake of every file is listed, with its line and column. Of good ones it is said what was understood: every
+    Every mistake of every file is listed, with its line and column. For valid ones it shows what was understood: every
     quantity in SI, every axis with its points.
     """
     from stickslip.config.grid import build_grid
@@ -34,7 +34,7 @@ def validate(configs: tuple[Path, ...]) -> None:
     for path in map(config_file, configs):
         try:
             config = load_rig(path).config if is_rig(path) else load_config(path)
-            click.echo(f"{path}: good, {screen.describe(build_grid(config))}")
+            click.echo(f"{path}: valid, {screen.describe(build_grid(config))}")
             _show(config)
         except ConfigError as error:
             click.echo(str(error), err=True)
@@ -61,7 +61,7 @@ Examples:
 )
 @click.argument("file", type=click.Path(path_type=Path), default="stickslip.yaml")
 @click.option("--from", "name", metavar="NAME", help="Copy a configuration that comes with stickslip.")
-@click.option("--list", "listing", is_flag=True, help="List those that there are, and write nothing.")
+@click.option("--list", "listing", is_flag=True, help="List the available ones, and write nothing.")
 def init(file: Path, name: str | None, listing: bool) -> None:
     """Write a commented configuration to start from.
 

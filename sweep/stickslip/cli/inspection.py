@@ -24,14 +24,14 @@ Examples:
 )
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--regime", "regimes", multiple=True, metavar="NAME", help="List cells of this regime.")
-@click.option("--status", "statuses", multiple=True, metavar="NAME", help="List cells whose integration ended so.")
-@click.option("--limit", type=click.IntRange(0), default=20, show_default=True, help="Most cells to list.")
+@click.option("--status", "statuses", multiple=True, metavar="NAME", help="List cells of this status.")
+@click.option("--limit", type=click.IntRange(0), default=20, show_default=True, help="Largest number of cells to list.")
 @reports_wrong_input
 def inspect(file: Path, regimes: tuple[str, ...], statuses: tuple[str, ...], limit: int) -> None:
-    """Count the cells of a result, and list bad ones.
+    """Count the cells of a result, and list problem cells.
 
-    Bad are those that failed, are unresolved or were not computed, unless --regime or --status say which to list. Each
-    comes as a line that computes this very cell over time, ready to paste.
+    These are cells that failed, are unresolved or were not computed, unless --regime or --status say which to list.
+    Each is listed as a command that computes it over time, ready to paste.
     """
     from stickslip.config.pick import recipe_of
     from stickslip.dataset import inspect as inspection
@@ -66,7 +66,7 @@ def _table(found: Survey) -> None:
 
 
 def _lines(found: Survey, file: str) -> None:
-    """A command for each cell, under what became of it."""
+    """A command for each cell, under its regime and status."""
     from stickslip.vocabulary.flags import STATUS_MESSAGES
 
     by_fate = sorted(found.cells, key=lambda cell: (cell.regime, cell.status))

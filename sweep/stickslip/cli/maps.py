@@ -15,7 +15,7 @@ from stickslip.cli.common import (
     CONFIG,
     DASK,
     EXIT_CODES,
-    check_picture,
+    check_plot,
     fail,
     incomplete,
     path_or_none,
@@ -42,8 +42,8 @@ Examples:
 )
 @CONFIG
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Picture to draw: .png, .svg or .pdf.")
-@click.option("--no-plot", is_flag=True, help="Draw no picture.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--no-plot", is_flag=True, help="Write no plot.")
 @click.option("--store", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]")
 @click.option("--shard", metavar="I/N", help="Compute only this share of the blocks, and write no map.")
 @click.option("--fresh", is_flag=True, help="Start over, and replace a map of another configuration.")
@@ -71,9 +71,9 @@ def run(
 ) -> None:
     """Compute the map a configuration asks for.
 
-    Writes the file and the picture named in its `output` section, or by the options. Finished blocks are kept in
-    OUTPUT.parts until the map is written: whatever stops a run, the same command goes on from there. Without an
-    output the map is counted, drawn if a picture is asked for, and not kept.
+    Writes the file and the plot named in its `output` section, or by the options. Finished blocks are kept in
+    OUTPUT.parts until the map is written: whatever stops a run, the same command resumes from there. Without an
+    output the map is counted, plotted if a plot is asked for, and not kept.
     """
     from stickslip.config.grid import build_grid
     from stickslip.config.reader import load_config
@@ -84,20 +84,20 @@ def run(
     loaded = load_config(config)
     grid = build_grid(loaded)
     output = output or path_or_none(loaded.output.file)
-    picture = None if no_plot or shard else plot or path_or_none(loaded.output.plot)
+    target = None if no_plot or shard else plot or path_or_none(loaded.output.plot)
     if output is not None:
         files.check_writable(output)
-    if picture is not None:
-        check_picture(picture)
+    if target is not None:
+        check_plot(target)
     part = _shard(shard, fresh)
     screen.terminal().print(f"{loaded.title}\n{screen.describe(grid)}", markup=False)
     if output is None and store is None:
         if part is not None:
-            fail("a shard needs a place for its blocks: --store, or an output beside which they lie")
-        return _run_in_memory(loaded, grid.size, picture, dask, _keeping(config))
+            fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")
+        return _run_in_memory(loaded, grid.size, target, dask, _keeping(config))
     request = Request(loaded, output, store, part, fresh, keep_parts, on_error, dask=dask)
     outcome, seconds = carried_out(session.run, request, grid.size)
-    _tell(outcome, seconds, request, picture)
+    _tell(outcome, seconds, request, target)
 
 
 def _keeping(config: Path) -> str:
@@ -118,26 +118,26 @@ def _shard(text: str | None, fresh: bool) -> Shard | None:
         fail(f"--shard: {error}")
 
 
-def _tell(outcome: Outcome, seconds: float, request: Request, picture: Path | None) -> None:
-    """What a run came to."""
+def _tell(outcome: Outcome, seconds: float, request: Request, plot: Path | None) -> None:
+    """The outcome of a run."""
     if outcome.output is not None:
-        return report(outcome, seconds, request, picture)
+        return report(outcome, seconds, request, plot)
     of = f"shard {request.shard}: " if request.shard else ""
     place = str(outcome.where)  # the store itself: what the configuration names may not be what was asked for
     click.echo(f"blocks   {of}{outcome.computed:,} cells computed into {place}")
-    click.echo(f"next     {shlex.join(['stickslip', 'status', place])}    # how far the map is")
+    click.echo(f"next     {shlex.join(['stickslip', 'status', place])}    # progress of the map")
     click.echo(f"         {shlex.join(['stickslip', 'collect', place, *_named_output(request)])}    # writes it")
 
 
 def _named_output(request: Request) -> list[str]:
     """The option that names the map where `collect` could not tell from the store alone."""
-    if request.place is None:  # then the store lies beside the map, and is called after it
+    if request.place is None:  # then the store is beside the map, and named after it
         return []
     return ["-o", str(request.output or "map.nc")]
 
 
-def _run_in_memory(config: Config, cells: int, picture: Path | None, dask: str | None, keep: str) -> None:
-    """A run that writes no file, and says so; `keep` is the command that would."""
+def _run_in_memory(config: Config, cells: int, plot: Path | None, dask: str | None, keep: str) -> None:
+    """A run that writes no file, and says so; `keep` is the command that does."""
     from stickslip import api
 
     api.check_in_memory(config, dask)
@@ -155,11 +155,11 @@ def _run_in_memory(config: Config, cells: int, picture: Path | None, dask: str |
             ds = api.run(config, progress=note, dask=dask)
     except api.Interrupted as interrupted:
         incomplete(interrupted)
-    if picture is not None and ds["regime"].ndim:
+    if plot is not None and ds["regime"].ndim:
         from stickslip import plots
 
-        plots.save(plots.plot_map(ds), picture)
-    screen.report(ds, cells, finished - began, screen.threads(api.options_of(config)), None, picture)
+        plots.save(plots.plot_map(ds), plot)
+    screen.report(ds, cells, finished - began, screen.threads(api.options_of(config)), None, plot)
     notice(f"the map was not kept; to keep it: {keep}")
 
 
@@ -171,7 +171,7 @@ Example:
 @CONFIG
 @reports_wrong_input
 def plan(config: Path) -> None:
-    """Say what a run would take: time, memory, room on the disk.
+    """Estimate what a run takes: time, memory, disk space.
 
     Times a few cells spread over the map. Nothing is written.
     """
@@ -208,7 +208,7 @@ def plan(config: Path) -> None:
             f"with solver: {{max_steps: {options.max_steps}}}",
             markup=False,
         )
-    for name, target in (("map", loaded.output.file), ("picture", loaded.output.plot)):
+    for name, target in (("map", loaded.output.file), ("plot", loaded.output.plot)):
         if target is not None:
             console.print(f"{name:8} {target}", markup=False)
     if loaded.output.file is None:

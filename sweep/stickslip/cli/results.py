@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from stickslip.cli.common import check_picture, fail, reports_wrong_input
+from stickslip.cli.common import check_plot, fail, reports_wrong_input
 
 
 @click.command(
@@ -17,7 +17,7 @@ Examples:
   stickslip plot map.nc --select damping=0.1 --select stiffness="5 N/mm\""""
 )
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--variable", default="regime", show_default=True, help="What to draw.")
+@click.option("--variable", default="regime", show_default=True, help="Variable to plot.")
 @click.option(
     "--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension at the cell with this value, or label."
 )
@@ -26,11 +26,11 @@ Examples:
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="Picture to draw.  [default: FILE.png, FILE-VARIABLE.png for other variables than regime]",
+    help="Plot to write.  [default: FILE.png, FILE-VARIABLE.png for other variables than regime]",
 )
 @reports_wrong_input
 def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, output: Path | None) -> None:
-    """Draw a result: a map, or a trajectory."""
+    """Plot a result: a map, or a trajectory."""
     from stickslip import plots
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError
@@ -38,8 +38,8 @@ def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, o
 
     ds = reading.open(file)
     is_map = "time" not in ds.dims
-    target = output or _picture_of(file, variable if is_map else None)
-    check_picture(target)
+    target = output or _plot_of(file, variable if is_map else None)
+    check_plot(target)
     places = _pairs(select) if is_map else {}
     try:
         figure = plots.plot_map(ds, variable, select=places, borders=not no_borders) if is_map else plots.plot_trace(ds)
@@ -48,11 +48,11 @@ def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, o
     for point in selection.told(ds, places):
         click.echo(f"drawn    {point}")
     plots.save(figure, target)
-    click.echo(f"picture  {target}")
+    click.echo(f"plot     {target}")
 
 
-def _picture_of(file: Path, variable: str | None) -> Path:
-    """FILE.png for a trajectory and for regimes, the picture a run makes; for other variables one beside it."""
+def _plot_of(file: Path, variable: str | None) -> Path:
+    """FILE.png for a trajectory and for regimes, the plot a run writes; for other variables one beside it."""
     if variable in (None, "regime"):
         return file.with_suffix(".png")
     return file.with_name(f"{file.stem}-{variable}.png")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.common import check_picture, fail, reports_wrong_input
+from stickslip.cli.common import check_plot, fail, reports_wrong_input
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,14 +39,14 @@ _COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "whit
 
 
 class RowOption(click.Option):
-    """An option that is a row of the vocabulary, which is loaded once somebody asks what it is."""
+    """An option that is a row of the vocabulary, which is loaded on demand."""
 
     def __init__(self, *args: Any, row: str, **given: Any) -> None:
         super().__init__(*args, **given)
         self._row, self._use = row, self.help
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """What the row is, what the option is for, and how one writes it."""
+        """What the row is, what the option is for, and how it is written."""
         from stickslip.vocabulary import units
 
         row = _rows()[self._row]
@@ -67,10 +67,10 @@ Examples:
 @click.option("--load", cls=RowOption, row="normal_load", help="for friction coefficients", metavar="FORCE")
 @click.option("--speed", cls=RowOption, row="drive_speed", help="where files do not record it", metavar="SPEED")
 @click.option("--bandwidth", cls=RowOption, row="bandwidth", help="limits what is used", metavar="FREQUENCY")
-@click.option("--plot", type=click.Path(path_type=Path), help="Picture to draw: .png, .svg or .pdf.")
-@click.option("--beside", is_flag=True, help="Draw records beside each other instead of over each other.")
-@click.option("--from", "begin", metavar="TIME", help="Draw only from this time of each record on.")
-@click.option("--to", "end", metavar="TIME", help="Draw only up to this time of each record.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--beside", is_flag=True, help="Plot records beside each other instead of over each other.")
+@click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each record on.")
+@click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each record.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write the features to, .nc or .zarr.")
 @reports_wrong_input
 def rig_features(
@@ -85,17 +85,17 @@ def rig_features(
     end: str | None,
     output: Path | None,
 ) -> None:
-    """Read features and a risk number from records of a test rig.
+    """Compute features and a risk number of rig records.
 
     Each FILE is a CSV with the columns time, force and acceleration, and, if known, drive_velocity or
-    drive_displacement; units stand in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.
+    drive_displacement; units are given in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.
     """
     from stickslip import rig
     from stickslip.files import writing
 
     settings = _settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
     if plot is not None:
-        check_picture(plot)
+        check_plot(plot)
     if output is not None:
         writing.check_writable(output)
     window = time_window(begin, end)
@@ -111,11 +111,11 @@ def rig_features(
     console.print(f"RPN: {rig.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
     if plot is not None:
         from stickslip import plots
-        from stickslip.rig.report.drawing import plot_records
+        from stickslip.rig.report.traces import plot_records
 
         numbers = dict(zip(records, found["model_rpn"].values.tolist(), strict=True))
         plots.save(plot_records(records, shifted=beside, numbers=numbers, window=window), plot)
-        click.echo(f"picture   {plot}")
+        click.echo(f"plot      {plot}")
     if output is not None:
         writing.write(_with_provenance(found, settings, files), output)
         click.echo(f"features  {output} ({screen.size_of(output)})")
@@ -136,7 +136,7 @@ Columns of FILE:
 def calibrate(file: Path, config: Path | None, scales: bool) -> None:
     """Fit the risk model to measured pairs of features and RPN.
 
-    Prints the parameters ready to paste into a configuration; what they are worth goes to standard error.
+    Prints the parameters ready to paste into a configuration; the quality of the fit goes to standard error.
     """
     from stickslip.rig.analysis.calibrate import calibrate_file
 
@@ -219,10 +219,10 @@ def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, .
 
 
 def feature_screen_table(found: xr.Dataset, width: int) -> Table:
-    """Features of records (dimension `record`) for the screen, the risk number on the colour of its band.
+    """Features of records (dimension `record`) for the screen, the risk number in the colour of its band.
 
-    width : of the screen, characters. Names stand on one line; columns that do not fit beside them are left out, which
-        is said.
+    width : of the screen, characters. Names are on one line; columns that do not fit beside them are left out, with
+        a note.
     """
     import numpy as np
     from rich.table import Table

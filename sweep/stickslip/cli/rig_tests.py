@@ -1,4 +1,4 @@
-"""`rig`: a test matrix on a rig in the computer."""
+"""`rig`: a test matrix on a simulated rig."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import click
 from stickslip.cli import screen
 from stickslip.cli.common import (
     CONFIG,
-    check_picture,
+    check_plot,
     fail,
     incomplete,
     path_or_none,
@@ -40,13 +40,13 @@ Examples:
 )
 @CONFIG
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File of features to write, .nc or .zarr.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Picture: signals of up to six tests, else a heat map.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Plot: signals of up to six tests, else a heat map.")
 @click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html): maps, traces, table.")
 @click.option("--records", type=click.Path(path_type=Path), help="Folder for the signals, a CSV file for each test.")
-@click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Draw this test; repeatable.")
-@click.option("--beside", is_flag=True, help="Draw signals beside each other instead of over each other.")
-@click.option("--from", "begin", metavar="TIME", help="Draw only from this time of each test on.")
-@click.option("--to", "end", metavar="TIME", help="Draw only up to this time of each test.")
+@click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
+@click.option("--beside", is_flag=True, help="Plot signals beside each other instead of over each other.")
+@click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each test on.")
+@click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each test.")
 @reports_wrong_input
 def rig(
     config: Path,
@@ -59,9 +59,9 @@ def rig(
     begin: str | None,
     end: str | None,
 ) -> None:
-    """Compute a test matrix on a rig in the computer.
+    """Compute a test matrix on a simulated rig.
 
-    A specimen on a flat spring, a plate that moves to and fro, sensors: CONFIG is that of a map with a drive. Prints
+    A specimen on a flat spring, a reciprocating plate, sensors: CONFIG is that of a map with a drive. Prints
     features and model RPN (not the rig maker's) of every test. Times count from the first stroke.
     """
     from stickslip.files import writing
@@ -74,7 +74,7 @@ def rig(
     tests, window = RigTests(asked), time_window(begin, end)
     drawn = _drawn(tests, chosen)
     if chosen and plot is None and report is None:
-        fail("--test says what is drawn: name a picture with --plot, or a page with --report")
+        fail("--test says what is plotted: name a plot with --plot, or a page with --report")
     _check_targets(output, plot, report, records)
     if output is not None:
         writing.check_writable(output)
@@ -100,7 +100,7 @@ def rig(
 
 
 def _drawn(tests: RigTests, chosen: tuple[int, ...]) -> list[int]:
-    """The tests whose signals are drawn; none where there are too many to choose for the user."""
+    """The tests whose signals are drawn; none where there are too many to choose automatically."""
     size = tests.grid.size
     for number in chosen:
         if not 0 <= number < size:
@@ -110,7 +110,7 @@ def _drawn(tests: RigTests, chosen: tuple[int, ...]) -> list[int]:
 
 def _check_targets(output: Path | None, plot: Path | None, report: Path | None, records: Path | None) -> None:
     if plot is not None:
-        check_picture(plot)
+        check_plot(plot)
     if report is not None and (report.suffix.lower() not in (".html", ".htm") or not report.absolute().parent.is_dir()):
         fail(f"{report}: expected a file name that ends in .html, in a folder that exists")
     if records is not None:
@@ -128,7 +128,7 @@ def _counted(tests: RigTests) -> str:
 
 
 def _show(found: xr.Dataset, tests: RigTests, seconds: float) -> None:
-    """The table, tests that did not get to the end, and how long it took."""
+    """The table, tests that were not integrated to their end, and how long it took."""
     import numpy as np
 
     from stickslip import rig as rigs
@@ -144,8 +144,8 @@ def _show(found: xr.Dataset, tests: RigTests, seconds: float) -> None:
     status = found["status"].values
     for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
         number, message = int((status == code).sum()), STATUS_MESSAGES[STATUSES[code]]
-        many = "1 test" if number == 1 else f"{number:,} tests"
-        click.echo(f"warning: {many} did not get to the end: {message}", err=True)
+        many = "1 test was" if number == 1 else f"{number:,} tests were"
+        click.echo(f"warning: {many} not integrated to the end: {message}", err=True)
     console.print(f"{tests.grid.size:,} tests in {screen.duration_text(seconds)}", markup=False)
 
 
@@ -162,7 +162,7 @@ def _draw(
 
     records = _records(tests, drawn)
     if records:
-        from stickslip.rig.report.drawing import plot_records
+        from stickslip.rig.report.traces import plot_records
 
         rpn = found["model_rpn"].values.ravel()
         numbers = {tests.name(n): int(rpn[n]) for n in drawn}
@@ -172,11 +172,11 @@ def _draw(
 
         figure = plot_matrix(found)
     plots.save(figure, plot)
-    click.echo(f"picture   {plot}")
+    click.echo(f"plot      {plot}")
 
 
 def _records(tests: RigTests, numbers: list[int]) -> dict[str, xr.Dataset]:
-    """Records by name, of the tests that got to the end."""
+    """Records by name, of the tests that were integrated to their end."""
     return {test.name: test.record for test in tests.tests(numbers) if test.record is not None}
 
 

@@ -18,7 +18,7 @@ Examples:
 )
 @click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option(
-    "--at", default="300", metavar="TIME", show_default=True, help="Waiting time at which lubricants are ranked."
+    "--at", default="300", metavar="TIME", show_default=True, help="Hold time at which lubricants are ranked."
 )
 @click.option("--unit", help="Of the speeds or times, such as mm/s, in files whose header names none.  [default: SI]")
 @reports_wrong_input
@@ -26,7 +26,8 @@ def fit(files: tuple[Path, ...], at: str, unit: str | None) -> None:
     """Fit friction curves, or ageing, to measured points.
 
     Points of (speed, mu) give a1 to a4 of the Stribeck curve, points of (time, mu) the growth of static friction with
-    the waiting time; several files of the latter are ranked. The header of each file names columns and units.
+    the waiting time (hold time); several files of the latter are ranked. The header of each file names columns and
+    units.
     """
     from stickslip.config.pick import seconds
     from stickslip.fit.described import describe_ageing, describe_curve, describe_ranking, fit_points
@@ -44,9 +45,9 @@ def fit(files: tuple[Path, ...], at: str, unit: str | None) -> None:
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="article", show_default=True, help="Folder.")
 @reports_wrong_input
 def article(figures: tuple[str, ...], output: Path) -> None:
-    """Compute the figures of the article again.
+    """Reproduce the figures of the article.
 
-    Writes a picture and a netCDF file for each FIGURE (fig2 to fig11, fig19, eq3, eq3_box; all unless given), and
+    Writes a plot and a netCDF file for each FIGURE (fig2 to fig11, fig19, eq3, eq3_box; all unless given), and
     says what was found.
     """
     from stickslip.article import make
@@ -59,4 +60,4 @@ def article(figures: tuple[str, ...], output: Path) -> None:
     except UnknownFigureError as error:
         fail(error)
     for figure in made:
-        click.echo(f"{figure.name:8} {figure.picture}  {figure.data}")
+        click.echo(f"{figure.name:8} {figure.plot}  {figure.data}")

@@ -105,7 +105,7 @@ def threads(options: Options) -> str:
 
 
 def report(
-    ds: xr.Dataset, computed: int, seconds: float, machines: str, output: Path | None, picture: Path | None
+    ds: xr.Dataset, computed: int, seconds: float, machines: str, output: Path | None, plot: Path | None
 ) -> None:
     """The summary a run ends with; `computed` is how many cells it computed in how many seconds, on which machines."""
     from rich.table import Table
@@ -129,5 +129,5 @@ def report(
     console.print(f"{rate} on {machines}")
     if output is not None:
         console.print(f"map      {output} ({size_of(output)})", markup=False)
-    if picture is not None and ds["regime"].ndim:
-        console.print(f"picture  {picture}", markup=False)
+    if plot is not None and ds["regime"].ndim:
+        console.print(f"plot     {plot}", markup=False)

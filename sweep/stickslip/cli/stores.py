@@ -54,7 +54,7 @@ def collect(config_or_store: str, store: str | None, output: Path | None, keep_p
 @STORE
 @reports_wrong_input
 def status(config_or_store: str, store: str | None) -> None:
-    """Say how far a run is, and who works on it.
+    """Show the progress of a run, and who works on it.
 
     Names a configuration, or the folder or URL of a store.
     """
@@ -87,7 +87,7 @@ def _show(found: Status) -> None:
     for holder in found.holders:
         click.echo(f"held      by {holder}")
     if not found.holders:
-        click.echo("held      by nobody: stickslip run goes on with it")
+        click.echo("held      by no process: stickslip run resumes it")
     for failure in found.failures:
         click.echo(f"failed    block {failure.block}: {failure.message}")
     if found.failures and found.failures[0].traceback:
@@ -101,7 +101,7 @@ def _show(found: Status) -> None:
 @DASK
 @reports_wrong_input
 def retry_failed(config_or_store: str, store: str | None, output: Path | None, dask: str | None) -> None:
-    """Compute the blocks that failed once more.
+    """Retry the blocks that failed.
 
     The map is written if nothing is missing then. Names a configuration, or the folder or URL of a store.
     """

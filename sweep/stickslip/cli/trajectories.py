@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.common import CONFIG, check_picture, fail, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import CONFIG, check_plot, fail, prepare_kernels, reports_wrong_input
 
 if TYPE_CHECKING:
     from stickslip.config.pick import Recipe
@@ -25,9 +25,9 @@ Examples:
 @CONFIG
 @click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
 @click.option("-t", "--duration", required=True, metavar="TIME", help='How long: seconds, or with a unit ("2 min").')
-@click.option("--samples", type=click.IntRange(2), default=2001, show_default=True, help="Points in time.")
+@click.option("--samples", type=click.IntRange(2), default=2001, show_default=True, help="Number of points in time.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Picture to draw: .png, .svg or .pdf.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
 @reports_wrong_input
 def simulate(
     config: Path, at: tuple[str, ...], duration: str, samples: int, output: Path | None, plot: Path | None
@@ -44,11 +44,11 @@ def simulate(
     one = config_at(_recipe(config), at)
     time, solver = seconds(duration), one.solver
     if output is None and plot is None:
-        fail("nothing to do: name a file (--output trace.nc), a picture (--plot trace.png), or both")
+        fail("nothing to do: name a file (--output trace.nc), a plot (--plot trace.png), or both")
     if output is not None:
         writing.check_writable(output)
     if plot is not None:
-        check_picture(plot)
+        check_plot(plot)
     law = one.friction.law
     prepare_kernels(law, signals=True)
     cell = cell_of(one)
@@ -58,7 +58,7 @@ def simulate(
         click.echo(f"trajectory  {output} ({screen.size_of(output)})")
     if plot is not None:
         plots.save(plots.plot_trace(ds, title=", ".join([one.title, *at])), plot)
-        click.echo(f"picture     {plot}")
+        click.echo(f"plot        {plot}")
 
 
 def _recipe(path: Path) -> Recipe:

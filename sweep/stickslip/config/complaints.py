@@ -1,4 +1,4 @@
-"""What every reader of a document does: collect what is wrong with it, and say where it stands."""
+"""What every reader of a document does: collect what is wrong with it, and say where."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Complaints:
         return f" on line {place.line}" if place else ""
 
     def text(self, path: Path) -> str:
-        """What stands at `path`, as it was written."""
+        """The value at `path`, as it was written."""
         text = self.document.texts.get(self._written(path))
         if text is None:
             value = self.document.data
@@ -76,7 +76,7 @@ class Complaints:
         return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
 
     def _place(self, path: Path, at_key: bool = False) -> Place | None:
-        """Where `path` stands; where it does not exist, what is around it."""
+        """The position of `path`; where it does not exist, that of what is around it."""
         document = self.document
         if at_key and path in document.keys:
             return document.keys[path]

@@ -1,4 +1,4 @@
-"""The ready-to-run configurations, wherever the package was found.
+"""The ready-to-run configurations, wherever the package is installed.
 
 A wheel carries them inside the package (``stickslip/configs``); in a checkout, and in an editable install of one, they
 are the folder ``configs`` at its root. Those in folders below it are called by folder and name: ``article/fig3``.

@@ -16,9 +16,9 @@ COEFFICIENTS = (*REPLACED, "a4")
 def fitted(document: Document) -> Document:
     """The document, its section friction with the coefficients fitted to the points that it names.
 
-    Where a curve stands beside the name of the points it came from there (a resolved configuration), and nothing is
+    Where a curve is given beside the name of the points it came from (a resolved configuration), and nothing is
     read. What is wrong with the section is left to whoever checks it. Raises ConfigError for wrong points, and warns
-    of a fit that they do not bear out.
+    of a fit that they do not support.
     """
     data = document.data if isinstance(document.data, dict) else {}
     friction, axes = data.get("friction"), data.get("axes") or ()

@@ -1,8 +1,8 @@
-"""Numbers without a unit that were hardly meant in SI.
+"""Numbers without a unit that are implausible in SI.
 
-A friction curve in mm/s read as one in m/s is no error: the map is computed, and quiet all over. So what a friction
-contact hardly does is asked about. A value with its unit is never questioned, and neither are numbers of order one, in
-which people compute without dimensions.
+A friction curve in mm/s read as one in m/s is no error: the map is computed, and shows no stick-slip anywhere. So
+implausible values are asked about. A value with its unit is never questioned, and neither are numbers of order one, as
+in dimensionless studies.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from stickslip.errors import Path, Problem, UnitWarning
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
 
-# The largest magnitudes, in SI, that are taken as they stand. Sliding contacts reach 30 m/s in brakes; friction falls
-# over millimetres a second, and over a metre a second at most; oscillators that stick and slip weigh up to a machine
-# table, and their specimens and strokes are shorter than a metre.
+# The largest magnitudes, in SI, that are taken as given. Sliding contacts reach 30 m/s in brakes; friction falls
+# within millimetres per second, and within a metre per second at most; oscillators that stick and slip weigh up to a
+# machine table, and their specimens and strokes are shorter than a metre.
 _LARGEST = {
     "mass": 50.0, "belt_speed": 30.0, "velocity": 30.0, "a4": 1.0, "v_reversal": 1.0, "displacement": 10.0,
     "stroke": 1.0,
 }  # fmt: skip
 _SMALLER = {"kg": "g", "m": "mm", "m s-1": "mm/s"}  # what people write, by what is read
-# A belt this many times faster than the speed over which friction falls never meets the fall, whatever the spring.
+# A belt this many times faster than the speed over which friction falls never reaches the drop, whatever the spring.
 _FASTER = 30.0
 _SLOW = 1.0  # m/s; up to here any ratio may be meant, since curves that fall at once are common
 
@@ -56,13 +56,13 @@ class _Bare(NamedTuple):
 
 
 def ask(document: Document, config: Config) -> None:
-    """Warn whoever called the caller of the numbers in a document that were hardly meant in SI."""
+    """Warn whoever called the caller of the numbers in a document that are implausible in SI."""
     if asked := question(document, config):
         warnings.warn(asked, UnitWarning, stacklevel=3)
 
 
 def question(document: Document, config: Config) -> str | None:
-    """What to ask about the numbers of a document, `config` being what was read from it; None if all may be meant."""
+    """What to ask about the numbers of a document, `config` being what was read from it; None if all are plausible."""
     bare = list(_bare(document.data))
     asked = {found: reason for found in bare if (reason := _reason(found, config)) is not None}
     if not asked:
@@ -80,7 +80,7 @@ def question(document: Document, config: Config) -> str | None:
 
 
 def _reason(found: _Bare, config: Config) -> str | None:
-    """Why numbers were hardly meant so, in words, or "" where they speak for themselves; None if they may be meant."""
+    """Why numbers are implausible, in words, or "" where that is obvious; None if they are plausible."""
     least, most = found.size
     if most > _LARGEST.get(found.name, math.inf):
         return ""
@@ -100,7 +100,7 @@ def _largest(config: Config, name: str) -> float:
 
 
 def _bare(data: Any) -> Iterator[_Bare]:
-    """What stands without a unit in the plain data of a configuration that is right."""
+    """What is given without a unit in the plain data of a configuration that is right."""
     for section in dict.fromkeys(quantity.section for quantity in QUANTITIES.values()):
         for name, value in (data.get(section) or {}).items():
             if name in QUANTITIES:

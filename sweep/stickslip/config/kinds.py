@@ -1,4 +1,4 @@
-"""The two kinds of configurations: maps, and tests on a rig, which have a drive. What one has the other has not."""
+"""The two kinds of configurations: maps, and tests on a rig, which have a drive. They exclude each other."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _misplaced_in_rig(data: Mapping[str, Any], varied: list[Path]) -> Iterator[M
         yield Misplaced(path, "expected none: a rig starts sticking")
     for path, allowed in ((("solver", "horizon"), (None,)), (("solver", "early_stop"), (None, True))):
         if _given(data, *path) not in allowed:
-            yield Misplaced(path, "expected none: a test goes to the end of its drive")
+            yield Misplaced(path, "expected none: a test ends with its drive")
     if _given(data, "execution", "dask") is not None:
         yield Misplaced(("execution", "dask"), "expected none: tests are computed by threads of this process")
     if "drive" not in data:
@@ -64,7 +64,7 @@ def _given(data: Mapping[str, Any], section: str, key: str) -> object:
 
 
 def varied_paths(axes: Mapping[str, Any]) -> list[Path]:
-    """Where the quantities along axes stand, whether they are right or wrong."""
+    """The positions of the quantities along axes, whether they are right or wrong."""
     paths: list[Path] = []
     for name, axis in axes.items():
         zipped = axis.get("zip") if isinstance(axis, dict) else None

@@ -60,7 +60,7 @@ class Values(Section):
         return len(self.values)
 
     def points(self) -> NDArray[np.float64]:
-        """The values in SI; NaN where a word stands."""
+        """The values in SI; NaN for words."""
         return np.array(self.values, np.float64)
 
     def resolved(self) -> dict[str, Any]:
@@ -89,7 +89,7 @@ class Range(Section):
         row = QUANTITIES[name]
         end, unit = number(row, value), units.spelled(row.units)
         if math.isnan(end):
-            raise refused(units.expected(row.units), f"{row.word} can stand in a list: values: [...]")
+            raise refused(units.expected(row.units), f"{row.word} is allowed in a list: values: [...]")
         if info.field_name == "start" and info.data.get("spacing") == "log" and end <= 0:
             raise refused(f"a start above 0 {unit}".rstrip() + " for log spacing", "or use spacing: linear")
         if info.field_name == "stop" and start is not None and end <= start:

@@ -1,4 +1,4 @@
-"""One cell out of a configuration: its axes, and whatever else one likes, at chosen values.
+"""One cell out of a configuration: its axes, and any other quantity, at chosen values.
 
 A result holds the configuration it was computed from, so a cell can be picked out of a file as well.
 """
@@ -70,7 +70,7 @@ def recipe_of(ds: xr.Dataset, name: str) -> Recipe:
 
 
 def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> list[str]:
-    """The settings that pick the cell of a result at `position`, by dimension, out of its recipe, to the last bit."""
+    """The settings that pick the cell of a result at `position`, by dimension, out of its recipe, bit for bit."""
     shape = tuple((str(dim), length) for dim, length in ds["regime"].sizes.items())
     if isinstance(recipe, Config) and _shape(recipe) == shape:
         return [f"{axis.name}={_at(axis, i)}" for axis, i in zip(recipe.axes, position.values(), strict=True)]

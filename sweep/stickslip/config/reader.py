@@ -165,7 +165,7 @@ class _Reader(Complaints):
     def _report(self, error: ValidationError, path: Path, skipped: int = 0) -> set[str | int]:
         """Note what pydantic found; the keys it found wrong.
 
-        skipped : how many of its keys lead to what stands at `path` already.
+        skipped : how many of its keys lead to the value at `path` already.
         """
         details = error.errors(include_url=False)
         for detail in details:
@@ -204,7 +204,7 @@ class _Reader(Complaints):
     def _valid(
         self, model: type[AnySection], data: Mapping[str, Any], path: Path, skipped: int = 0
     ) -> AnySection | None:
-        """The model of `data`, which stands at `path`; None if something is wrong with it. `skipped`: see `_report`."""
+        """The model of `data`, found at `path`; None if something is wrong with it. `skipped`: see `_report`."""
         try:
             return model.model_validate(data, context=[MOST_PROBLEMS])
         except ValidationError as error:
@@ -212,7 +212,7 @@ class _Reader(Complaints):
             return None
 
     def _values(self, name: str, raw: object, path: Path) -> Values | None:
-        """The list of values that stands at `path`."""
+        """The list of values at `path`."""
         if not isinstance(raw, list) or not raw:
             self.refuse(path, "a list of values")
             return None

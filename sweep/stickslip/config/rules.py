@@ -27,9 +27,9 @@ Floats = NDArray[np.float64]
 
 
 class Finding(NamedTuple):
-    """One thing that does not fit: what stands at `path` is not what the rest makes one expect.
+    """One inconsistency: the value at `path` does not fit the rest.
 
-    got : what was found, where that is not what stands there.
+    got : what was found, where that is not the value itself.
     """
 
     path: Path
@@ -77,7 +77,7 @@ def findings(space: Space) -> Iterator[Finding]:
 
 
 def _order(axis: Values) -> Iterator[Finding]:
-    """Values of an axis differ, and numbers run one way: they become a coordinate."""
+    """Values of an axis differ, and numbers are monotone: they become a coordinate."""
     seen: dict[float | str, int] = {}
     for i, value in enumerate(map(QUANTITIES[axis.name].written, axis.values)):
         if value in seen:
@@ -106,7 +106,7 @@ def _stop(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
     """mu_stop <= mu_start."""
     cell = _worst(space, {"mu_stop": 1, **{name: -1 for name in curve}}, lambda p: _total(p, curve) - p["mu_stop"])
     if cell and cell.margin < -_ROUNDING * cell.values["mu_stop"]:
-        hint = "a contact cannot need more friction coming to rest than to break away"
+        hint = "friction at standstill cannot exceed that at break-away"
         yield Finding(cell.paths["mu_stop"], f"at most {_start_text(cell.values, curve)}", hint)
 
 
@@ -114,7 +114,7 @@ def _static(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
     """mu_static >= mu_start."""
     cell = _worst(space, {"mu_static": -1, **curve}, lambda p: p["mu_static"] - _total(p, curve))
     if cell and cell.margin < -_ROUNDING * _total(cell.values, curve):
-        hint = "the static friction is that of break-away or more; leave mu_static out for mu_start"
+        hint = "static friction is at least that of the curve; leave mu_static out for mu_start"
         yield Finding(cell.paths["mu_static"], f"at least {_start_text(cell.values, curve)}", hint)
 
 
@@ -134,12 +134,12 @@ def _measured(space: Space) -> Iterator[Finding]:
 
 
 def _drive(space: Space) -> Iterator[Finding]:
-    """The belt of a rig moves, and comes up to its speed within a stroke, if it has a ramp."""
+    """The belt of a rig moves, and reaches its speed within a stroke, if it has a ramp."""
     if "stroke" not in space.names():
         return
     moving = _worst(space, {"belt_speed": -1}, lambda p: p["belt_speed"])
     if moving and moving.margin <= 0:
-        yield Finding(moving.paths["belt_speed"], "a speed above 0 m/s, that of the drive", "strokes go to and fro")
+        yield Finding(moving.paths["belt_speed"], "a speed above 0 m/s, that of the drive", "strokes are reciprocating")
         return
     cell = _worst(
         space, {"stroke": -1, "belt_speed": 1, "ramp": 1}, lambda p: p["stroke"] / p["belt_speed"] - p["ramp"]
@@ -172,7 +172,7 @@ def _start_text(p: Mapping[str, float], curve: Mapping[str, int]) -> str:
 
 @dataclass(frozen=True)
 class _Cell:
-    """One cell: the margin there, the values it comes from, and where those stand in the file."""
+    """One cell: the margin there, the values it comes from, and their positions in the file."""
 
     margin: float
     values: Mapping[str, float]
@@ -222,7 +222,7 @@ def _section_path(name: str) -> Path:
 
 
 def _path(axis: Axis, name: str, i: int) -> Path:
-    """Where the value number `i` of the quantity `name` along `axis` stands."""
+    """The position of value number `i` of the quantity `name` along `axis`."""
     if isinstance(axis, Group):
         return ("axes", axis.name, "zip", name, i)
     if isinstance(axis, Range):

@@ -1,4 +1,4 @@
-"""The JSON Schema of configurations, for editors that check and complete YAML while one types.
+"""The JSON Schema of configurations, for editors that check and complete YAML.
 
 It is generated from the tables and models that the reader uses. It cannot say everything: that each quantity is given
 exactly once, and what must hold between quantities, is checked by `load_config` alone.
@@ -159,7 +159,7 @@ def _file_name(*suffixes: str) -> Schema:
     return {"type": "string", "pattern": f"({'|'.join(map(re.escape, suffixes))})$"}
 
 
-_OTHERS: Schema = {  # what is no number
+_OTHERS: Schema = {  # what is not a number
     "law": {"enum": list(LAWS)},
     "fit": _file_name(".csv"),
     "profile": {"enum": list(PROFILES)},

@@ -1,7 +1,7 @@
 """The sections of a configuration: frozen pydantic models, all in SI.
 
 What is a number is declared in the vocabulary, and read and written as its row says: NaN where a word such as "none"
-stands in the file. A quantity that varies along an axis is None here.
+is given in the file. A quantity that varies along an axis is None here.
 
 Validators report what they refuse through `refused`, so that every message says what was expected.
 """
@@ -143,7 +143,7 @@ class Friction(_with_quantities(_Law, "friction")):  # type: ignore[misc]
 
 
 class Start(_with_quantities(Section, "start")):  # type: ignore[misc]
-    """The state at the start."""
+    """The initial state."""
 
 
 class Solver(Section):
@@ -197,7 +197,7 @@ class _Profile(Section):
 
 
 class Drive(_with_quantities(_Profile, "drive")):  # type: ignore[misc]
-    """How the belt of a test rig moves: to and fro, from rest, at speeds up to that of the belt (`system`)."""
+    """How the belt of a test rig moves: reciprocating, from standstill, at speeds up to that of the belt (`system`)."""
 
 
 class Sensor(Section):
@@ -216,7 +216,7 @@ class Output(Section):
     """Where the result goes. Relative paths start at the folder the command is run in, not at that of the file."""
 
     file: str | None = Field(None, description="file of the result, .nc (netCDF) or .zarr")
-    plot: str | None = Field(None, description="picture of the map, .png, .svg or .pdf")
+    plot: str | None = Field(None, description="plot of the map, .png, .svg or .pdf")
 
     @field_validator("file", mode="before")
     @classmethod

@@ -11,10 +11,10 @@ _TEXT = Template(
 # A map of the regimes of a friction oscillator: a mass on a moving belt, held by a spring and a damper.
 #
 #   stickslip validate FILE    checks this file without computing anything
-#   stickslip run FILE         computes the map and draws it
+#   stickslip run FILE         computes the map and plots it
 #
 # A quantity is a number in SI (kg, N, m, s) or a text with a unit: 0.002 and "2 mm/s" are the same speed.
-# Every quantity stands either in its section (the same in all cells) or under axes (varied), never in both.
+# Every quantity is given either in its section (the same in all cells) or under axes (varied), never in both.
 
 title: My first map
 
@@ -30,21 +30,21 @@ friction:
   a1: 0.2               # constant part
   a2: 0.02              # s/m, slope of the rising branch at high speed
   a3: 0.1               # how far friction drops after break-away; 0 or less gives a curve that only rises
-  a4: 20 mm/s           # the speed over which it drops
+  a4: 20 mm/s           # the speed scale of the drop
 # Instead of a1, a2 and a3 you may give what people measure; a4 stays:
 #   mu_start: 0.3       # friction coefficient at break-away
 #   mu_reversal: 0.25   # at the minimum of the curve
 #   v_reversal: 0.1     # m/s, speed at the minimum
-# And, if friction comes to rest at another value than it starts from (hysteresis):
-#   mu_stop: 0.25       # friction coefficient just before standstill; none unless given
+# And, if friction ends at another value than it starts from (hysteresis):
+#   mu_stop: 0.25       # friction coefficient as the slip speed falls to zero; none unless given
 
-# The state at the start. This is what holds if the section is left out:
+# The initial state. These are the defaults:
 start:
   displacement: 0
   velocity: sticking    # or a velocity: the motion that is reached may depend on it
 
 # What varies ----------------------------------------------------------------------------------------------------------
-# One dimension of the map per entry; in a picture of two, the first is the vertical axis.
+# One dimension of the map per entry; in a plot of two, the first is the vertical axis.
 
 axes:
   stiffness: {start: 0.1 N/mm, stop: 100 N/mm, num: 60, spacing: log}
@@ -53,12 +53,12 @@ axes:
 #   damping: [0, 1, 2]
 #   lubricant: {zip: {a1: [0.2, 0.1], a3: [0.1, 0.02]}, labels: [dry, oil]}
 
-# How it is computed. Leave these out and this is what holds -----------------------------------------------------------
+# How it is computed; these are the defaults --------------------------------------------------------------------------
 
 solver:
   rtol: $rtol            # relative tolerance of a step, $least to $most
   max_steps: $max_steps     # step budget of a cell; a cell that needs more is "unresolved"
-  early_stop: true      # stop once the regime is decided; false goes on to the horizon
+  early_stop: true      # stop once the regime is decided; false continues to the horizon
   # horizon: 10 min     # longest time simulated per cell; no limit unless given
 execution:
   threads: auto

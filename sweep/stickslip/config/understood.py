@@ -63,7 +63,7 @@ def _value(value: float, declared: Parameter) -> str:
 
 
 def _meaning(declared: Parameter, value: float) -> str:
-    """The long name; where a word stands, what then holds."""
+    """The long name; where a word is given, what it means."""
     return f"{declared.long_name}: {declared.absent}" if math.isnan(value) else declared.long_name
 
 

@@ -1,7 +1,7 @@
 """YAML in, plain data out, with the place of every key and value.
 
 What is read is YAML 1.2 with its core types: ``1e-3`` is a number, ``yes`` a word, ``017`` seventeen. Tags, anchors and
-aliases are refused: a configuration is plain data, and they are how YAML files grow beyond all bounds when read.
+aliases are refused: a configuration is plain data, and with these YAML files can grow without bound when read.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def parse_yaml(text: str, name: str = "<text>") -> Document:
 
 
 def _neighbours(path: FilePath) -> str | None:
-    """Which other YAML files lie where `path` was looked for, or come with the package."""
+    """Which other YAML files are where `path` was looked for, or come with the package."""
     found = sorted(p.name for p in path.parent.glob("*.y*ml"))[:8] if path.parent.is_dir() else []
     if not found and path.parts[:1] == ("configs",):
         return "`stickslip init --list` names the configurations that come with stickslip"
@@ -201,7 +201,7 @@ class _Builder:
         return value
 
     def _note(self, problem: Problem) -> None:
-        """Keep a problem; the last straw is raised."""
+        """Keep a problem; raise all once there are too many."""
         self._document.problems.append(problem)
         if len(self._document.problems) >= MOST_PROBLEMS:
             raise ConfigError(self._document.name, self._document.problems)

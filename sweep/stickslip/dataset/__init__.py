@@ -4,5 +4,5 @@ What is where:
 
     build       variables, coordinates and attributes from arrays     provenance  what made them
     axis        a dimension as an axis        select   a part of a map        summary, inspect   what a dataset holds
-    slabs       pieces of what is larger than memory                  coarse      maps with more cells than pixels
+    chunks      arrays larger than memory, read in parts              coarse      maps with more cells than pixels
 """

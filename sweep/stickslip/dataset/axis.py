@@ -21,7 +21,7 @@ class MapAxis:
     """One dimension of a map, ready to be drawn or told.
 
     Numeric if the dimension has a numeric index, laid out as its `axis_spacing` says. Otherwise (named points,
-    parameters that vary together) the points stand side by side under their labels.
+    parameters that vary together) the points are placed side by side under their labels.
     plain : words are for the screen, with more digits and with units as people type them.
     """
 
@@ -42,7 +42,7 @@ class MapAxis:
 
     @cached_property
     def centres(self) -> NDArray[np.float64]:
-        """Where the points lie: at their values, or at 0, 1, 2 ... under labels."""
+        """Positions of the points: at their values, or at 0, 1, 2 ... under labels."""
         if self._index is not None and self.is_numeric:
             return self._index.values.astype(np.float64)
         return np.arange(self.length, dtype=np.float64)
@@ -52,12 +52,12 @@ class MapAxis:
         """Borders of the cells: half way between neighbours, on the scale of the axis."""
         return np.exp(_midpoints(np.log(self.centres))) if self.is_log else _midpoints(self.centres)
 
-    def block_edges(self, step: int) -> NDArray[np.float64]:
-        """Borders of blocks of `step` cells; the last may be shorter."""
+    def pixel_edges(self, step: int) -> NDArray[np.float64]:
+        """Borders of pixels of `step` cells; the last may be shorter."""
         return np.append(self.edges[:-1:step], self.edges[-1])
 
-    def block_points(self, step: int) -> NDArray[np.float64]:
-        """Where the cells in the middle of the blocks lie."""
+    def pixel_points(self, step: int) -> NDArray[np.float64]:
+        """Positions of the cells in the middle of the pixels."""
         return self.centres[middles(self.length, step)]
 
     @cached_property

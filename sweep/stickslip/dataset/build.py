@@ -1,8 +1,8 @@
 """Arrays in, labelled datasets out.
 
 Three shapes of result: a map over a grid, a list of cells, one trajectory. Every variable and coordinate gets its units
-and long name from the vocabulary; flags become int8 with their meanings beside them, so that a reader needs nothing but
-the dataset. `provenance` gives the global attributes.
+and long name from the vocabulary; flags become int8 with their meanings beside them, so that the dataset
+is self-describing. `provenance` gives the global attributes.
 
 The conventions are CF. They shape two things here: neither flags nor coordinates have a `_FillValue` (on flags it would
 also make xarray read floats), and attributes are text, numbers or arrays of one type.

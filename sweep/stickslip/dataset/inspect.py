@@ -1,6 +1,6 @@
-"""Cells of a map that need a look: how many there are, which they are, and how to see one of them move.
+"""Cells of a map that need attention: how many, which, and how to simulate one of them.
 
-One pass over the flags, a slab at a time, whatever the size of the map.
+One pass over the flags, a chunk at a time, whatever the size of the map.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.config.pick import Recipe, settings_at
-from stickslip.dataset.slabs import Slab, slabs
+from stickslip.dataset.chunks import Chunk, chunks
 from stickslip.dataset.summary import BAD_REGIMES, codes
 from stickslip.errors import ConfigError, Problem
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.words import listed, nearest
 
 _CODES = 256  # what fits in the byte of a flag
-_CYCLES = 5  # of stick-slip that are worth a look
+_CYCLES = 5  # of stick-slip that are worth seeing
 _OSCILLATIONS = 20  # of the undamped oscillator, where nothing else is known
 _LOOK = ("breakaway_time", "period", "mass", "stiffness")  # what tells how long to look
 
@@ -77,12 +77,12 @@ def survey(
         raise ConfigError("inspect", [Problem((), f"no {listed(sorted(missing), 'and')}, expected a map")])
     counts = np.zeros(_CODES * _CODES, np.int64)
     places: list[tuple[int, ...]] = []
-    for slab in slabs(ds["regime"]):
-        regime, status = (codes(ds[name].isel(slab)) for name in ("regime", "status"))
+    for chunk in chunks(ds["regime"]):
+        regime, status = (codes(ds[name].isel(chunk)) for name in ("regime", "status"))
         counts += np.bincount(regime.astype(np.intp) * _CODES + status, minlength=_CODES * _CODES)
         if len(places) < limit:
             found = np.flatnonzero(wanted_regimes[regime] & wanted_statuses[status])
-            places += _places(found[: limit - len(places)], slab)
+            places += _places(found[: limit - len(places)], chunk)
     table = counts.reshape(_CODES, _CODES)
     wanted = int(table[np.ix_(wanted_regimes, wanted_statuses)].sum())
     return Survey(_by_name(table), wanted, tuple(_cells(ds, recipe, places)))
@@ -112,11 +112,11 @@ def _name(flag: str, code: int) -> str:
     return names[code] if code < len(names) else f"code_{code}"
 
 
-def _places(found: NDArray[np.intp], slab: Slab) -> list[tuple[int, ...]]:
-    """Positions in the map of some cells of a slab."""
-    shape = tuple(part.stop - part.start for part in slab.values())
+def _places(found: NDArray[np.intp], chunk: Chunk) -> list[tuple[int, ...]]:
+    """Positions in the map of some cells of a chunk."""
+    shape = tuple(part.stop - part.start for part in chunk.values())
     inside = np.stack(np.unravel_index(found, shape), axis=1) if shape else np.zeros((found.size, 0), np.intp)
-    return [tuple(int(i) for i in row) for row in inside + [part.start for part in slab.values()]]
+    return [tuple(int(i) for i in row) for row in inside + [part.start for part in chunk.values()]]
 
 
 def _cells(ds: xr.Dataset, recipe: Recipe, places: list[tuple[int, ...]]) -> list[Cell]:

@@ -55,7 +55,7 @@ def provenance(
 
 
 def git_revision() -> str | None:
-    """Commit of the checkout this file lies in, "-dirty" appended if tracked files differ; None outside a checkout."""
+    """Commit of the checkout this file is in, "-dirty" appended if tracked files differ; None outside a checkout."""
     return _revision(Path(__file__).resolve().parents[3])
 
 

@@ -17,8 +17,8 @@ from stickslip.vocabulary.quantities import QUANTITIES
 
 
 def selected(ds: xr.Dataset, select: Mapping[str, Any]) -> tuple[xr.Dataset, list[str]]:
-    """The dataset, its axes rising, at places of some dimensions, which then are scalar coordinates; and what the
-    places are, as in titles.
+    """The dataset, its axes rising, at points of some dimensions, which then are scalar coordinates; and what the
+    points are, as in titles.
 
     select : see `places`.
     """

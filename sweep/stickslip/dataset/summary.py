@@ -1,4 +1,4 @@
-"""How much of a map is what, and how much of it needs a look."""
+"""Shares of the regimes in a map, and how many cells need attention."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.dataset.slabs import slabs
+from stickslip.dataset.chunks import chunks
 from stickslip.vocabulary.flags import FLAGS, REGIMES
 
 BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact
@@ -41,8 +41,8 @@ def flag_counts(flags: xr.DataArray) -> dict[str, int]:
     Codes without a name, which a newer version may have written, are counted as ``code_9``.
     """
     counts = np.zeros(_CODES, np.int64)
-    for slab in slabs(flags):
-        counts += np.bincount(codes(flags.isel(slab)), minlength=_CODES)
+    for chunk in chunks(flags):
+        counts += np.bincount(codes(flags.isel(chunk)), minlength=_CODES)
     return named(counts, str(flags.name))
 
 
@@ -62,7 +62,7 @@ def named(counts: NDArray[np.int64], flag: str) -> dict[str, int]:
 def remark(found: Mapping[str, Share], file: str | None = None, bad: Collection[str] = BAD_REGIMES) -> str | None:
     """What to tell of cells without a result; None if there are none.
 
-    found : what `summary` gives. file : where the map lies, for the command that lists them.
+    found : what `summary` gives. file : of the map, for the command that lists them.
     """
     counts = [f"{found[name].cells:,} {name.replace('_', ' ')}" for name in REGIMES if name in bad and name in found]
     if not counts:

@@ -116,7 +116,7 @@ def bytes_per_cell(options: Options) -> int:
 
 
 def blank_results(size: int, options: Options) -> Results:
-    """Results of cells nobody has computed: zeros for flags and counts, NaN for the rest."""
+    """Results of cells that are not computed: zeros for flags and counts, NaN for the rest."""
     names = [v.name for v in VARIABLES.values() if v.when == "always" or not options.early_stop]
     whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
     return {name: np.zeros(size, whole[name]) if name in whole else np.full(size, np.nan) for name in names}
@@ -133,15 +133,15 @@ def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[n
         run(options.law, STEADY_BELT, Regime(ordered, False), cells, options.rtol, options.max_steps, stop)
         rows[:, order] = ordered
     unfinished = rows[layout.STATUS] == layout.NOT_RUN
-    rows[:, unfinished] = new_results(1)  # nothing half-known leaves this place
+    rows[:, unfinished] = new_results(1)  # nothing incomplete leaves this place
     return rows, int((~unfinished).sum())
 
 
 def _longest_first(cells: NDArray[np.float64]) -> NDArray[np.intp]:
     """An order of these cells (kernel units) in which no lane has long to run when the queue is empty.
 
-    To a fixed horizon the work is about that of the slips: each lasts a turn of the free oscillation, each stick phase
-    as long as the belt takes over twice the drop of friction.
+    To a fixed horizon the work is about that of the slips: each lasts a period of the free oscillation, each stick
+    phase as long as the belt needs to load the spring by twice the drop of friction.
     """
     belt, drop = np.abs(cells[layout.BELT]), np.maximum(cells[layout.MU_STATIC] - cells[layout.A1], 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):

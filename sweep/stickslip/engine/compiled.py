@@ -17,7 +17,7 @@ _loading = threading.Lock()
 
 
 def _free_after_fork() -> None:
-    """A lock nobody holds: whoever does is not part of the forked process."""
+    """A fresh lock: its holder is not part of the forked process."""
     global _loading
     _loading = threading.Lock()
 

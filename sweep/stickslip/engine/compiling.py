@@ -1,8 +1,9 @@
-"""Compiling the kernels in a process of its own.
+"""Compiling the kernels in a separate process.
 
-A process that compiles goes on with what the compiler handed it piece by piece; one that loads the result from the
-cache gets the same code linked as a whole, and may differ from the first in last digits. So nobody computes with what
-it compiled itself: another process compiles, and all load. It also keeps the compiler's memory out of the run.
+A process that compiles continues with code that the compiler linked function by function; one that loads the result
+from the cache gets the same code linked as a whole, and may differ from the first in last digits. So no process
+computes with what it compiled itself: another one compiles, and all load. It also keeps the compiler's memory out of
+the run.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ def compile_apart(load: str, missing: Callable[[], bool]) -> None:
     """Have another process put kernels into the cache, one at a time on this machine.
 
     load : the call of `engine` that loads them. missing : whether they are not there yet, asked again once it is our
-    turn. If that process fails, nothing is said: the caller finds nothing in the cache, compiles itself, and meets what
-    went wrong.
+    turn. If that process fails, nothing is reported: the caller finds nothing in the cache, compiles itself, and meets
+    the error.
     """
     with _alone():
         if missing():

@@ -29,7 +29,7 @@ class Sampling:
 
 @dataclass(frozen=True)
 class RigRuns:
-    """What the kernels say of some rigs, in SI.
+    """What the kernels return for some rigs, in SI.
 
     results : by names of `rig.quantities.EXACT`, one number per rig; NaN but for status and steps where it did not get
         to the end.
@@ -43,7 +43,7 @@ class RigRuns:
 def compute_rigs(
     cells: Cells, drives: Sequence[Floats], sampling: Sampling, options: Options, stop: StopFlag
 ) -> RigRuns:
-    """Some rigs to the end of their drives, by this thread alone.
+    """Integrate some rigs to the end of their drives, in this thread alone.
 
     cells : as for maps; belt speed and starting velocity are not used. drives : by rig, segments of constant
     acceleration, shape (m, 3): duration (s), speed at the start (m/s), acceleration (m/s2); the speed does not jump

@@ -16,7 +16,7 @@ T = TypeVar("T")
 Item = TypeVar("Item")
 
 _QUEUED_PER_THREAD = 4
-_PATIENCE = 0.2  # s between two looks at the keyboard where waiting cannot be interrupted (Windows)
+_PATIENCE = 0.2  # s between checks for Ctrl-C where waiting cannot be interrupted (Windows)
 
 
 def processors() -> int:
@@ -25,7 +25,7 @@ def processors() -> int:
 
 
 def stop_flag() -> StopFlag:
-    """What the kernels look at while they run; set it to 1 and they leave within milliseconds."""
+    """A flag that the kernels poll; once it is 1 they return within milliseconds."""
     return np.zeros(1, np.int64)
 
 

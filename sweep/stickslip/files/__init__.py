@@ -4,5 +4,5 @@ What is where:
 
     writing, reading   datasets in netCDF and Zarr        seal   what the checksums of chunks do not cover
     atomic      the one way to replace a file             tables   the one reader of CSV
-    machine     whose processes wrote what lies here      netcdf_lock   one thread at a time in netCDF
+    machine     whose processes wrote a file              netcdf_lock   one thread at a time in netCDF
 """

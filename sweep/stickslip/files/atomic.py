@@ -1,6 +1,6 @@
-"""Replacing files: what is written appears whole or not at all, and survives a power cut.
+"""Replacing files: what is written appears whole or not at all, and survives a power failure.
 
-A temporary neighbour on the same disk is written, flushed and renamed over the target, so that a crash, a full disk or
+A temporary file beside the target is written, flushed and renamed over the target, so that a crash, a full disk or
 a lack of permission leaves the old file as it was.
 """
 
@@ -20,12 +20,12 @@ from stickslip.errors import StoreError, reason
 from stickslip.files import machine
 
 Move = Callable[[Path, Path], None]
-_LONGEST_NAME = 180  # bytes of the target's name in that of its neighbour; file systems allow 255 in all
+_LONGEST_NAME = 180  # bytes of the target's name in that of the temporary file; file systems allow 255 in all
 
 
 @contextmanager
 def replaced(target: Path, move: Move = os.replace) -> Iterator[Path]:
-    """A temporary neighbour, to be written inside `with`, that takes the place of `target` at its end.
+    """A temporary file, to be written inside `with`, that replaces `target` at its end.
 
     Whatever goes wrong leaves `target` alone and becomes a StoreError that names it.
     """

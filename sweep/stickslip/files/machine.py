@@ -1,4 +1,4 @@
-"""This machine and its processes: who wrote what lies here, and whether they are still alive."""
+"""This machine and its processes: who wrote these files, and whether they still run."""
 
 from __future__ import annotations
 

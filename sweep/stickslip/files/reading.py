@@ -1,4 +1,4 @@
-"""Result files into lazy datasets, and nothing wrong out of broken ones.
+"""Result files into lazy datasets; damaged ones are refused.
 
 Data variables come back as dask arrays with the chunks of the file; a chunk is read when it is used, and a corrupt one
 is a StoreError that names file, variable and place. Chunks carry checksums and the rest of the file is sealed
@@ -88,7 +88,7 @@ def _is_zarr(source: Path | str) -> bool:
 
 
 def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
-    """The dataset as it lies in the file, coordinates and single numbers loaded, the rest waiting."""
+    """The dataset as stored in the file, coordinates and single numbers loaded, the rest waiting."""
     options: dict[str, Any] = {"consolidated": False} if engine == "zarr" else {"lock": NETCDF_LOCK}
     ds = xr.open_dataset(
         source, engine=engine, decode_times=False, decode_timedelta=False, chunks=None, cache=False, **options
@@ -160,7 +160,7 @@ def _in_chunks(ds: xr.Dataset, path: str) -> xr.Dataset:
 
 
 def _without_threads() -> None:
-    """Have dask start threads anew in a forked process: it would wait for those of its parent for ever."""
+    """Have dask start threads anew in a forked process: it would deadlock waiting for those of its parent."""
     threaded: Any = sys.modules.get("dask.threaded")
     if threaded:
         threaded.default_pool = None
@@ -172,7 +172,7 @@ if hasattr(os, "register_at_fork"):
 
 
 def _chunk_lengths(variable: xr.Variable) -> tuple[int, ...]:
-    """Chunks as they lie in the file; one for all where the file has none."""
+    """Chunks as stored in the file; one for all where the file has none."""
     preferred: Mapping[Any, int] = variable.encoding.get("preferred_chunks", {})
     return tuple(
         max(1, int(preferred.get(dim, length))) for dim, length in zip(variable.dims, variable.shape, strict=True)
@@ -180,7 +180,7 @@ def _chunk_lengths(variable: xr.Variable) -> tuple[int, ...]:
 
 
 def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
-    """What lacks in a Zarr store of which every chunk was written; None if it is whole.
+    """What is missing in a Zarr store of which every chunk was written; None if it is whole.
 
     Zarr takes a chunk that is not there for one that holds nothing but the fill value.
     """
@@ -195,7 +195,7 @@ def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
     return None
 
 
-# --- from how things lie in the file to how people use them -----------------------------------------------------------
+# --- from the layout of the file to that in memory ------------------------------------------------------------------
 
 
 def _labels_as_index(ds: xr.Dataset) -> xr.Dataset:

@@ -1,11 +1,11 @@
 """A checksum over what the checksums of chunks do not cover.
 
-Chunks carry a checksum each (Fletcher-32 in netCDF, CRC-32C in Zarr), but names, units, texts and single numbers lie in
-the file bare. The seal is a digest over those, kept in a global attribute: a flipped bit in the configuration or in
+Chunks carry a checksum each (Fletcher-32 in netCDF, CRC-32C in Zarr), but names, units, texts and single numbers are
+stored without. The seal is a digest over those, kept in a global attribute: a flipped bit in the configuration or in
 the mass of all cells is found when the file is opened. History, title and the like may be edited freely.
 
-What no checksum can tell is a chunk that is not there, because its place in the file's table of chunks was damaged: it
-reads as fill values. So these differ from all values that are written.
+What no checksum can detect is a chunk that is not there, because its place in the file's table of chunks was damaged:
+it reads as fill values. So these differ from all values that are written.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ def digest(ds: xr.Dataset) -> str:
 
 
 def has_bare_values(variable: xr.Variable) -> bool:
-    """Whether the values lie in the file without checksum: single numbers, and text."""
+    """Whether the values are stored without checksum: single numbers, and text."""
     return variable.ndim == 0 or variable.dtype.kind not in "fiu"
 
 
 def is_unwritten(values: NDArray[Any]) -> bool:
-    """Whether some values are fill values, which stand where a chunk got lost."""
+    """Whether some values are fill values, as they are where a chunk got lost."""
     fill = _NETCDF_FILL.get(values.dtype.str[1:])
     if fill is not None and bool((values == fill).any()):
         return True

@@ -2,7 +2,7 @@
 
 People's programs write commas or semicolons, decimal points or decimal commas.
 
-Columns separated by commas have decimal points. Columns separated by semicolons or tabulators have either, the same in
+Columns separated by commas have decimal points. Columns separated by semicolons or tabs have either, the same in
 the whole file; a file that mixes them is refused, because "1,234" might then mean thousands. Lines that are empty or
 start with # hold no numbers; what such remarks say is kept.
 """
@@ -45,7 +45,7 @@ def read_text(path: Path) -> str:
 
 
 class Cell(NamedTuple):
-    """What stands in one cell, and where its line has it, from 1."""
+    """The content of one cell, and its column in the line, from 1."""
 
     text: str
     place: Place
@@ -55,8 +55,8 @@ class Cell(NamedTuple):
 class Table:
     """A file in parts, no number read yet.
 
-    remarks : what stands behind the # of comment lines. heading : the cells of the first other line.
-    lines : the rest, each with its number. separator : one of comma, semicolon and tabulator; `separators` might be.
+    remarks : the text after the # of comment lines. heading : the cells of the first other line.
+    lines : the rest, each with its number. separator : one of comma, semicolon and tab; `separators` might be.
     """
 
     name: str
@@ -71,7 +71,7 @@ def read_table(path: Path, example: str, rows_are: str = "samples", separators: 
     """The parts of a file. Raises ConfigError if it cannot be read or holds no table.
 
     example : of the line that names the columns. rows_are : what the other lines are, for messages.
-    separators : what may stand between columns.
+    separators : those allowed between columns.
     """
     name = str(path)
     numbered = [(number, line) for number, line in enumerate(read_text(path).splitlines(), 1) if line.strip()]
@@ -88,7 +88,7 @@ def read_table(path: Path, example: str, rows_are: str = "samples", separators: 
 
 
 def numbers(table: Table, wanted: Sequence[int]) -> dict[int, NDArray[np.float64]]:
-    """The columns at the positions `wanted`, as they stand there. Raises ConfigError naming line and column."""
+    """The columns at the positions `wanted`, unconverted. Raises ConfigError naming line and column."""
     width = len(table.heading)
     rows = [_texts(table, number, line) for number, line in table.lines]
     comma = table.separator != "," and _has_decimal_commas(rows, wanted)
@@ -206,7 +206,7 @@ def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:
     elif text.lower() in ("", "nan", "na", "n/a", "-"):
         hint = "a signal has no gaps: leave the whole line out"
     elif re.fullmatch(r"\[?[^\d\s]+\d?\]?", text) and len(text) < 12:
-        hint = "units stand in brackets behind the names of the columns, 'time [ms]'"
+        hint = "units go in brackets after the names of the columns, 'time [ms]'"
     else:
         hint = ""
     got = f"got {text!r}" if text else "empty"

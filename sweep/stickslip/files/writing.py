@@ -3,7 +3,7 @@
 Writing is all or nothing (`atomic.py`); netCDF4 opened for writing would truncate the target first. These files are
 results, not checkpoints.
 
-CF wants text labels beside a dimension, not as its index, so the index ``pad`` = felt, rubber lies in the file as
+CF wants text labels beside a dimension, not as its index, so the index ``pad`` = felt, rubber is stored in the file as
 ``pad_label``; `open` makes it the index again. Everything else is in the file as it is in memory.
 
 Every chunk carries a checksum, and a seal covers the rest (`seal.py`). `reading.py` is the other half.
@@ -111,7 +111,7 @@ def check_writable(path: str | os.PathLike[str]) -> None:
 
 
 def _labels_beside_dimensions(ds: xr.Dataset) -> xr.Dataset:
-    """Text indices renamed, ``pad`` to ``pad_label``, as they lie in the file: text of any length, type object."""
+    """Text indices renamed, ``pad`` to ``pad_label``, as stored in the file: text of any length, type object."""
     for dim in [str(dim) for dim in ds.dims]:
         if dim in ds.coords and ds[dim].dtype.kind in "OTU":
             text = xr.Variable(dim, ds[dim].values.astype(object), ds[dim].attrs)
@@ -179,7 +179,7 @@ def _writer(path: Path) -> Callable[[xr.Dataset, str | os.PathLike[str], Fill | 
 
 
 def _target(path: str | os.PathLike[str], *, zarr: bool = False) -> Path:
-    """The file or store behind `path`, links followed; refused if something else lies there (a device, a folder)."""
+    """The file or store behind `path`, links followed; refused if something else is there (a device, a folder)."""
     target = Path(os.path.realpath(path))
     if not target.exists():
         return target

@@ -1,4 +1,4 @@
-"""What measured points say: friction over slip speed (`fit_curve`), static friction over waiting time (`fit_ageing`).
+"""Fits to measured points: friction over slip speed (`fit_curve`), static friction over waiting time (`fit_ageing`).
 
 Every fit comes with 95 % confidence intervals and with `quality`, a plain sentence on what the points do not determine.
 """

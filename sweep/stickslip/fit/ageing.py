@@ -22,7 +22,7 @@ _ASSUMED = 0.1  # of the shortest waiting time: the t0 taken where all are long 
 
 @dataclass(frozen=True)
 class AgeingFit:
-    """How static friction grows with waiting time, in SI: mu0 at no time at all, beta per decade, t0 in s.
+    """How static friction grows with waiting time, in SI: mu0 at time zero, beta per decade, t0 in s.
 
     standard_error, interval : by name; the intervals are those of 95 % confidence. That of t0 is (0, x) where nothing
         but an upper limit can be told, and without width where t0 was given.
@@ -73,7 +73,7 @@ def fit_ageing(time: ArrayLike, mu: ArrayLike, t0: float | None = None) -> Agein
     if count < _FEWEST:
         raise ValueError(
             f"time: got {count} distinct waiting time{'s' * (count != 1)}, expected at least {_FEWEST}: "
-            "fewer leave nothing to judge the growth by"
+            "fewer do not allow the growth to be assessed"
         )
     if t0 is not None:
         return _fit_at(t, y, float(t0), (float(t0), float(t0)))
@@ -85,7 +85,7 @@ def fit_ageing(time: ArrayLike, mu: ArrayLike, t0: float | None = None) -> Agein
 
 
 def _fit_at(t: Floats, y: Floats, t0: float, limits: Interval, free: bool = False, assumed: bool = False) -> AgeingFit:
-    """The straight line over log10(1 + t/t0) and what it is worth.
+    """The straight line over log10(1 + t/t0) and its quality.
 
     limits : confidence interval of t0. free : t0 was fitted too, so its uncertainty is in that of the others.
     """
@@ -128,7 +128,7 @@ def _around(value: float, reach: float) -> Interval:
 def _against(beta: Interval, explained: float) -> Iterator[str]:
     """What speaks against ageing of this kind."""
     if beta[1] < 0:
-        yield "Static friction falls with waiting time: this is no ageing."
+        yield "Static friction falls with waiting time: this is not ageing."
     elif not beta[0] > 0:
         yield f"The points show no ageing: the slope may be anything from {beta[0]:.2g} to {beta[1]:.2g} per decade."
     elif explained < 0.5:
@@ -140,7 +140,7 @@ def _straight(limits: Interval) -> Iterator[str]:
     if limits[0] > 0 and math.isinf(limits[1]):
         yield (
             f"As far as measured, static friction grows in proportion to time (t0 above {limits[0]:.2g} s): "
-            "beta and t0 cannot be told apart. Wait longer."
+            "beta and t0 cannot be distinguished. Measure at longer waiting times."
         )
 
 
@@ -151,7 +151,8 @@ def _about_t0(t: Floats, t0: float, limits: Interval) -> str:
         return f"t0 is taken as {t0:.3g} s."
     shortest = float(t[t > 0].min())
     upper = "any" if math.isinf(high) else f"any below {high:.2g} s"
-    return f"The waits, of {shortest:.3g} s and more, do not determine t0 ({upper} fits as well): taken as {t0:.3g} s."
+    said = f"The waiting times, of {shortest:.3g} s and more, do not determine t0"
+    return f"{said} ({upper} fits as well): taken as {t0:.3g} s."
 
 
 # --- the search for t0 ------------------------------------------------------------------------------------------------

@@ -23,14 +23,15 @@ _AT_END = 0.01  # share of a4 within which it is at the end of the range that wa
 class CurveFit:
     """A Stribeck curve through measured points, in SI.
 
-    a1, a3 pure numbers, a2 s/m, a4 m/s; all >= 0, except where friction rises from rest: there a3 < 0, and a2 may be.
+    a1, a3 pure numbers, a2 s/m, a4 m/s; all >= 0, except where friction rises from zero speed: there a3 < 0, and a2 may
+    be.
     standard_error, interval : by name, of a1 to a4 and of mu_start = a1 + a3; the intervals are those of 95 %
         confidence, without the part below a bound at 0. inf where the points determine nothing.
     covariance : (4, 4), in the order a1 to a4.
     residual_rms : of mu. r_squared : explained share of the variance of mu, NaN if mu does not vary.
     unidentified : coefficients that the points do not determine. assumed : those of them that were taken as 0.
     at_bound : those (and mu_start) that the points would have beyond their bound.
-    good : whether the curve may be used without a second thought. quality : why, or why not, in plain words.
+    good : whether the curve may be used without reservation. quality : why, or why not, in plain words.
     """
 
     a1: float
@@ -70,7 +71,7 @@ def fit_curve(speed: ArrayLike, mu: ArrayLike, sigma: ArrayLike | None = None) -
     sigma : standard deviation of each mu, or one for all; None: equal, and taken from the residuals.
 
     All coefficients are >= 0 where the points show a declining branch. Where they fall all the way but do not determine
-    four coefficients, a2 is taken as 0; where they show a rise from rest instead, a3 < 0. Raises ValueError for
+    four coefficients, a2 is taken as 0; where they show a rise from zero speed instead, a3 < 0. Raises ValueError for
     impossible points or fewer than 4 distinct speeds.
     """
     w = points_of("speed", speed)

@@ -37,7 +37,7 @@ def fit_points(path: Path, unit: str | None = None) -> FileFit:
 
 
 def describe_curve(fit: CurveFit) -> str:
-    """Coefficients with their 95 % intervals, and what the fit is worth."""
+    """Coefficients with their 95 % intervals, and the quality of the fit."""
     rows = [
         _row(name, getattr(fit, name), None if name in fit.assumed else fit.interval[name], name in fit.at_bound)
         for name in (*_CURVE, "mu_start")
@@ -47,7 +47,7 @@ def describe_curve(fit: CurveFit) -> str:
 
 
 def describe_ageing(fit: AgeingFit | None) -> str:
-    """Level, slope and onset with their 95 % intervals, and what the fit is worth."""
+    """Level, slope and onset with their 95 % intervals, and the quality of the fit."""
     if fit is None:
         return ""
     rows = [_row(name, getattr(fit, name), fit.interval[name]) for name in ("mu0", "beta", "t0")]

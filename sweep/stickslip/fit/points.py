@@ -26,7 +26,7 @@ from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.words import listed, nearest
 
 _HEADING = re.compile(r"([^\[\]()]*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
-_SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; nobody measures more or less, and squares must stay finite
+_SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; measurements are not beyond, and squares must stay finite
 _PURE = ("", "1", "-")  # how people write "no unit"
 
 
@@ -50,7 +50,7 @@ class Columns(dict[str, NDArray[np.float64]]):
 def read_points(path: str | Path, columns: Sequence[Parameter], unit: str | None = None) -> Columns:
     """The columns of a CSV file by name, in SI, row by row.
 
-    columns : what may stand in the file, CURVE_COLUMNS or AGEING_COLUMNS; one whose default is not None may be missing,
+    columns : those allowed in the file, CURVE_COLUMNS or AGEING_COLUMNS; one whose default is not None may be missing,
         and then is missing in the result.
     unit : of the column that has one, speed or time, where the header does not name it; None takes SI.
     Raises ConfigError with everything that is wrong, by line and column.

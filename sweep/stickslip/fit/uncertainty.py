@@ -1,4 +1,4 @@
-"""Least squares and how far its answers can be trusted."""
+"""Least squares and the uncertainty of its results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fitted curve is worth, in plain words."""
+"""The quality of a fitted curve, in plain words."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _VISIBLE = 0.01  # of the span of the points: smaller residuals do no harm, howe
 class Verdict:
     """A fit and what is known of it.
 
-    seen : whether the points show a branch of this form, declining or rising from rest.
+    seen : whether the points show a branch of this form, declining or rising from zero speed.
     reach : half widths of the confidence intervals. at_bound : coefficients at the end of their range.
     freedom : points to spare.
     """
@@ -55,7 +55,7 @@ class Verdict:
         """What speaks against using the curve."""
         slowest, fastest = float(self.speed.min()), float(self.speed.max())
         if self.freedom <= 0:
-            yield f"{self.speed.size} points for four coefficients leave nothing to judge the fit by: measure more."
+            yield f"{self.speed.size} points for four coefficients do not test the fit: measure more points."
         elif self.form is FALLING:
             yield self._falling(slowest, fastest)
         elif not self.seen:
@@ -67,16 +67,16 @@ class Verdict:
             yield f"The curve explains only {100 * self.r_squared:.0f} % of the variance of the points."
         harmless = max(_VISIBLE * float(np.ptp(self.mu)), _ROUNDING * float(self.mu.max()))
         if rms(self.residuals) > harmless and run_score(self._in_order()) < _SYSTEMATIC:
-            yield "The residuals change sign too seldom along the speed: the points follow a curve of another shape."
+            yield "The residuals change sign too seldom over the speed: the points follow a curve of another shape."
 
     def _falling(self, slowest: float, fastest: float) -> str:
-        """Points that fall all the way, but no four coefficients."""
+        """Points that fall all the way, but do not determine four coefficients."""
         first, last = (float(self.mu[self.speed == speed].mean()) for speed in (slowest, fastest))
         others = [name for name in self.unidentified() if name not in self.form.assumed]
         lost = f" Neither do they determine {' and '.join(others)} singly, only the curve between." if others else ""
         over = fastest > 3 * self.estimates["a4"]
         missing = (
-            "more points would show whether it rises again" if over else "measure faster to see where the fall ends"
+            "more points would show whether it rises again" if over else "higher speeds would show where the fall ends"
         )
         return (
             f"Friction falls all the way from {first:.3g} at {slowest:.3g} m/s to {last:.3g} at {fastest:.3g} m/s, and "
@@ -88,27 +88,29 @@ class Verdict:
         """Points without a declining branch, or too few to tell."""
         where = f"between {slowest:.3g} and {fastest:.3g} m/s"
         if self.freedom < _FEW:
-            return f"{self.speed.size} points are too few to tell whether friction declines {where}: measure more."
+            return f"{self.speed.size} points are too few to show whether friction declines {where}: measure more."
         return (
-            f"The points show no declining branch {where}, so a3 and a4 mean nothing: use a3 = 0, or measure slower if "
-            "the friction is known to fall."
+            f"The points show no declining branch {where}, so a3 and a4 mean nothing: use a3 = 0, or measure at "
+            "lower speed if the friction is known to fall."
         )
 
     def _undetermined(self, slowest: float, fastest: float) -> Iterator[str]:
         """Branches that begin before the points, or end behind them."""
         a4, unknown = self.estimates["a4"], self.unidentified()
-        branch = "rise from rest" if self.form is STRENGTHENING else "decline"
+        branch = "rise from zero speed" if self.form is STRENGTHENING else "decline"
         if slowest > a4:
             yield (
                 f"The slowest point, at {slowest:.3g} m/s, is {slowest / a4:.3g} times a4: the {branch} is over before "
-                f"the points begin, and mu_start = {self.estimates['mu_start']:.3g} is extrapolated. Measure slower."
+                f"the points begin, and mu_start = {self.estimates['mu_start']:.3g} is extrapolated. Measure at "
+                "lower speed."
             )
         elif unknown:
-            beyond = f" The {branch} does not end before {fastest:.3g} m/s: measure faster." if fastest < 2 * a4 else ""
+            ends = f" The {branch} does not end before {fastest:.3g} m/s: measure at higher speed."
+            beyond = ends if fastest < 2 * a4 else ""
             yield f"The points do not determine {' and '.join(unknown)}.{beyond}"
 
     def _bounds(self) -> Iterator[str]:
-        """Bounds that the points press against. That a2 is one says no more than that no rise is seen."""
+        """Active bounds. That of a2 says no more than that no rise is seen."""
         if not self.seen and self.form is not FALLING:
             return
         if "a1" in self.at_bound:
@@ -124,7 +126,7 @@ class Verdict:
         if "a2" in self.at_bound:
             known = "a1, a3 and a4"
             no_rise = f" a2 is at its bound, 0: they show no rise up to {float(self.speed.max()):.3g} m/s."
-        rising = " Friction rises from rest: a3 is negative, and there is no declining branch."
+        rising = " Friction rises from zero speed: a3 is negative, and there is no declining branch."
         return (
             f"The curve explains {100 * self.r_squared:.3g} % of the variance of {self.speed.size} points, "
             f"with a residual rms of {rms(self.residuals):.2g}, and they determine {known}."

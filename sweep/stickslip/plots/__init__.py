@@ -1,8 +1,8 @@
-"""Figures of datasets.
+"""Plots of datasets.
 
 Every function returns a matplotlib Figure and touches no global state: no pyplot, no window, safe in threads.
 
-    maps, traces   the figures      axes   their axes      page   title, legend and file      palette   colours
+    maps, traces   the plots        axes   their axes      page   title, legend and file      palette   colours
 """
 
 from stickslip.errors import PlotError

@@ -1,4 +1,4 @@
-"""Axes of figures drawn as the dimensions of a dataset want them."""
+"""Axes of plots, drawn as the dimensions of a dataset require."""
 
 from __future__ import annotations
 

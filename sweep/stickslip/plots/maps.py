@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from stickslip.dataset import coarse
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.axis import title as array_title
-from stickslip.dataset.coarse import Block, block_for
+from stickslip.dataset.coarse import Pixel, pixel_for
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply, wrapped
@@ -38,7 +38,7 @@ BORDERS: dict[float, tuple[Literal["solid", "dashed"], str]] = {
 MAX_PANELS = 16
 
 _MAX_PANEL_COLUMNS = 4
-_TITLE_WIDTH = 70  # letters in a line above the picture
+_TITLE_WIDTH = 70  # letters in a line above the plot
 _BAR_WIDTH = 45  # letters along a colour bar
 _PANEL_WIDTH, _PANEL_HEIGHT = 36, 30  # letters along the sides of one of several panels
 _PIXELS = (540, 720)  # rows and columns a lone map has on a page of 150 dpi
@@ -61,9 +61,9 @@ def plot_map(
     """One variable of a map over its last two dimensions, small multiples over the others.
 
     select : fixes dimensions (`select.places` says how); the title names the points that are drawn.
-    borders : draw where linear theory puts the border of stability and that of overshoot.
+    borders : draw the borders of linear theory: of stability, and of overshoot.
     A map of one dimension becomes a strip of regimes with the variable below it (for a flag, the damping ratio).
-    Maps of more cells than pixels are drawn block by block (`coarse.py`), which a note below says; no cell is skipped,
+    Maps of more cells than pixels are reduced to pixels (`coarse.py`), which a note below says; no cell is skipped,
     and memory stays small. Raises PlotError; StoreError where a file turns out to be damaged.
     """
     if variable not in ds.data_vars:
@@ -90,16 +90,16 @@ def _panels(ds: xr.Dataset, variable: str, title: str, borders: bool) -> Figure:
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
 
     panels = [ds.isel(dict(zip(outer, combination, strict=True))) for combination in combinations]
-    block = block_for((y.length, x.length), _PANEL_PIXELS if outer else _PIXELS)
-    values, painted = _painted([panel[variable].transpose(y_dim, x_dim) for panel in panels], variable, block)
-    edges = x.block_edges(block[1]), y.block_edges(block[0])
+    pixel = pixel_for((y.length, x.length), _PANEL_PIXELS if outer else _PIXELS)
+    values, painted = _painted([panel[variable].transpose(y_dim, x_dim) for panel in panels], variable, pixel)
+    edges = x.pixel_edges(pixel[1]), y.pixel_edges(pixel[0])
     headings = [MapAxis(ds, dim) for dim in outer]
     drawn: set[float] = set()
     for ax, panel, cells, combination in zip(grid.flat, panels, values, combinations, strict=False):
         ax.set_facecolor(UNDEFINED_COLOUR)
         ax.pcolormesh(*edges, np.ma.masked_invalid(cells), cmap=painted.colours, norm=painted.norm, rasterized=True)
         if borders:
-            drawn |= _draw_borders(ax, panel, x, y, block)
+            drawn |= _draw_borders(ax, panel, x, y, pixel)
         if outer:
             words = (wrapped(h.heading(i), _PANEL_WIDTH) for h, i in zip(headings, combination, strict=True))
             ax.set_title("\n".join(words), fontsize="small")
@@ -111,17 +111,17 @@ def _panels(ds: xr.Dataset, variable: str, title: str, borders: bool) -> Figure:
         bar = figure.colorbar(ScalarMappable(painted.norm, painted.colours), ax=grid, pad=0.02)
         bar.set_label(fill(array_title(ds[variable]), _BAR_WIDTH))
     handles = [*painted.handles(), *_border_handles(drawn)]
-    legend(figure, handles, at_right=is_flag and not outer, note=_note(block, is_flag))
+    legend(figure, handles, at_right=is_flag and not outer, note=_note(pixel, is_flag))
     entitle(figure, grid.flat[0], title, above_all=bool(outer))
     return figure
 
 
-def _painted(arrays: Sequence[xr.DataArray], variable: str, block: Block) -> tuple[list[NDArray[np.generic]], Paint]:
-    """The values of every panel, block by block, and one paint for all of them."""
+def _painted(arrays: Sequence[xr.DataArray], variable: str, pixel: Pixel) -> tuple[list[NDArray[np.generic]], Paint]:
+    """The values of every panel, by pixels, and one paint for all of them."""
     if variable not in FLAG_COLOURS:
-        values: list[NDArray[np.generic]] = [coarse.numbers(array, block).values for array in arrays]
+        values: list[NDArray[np.generic]] = [coarse.numbers(array, pixel).values for array in arrays]
         return values, paint(variable, np.concatenate(values, axis=None))
-    reduced = [coarse.flags(array, block) for array in arrays]
+    reduced = [coarse.flags(array, pixel) for array in arrays]
     present = {code for one in reduced for code in one.present}
     if unknown := present - set(range(len(FLAG_COLOURS[variable]))):
         raise PlotError(f"{variable} has codes that this version does not know: {sorted(unknown)}")
@@ -129,11 +129,11 @@ def _painted(arrays: Sequence[xr.DataArray], variable: str, block: Block) -> tup
     return values, paint(variable, np.concatenate(values, axis=None), present)
 
 
-def _note(block: Block, is_flag: bool) -> str | None:
-    """How many cells stand behind a pixel, unless it is one."""
-    if block == (1, 1):
+def _note(pixel: Pixel, is_flag: bool) -> str | None:
+    """How many cells a pixel shows, unless it is one."""
+    if pixel == (1, 1):
         return None
-    rows, columns = block
+    rows, columns = pixel
     cells = f"{columns} x {rows} cells" if rows > 1 and columns > 1 else f"{rows * columns} cells"
     what = "their most frequent value" if is_flag else "the mean of those that have a value"
     return f"each pixel shows {cells}: {what}"
@@ -156,7 +156,7 @@ def _panel_layout(ds: xr.Dataset, outer: Sequence[Hashable]) -> tuple[int, int]:
 
 
 def _name_outer_axes(grid: NDArray[Any], count: int, x_title: str, y_title: str) -> None:
-    """Axis titles at the left and at the bottom of each column, whose last panel may lie above an empty place."""
+    """Axis titles at the left and at the bottom of each column, whose last panel may be above an empty place."""
     rows, columns = grid.shape
     size = "medium" if count == 1 else "small"
     if count > 1:
@@ -185,18 +185,18 @@ def _strip(ds: xr.Dataset, variable: str, title: str) -> Figure:
 
     handles: list[Entry | Line2D] = []
     colours: dict[str, Any] = {"color": BLUE}
-    block = block_for((1, x.length), _PIXELS)
+    pixel = pixel_for((1, x.length), _PIXELS)
     rows = {name: ds[name].expand_dims(_ROW) for name in shown}
     if flag in axes:
-        (codes,), painted = _painted([rows[flag]], flag, block)
+        (codes,), painted = _painted([rows[flag]], flag, pixel)
         handles += painted.handles()
         colours = {"c": codes[0], "cmap": painted.colours, "norm": painted.norm}
-        edges = x.block_edges(block[1]), [0.0, 1.0]
+        edges = x.pixel_edges(pixel[1]), [0.0, 1.0]
         axes[flag].pcolormesh(*edges, codes, cmap=painted.colours, norm=painted.norm)
         axes[flag].set_yticks([])
         axes[flag].set_ylabel(flag, rotation=0, ha="right", va="center")
     if number in axes:
-        values, points = coarse.numbers(rows[number], block).values[0], x.block_points(block[1])
+        values, points = coarse.numbers(rows[number], pixel).values[0], x.pixel_points(pixel[1])
         axes[number].plot(points, values, color="#888888", linewidth=0.8, zorder=1)
         axes[number].scatter(points, values, s=18, zorder=2, edgecolors="black", linewidths=0.3, **colours)
         axes[number].set_ylabel(array_title(ds[number]))
@@ -208,22 +208,22 @@ def _strip(ds: xr.Dataset, variable: str, title: str) -> Figure:
     for ax in axes.values():
         apply(x, ax, "x")
     axes[shown[-1]].set_xlabel(x.title)
-    legend(figure, handles, at_right=True, note=_note(block, variable in FLAG_COLOURS))
+    legend(figure, handles, at_right=True, note=_note(pixel, variable in FLAG_COLOURS))
     entitle(figure, axes[shown[0]], title)
     return figure
 
 
-def _draw_borders(ax: Axes, panel: xr.Dataset, x: MapAxis, y: MapAxis, block: Block) -> set[float]:
+def _draw_borders(ax: Axes, panel: xr.Dataset, x: MapAxis, y: MapAxis, pixel: Pixel) -> set[float]:
     """Contours of the linear damping ratio; returns the levels that lie inside the panel.
 
-    They go through the values at single cells, so that blocks do not blur or shift them.
+    They go through the values at single cells, so that pixels do not blur or shift them.
     """
     if not (x.is_numeric and y.is_numeric and "damping_ratio" in panel.data_vars):
         return set()
     if min(x.length, y.length) < 2:
         return set()
-    ratio = np.ma.masked_invalid(coarse.centres(panel["damping_ratio"].transpose(y.dim, x.dim), block))
-    points = x.block_points(block[1]), y.block_points(block[0])
+    ratio = np.ma.masked_invalid(coarse.centres(panel["damping_ratio"].transpose(y.dim, x.dim), pixel))
+    points = x.pixel_points(pixel[1]), y.pixel_points(pixel[0])
     inside = _levels_inside(ratio)
     for level in inside:
         lines = ax.contour(*points, ratio, levels=[level], colors="black", linewidths=1.2,

@@ -19,7 +19,7 @@ _NOTE_COLOUR = "#555555"
 def legend(
     figure: Figure, handles: Sequence[Artist | tuple[Artist, ...]], *, at_right: bool, note: str | None = None
 ) -> None:
-    """The legend, outside the axes: at the right of a lone map, else below. The note stands below the picture."""
+    """The legend, outside the axes: at the right of a lone map, else below. The note is below the plot."""
     shown: list[Any] = list(handles)  # matplotlib's types know nothing of several artists for one label
     labels = [str((handle[0] if isinstance(handle, tuple) else handle).get_label()) for handle in handles]
     looks: dict[str, Any] = {"frameon": False, "fontsize": "small"}
@@ -43,7 +43,7 @@ def entitle(figure: Figure, top: Axes, title: str, *, above_all: bool = False) -
 
 
 def save(figure: Figure, path: str | os.PathLike[str], dpi: float = 150) -> None:
-    """Write a picture; its kind is that of the name (.png, .svg, .pdf). Raises PlotError."""
+    """Write a plot; its format is that of the name (.png, .svg, .pdf). Raises PlotError."""
     try:
         figure.savefig(path, dpi=dpi)
     except (OSError, ValueError) as error:

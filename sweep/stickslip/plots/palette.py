@@ -1,4 +1,4 @@
-"""Colours: the same for a regime in every picture.
+"""Colours: the same for a regime in every plot.
 
 The palette is that of Okabe and Ito, which colour-blind readers can tell apart; what was not decided is white, grey or
 black.
@@ -54,7 +54,7 @@ FLAG_COLOURS: dict[str, dict[str, str]] = {
 }
 UNDEFINED_COLOUR = "#dddddd"  # cells where a continuous variable has no value
 _LOG_FROM = 100.0  # ratio of largest to smallest value from which colours are logarithmic
-_PALENESS = 0.62  # how far the colour of a mixed block lies on the way to white
+_PALENESS = 0.62  # how far the colour of a mixed pixel lies on the way to white
 _PALE_WHITE = "#ececec"
 
 Entry = Patch | tuple[Patch, ...]  # of a legend; several patches stand side by side under the label of the first
@@ -64,8 +64,8 @@ Entry = Patch | tuple[Patch, ...]  # of a legend; several patches stand side by 
 class Paint:
     """How the values of one variable become colours, the same in every panel of a figure.
 
-    flags : names and colours of the flags that occur; None for a number. hidden : those that occur in mixed blocks
-        only, where others are more frequent. mixed : colours of mixed blocks.
+    flags : names and colours of the flags that occur; None for a number. hidden : those that occur in mixed pixels
+        only, where others are more frequent. mixed : colours of mixed pixels.
     has_gaps : whether some cells have no value.
     """
 
@@ -77,7 +77,7 @@ class Paint:
     has_gaps: bool = False
 
     def handles(self) -> list[Entry]:
-        """Legend entries: the flags that occur, and mixed blocks; or the colour of cells without a value."""
+        """Legend entries: the flags that occur, and mixed pixels; or the colour of cells without a value."""
         if self.flags is None:
             return [_swatch("undefined", UNDEFINED_COLOUR)] if self.has_gaps else []
         found: list[Entry] = [
@@ -104,14 +104,14 @@ def paint(variable: str, values: NDArray[np.generic], present: Collection[int] =
 
 
 def marked(variable: str, coarse: Coarse) -> NDArray[np.generic]:
-    """The values of blocks as `paint` takes them: a mixed block has the code of its flag plus the number of flags."""
+    """The values of pixels as `paint` takes them: a mixed pixel has the code of its flag plus the number of flags."""
     if coarse.mixed is None:
         return coarse.values
     return np.where(coarse.mixed, coarse.values + len(FLAGS[variable]), coarse.values)
 
 
 def _flag_paint(variable: str, drawn: set[int], present: set[int]) -> Paint:
-    """The colours of a flag, those of mixed blocks after the others."""
+    """The colours of a flag, those of mixed pixels after the others."""
     names = list(FLAGS[variable])
     pure = [FLAG_COLOURS[variable][name] for name in names]
     pale = [_pale(colour) for colour in pure]
@@ -134,6 +134,6 @@ def _pale(colour: str) -> str:
 
 
 def _swatch(name: str, colour: str, remark: str = "") -> Patch:
-    """A legend entry. stick_slip is written as the field writes it."""
+    """A legend entry. stick_slip is written stick-slip."""
     label = "stick-slip" if name == "stick_slip" else name.replace("_", " ")
     return Patch(facecolor=colour, edgecolor="black", linewidth=0.5, label=label + remark)

@@ -71,7 +71,7 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
 
 
 def _spans(time: NDArray[np.float64], inside: NDArray[np.bool_]) -> Iterator[tuple[float, float]]:
-    """Start and end of the stretches where `inside` holds; a stretch ends where the next sample begins."""
+    """Start and end of the intervals in which `inside` holds; an interval ends where the next sample begins."""
     changes = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
     for first, past in zip(changes[::2], changes[1::2], strict=True):
         yield float(time[first]), float(time[min(past, len(time) - 1)])

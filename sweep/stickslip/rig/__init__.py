@@ -1,14 +1,14 @@
-"""What is done with the record of a stick-slip test rig, measured or simulated.
+"""Records of a stick-slip test rig, measured or simulated, and their evaluation.
 
 A record is a dataset over `time` (s): the force on the specimen and its acceleration, the motion of the drive where it
 is known, and the conditions of the test as coordinates.
 
     records/     records read from files, or made            quantities, settings, words   what all of them share
     analysis/    their stick phases and features             risk       the model RPN, not the rig maker's
-    simulate/    records of simulated rigs, and the parameters of one that resembles a measured record
-    report/      figures, and the page about a test matrix
+    simulate/    records of simulated rigs, and parameters identified from a measured record
+    report/      plots, and the page about a test matrix
 
-`quantities.FEATURES` says what each feature is.
+`quantities.FEATURES` declares each feature.
 
 What simulates rigs is loaded when first used, so that records are read without the compiler.
 """

@@ -1,4 +1,4 @@
-"""Every quantity of a rig record and of what is read from it, declared once."""
+"""Every quantity of a rig record, and every feature, declared once."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from stickslip.vocabulary.results import Variable
 
 TIME = Variable("time", "s", "time since the start of the record")
 _SIGNALS = (
-    Variable("spring_force", "N", "force on the specimen as the rig reads it, that of its spring"),
+    Variable("spring_force", "N", "force on the specimen as the rig measures it, that of its spring"),
     Variable("friction_force", "N", "friction force in the contact"),
     Variable("acceleration", "m s-2", "acceleration of the specimen"),
     Variable("drive_velocity", "m s-1", "velocity of the drive"),
@@ -38,36 +38,36 @@ _FEATURES = (
     Variable("drops", "1", "number of drops of the friction force"),
     Variable("drop_mean", "N", "mean size of the drops of the friction force"),
     Variable("drop_max", "N", "largest drop of the friction force"),
-    Variable("impulse_rate", "m-1", "break-aways over the travel of the drive"),
+    Variable("impulse_rate", "m-1", "break-aways over the total travel of the drive"),
     Variable("static_force", "N", "force at break-away, median"),
     Variable("static_force_first", "N", "force at the first break-away"),
     Variable("dynamic_force", "N", "mean force while sliding"),
-    Variable("static_friction", "1", "static friction coefficient as the rig reads it"),
+    Variable("static_friction", "1", "static friction coefficient as the rig measures it"),
     Variable("static_friction_first", "1", "static friction coefficient at the first break-away"),
-    Variable("dynamic_friction", "1", "dynamic friction coefficient as the rig reads it"),
+    Variable("dynamic_friction", "1", "dynamic friction coefficient as the rig measures it"),
     Variable("peak_frequency", "s-1", "frequencies of the peaks in the spectrum of the acceleration"),
     Variable("peak_acceleration", "m s-2", "amplitudes of the peaks in the spectrum of the acceleration"),
     Variable("energy_per_stroke", "J", "work of the drive per stroke"),
     Variable("strokes", "1", "number of strokes of the drive"),
-    Variable("travel", "m", "way of the drive, to and fro"),
+    Variable("travel", "m", "total travel of the drive"),
     Variable("duration", "s", "duration of the record"),
     Variable("sample_rate", "s-1", "sampling rate, mean"),
 )
 FEATURES: dict[str, Variable] = {v.name: v for v in _FEATURES}
-# What the integration of a simulated rig says itself, without sensors and sampling.
+# What the integration of a simulated rig gives itself, without sensors and sampling.
 _EXACT = (
     Variable("status", "1", "how the integration ended"),
     Variable("steps", "1", "integration steps tried"),
     Variable("sticks_exact", "1", "number of stick phases, event-exact"),
     Variable("slips_exact", "1", "number of break-aways, event-exact"),
-    Variable("stick_time", "s", "time spent sticking, the waiting time included"),
+    Variable("stick_time", "s", "time spent sticking, the waiting time (hold time) included"),
     Variable("breakaway_time", "s", "time of the first break-away, since the start of the waiting time"),
-    Variable("breakaway_force", "N", "load on the contact at the first break-away"),
+    Variable("breakaway_force", "N", "tangential load on the contact at the first break-away"),
     Variable("acceleration_max_exact", "m s-2", "largest magnitude of the acceleration, event-exact"),
     Variable("drive_work", "J", "work of the drive over the test"),
     Variable("friction_heat", "J", "friction heat over the test"),
     Variable("damper_heat", "J", "heat in the damper over the test"),
-    Variable("energy_error", "1", "work less heat and stored energy at the end, over the work"),
+    Variable("energy_error", "1", "energy-balance residual: work minus heat and stored energy, over the work"),
 )
 EXACT: dict[str, Variable] = {v.name: v for v in _EXACT}
 PER_PEAK = ("peak_frequency", "peak_acceleration")  # one value for each peak, the largest first

@@ -5,8 +5,8 @@ same inputs, range and bands:
 
     level = base + sum over the features f of weight_f log10(1 + f/scale_f),   number = level rounded, within 1 to 10
 
-It rises with every feature, by decades, as loudness does. A comment on `RISK` in the vocabulary says where the default
-values come from; `calibrate.py` fits them to measured numbers.
+It rises with every feature, logarithmically, as loudness does. A comment on `RISK` in the vocabulary says where the
+default values come from; `calibrate.py` fits them to measured numbers.
 """
 
 from __future__ import annotations

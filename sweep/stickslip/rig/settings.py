@@ -1,4 +1,4 @@
-"""What a configuration says about records: how to read them, what to look for in them, and the risk model.
+"""Settings for records: how to read them, how to evaluate them, and the risk model.
 
     record:
       columns: {force: Kraft}             # our name: the heading in the file
@@ -8,7 +8,7 @@
     features: {bandwidth: 2 kHz}
     risk: {weight_sticks: 1.5}
 
-Every section and every key may be missing. Everything is checked at once, with lines and columns.
+Every section and every key is optional. Everything is checked at once, with lines and columns.
 """
 
 from __future__ import annotations
@@ -157,7 +157,7 @@ class _Reader(Complaints):
         )
 
     def _by_column(self, key: str, value: object) -> dict[str, tuple[Path, str]]:
-        """A mapping from names of columns, as people write them, to texts and where they stand."""
+        """A mapping from names of columns, as people write them, to texts and their positions."""
         found: dict[str, tuple[Path, str]] = {}
         for word, text in self.mapping(value, ("record", key), "names of columns").items():
             path, name = ("record", key, word), column_name(word)

@@ -1,4 +1,4 @@
-"""A test matrix in people's words: units such as mm/s, the points of a dimension, the names of tests."""
+"""A test matrix in everyday terms: units such as mm/s, the points of a dimension, the names of tests."""
 
 from __future__ import annotations
 
@@ -83,6 +83,6 @@ def along(ds: xr.Dataset, dim: Hashable) -> Along:
 
 
 def name_of(dims: Sequence[Along], number: int) -> str:
-    """What tells a test of a matrix from the others: `felt, 10 s, 5 mm/s`; nothing where there are no others."""
+    """What distinguishes a test of a matrix from the others: `felt, 10 s, 5 mm/s`; nothing where there is only one."""
     at = np.unravel_index(number, [len(d.points) for d in dims]) if dims else ()
     return ", ".join(d.said(int(i)) for d, i in zip(dims, at, strict=True))

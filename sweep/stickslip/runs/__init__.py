@@ -1,11 +1,11 @@
-"""Runs of any size that survive: working store, resume, shards, and the result put together at the end.
+"""Runs of any size that survive interruption: working store, resume, shards, and the result put together at the end.
 
     request     what is wanted of a run, what comes of it
     session     run, retry_failed        collecting  collect, status
     compute/    missing blocks on threads, or on a cluster         assembly    blocks into one result
     work        configuration and number of a block in, arrays out; what any worker calls
     workdir/    the store: manifest, encoding of blocks, folder, lock
-    earlier     the result that lies where this one goes; reuse: its cells
+    earlier     an existing result at the same place; reuse: its cells
 
 `work.Work.compute` is pure, so that it does not matter who computes a block, when, or how often.
 """

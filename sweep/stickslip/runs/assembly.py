@@ -19,7 +19,7 @@ from stickslip.engine import Progress, Results
 from stickslip.errors import DamagedBlockError
 from stickslip.files import writing
 from stickslip.files.netcdf_lock import NETCDF_LOCK
-from stickslip.runs.boxes import aligned, boxes, extent
+from stickslip.runs.regions import aligned, extent, regions
 from stickslip.runs.work import Work
 from stickslip.runs.workdir.lock import Notice
 from stickslip.runs.workdir.parts import Parts
@@ -46,15 +46,15 @@ class Gathered:
     def cells(self, cells: range) -> Results:
         """The results of a range of cells."""
         length = self._parts.blocks.length
-        pieces = []
+        found = []
         for number in range(cells.start // length, -(-cells.stop // length)):
             of_block = self._parts.blocks.cells(number)
             start, stop = max(cells.start, of_block.start), min(cells.stop, of_block.stop)
             part = slice(start - of_block.start, stop - of_block.start)
-            pieces.append({name: values[part] for name, values in self._block(number).items()})
-        if len(pieces) == 1:
-            return pieces[0]
-        return {name: np.concatenate([piece[name] for piece in pieces]) for name in self._columns}
+            found.append({name: values[part] for name, values in self._block(number).items()})
+        if len(found) == 1:
+            return found[0]
+        return {name: np.concatenate([part[name] for part in found]) for name in self._columns}
 
     def _block(self, number: int) -> Results:
         if number not in self._remembered:
@@ -93,18 +93,18 @@ def assemble(gathered: Gathered, parts: Parts, work: Work, output: Path, progres
     writing.write(template, output, lambda file: fill(file, gathered, work, progress))
 
 
-def _pieces(
+def _by_region(
     gathered: Gathered, work: Work, chunks: tuple[int, ...], progress: Progress | None
 ) -> Iterator[tuple[tuple[slice, ...], str, np.ndarray[Any, Any]]]:
-    """Boxes of the map with their values, variable by variable, chunk after chunk."""
+    """Regiones of the map with their values, variable by variable, chunk after chunk."""
     shape, size = work.grid.shape, work.grid.size
     for cells in aligned(shape, chunks):
         results = gathered.cells(cells)
-        for box in boxes(cells.start, cells.stop, shape):
-            first = int(np.ravel_multi_index([side.start for side in box], shape)) - cells.start if shape else 0
-            count = int(np.prod(extent(box)))
+        for region in regions(cells.start, cells.stop, shape):
+            first = int(np.ravel_multi_index([side.start for side in region], shape)) - cells.start if shape else 0
+            count = int(np.prod(extent(region)))
             for name, values in results.items():
-                yield box, name, values[first : first + count].reshape(extent(box))
+                yield region, name, values[first : first + count].reshape(extent(region))
         if progress:
             progress(cells.stop, size)
 
@@ -118,9 +118,9 @@ def _fill_netcdf(file: Path, gathered: Gathered, work: Work, progress: Progress 
             chunks = tuple(target["regime"].chunking())
             for name in engine.columns(work.options):
                 target[name].set_var_chunk_cache(0)  # whole chunks are written once; a cache would hold 16 MiB of each
-        for box, name, values in _pieces(gathered, work, chunks, progress):
+        for region, name, values in _by_region(gathered, work, chunks, progress):
             with NETCDF_LOCK:
-                target[name][box] = values
+                target[name][region] = values
     finally:
         with NETCDF_LOCK:
             target.close()
@@ -137,8 +137,8 @@ def _fill_zarr(file: Path, gathered: Gathered, work: Work, progress: Progress | 
     chunks = tuple(arrays["regime"].chunks)
     with ThreadPoolExecutor(threads) as pool:
         pending = []
-        for box, name, values in _pieces(gathered, work, chunks, progress):
-            pending.append(pool.submit(arrays[name].__setitem__, box, values))
+        for region, name, values in _by_region(gathered, work, chunks, progress):
+            pending.append(pool.submit(arrays[name].__setitem__, region, values))
             if len(pending) > 2 * len(arrays) + threads:
                 pending.pop(0).result()
         for future in pending:

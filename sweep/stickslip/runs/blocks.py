@@ -34,7 +34,7 @@ class Shard:
     count: int
 
     def blocks(self, blocks: Blocks) -> range:
-        """Every `count`-th block: neighbours cost alike, so that each shard gets its share of the costly ones."""
+        """Every `count`-th block: neighbours cost alike, so each shard gets its share of the expensive ones."""
         return range(self.number - 1, blocks.count, self.count)
 
     def __str__(self) -> str:

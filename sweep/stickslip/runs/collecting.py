@@ -1,4 +1,4 @@
-"""What can be done with a store while it is, or stays, a part: look at it, and make a result of what is there."""
+"""What can be done with an incomplete store: inspect it, and write a result from its finished blocks."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class Collected:
 def collect(request: Request) -> Collected:
     """Write the result from the blocks that are there; the cells of others are "not computed".
 
-    A result that lies there already must be one of the same map, and keeps its cells. A complete result replaces its
-    store, unless that is kept or somebody works there. Raises StoreError.
+    A result that exists already must be one of the same map, and keeps its cells. A complete result replaces its
+    store, unless that is kept or another run works there. Raises StoreError.
     """
     if request.output is None:
         raise StoreError("collect needs a file to write: name it with --output")
@@ -50,7 +50,7 @@ def collect(request: Request) -> Collected:
     try:
         with held(folder, None, lambda: None, request.notice):
             store.delete()
-    except StoreError:  # somebody works there; whoever comes last removes it
+    except StoreError:  # another run works there; the last one removes it
         return Collected(request.output, store.blocks.size, 0, store.where)
     folder.vanish()
     return Collected(request.output, store.blocks.size, 0, None)
@@ -58,7 +58,7 @@ def collect(request: Request) -> Collected:
 
 @dataclass(frozen=True)
 class Status:
-    """How far a run has come, in cells and blocks.
+    """The progress of a run, in cells and blocks.
 
     holders : who works on it now; stale locks are not among them. versions : of stickslip that began it. size : bytes.
     """
@@ -77,7 +77,7 @@ class Status:
 
 
 def status(request: Request) -> Status:
-    """How far the run of a store has come. Raises StoreError where there is none."""
+    """The progress of the run of a store. Raises StoreError where there is none."""
     folder = request.folder()
     store = parts.find(folder)
     finished = store.finished()

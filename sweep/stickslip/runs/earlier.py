@@ -1,4 +1,4 @@
-"""The result that lies where a run will write: finished, to be extended, or not to be touched."""
+"""An existing result where a run will write: finished, to be extended, or not to be touched."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _FRESH = "hint: --fresh computes it anew and replaces it; --output names another
 
 @dataclass(frozen=True)
 class Earlier:
-    """A result that this run goes on from. complete : there is nothing left to do."""
+    """A result that this run resumes from. complete : there is nothing left to do."""
 
     cells: int
     complete: bool
@@ -34,7 +34,7 @@ class Earlier:
 
 @contextmanager
 def result(output: Path | None, config: Config, fresh: bool) -> Iterator[Earlier | None]:
-    """What lies at `output`, open; None if nothing does or it does not matter.
+    """The result at `output`, open; None if there is none or it does not matter.
 
     Raises StoreError for what this run would destroy: results of another configuration or major version, results whose
     cells are not all part of the new map, and what stickslip has not written.
@@ -87,5 +87,5 @@ def _config_of(output: Path, dataset: xr.Dataset) -> Config:
 
 
 def _missing(dataset: xr.Dataset) -> int:
-    """How many cells nobody has computed."""
+    """How many cells are not computed."""
     return int((dataset["regime"] == 0).sum())

@@ -1,4 +1,4 @@
-"""A few cells of a map computed beforehand: how long all of them would take, and how many would give up."""
+"""A few cells of a map computed beforehand: how long all would take, and how many would reach the step limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wanted of a run, what comes of it, and how it may end."""
+"""What is asked of a run, and its outcome."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ OnError = Literal["continue", "stop"]
 
 @dataclass(frozen=True)
 class Request:
-    """What is wanted of a run.
+    """What is asked of a run.
 
     output : result to write; None leaves the blocks in the store.
     place : path or URL of the store; None lays it beside the output.
@@ -64,7 +64,7 @@ class Request:
         return None if isinstance(named, str) and named == HERE else named
 
     def folder(self) -> Folder:
-        """Where the store lies. Raises StoreError if neither it nor an output is named."""
+        """The place of the store. Raises StoreError if neither it nor an output is named."""
         if self.place is None and self.output is None:
             raise StoreError("a run needs a place: name an output file, or a store with --store")
         return folder_at(self.place if self.place is not None else parts.beside(Path(self.output or "")))
@@ -72,7 +72,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run came to, in cells: of the map, found in the store, taken over from an older result, computed.
+    """The outcome of a run, in cells: of the map, found in the store, taken over from an older result, computed.
 
     output : the result, if it was written or (`up_to_date`) was there already. where : the store, if it is still there.
     machines : what computed, if not threads of this process.
@@ -93,7 +93,7 @@ def request_for(
 ) -> Request:
     """The request behind a configuration file, or behind the path or URL of a store.
 
-    store : where the store of a configuration file lies, if not beside its output.
+    store : place of the store of a configuration file, if not beside its output.
     The output is the one named, else that of the configuration; a store called `FILE.parts` belongs to FILE.
     Raises ConfigError or StoreError.
     """

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.config.grid import Grid
-from stickslip.runs.boxes import Box, boxes, extent
+from stickslip.runs.regions import Region, extent, regions
 
 Indices = NDArray[np.int64]
 
@@ -29,17 +29,17 @@ class KnownCells:
 
     def cells(self, cells: range) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]] | None:
         """Which cells of a range of the new grid are known, and their results; None if none is."""
-        parts = [self._box(box) for box in boxes(cells.start, cells.stop, self.shape)]
+        parts = [self._region(region) for region in regions(cells.start, cells.stop, self.shape)]
         have = np.concatenate([part[0] for part in parts])
         if not have.any():
             return None
         some = [part[1] for part in parts if part[1]]
         return have, {name: np.concatenate([part[name] for part in some]) for name in some[0]}
 
-    def _box(self, box: Box) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]:
-        """The same for a box; without results where none are known."""
-        places = [points[side] for points, side in zip(self.points, box, strict=True)]
-        have = _outer([place >= 0 for place in places], extent(box))
+    def _region(self, region: Region) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]:
+        """The same for a region; without results where none are known."""
+        places = [points[side] for points, side in zip(self.points, region, strict=True)]
+        have = _outer([place >= 0 for place in places], extent(region))
         if not have.any():
             return have.ravel(), {}
         indices = {dim: place[place >= 0] for dim, place in zip(self._dims, places, strict=True)}

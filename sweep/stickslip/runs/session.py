@@ -1,4 +1,4 @@
-"""Runs that go on where they stopped: what is there is kept, what is missing computed, then the result written."""
+"""Runs that resume where they stopped: finished blocks are kept, what is missing computed, then the result written."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _asked(store: Parts, request: Request) -> set[int]:
 
 
 def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines) -> Outcome:
-    """Compute the blocks that `choose` names, and write the result, while nobody else works on the store."""
+    """Compute the blocks that `choose` names, and write the result, while no other run works on the store."""
     stop = stop_flag()
 
     def lost() -> None:
@@ -151,7 +151,7 @@ def _interrupted(store: Parts) -> Interrupted:
 
 
 def _kept(store: Parts) -> str:
-    """What is not lost, whatever happened."""
+    """What has been saved, whatever happened."""
     return _interrupted(store).kept_cells
 
 

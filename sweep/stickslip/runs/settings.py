@@ -1,7 +1,7 @@
-"""Which keys of a configuration decide its numbers, and how two configurations differ in them.
+"""The identity of a run: which keys of a configuration decide its results, and how two configurations differ in them.
 
-The title, the output and the execution section do not; nor does the file a curve was fitted to, since the coefficients
-that came of it do.
+The title, the output and the execution section do not; nor does the file a curve was fitted to, since the fitted
+coefficients do.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def settings(config: Config) -> dict[str, Any]:
 
 
 def fingerprint(config: Config) -> str:
-    """Equal for configurations of equal numbers, and only for those."""
+    """Equal for configurations of equal results, and only for those."""
     return hashlib.sha256(json.dumps(settings(config), sort_keys=True).encode()).hexdigest()[:32]
 
 

@@ -1,6 +1,6 @@
-"""What can be said of the contact without integrating: thresholds, closed-form cycles, dimensionless groups.
+"""What is known of the contact without integrating: thresholds, closed-form cycles, dimensionless groups.
 
-Plain numbers or arrays in SI that broadcast against each other, NaN where a thing does not exist. A room per law:
+Plain numbers or arrays in SI that broadcast against each other, NaN where a thing does not exist. A module per law:
 `curve` (Stribeck), `coulomb` (two numbers, static and kinetic), `cubic` (Thomsen and Fidlin), `ageing` (static
 friction that grows with the time in contact).
 """

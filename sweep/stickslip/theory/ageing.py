@@ -33,7 +33,7 @@ def breakaway_time(
     """
     f, r, load, mu, aged, onset = np.broadcast_arrays(*floats(force, rate, normal_load, mu0, beta, t0))
     f, r = np.where(r < 0, -f, f), np.abs(r)
-    margin = load * mu - f  # what is left to carry
+    margin = load * mu - f  # what the contact can still bear
     growth = load * aged / np.log(10.0)
     slips = (margin < 0) | (f < -load * mu)
     solvable = ~slips & (r > 0) & (growth > 0)

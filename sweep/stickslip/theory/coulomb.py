@@ -17,9 +17,9 @@ from stickslip.theory.numerics import Floats, bisect, floats
 
 
 class CoulombCycle(NamedTuple):
-    """One cycle, release to release, in SI; NaN where there is no stick-slip.
+    """One cycle, break-away to break-away, in SI; NaN where there is no stick-slip.
 
-    Displacements: of the mass, 0 where the spring is slack. acceleration_max : largest magnitude; at release the
+    Displacements: of the mass, 0 where the spring is slack. acceleration_max : largest magnitude; at break-away the
     acceleration jumps to (mu_static - mu_kinetic) N/m. energy_per_cycle : friction heat.
     """
 
@@ -67,7 +67,7 @@ def coulomb_cycle(
     stick_time = (drop + v * np.sqrt(k * m) * last) / (k * v)
     period = stick_time + end / w
     breakaway = (static * load - c * v) / k
-    crossing = velocity.first_zero()  # the mass stands still: first as far out as it gets, then at the other end
+    crossing = velocity.first_zero()  # velocity zero: first at the largest displacement, then at the smallest
     centre, scale = kinetic * load / k, v / w
     jerk = acceleration.derivative()
     peak, trough = jerk.first_zero(), jerk.first_zero() + jerk.half_period
@@ -78,16 +78,16 @@ def coulomb_cycle(
         period=period,
         breakaway_displacement=breakaway + 0.0 * v,
         restick_displacement=breakaway - v * stick_time,
-        displacement_max=centre - scale * acceleration(crossing),  # at rest k x = mu N - m x''
+        displacement_max=centre - scale * acceleration(crossing),  # at zero velocity k x = mu N - m x''
         displacement_min=centre - scale * acceleration(crossing + velocity.half_period),
         slip_speed_max=v * (1.0 - velocity(acceleration.first_zero())),
         acceleration_max=v * w * np.max([kappa, np.abs(last), *inner], axis=0),
-        energy_per_cycle=kinetic * load * v * period,  # in a cycle the belt moves v T past a mass that comes back
+        energy_per_cycle=kinetic * load * v * period,  # in a cycle the belt moves v T past a mass that returns
     )
 
 
 def critical_strength(zeta: ArrayLike) -> Floats:
-    """kappa_c: stick-slip lives on where kappa = (mu_static - mu_kinetic) N/(v_belt sqrt(k m)) exceeds it.
+    """kappa_c: stick-slip persists where kappa = (mu_static - mu_kinetic) N/(v_belt sqrt(k m)) exceeds it.
 
     zeta : damping ratio c/(2 sqrt(k m)) >= 0. 0 without damper, inf from zeta = 1. At the border a slip that started at
     the belt speed just touches it again: kappa_c = -e^(zeta s) sin(b s)/b, with the root s in (pi/b, 2 pi/b) of

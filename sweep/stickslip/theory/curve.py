@@ -38,7 +38,7 @@ def reversal_speed(a2: ArrayLike, a3: ArrayLike, a4: ArrayLike) -> Floats:
     """Speed v_min (m/s) at the minimum of the Stribeck curve, a4 ln(a3/(a2 a4)).
 
     0 for a curve that nowhere declines, inf for one that declines everywhere (a2 <= 0), NaN for one that rises first
-    and then declines for ever (a3 < a2 a4 < 0): it has a maximum, but no minimum.
+    and then declines without end (a3 < a2 a4 < 0): it has a maximum, but no minimum.
     """
     return loss_of_stability(a2, a3, a4, 0.0, 1.0)
 
@@ -46,7 +46,7 @@ def reversal_speed(a2: ArrayLike, a3: ArrayLike, a4: ArrayLike) -> Floats:
 def reversal_friction(a1: ArrayLike, a2: ArrayLike, a3: ArrayLike, a4: ArrayLike) -> Floats:
     """Friction coefficient at the minimum of the Stribeck curve.
 
-    Where the curve declines for ever the limit: a1 for a2 = 0, -inf for a2 < 0. NaN where `reversal_speed` is.
+    Where the curve declines without end, the limit: a1 for a2 = 0, -inf for a2 < 0. NaN where `reversal_speed` is.
     """
     v_min = reversal_speed(a2, a3, a4)
     endless = np.isinf(v_min)
@@ -59,8 +59,8 @@ def tendency(mu_start: ArrayLike, mu_reversal: ArrayLike, mu_stop: ArrayLike) ->
 
     mu_start : friction coefficient at break-away. Not a1 + a3 where static friction is higher: then `mu_static`, and
         what ageing has added to it by the break-away (`static_friction`).
-    mu_reversal : where the slip speed really turned around, not the minimum of the curve. It belongs to a motion, which
-        somebody must measure or simulate (`evaluate` returns it): so the number diagnoses a motion, it predicts none.
+    mu_reversal : at the reversal point that the motion reached, not the minimum of the curve. It belongs to a motion,
+        measured or simulated (`evaluate` returns it): so the number diagnoses a motion, it predicts none.
 
     Near-harmonic motion on straight branches gains (pi N A/4) times this number of energy per slip of amplitude A. It
     is an exact border for any stiffness if the branches mirror each other about mu_reversal, for c = 0, and if
@@ -76,7 +76,8 @@ def damping_ratio(
     """Damping ratio of steady sliding, zeta = (c + N mu'(v_belt))/(2 sqrt(k m)).
 
     slope : of the friction curve at the belt speed (s/m), of any law; mass kg, stiffness N/m, damping N s/m, load N.
-    Steady sliding is unstable below 0 and creeps home above 1. From m x'' + c x' + k x = N mu(v_belt - x'), linearised.
+    Steady sliding is unstable below 0, and approached without overshoot above 1. From m x'' + c x' + k x = N mu(v_belt
+    - x'), linearised.
     """
     slope, m, k, c, load = floats(slope, mass, stiffness, damping, normal_load)
     return np.asarray((c + load * slope) / (2.0 * np.sqrt(k * m)))
@@ -89,7 +90,7 @@ def loss_of_stability(
 
     0 where sliding is stable at every speed, inf where it is at none (without damper: where a2 <= 0), NaN where it is
     stable below some speed and not above (a3 < 0). `reversal_speed` is this without damper. The loss is always
-    subcritical: small motions die out just above, large ones do not.
+    subcritical: small motions decay just above, large ones do not.
     """
     decline, against, a4 = _slopes(a2, a3, a4, damping, normal_load)
     unstable_at_rest = decline > against
@@ -123,9 +124,9 @@ def stick_slip_limit(
     Exact as kappa -> 0. Against `evaluate` the error is below 0.33 % kappa^2 up to kappa = 3, so at most 3 % (for g
     from 0.001 to 0.98; it is largest at g = 0.2, where the limit is too high). Beyond it grows fast: up to 20 % at
     kappa = 10, 96 % at 50. For the plain curve without ageing and mu_static. Far below the limit the contact may fail
-    to hold the mass that the belt catches (a1 N well below v sqrt(k m)): then it oscillates for ever without sticking
-    (`sustained`).
-    0 where there is no stick-slip, inf where it has no end (a2 <= 0 and no damper), NaN where `loss_of_stability` is.
+    to hold the mass that the belt catches (a1 N well below v sqrt(k m)): then it oscillates indefinitely without
+    sticking (`sustained`). 0 where there is no stick-slip, inf where it has no end (a2 <= 0 and no damper), NaN where
+    `loss_of_stability` is.
     """
     stable_from = loss_of_stability(a2, a3, a4, damping, normal_load)
     decline, against, a4 = _slopes(a2, a3, a4, damping, normal_load)
@@ -145,7 +146,7 @@ def stick_slip_limit(
 def _slopes(
     a2: ArrayLike, a3: ArrayLike, a4: ArrayLike, damping: ArrayLike, normal_load: ArrayLike
 ) -> tuple[Floats, Floats, Floats]:
-    """What the curve loses with speed at rest, a3/a4, what rise and damper put against it, a2 + c/N, and a4."""
+    """The decline of the curve at zero speed, a3/a4, what rise and damper set against it, a2 + c/N, and a4."""
     a2, a3, a4, c, load = np.broadcast_arrays(*floats(a2, a3, a4, damping, normal_load))
     return a3 / a4, a2 + c / load, a4
 

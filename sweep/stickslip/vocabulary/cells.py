@@ -74,7 +74,7 @@ def _check_range(parameter: Parameter, values: NDArray[np.float64]) -> None:
 
 
 def _check_between(cells: Cells) -> None:
-    """0 <= mu_start, mu_stop <= mu_start <= mu_static, as the configuration wants it; NaN is neither too large nor too
+    """0 <= mu_start, mu_stop <= mu_start <= mu_static, as in configurations; NaN is neither too large nor too
     small."""
     mu_start = cells["a1"] + cells["a3"]
     negative = mu_start < -_ROUNDING * cells["a1"]
@@ -85,7 +85,7 @@ def _check_between(cells: Cells) -> None:
     allowed = np.abs(mu_start) * _ROUNDING
     for name, wrong, bound, why in (
         ("mu_static", cells["mu_static"] < mu_start - allowed, "at least", "less would neither stick nor slip"),
-        ("mu_stop", cells["mu_stop"] > mu_start + allowed, "at most", "more is not needed to come to rest"),
+        ("mu_stop", cells["mu_stop"] > mu_start + allowed, "at most", "friction ends no higher than it starts"),
     ):
         if wrong.any():
             i = int(np.argmax(wrong))

@@ -24,7 +24,7 @@ def coefficients(mu_start: ArrayLike, mu_reversal: ArrayLike, v_reversal: ArrayL
     a2 = (mu_start - mu_reversal)/(a4 (e^r - 1) - v), a3 = a2 a4 e^r, a1 = mu_start - a3.
     """
     start, drop = np.asarray(mu_start, np.float64), np.subtract(mu_start, mu_reversal)
-    with np.errstate(divide="ignore", over="ignore"):  # a minimum at no speed at all: a3 and -a1 are infinite
+    with np.errstate(divide="ignore", over="ignore"):  # a minimum at zero speed: a3 and -a1 are infinite
         r = np.minimum(np.divide(v_reversal, a4), 1000.0)  # e^-r is 0 from there on
         share = -np.expm1(-r) - r * np.exp(-r)  # drop/a3; written in e^-r, which cannot overflow
         a3 = drop / share

@@ -2,7 +2,7 @@
 
 These are the `PARAMETERS` of a cell (the inputs of the engine, all in SI); for friction, what people measure instead of
 the coefficients of the curve (the friction coefficient at break-away, the one at the reversal point, which is the
-minimum of the curve, and the speed there); and what moves the belt of a test rig. `settings.py` has what is none.
+minimum of the curve, and the speed there); and what moves the belt of a test rig. `settings.py` has all other numbers.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ PARAMETERS: dict[str, Parameter] = table(
     Parameter("a4", "m s-1", "decay speed a4 of the declining branch of the Stribeck curve", "friction", above=0),
     Parameter("delta", "1", "exponent of the law stribeck_delta", "friction", default=1.0, at_least=1),
     Parameter(
-        "mu_stop", "1", "friction coefficient just before standstill", "friction",
+        "mu_stop", "1", "friction coefficient as the slip speed falls to zero", "friction",
         default=NAN, at_least=0, word="none", absent="no hysteresis",
     ),
     Parameter(
@@ -37,7 +37,7 @@ PARAMETERS: dict[str, Parameter] = table(
         "velocity", "m s-1", "velocity at the start", "start",
         default=NAN, word="sticking", absent="that of the belt, sticking",
     ),
-    Parameter("contact_time", "s", "time in contact before the start", "start", default=0.0, at_least=0),
+    Parameter("contact_time", "s", "hold time: time in contact before the start", "start", default=0.0, at_least=0),
 )  # fmt: skip
 
 MEASURED: dict[str, Parameter] = table(
@@ -50,9 +50,9 @@ REPLACED = ("a1", "a2", "a3")  # the coefficients that MEASURED stands for
 # What moves the belt of a test rig, whose top speed is the belt speed.
 DRIVE: dict[str, Parameter] = table(
     Parameter("stroke", "m", "stroke of the drive", "drive", above=0),
-    Parameter("ramp", "s", "time in which the drive comes up to speed, and to rest", "drive", default=0.02, above=0),
-    Parameter("dwell", "s", "rest of the drive after each stroke", "drive", default=0.0, at_least=0),
-    Parameter("waiting_time", "s", "rest in contact before the first stroke", "drive", default=0.0, at_least=0),
+    Parameter("ramp", "s", "time in which the drive reaches its speed, and stops", "drive", default=0.02, above=0),
+    Parameter("dwell", "s", "standstill of the drive after each stroke", "drive", default=0.0, at_least=0),
+    Parameter("waiting_time", "s", "hold time in contact before the first stroke", "drive", default=0.0, at_least=0),
 )
 PROFILES = ("trapezoid", "sine")
 

@@ -1,8 +1,8 @@
 """Every quantity that comes out of the engine, declared once.
 
-`VARIABLES` are what it says of a cell, `TRACE_VARIABLES` what it says of one trajectory over time, `BORDER_VARIABLES`
-what is said of the borders between regimes (in the units of the parameter searched). Datasets, plots and
-documentation read these tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS wants them
+`VARIABLES` are those of a cell, `TRACE_VARIABLES` those of one trajectory over time, `BORDER_VARIABLES` those of the
+borders between regimes (`border` and its width in the units of the parameter searched). Datasets, plots and
+documentation read these tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS requires
 (``m s-1``).
 """
 

@@ -1,4 +1,4 @@
-"""Every number that is set and that no cell has: how to compute, how a rig is read, how records are judged.
+"""Every number that is set but is no parameter of a cell: of the solver, of sensors, of the evaluation of records.
 
 By section of the configuration; what is no number (a law, a file) is declared where it is read.
 """
@@ -10,7 +10,7 @@ from stickslip.vocabulary.quantities import PARAMETERS
 
 SOLVER: dict[str, Parameter] = table(
     Parameter("rtol", "1", "relative tolerance of a step", "solver", default=1e-6, at_least=1e-12, at_most=1e-2),
-    Parameter("horizon", "s", "longest time simulated per cell; leave it out for no limit", "solver", above=0,
+    Parameter("horizon", "s", "longest time simulated per cell; no limit unless given", "solver", above=0,
               absent="no limit"),
     Parameter(
         "max_steps", "1", "step budget of a cell; when it runs out the cell is unresolved", "solver",
@@ -32,27 +32,27 @@ AXIS: dict[str, Parameter] = table(  # the values of axes are held in memory, th
 # --- rigs -------------------------------------------------------------------------------------------------------------
 
 STROKES: dict[str, Parameter] = table(
-    Parameter("strokes", "1", "number of strokes, to and fro in turn", "drive",
+    Parameter("strokes", "1", "number of strokes, forward and back in turn", "drive",
               default=6, at_least=1, at_most=10_000, whole=True),
 )  # fmt: skip
 SENSOR: dict[str, Parameter] = table(
     Parameter("rate", "s-1", "samples per second", "sensor", default=1000.0, above=0),
-    Parameter("bandwidth", "s-1", "bandwidth of both sensors, -3 dB; without it they follow everything", "sensor",
+    Parameter("bandwidth", "s-1", "bandwidth of both sensors, -3 dB; unlimited unless given", "sensor",
               above=0),
     Parameter("force_noise", "N", "standard deviation of the noise of the force", "sensor", default=0.0, at_least=0),
     Parameter(
         "acceleration_noise", "m s-2", "standard deviation of the noise of the acceleration", "sensor",
         default=0.0, at_least=0,
     ),
-    Parameter("seed", "1", "of the noise: the same seed, the same noise", "sensor",
+    Parameter("seed", "1", "seed of the noise: the same seed, the same noise", "sensor",
               default=1, at_least=0, at_most=2**32 - 1, whole=True),
-    Parameter("oversampling", "1", "samples computed for one that is kept, so that nothing is aliased", "sensor",
+    Parameter("oversampling", "1", "samples computed per sample kept, against aliasing", "sensor",
               default=8, at_least=1, at_most=64, whole=True),
 )  # fmt: skip
 FEATURE_SETTINGS: dict[str, Parameter] = table(
-    Parameter("bandwidth", "s-1", "bandwidth of the sensor of acceleration", "features", above=0),
+    Parameter("bandwidth", "s-1", "bandwidth of the acceleration sensor", "features", above=0),
     Parameter("smallest_drop", "N", "smallest drop of the friction force that counts", "features", above=0),
-    Parameter("window", "s", "time over which the rate of the force is measured", "features", above=0),
+    Parameter("window", "s", "time over which the rate of the force is estimated", "features", above=0),
     Parameter(
         "tolerance", "1", "slip speed, over that of the drive, below which the contact sticks", "features",
         default=0.2, above=0,
@@ -61,15 +61,16 @@ FEATURE_SETTINGS: dict[str, Parameter] = table(
 CONDITIONS: dict[str, Parameter] = table(
     Parameter("drive_speed", "m s-1", "speed of the drive", "conditions", above=0),
     PARAMETERS["normal_load"],
-    Parameter("waiting_time", "s", "waiting time before the test", "conditions", at_least=0),
+    Parameter("waiting_time", "s", "waiting time (hold time) before the test", "conditions", at_least=0),
     PARAMETERS["mass"],
     PARAMETERS["stiffness"],
 )
 
-# The model RPN. One stick per stroke is what every pair has, hence 6; 1 m/s2 and 1 m/s are what such a pair stays about
-# or below. Friction that drops half as far sticks twice as often, accelerates half as much, and has the same integral:
-# equal weights would not see how strong stick-slip is, so the largest acceleration has twice the weight of the others.
-# What is left, the size of all weights, is set by the one public value: 7 for dry foamed PVC on PC-ABS.
+# The model RPN. Every pair sticks once per stroke, hence 6; the accelerations of such a pair are about
+# 1 m/s2 and 1 m/s, or below. If friction drops half as far, there are twice as many sticks, half the
+# acceleration and the same integral: equal weights would not tell how strong stick-slip is, so the largest acceleration
+# has twice the weight of the others. What is left, the size of all weights, is set by the only published value: 7 for
+# dry foamed PVC on PC-ABS.
 RISK: dict[str, Parameter] = table(
     Parameter("base", "1", "level of a record without any signal", "risk", default=1.0),
     Parameter("weight_sticks", "1", "levels per decade of sticks", "risk", default=1.0, at_least=0),
@@ -101,7 +102,7 @@ CURVE_COLUMNS = (
 )
 AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", at_least=0), _MU)
 
-# All numbers of a configuration that are no quantities, by section.
+# All numbers of a configuration that are not quantities, by section.
 SETTINGS: dict[str, dict[str, Parameter]] = {
     "solver": SOLVER, "execution": EXECUTION, "drive": STROKES, "sensor": SENSOR, "features": FEATURE_SETTINGS,
     "risk": RISK,

@@ -19,7 +19,7 @@ from typing import Any
 
 from stickslip.errors import QuantityError
 
-_LONGEST = 60  # characters of a quantity; nobody writes more, and Fraction would compute with them all
+_LONGEST = 60  # characters of a quantity; more is nonsense, and Fraction would compute with them all
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?(?![\d.])"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.ASCII | re.DOTALL)
 _COMMA = re.compile(r"\s*[-+]?\d+,\d+")
@@ -216,7 +216,7 @@ def _all_units() -> Any:
 
 @lru_cache(maxsize=1)
 def _plain_units() -> Any:
-    """The units most configurations make do with, which are those of `_all_units` and at hand at once."""
+    """The units that suffice for most configurations: a subset of `_all_units` that loads at once."""
     import pint
 
     registry: Any = pint.UnitRegistry(None, non_int_type=Fraction)

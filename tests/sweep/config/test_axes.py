@@ -109,7 +109,7 @@ BAD = {
     "a word as a bound": (
         GOOD + "axes: {velocity: {start: sticking, stop: 1, num: 3}}\n",
         "map.yaml:12:26: axes.velocity.start: got 'sticking', expected a speed such as '10 mm/s' or a number in m/s\n"
-        "  hint: sticking can stand in a list: values: [...]",
+        "  hint: sticking is allowed in a list: values: [...]",
     ),
     "a group of unequal lengths": (
         with_line(6, "axes:", "  pair: {zip: {belt_speed: [1, 2], damping: [1, 2, 3]}, labels: [a, b]}"),

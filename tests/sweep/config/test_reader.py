@@ -142,7 +142,7 @@ BAD = {
         GOOD + "output: {file: map.csv}\n",
         "map.yaml:12:16: output.file: got 'map.csv', expected a file name that ends in .nc or .zarr",
     ),
-    "a picture of unknown kind": (
+    "a plot of unknown format": (
         GOOD + "output: {plot: map.jpg}\n",
         "map.yaml:12:16: output.plot: got 'map.jpg', expected a file name that ends in .png, .svg or .pdf",
     ),

@@ -8,7 +8,7 @@ from stickslip.config.rules import MOST_CELLS
 from stickslip.errors import ConfigError
 
 
-def test_curves_that_strengthen_from_rest_or_weaken_at_speed_are_read():
+def test_curves_that_strengthen_from_zero_speed_or_weaken_at_speed_are_read():
     text = with_line(9, "  a2: -0.05") + "axes: {a3: {start: -0.4, stop: 0.4, num: 9}}\n"
     config = parse_config(text.replace("  a3: 0.3\n", ""))
     assert config.friction.a2 == -0.05 and config.axes[0].start == -0.4
@@ -74,12 +74,12 @@ BAD = {
     "mu_stop above mu_start": (
         GOOD + "  mu_stop: 1.4\n",
         "map.yaml:12:12: friction.mu_stop: got 1.4, expected at most mu_start = a1 + a3 = 1.3\n"
-        "  hint: a contact cannot need more friction coming to rest than to break away",
+        "  hint: friction at standstill cannot exceed that at break-away",
     ),
     "mu_stop above mu_start in a corner of the grid": (
         with_line(8, text=GOOD) + "axes: {mu_stop: [none, 0.7, 1.2], a1: {start: 0.8, stop: 1, num: 1000000}}\n",
         "map.yaml:11:29: axes.mu_stop[2]: got 1.2, expected at most mu_start = a1 + a3 = 1.1\n"
-        "  hint: a contact cannot need more friction coming to rest than to break away",
+        "  hint: friction at standstill cannot exceed that at break-away",
     ),
     "static friction below zero": (
         with_line(10, "  a3: -1.5") + "  mu_stop: 0.2\n",
@@ -94,7 +94,7 @@ BAD = {
     "mu_static below mu_start": (
         MEASURED_FORM + "  mu_static: 0.39\n",
         "map.yaml:12:14: friction.mu_static: got 0.39, expected at least mu_start = 0.4\n"
-        "  hint: the static friction is that of break-away or more; leave mu_static out for mu_start",
+        "  hint: static friction is at least that of the curve; leave mu_static out for mu_start",
     ),
     "a minimum above the start": (
         with_line(9, "  mu_reversal: 0.5", text=MEASURED_FORM),

@@ -23,7 +23,7 @@ def ways(drive):
 
 
 def turns(drive):
-    """Where the plate is whenever it has come to rest."""
+    """Where the plate is whenever it stands still."""
     ends = np.cumsum(ways(drive))
     return ends[np.isclose(drive[:, 1] + drive[:, 0] * drive[:, 2], 0.0, atol=1e-15)]
 
@@ -40,7 +40,7 @@ drives = st.builds(
 
 
 @given(drives)
-def test_speed_is_continuous_and_starts_and_ends_at_rest(drive):
+def test_speed_is_continuous_and_starts_and_ends_at_standstill(drive):
     end_speeds = drive[:, 1] + drive[:, 0] * drive[:, 2]
     assert drive[0, 1] == 0.0
     assert end_speeds[:-1] == pytest.approx(drive[1:, 1], abs=1e-14)
@@ -87,7 +87,7 @@ def test_the_way_back_mirrors_the_way_there(profile):
 
 
 @pytest.mark.parametrize("profile", ["trapezoid", "sine"])
-def test_rests_come_before_the_first_stroke_and_after_each(profile):
+def test_hold_time_precedes_the_first_stroke_and_dwells_follow_each(profile):
     drive = made(profile, 3, dwell=0.25, wait=10.0)
     rests = drive[(drive[:, 1] == 0.0) & (drive[:, 2] == 0.0), 0]
     assert rests.tolist() == [10.0, 0.25, 0.25, 0.25]
@@ -102,7 +102,7 @@ def test_a_sine_reaches_its_top_speed_in_the_middle_of_a_stroke():
     speed, way = motion(drive, np.array([0.25, 0.5, 0.75]) * whole)
     assert speed == pytest.approx(SPEED * np.sin(np.pi * np.array([0.25, 0.5, 0.75])), rel=1e-12)
     assert way[1] == pytest.approx(STROKE / 2, rel=1e-12)
-    # the pieces lie inside the sine, so a stroke takes a little longer than its pi/2 stroke/speed: (pi/64)^2/12
+    # the segments lie inside the sine, so a stroke takes a little longer than its pi/2 stroke/speed: (pi/64)^2/12
     assert 0 < whole / (0.5 * np.pi * STROKE / SPEED) - 1 < 3e-4
     fine = np.linspace(0, whole, 10_001)
     assert motion(drive, fine)[0] == pytest.approx(SPEED * np.sin(np.pi * fine / whole), abs=SPEED * (np.pi / 64) ** 2)

@@ -69,8 +69,8 @@ def test_a_drive_that_reverses_needs_no_record_of_its_motion(teeth, noise):
         assert abs(int(found["sticks"]) - expected) <= 7
 
 
-def test_the_motion_of_the_drive_tells_rest_from_sliding():
-    """The drive stops for a second while the force stays: sticking if the drive is known to rest, sliding if not."""
+def test_the_motion_of_the_drive_distinguishes_standstill_from_sliding():
+    """The drive stops for a second while the force stays: stick if the drive is known to be at rest, else sliding."""
     time = times(4.0, 1000)
     velocity = np.where((time > 1.5) & (time < 2.5), 0.0, 0.01)
     moved = np.concatenate([[0], np.cumsum(velocity[:-1]) * 1e-3])
@@ -200,7 +200,7 @@ def test_a_sensor_passes_slow_signals_and_halves_the_power_at_its_bandwidth():
 
 
 def test_the_band_limited_maximum_of_a_spike_does_not_depend_on_the_sampling_rate():
-    """What jumps at break-away has no sampled maximum worth the name: this is what the bandwidth is for."""
+    """What jumps at break-away has no meaningful sampled maximum: hence the bandwidth."""
     limited, sampled = [], []
     for rate in (5000, 20_000, 80_000):
         time = times(1.0, rate)

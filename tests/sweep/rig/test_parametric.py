@@ -1,4 +1,4 @@
-"""A rig in the computer as a function of its parameters, and the parameters found again from its records."""
+"""A simulated rig as a function of its parameters, and the parameters recovered from its records."""
 
 import numpy as np
 import pytest

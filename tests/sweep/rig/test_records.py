@@ -118,7 +118,7 @@ def test_the_force_of_the_spring_comes_from_friction_and_mass():
         (GOOD, [*ROWS, "20, 1e400, 0"], "got '1e400', expected a number"),
         (GOOD, [*ROWS, "20, 1"], "felt.csv:22:5: got 2 values, expected 3, one for each column (commas separate them)"),
         (GOOD, ["0,0, 0,1, 0,2", *ROWS], "so write decimal points"),
-        (GOOD, ["ms, N, m/s2", *ROWS], "units stand in brackets behind the names"),
+        (GOOD, ["ms, N, m/s2", *ROWS], "units go in brackets after the names"),
         (GOOD, [*ROWS[:18], ROWS[3]], "felt.csv:20:1: time [ms]: got 0.003 s after 0.017 s, expected time to increase"),
         (GOOD, ROWS[:5], "5 samples, expected at least 16"),
         (GOOD, [], "no samples, only the names of columns"),

@@ -1,4 +1,4 @@
-"""The report of a test matrix: one file that needs nothing else."""
+"""The report of a test matrix: one self-contained file."""
 
 import re
 from html.parser import HTMLParser
@@ -131,14 +131,14 @@ def test_the_configuration_in_the_page_gives_the_same_rig_again(computed, page):
     assert parse_rig(page.configuration) == rig
 
 
-def test_tests_that_did_not_get_to_the_end_are_named(computed):
+def test_tests_not_integrated_to_the_end_are_named(computed):
     rig, ds, _ = computed
     broken = ds.copy(deep=True)
     broken["status"][1, 0] = STATUSES.index("step_limit")
     broken["model_rpn"][1, 0] = broken["model_rpn_band"][1, 0] = 0
     broken["sticks"][1, 0] = np.nan
     page = Page(report(broken, {}, rig))
-    assert "Warning. 1 test did not get to the end: the step budget ran out" in page.text
+    assert "Warning. 1 test was not integrated to the end: the step budget ran out" in page.text
     assert "_felt, 5\N{NO-BREAK SPACE}mm/s" in page.text
     assert page.rows[3][3:5] == ["?", "–"]
     assert "No traces were asked for." in page.text

@@ -1,4 +1,4 @@
-"""`stickslip rig`: a test matrix from a file to a table, pictures and records."""
+"""`stickslip rig`: a test matrix from a file to a table, plots and records."""
 
 import numpy as np
 import pytest
@@ -33,13 +33,13 @@ def invoke(*arguments):
     return done
 
 
-def test_a_matrix_becomes_a_table_a_file_and_a_picture(tmp_path, config):
-    output, picture = tmp_path / "matrix.nc", tmp_path / "signals.png"
-    done = invoke("rig", config, "-o", output, "--plot", picture)
+def test_a_matrix_becomes_a_table_a_file_and_a_plot(tmp_path, config):
+    output, plot = tmp_path / "matrix.nc", tmp_path / "signals.png"
+    done = invoke("rig", config, "-o", output, "--plot", plot)
     assert done.exit_code == 0, done.output
     assert done.output.startswith("Three loads\n3 tests: normal_load (3)\n")
     assert RPN_NAME in done.output and "2000\N{NO-BREAK SPACE}N" in done.output and "warning" not in done.output
-    assert picture.stat().st_size > 10_000
+    assert plot.stat().st_size > 10_000
     with reading.open(output) as found:
         assert found["normal_load"].values.tolist() == [5.0, 10.0, 2000.0]
         assert found["sticks_exact"].values[2] == 1 and (found["model_rpn"] >= 1).all()
@@ -102,11 +102,11 @@ def test_an_interrupted_matrix_writes_nothing_and_says_so(tmp_path, config, monk
     assert not (tmp_path / "matrix.nc").exists()
 
 
-def test_a_test_that_does_not_get_to_its_end_is_told(tmp_path, config):
+def test_a_test_not_integrated_to_its_end_is_reported(tmp_path, config):
     config.write_text(TEXT + "solver: {max_steps: 20}\n")
     done = invoke("rig", config, "--records", tmp_path / "signals")
     assert done.exit_code == 0
-    assert "warning: 2 tests did not get to the end: the step budget ran out" in done.stderr
+    assert "warning: 2 tests were not integrated to the end: the step budget ran out" in done.stderr
     assert [file.name for file in (tmp_path / "signals").iterdir()] == ["test2.csv"]
 
 
@@ -115,8 +115,8 @@ def test_a_test_that_does_not_get_to_its_end_is_told(tmp_path, config):
     [
         (["--test", "3", "--plot", "a.png"], "--test 3: tests are numbered from 0 to 2"),
         (["--test", "-1", "--plot", "a.png"], "--test -1: tests are numbered from 0 to 2"),
-        (["--test", "1"], "name a picture with --plot"),
-        (["--plot", "a.bmp"], "a.bmp: pictures end in"),
+        (["--test", "1"], "name a plot with --plot"),
+        (["--plot", "a.bmp"], "a.bmp: plots end in"),
         (["--plot", "nowhere/a.png"], "no folder nowhere"),
         (["--report", "a.txt"], "a.txt: expected a file name that ends in .html"),
         (["--report", "nowhere/a.html"], "a.html: expected a file name that ends in .html, in a folder that exists"),

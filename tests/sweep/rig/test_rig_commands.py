@@ -1,4 +1,4 @@
-"""`stickslip rig-features` and `stickslip calibrate`, and the pictures."""
+"""`stickslip rig-features` and `stickslip calibrate`, and the plots."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from stickslip.cli import main
 from stickslip.cli.rig import feature_screen_table
 from stickslip.files import reading
 from stickslip.rig import RPN_NAME, Risk, feature_table, load_settings, read_record
-from stickslip.rig.report.drawing import plot_records
+from stickslip.rig.report.traces import plot_records
 from stickslip.rig.risk import INPUTS
 
 
@@ -35,15 +35,15 @@ def files(tmp_path):
     return [write(tmp_path / "dry.csv"), write(tmp_path / "felt.csv", 0.3, drive=False)]
 
 
-def test_records_stand_in_one_table_one_file_and_one_picture(tmp_path, files):
-    picture, output = tmp_path / "traces.png", tmp_path / "features.nc"
-    done = invoke("rig-features", *files, "--speed", "10 mm/s", "--plot", picture, "--beside", "-o", output)
+def test_records_stand_in_one_table_one_file_and_one_plot(tmp_path, files):
+    plot, output = tmp_path / "traces.png", tmp_path / "features.nc"
+    done = invoke("rig-features", *files, "--speed", "10 mm/s", "--plot", plot, "--beside", "-o", output)
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
     assert any(line.startswith("dry") for line in lines) and any(line.startswith("felt") for line in lines)
     assert RPN_NAME in done.output and "19" in done.output
     assert max(map(len, lines[:4])) <= 80 and "…" not in done.output
-    assert picture.stat().st_size > 10_000
+    assert plot.stat().st_size > 10_000
     with reading.open(output) as ds:
         assert ds["record"].values.tolist() == ["dry", "felt"]
         assert (ds["model_rpn"] >= 1).all() and ds["model_rpn"].dtype == np.int8
@@ -53,7 +53,7 @@ def test_records_stand_in_one_table_one_file_and_one_picture(tmp_path, files):
 
 
 def test_a_table_in_a_pipe_has_all_its_columns(tmp_path, monkeypatch):
-    """However narrow the terminal is that it was started in."""
+    """However narrow the terminal in which it was started."""
     monkeypatch.setenv("COLUMNS", "50")
     file = write(tmp_path / "a rather long name of a pair of materials at eighty degrees.csv")
     lines = invoke("rig-features", file).stdout.splitlines()
@@ -81,7 +81,7 @@ def test_a_configuration_sets_bandwidth_and_risk(tmp_path, files):
         (["nothing.csv"], "nothing.csv: no such file"),
         (["--load", "heavy"], "normal_load: got 'heavy', expected a force"),
         (["--bandwidth", "600 Hz"], "needs more than 1200 samples per second"),
-        (["--plot", "x.bmp"], "pictures end in"),
+        (["--plot", "x.bmp"], "plots end in"),
         (["-c", "nothing.yaml"], "nothing.yaml: no such file"),
         (["-o", "features.txt"], "features.txt"),
     ],
@@ -113,7 +113,7 @@ def test_calibrate_prints_a_configuration_and_keeps_its_remarks_apart(tmp_path):
     config = tmp_path / "risk.yaml"
     config.write_text(done.stdout)
     assert load_settings(config).risk.weight_acceleration_max == pytest.approx(1.7, abs=0.3)
-    assert "residual" in done.stderr and "numbers met" in done.stderr
+    assert "residual" in done.stderr and "numbers reproduced" in done.stderr
     assert invoke("calibrate", pairs, "--scales").exit_code == 0
 
 
@@ -126,7 +126,7 @@ def test_calibrate_says_what_is_wrong_with_the_pairs(tmp_path):
     assert "got the RPN 12, expected 1 to 10" in invoke("calibrate", pairs).output
 
 
-# --- pictures ---------------------------------------------------------------------------------------------------------
+# --- plots ------------------------------------------------------------------------------------------------------------
 
 
 def two_records():

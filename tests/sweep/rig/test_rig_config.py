@@ -38,7 +38,7 @@ def refused(text, read=parse_rig):
         ("start: {velocity: 0}\n", "my.yaml:5:9: start.velocity: expected none: a rig starts sticking"),
         (
             "solver: {horizon: 1 s}\n",
-            "my.yaml:5:10: solver.horizon: expected none: a test goes to the end of",
+            "my.yaml:5:10: solver.horizon: expected none: a test ends with its drive",
         ),
         ("execution: {dask: local}\n", "my.yaml:5:13: execution.dask: expected none: tests are computed by threads"),
         ("axes: {velocity: [0, 1]}\n", "my.yaml:5:8: axes.velocity: expected none: a rig starts sticking"),

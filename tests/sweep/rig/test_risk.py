@@ -63,7 +63,7 @@ def test_impossible_parameters_are_refused(name, value):
 
 
 def test_drops_half_as_large_and_twice_as_frequent_are_a_smaller_risk():
-    """Twice the sticks, half the acceleration, the same integral: equal weights would not see the difference."""
+    """Twice the sticks, half the acceleration, the same integral: equal weights would not tell the difference."""
     risk = Risk()
     assert risk.level(inputs(400, 5, 20)) < risk.level(inputs(200, 10, 20)) < risk.level(inputs(100, 20, 20))
 

@@ -67,7 +67,7 @@ def test_coulombs_cycle_has_its_closed_form():
     assert float(found["drop_max"]) == pytest.approx(2 * STIFFNESS * np.hypot(drop, SPEED / omega), rel=2e-3)
 
 
-def test_strokes_to_and_fro_are_mirror_images():
+def test_strokes_forward_and_back_are_mirror_images():
     """From the second stroke on, once the spring is loaded: the fourth is the second again, the third mirrored."""
     _, signals = rig(SMOOTH, strokes=4).sample(2000)
     force = signals["spring_force"]
@@ -78,7 +78,7 @@ def test_strokes_to_and_fro_are_mirror_images():
 
 
 def test_a_slow_rig_draws_coulombs_loop():
-    """Without a drop of friction: heat per stroke is the force times the way that is slipped."""
+    """Without a drop of friction: heat per stroke is the force times the distance slipped."""
     simulated = rig(COULOMB, strokes=4, stroke=0.01)
     found = features(recorded(simulated, 5000))
     force = COULOMB[0] * LOAD
@@ -138,7 +138,7 @@ def test_the_default_risk_model_meets_the_public_anchors(curve, low, high):
 
 
 def coulomb(parameters):
-    """A cheap rig in closed form: Coulomb's cycle again and again, in one direction, no damping."""
+    """A cheap rig in closed form: Coulomb's cycle repeated, in one direction, no damping."""
     static, dynamic = (parameters[name] * LOAD for name in ("mu_static", "mu_dynamic"))
     k = parameters["stiffness"]
     omega = np.sqrt(k / MASS)

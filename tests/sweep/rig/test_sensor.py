@@ -1,4 +1,4 @@
-"""What sensors show of a motion."""
+"""What sensors record of a motion."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def sine(frequency, duration=4.0, over=OVER):
 
 
 def gain(frequency, **more):
-    """Amplitude of what is seen of a sine of amplitude 1, at whatever frequency it is seen."""
+    """Amplitude recorded of a sine of amplitude 1, at whatever frequency it appears."""
     return float(np.std(sensors.seen(sine(frequency)[0], sensor(**more))[SETTLED])) * np.sqrt(2)
 
 

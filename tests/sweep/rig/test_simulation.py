@@ -1,4 +1,4 @@
-"""Rigs in the computer against the independent ones of tests/helpers/scipy_rig.py, and whole matrices of them."""
+"""Simulated rigs against the independent ones of tests/helpers/scipy_rig.py, and whole matrices of them."""
 
 import functools
 
@@ -54,7 +54,7 @@ def seen_by(sensor, found, wait):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_event_exact_numbers_are_those_of_scipy(seed):
-    """20 random rigs: with ageing, with rests, with static friction above the curve, and some that hardly slip."""
+    """20 random rigs: with ageing, with dwells, with static friction above the curve, and some that hardly slip."""
     expected = exact(solved(seed))
     found = one(make_rig(random_data(seed, solver=TIGHT))).exact
     assert STATUSES[int(found["status"])] == "horizon_reached"

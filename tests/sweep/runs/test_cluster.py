@@ -103,7 +103,7 @@ def test_a_worker_killed_in_mid_run_changes_no_bit(cluster, config, output, whol
 def test_a_store_that_workers_do_not_see_is_written_by_the_client(cluster, config, output, whole):
     notices = []
     stickslip.run(config, output, store="memory://unseen", dask=cluster.address, notice=notices.append).close()
-    assert notices == ["workers do not write to memory://unseen: blocks come back here to be written"]
+    assert notices == ["workers do not write to memory://unseen: blocks are sent here to be written"]
     same(opened(output), whole)
 
 
@@ -197,7 +197,7 @@ def test_ctrl_c_and_a_killed_scheduler_leave_a_run_that_goes_on(shared, config, 
         hit(run)
         code, _, errors = ended(run)
         assert code == 1, errors
-        assert re.search(rf"[\d,]+ of 3,600 cells are safe in {store}; the same command goes on from there", errors)
+        assert re.search(rf"[\d,]+ of 3,600 cells are safe in {store}; the same command resumes from there", errors)
     assert f"{shared.address}: lost the connection to the Dask scheduler" in errors
     shared.forget()
     there = finished(store)

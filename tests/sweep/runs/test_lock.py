@@ -42,7 +42,7 @@ def test_a_stale_lock_is_taken_over(config, output, whole):
         holding(output, **changes)
         said = []
         same(stickslip.run(config, output, fresh=True, notice=said.append), whole)
-        assert len(said) == 1 and "took over from a run that is gone: Ada on" in said[0]
+        assert len(said) == 1 and "took over from a run that has died: Ada on" in said[0]
 
 
 def test_a_lock_that_is_not_whole_is_nobodys(config, output, whole):

@@ -1,1 +1,1 @@
-"""What is read from records: stick phases, drops, the table of features, and the risk model fitted to numbers."""
+"""Evaluation of records: stick phases, drops, the table of features, and the risk model fitted to numbers."""

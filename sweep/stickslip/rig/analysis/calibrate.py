@@ -2,7 +2,7 @@
 
 Least squares of the level against the number. A number at an end of the scale (1 or 10) only says that the level is
 there or beyond, so levels beyond it are no misfit. With fixed scales the sum of squares is convex in the base and the
-weights: there is one best answer, and it is found from any start.
+weights: the optimum is unique, and found from any start.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Calibration:
 
     @property
     def residuals(self) -> Floats:
-        """Level less number; zero where both lie at or beyond the same end of the scale."""
+        """Level minus number; zero where both lie at or beyond the same end of the scale."""
         return _misfit(self.level, self.rpn)
 
     @property
@@ -80,15 +80,16 @@ class Calibration:
         return "\n".join(lines)
 
     def quality(self) -> str:
-        """What the fit is worth, in words."""
+        """The quality of the fit, in words."""
         exact = int(np.sum(self.number == np.floor(self.rpn + 0.5)))
         near = int(np.sum(np.abs(self.number - self.rpn) <= 1.0))
         bands = sum(band_of(int(a)) == band_of(int(b + 0.5)) for a, b in zip(self.number, self.rpn, strict=True))
         n = self.rpn.size
-        said = f"{n} pairs: {exact} numbers met, {near} within one, {bands} in their band; residual rms "
+        said = f"{n} pairs: {exact} numbers reproduced, {near} within one, {bands} in their band; residual rms "
         said += f"{rms(self.residuals):.2g} (rounding to whole numbers alone gives about 0.29)."
         if self.unidentified:
-            said += f"\nThe pairs do not determine {', '.join(self.unidentified)}: add pairs whose features vary apart."
+            names = ", ".join(self.unidentified)
+            said += f"\nThe pairs do not determine {names}: add pairs whose features vary independently."
         return said
 
 
@@ -143,13 +144,13 @@ def calibrate_file(path: Path, start: Risk | None = None, scales: bool = False) 
 
 
 def _misfit(level: Floats, rpn: Floats) -> Floats:
-    """Level less number, zero where both lie at or beyond the same end."""
+    """Level minus number, zero where both lie at or beyond the same end."""
     beyond = ((rpn <= LOWEST) & (level < LOWEST)) | ((rpn >= HIGHEST) & (level > HIGHEST))
     return np.where(beyond, 0.0, level - rpn)
 
 
 def _freedom(level: Floats, rpn: Floats, parameters: int) -> int:
-    """Pairs that say something of the parameters, less the parameters."""
+    """Degrees of freedom: informative pairs minus parameters."""
     beyond = ((rpn <= LOWEST) & (level < LOWEST)) | ((rpn >= HIGHEST) & (level > HIGHEST))
     return int(np.sum(~beyond)) - parameters
 

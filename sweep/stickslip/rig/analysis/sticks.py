@@ -2,12 +2,12 @@
 
 While the contact sticks, the drive stretches the spring: the force changes at the rate K u, K being the stiffness of
 the spring and u the velocity of the drive. While it slips, the specimen lags behind and the spring is loaded more
-slowly or unloaded. So the rate of the force tells the slip speed, |u - rate/K|, and the contact sticks where that is
+slowly or unloaded. So the rate of the force gives the slip speed, |u - rate/K|, and the contact sticks where that is
 less than a share (`tolerance`) of the speed of the drive. The rate is the slope of a straight line over a window just
 long enough to keep the noise of the slope at a quarter of the tolerance.
 
-K u comes from what the record knows: the motion of the drive, the conditions stiffness and drive_speed, or else from
-the force itself, whose fastest loading it is. Then the direction of the drive is not known either, and the force falls
+K u is taken from what the record holds: the motion of the drive, the conditions stiffness and drive_speed, or else from
+the force itself, as its fastest loading rate. Then the direction of the drive is not known either, and the force falls
 while sticking only where it falls through zero, after a reversal.
 """
 
@@ -90,13 +90,13 @@ def drive_displacement(record: xr.Dataset) -> Floats | None:
 
 
 def _runs(inside: NDArray[np.bool_]) -> tuple[Positions, Positions]:
-    """First and last positions of the stretches where `inside` holds."""
+    """First and last positions of the intervals in which `inside` holds."""
     changes = np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8))
     return np.flatnonzero(changes == 1), np.flatnonzero(changes == -1) - 1
 
 
 def _joined(starts: Positions, ends: Positions, together: NDArray[np.bool_]) -> tuple[Positions, Positions]:
-    """Stretches without the gaps for which `together` holds; it has one entry less than there are stretches."""
+    """Intervals merged across the gaps for which `together` holds; it has one entry fewer than there are intervals."""
     if starts.size < 2:
         return starts, ends
     return starts[np.concatenate([[True], ~together])], ends[np.concatenate([~together, [True]])]
@@ -176,7 +176,7 @@ class _Rates:
         return np.asarray(self._rate * self._force > 0)
 
     def _falls_through_zero(self, slow: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Whether a sample belongs to a stretch of steady change in which the force changes its sign."""
+        """Whether a sample belongs to an interval of steady change in which the force changes its sign."""
         found = np.zeros(slow.size, np.bool_)
         for start, end in zip(*_runs(slow), strict=True):
             found[start : end + 1] = self._force[start] * self._force[end] <= 0
@@ -199,9 +199,9 @@ class _Rates:
         return found
 
     def _sharpened(self, starts: Positions, ends: Positions) -> tuple[Positions, Positions]:
-        """Each phase grown, by at most a window, to where the force turns: the slopes near its ends are spoilt.
+        """Each phase grown, by at most a window, to where the force turns: the slopes near its ends are smeared.
 
-        A phase in which the force does not change, that of a resting drive, stays as it is.
+        A phase in which the force does not change, that of a drive at rest, stays as it is.
         """
         last = self._force.size - 1
         sharp_starts, sharp_ends = starts.copy(), ends.copy()
@@ -219,7 +219,7 @@ class _Rates:
 
 
 def _top(rates: Floats) -> float:
-    """The rate of the fastest loading that lasts, 0 if there is none: a spring is never loaded faster than in stick."""
+    """The fastest sustained loading rate, 0 if there is none: a spring is never loaded faster than in stick."""
     loading = rates[np.isfinite(rates) & (rates > 0)]
     if not loading.size:
         return 0.0

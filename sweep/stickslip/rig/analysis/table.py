@@ -1,4 +1,4 @@
-"""What a record of a rig says in numbers; `rig/quantities.py` names them with their units."""
+"""The features of a record; `rig/quantities.py` names them with their units."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stickslip.rig.risk import BANDS, FORMULA, INPUTS, RPN_NAME, UNDEFINED, Risk
 from stickslip.rig.settings import FeatureSettings, Settings
 
 PEAKS = 3  # of the spectrum
-_STROKE = 0.02  # of the range of the drive: the shortest way that is a stroke
+_STROKE = 0.02  # of the range of the drive: the shortest displacement that is a stroke
 _NO_FILL = {"_FillValue": None}
 
 Numbers = dict[str, float | Floats]
@@ -42,7 +42,7 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
 
 
 def missing_features() -> xr.Dataset:
-    """The features of a record that is not there: NaN."""
+    """The features of a missing record: NaN."""
     size = {name: (PEAKS,) if name in PER_PEAK else () for name in FEATURES}
     dims = {name: ("peak",) if name in PER_PEAK else () for name in FEATURES}
     return xr.Dataset({n: xr.Variable(dims[n], np.full(size[n], np.nan), _attributes(n)) for n in FEATURES})
@@ -96,7 +96,7 @@ def risk_inputs(found: xr.Dataset) -> dict[str, NDArray[np.float64]]:
 
 def _acceleration(record: xr.Dataset, how: FeatureSettings) -> Numbers:
     """Maximum and integral of the magnitude, from the samples as they are; the band-limited ones and the spectrum from
-    even samples."""
+    equidistant samples."""
     even = evenly(record)
     rate_ = sample_rate(even["time"].values)
     plain, spaced = record["acceleration"].values, even["acceleration"].values
@@ -118,7 +118,7 @@ def _acceleration(record: xr.Dataset, how: FeatureSettings) -> Numbers:
 
 
 def _contact(sticks: Sticks, load: float | None) -> Numbers:
-    """What stick phases and the slips between them say of friction."""
+    """Friction from stick phases and the slips between them."""
     force, time, slips = np.abs(force_of(sticks.record)), sticks.time, sticks.slips()
     static = np.array([force[start] for start, _ in slips])
     spans = [slice(start, end + 1) for start, end in slips]

@@ -56,11 +56,11 @@ class Drops:
 
 
 def find_drops(force: Floats, smallest: float | None = None) -> Drops:
-    """Every fall of the magnitude of the force from a peak to the next trough.
+    """Every drop of the magnitude of the force from a peak to the next trough.
 
-    smallest : size (N) from which a fall counts; None for a fiftieth of the largest force, or ten standard deviations
-    of the noise if that is more. A fall through zero is a reversal of the drive and none of friction; neither is one
-    that does not end within the record.
+    smallest : size (N) from which a drop counts; None for a fiftieth of the largest force, or ten standard deviations
+    of the noise if that is more. A drop through zero is a reversal of the drive and not one of friction; nor does one
+    count that does not end within the record.
     """
     least = smallest if smallest is not None else max(_SHARE * float(np.abs(force).max()), _NOISES * noise_of(force))
     turns = turning_points(force, least) if least > 0 else np.empty(0, np.intp)

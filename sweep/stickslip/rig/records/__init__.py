@@ -1,1 +1,1 @@
-"""Records of a rig: read from people's files, or made from arrays; their samples."""
+"""Records of a rig: read from files, or made from arrays; their samples."""

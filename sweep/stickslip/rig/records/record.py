@@ -9,8 +9,8 @@ The first line that is not a remark names the columns, in any order, with their 
 give units and other headings. Without a unit a column is in SI, as everywhere in this program. Remarks of the form
 `# name: value` give conditions of the test.
 
-Time need not be evenly spaced, but must increase. The record holds the samples as they are; whoever needs even spacing
-goes through `sampling.evenly`.
+Time need not be evenly spaced, but must increase. The record holds the samples as they are; `sampling.evenly`
+makes them equidistant.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def _said(record: xr.Dataset, name: str) -> str:
 
 
 def force_of(record: xr.Dataset) -> NDArray[np.float64]:
-    """The force a rig reads (N): that of the spring; where only friction is known, friction less the inertia.
+    """The force a rig measures (N): that of the spring; where only friction is known, friction minus inertia.
 
     Without the mass, the friction force itself.
     """
@@ -140,7 +140,7 @@ def _condition(name: str, value: Condition) -> xr.Variable:
 
 
 def _columns(table: Table, settings: RecordSettings) -> dict[str, tuple[int, float]]:
-    """By name, where each column stands and what its numbers are multiplied with to be in SI. Raises ConfigError."""
+    """By name, the position of each column and the factor that converts its numbers to SI. Raises ConfigError."""
     headings = {heading: name for name, heading in settings.columns.items()}
     found: dict[str, tuple[int, float]] = {}
     problems = []
@@ -234,7 +234,7 @@ def _number_or_text(name: str, text: str) -> float | str:
 
 
 def _check_remark(word: str) -> None:
-    """Remarks say what they like, but a misspelt condition would be missed silently. Raises QuantityError."""
+    """Remarks may say anything, but a misspelt condition would be missed silently. Raises QuantityError."""
     if near := nearest(word.strip(), (MATERIAL, *CONDITIONS)):
         raise QuantityError(listed((MATERIAL, *CONDITIONS)), f"did you mean {near!r}?")
 

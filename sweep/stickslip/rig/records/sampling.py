@@ -72,7 +72,7 @@ def band_limited(values: Floats, rate: float, bandwidth: float) -> Floats:
             f"a bandwidth of {bandwidth:g} Hz needs more than {2 * bandwidth:g} samples per second, not {rate:.4g}"
         )
     sections = signal.butter(_ORDER, bandwidth, fs=rate, output="sos")
-    start = signal.sosfilt_zi(sections) * values[0]  # as if the first value had lasted for ever
+    start = signal.sosfilt_zi(sections) * values[0]  # as if the first value had always been there
     return np.asarray(signal.sosfilt(sections, values, zi=start)[0])
 
 

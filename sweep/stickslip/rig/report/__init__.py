@@ -1,1 +1,1 @@
-"""Figures of records and of test matrices, and the report page."""
+"""Plots of records and of test matrices, and the report page."""

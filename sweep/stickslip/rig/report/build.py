@@ -1,6 +1,6 @@
-"""The report of a test matrix: one HTML file that needs nothing else, neither network nor scripts.
+"""The report of a test matrix: one self-contained HTML file, without network or scripts.
 
-Pictures lie in the file, as SVG or PNG, whichever is smaller. Everything that users wrote is escaped.
+Plots are embedded, as SVG or PNG, whichever is smaller. Everything that users wrote is escaped.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from matplotlib.figure import Figure
 
 from stickslip.files.atomic import replaced
 from stickslip.rig.quantities import FEATURES
-from stickslip.rig.report.drawing import LIGHTS, plot_records
 from stickslip.rig.report.matrix import MEANINGS, plot_matrix
 from stickslip.rig.report.page import PAGE
+from stickslip.rig.report.traces import LIGHTS, plot_records
 from stickslip.rig.risk import BANDS, RPN_NAME
 from stickslip.rig.simulate.config import RigConfig
 from stickslip.rig.simulate.simulation import RigTests
@@ -36,7 +36,7 @@ MOST_ROWS = 500  # of the table
 _MOST_TOGETHER = 6  # records drawn over each other, as many as there are colours
 _WIDEST_ENTRY = 22  # letters, of a legend
 _MOST_NAMED = 20  # tests that a warning names
-_DOTS = 200  # per inch, of pictures without lines
+_DOTS = 200  # per inch, of plots without lines
 # Of the table: feature, heading, unit, factor from SI.
 _COLUMNS = (
     ("sticks", "sticks", "", 1.0),
@@ -101,15 +101,15 @@ def _summary(ds: xr.Dataset, dims: list[Along]) -> str:
 
 
 def _warnings(ds: xr.Dataset, dims: list[Along]) -> str:
-    """Tests that did not get to the end, by what kept them from it."""
+    """Tests that were not integrated to their end, by the reason."""
     status = ds["status"].values.ravel()
     found = []
     for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
         numbers = np.flatnonzero(status == code).tolist()
         names = "; ".join(name_of(dims, n) or "the only one" for n in numbers[:_MOST_NAMED])
         more = f"; and {len(numbers) - _MOST_NAMED} more" if len(numbers) > _MOST_NAMED else ""
-        tests = "1 test" if len(numbers) == 1 else f"{len(numbers)} tests"
-        said = f"{tests} did not get to the end: {STATUS_MESSAGES[STATUSES[code]]} ({names}{more})"
+        tests = "1 test was" if len(numbers) == 1 else f"{len(numbers)} tests were"
+        said = f"{tests} not integrated to the end: {STATUS_MESSAGES[STATUSES[code]]} ({names}{more})"
         found.append(f'<p class="warning"><strong>Warning.</strong> {escape(said)}.</p>')
     return "\n".join(found)
 
@@ -121,7 +121,7 @@ def _legend() -> str:
 
 
 def _same(ds: xr.Dataset, rig: RigConfig) -> str:
-    """What is equal in all tests, and matters: rigs start at rest, and `delta` is for one law only."""
+    """What is equal in all tests, and matters: rigs start sticking, and `delta` is for one law only."""
     left_out = {name for name, declared in PARAMETERS.items() if declared.section == "start"}
     left_out |= set() if rig.config.friction.law == "stribeck_delta" else {"delta"}
     found = []
@@ -205,13 +205,14 @@ def _best(ds: xr.Dataset, feature: str) -> np.ndarray[tuple[int], np.dtype[np.fl
     return np.asarray(ds[name].values, np.float64).ravel()
 
 
-# --- pictures ---------------------------------------------------------------------------------------------------------
+# --- plots ------------------------------------------------------------------------------------------------------------
 
 
 def _maps(ds: xr.Dataset) -> str:
     shown = "acceleration_max_limited" if _is_limited(ds, "acceleration_max") else "acceleration_max"
     largest = f"Heat map: {FEATURES[shown].long_name} of every test"
-    return _picture(plot_matrix(ds), f"Heat map: {RPN_NAME} of every test") + _picture(plot_matrix(ds, shown), largest)
+    rated = _embedded(plot_matrix(ds), f"Heat map: {RPN_NAME} of every test")
+    return rated + _embedded(plot_matrix(ds, shown), largest)
 
 
 def _known(ds: xr.Dataset, rig: RigConfig) -> dict[str, tuple[str, int]]:
@@ -234,8 +235,8 @@ def _traces(records: Mapping[str, xr.Dataset], known: Mapping[str, tuple[str, in
         whole = plot_records(drawn, numbers=rpn, heading="Whole tests")
         start = plot_records(drawn, numbers=rpn, heading="The first stroke", window=(0.0, end))
         said = "; ".join(said for said, _ in chosen.values())
-        found.append(_picture(whole, f"Force and acceleration over time: {said}"))
-        found.append(_picture(start, f"The first stroke of the same: {said}"))
+        found.append(_embedded(whole, f"Force and acceleration over time: {said}"))
+        found.append(_embedded(start, f"The first stroke of the same: {said}"))
     return "\n".join(found)
 
 
@@ -257,8 +258,8 @@ def _first_stroke(record: xr.Dataset) -> float:
     return 0.1 * float(time[-1])
 
 
-def _picture(figure: Figure, said: str) -> str:
-    """A picture in the page itself, with the words that stand for it."""
+def _embedded(figure: Figure, said: str) -> str:
+    """A plot embedded in the page, with its alternative text."""
     lines, dots = BytesIO(), BytesIO()
     figure.savefig(lines, format="svg", metadata={"Date": None})
     figure.savefig(dots, format="png", dpi=_DOTS)

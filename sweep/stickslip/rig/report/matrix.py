@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from stickslip.errors import PlotError
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, paint
 from stickslip.rig.quantities import EXACT, FEATURES
-from stickslip.rig.report.drawing import LIGHTS
+from stickslip.rig.report.traces import LIGHTS
 from stickslip.rig.risk import BANDS, RPN_NAME, UNDEFINED
 from stickslip.rig.words import Along, along, number, unit_for
 
@@ -102,7 +102,7 @@ class _Look:
 
 
 def _lights(ds: xr.Dataset, shape: tuple[int, ...]) -> _Look:
-    """The model RPN on its traffic light."""
+    """The model RPN in its traffic-light colours."""
     bands = ("unknown", *BANDS)
     band = ds[BAND].values.reshape(shape)
     rpn = ds[RPN].values.reshape(shape)

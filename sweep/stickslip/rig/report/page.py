@@ -91,7 +91,7 @@ test, so compare tests of the same strokes and speeds.</p>
 $meanings
 </dl>
 <p>The tests were simulated, sensors and their noise included. Friction coefficients are read from the force of the
-spring as the rig would read them, over the load. A dash stands where a number is not defined.</p>
+spring as the rig would measure them, over the load. A dash marks a number that is not defined.</p>
 </section>
 <section>
 <h2>Equal in all tests</h2>

@@ -132,7 +132,7 @@ def _lengths(rig: RigConfig) -> Iterator[Problem]:
 
 
 def _place(document: Document, problem: Problem) -> Place | None:
-    """Where a problem stands; the drive, where what it is about is not mentioned."""
+    """The position of a problem; the drive, where what it is about is not mentioned."""
     return document.values.get(problem.path) or document.keys.get(("drive",))
 
 

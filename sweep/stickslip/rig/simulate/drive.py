@@ -1,7 +1,7 @@
 """How the plate of a rig moves: segments of constant acceleration.
 
-A segment is (duration in s, speed at its start in m/s, acceleration in m/s2). A test is a rest (`waiting_time`), then
-strokes to and fro, each followed by a rest (`dwell`).
+A segment is (duration in s, speed at its start in m/s, acceleration in m/s2). A test is a hold time (`waiting_time`),
+then reciprocating strokes, each followed by standstill (`dwell`).
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ _SINE_MEAN = 1.0 / (PIECES * math.tan(0.5 * math.pi / PIECES))  # of these piece
 def segments(profile: str, strokes: int, quantities: Mapping[str, float]) -> Floats:
     """The segments of a test, shape (m, 3).
 
-    profile : "trapezoid" (from rest to `belt_speed` within `ramp`, on, and back to rest) or "sine" (half a period, with
-        `belt_speed` in its middle, in straight pieces). quantities : belt_speed, stroke, ramp, dwell, waiting_time.
+    profile : "trapezoid" (from standstill to `belt_speed` within `ramp`, constant, and back) or "sine" (half a period,
+        with `belt_speed` in its middle, in straight pieces). quantities : belt_speed, stroke, ramp, dwell,
+        waiting_time.
     """
     stroke = _trapezoid(quantities) if profile == "trapezoid" else _sine(quantities)
     rest = np.array([[quantities["dwell"], 0.0, 0.0]])
@@ -33,7 +34,7 @@ def segments(profile: str, strokes: int, quantities: Mapping[str, float]) -> Flo
 
 
 def duration(profile: str, strokes: int, quantities: Mapping[str, Floats]) -> Floats:
-    """How long tests take from the first stroke on, s: arrays of the quantities of `segments`."""
+    """Duration of tests from the first stroke on, s: arrays of the quantities of `segments`."""
     stroke = quantities["stroke"] / quantities["belt_speed"]
     once = stroke + quantities["ramp"] if profile == "trapezoid" else stroke / _SINE_MEAN
     return np.asarray(strokes * (once + quantities["dwell"]))

@@ -1,7 +1,7 @@
 """Parameters of a simulated rig from a measured record: least squares on the features.
 
-Features rather than samples, because two records of the same rig soon differ in phase by many periods. Whole numbers
-(sticks, drops) change in jumps and stop a search that follows slopes; the rates and means of `SMOOTH` do not.
+Features rather than samples, because two records of the same rig soon differ in phase by many periods. Counts
+(sticks, drops) are discontinuous and stop a search that follows gradients; the rates and means of `SMOOTH` do not.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ Parameters = Mapping[str, float]
 Simulator = Callable[[Parameters], xr.Dataset]  # parameters by name, in SI, to a record
 
 SMOOTH = ("static_force", "dynamic_force", "drop_mean", "stick_fraction", "acceleration_max", "time_to_sliding")
-_DEFAULT_SIGMA = 0.02  # of a measured feature: how far apart measured and simulated may lie, if nobody knows better
-_STEP = 0.02  # of a parameter: how far it is moved to either side for a slope; less drowns in the sampling of records
+_DEFAULT_SIGMA = 0.02  # of a measured feature: how far measured and simulated may differ, unless given
+_STEP = 0.02  # of a parameter: how far it is moved to either side for a slope; less is lost in the sampling of records
 _MOST = 60  # steps of the search
 _BOUND = 1e3  # times the start and its inverse, where no bounds are given
 
 
 @dataclass(frozen=True)
 class Identification:
-    """Parameters found, and how far they can be trusted.
+    """Parameters found, and their uncertainty.
 
     estimates, standard_error, interval (95 %) : by parameter; infinite where the features do not determine it.
     measured, simulated, sigma : by feature. chi_squared : sum of the squared residuals over sigma.
@@ -62,7 +62,7 @@ def identify(
 
     start : first guesses, > 0, in SI. bounds : (lowest, highest), > 0, of some. names : the features to compare; those
     that the measured record does not define are left out. sigma : standard deviations of measured features, from
-    repetitions; 2 % of the feature where none is given, and then the errors are scaled by how well the fit ends.
+    repetitions; 2 % of the feature where none is given, and then the errors are scaled by the residuals of the fit.
     Simulated records are judged by what the measured one has: no stick flags, for instance, if it has none.
     The search goes over logarithms of the parameters. Raises ValueError if there are fewer features than parameters or
     if the simulated record lacks one of them at the start.

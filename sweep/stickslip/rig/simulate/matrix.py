@@ -23,9 +23,10 @@ _MOST_TOGETHER = 32  # tests a thread takes at a time, as many as there are lane
 
 
 def run_matrix(rig: RigConfig, progress: Progress | None = None) -> xr.Dataset:
-    """Features, model RPN and what the integration says of every test, over the dimensions of the grid.
+    """Features, model RPN and what the integration gives of every test, over the dimensions of the grid.
 
-    The numbers do not depend on the threads. A test that did not get to the end has a status that says why, and NaN.
+    The numbers do not depend on the threads. A test that was not integrated to its end has a status that says why, and
+    NaN.
     progress : called with (tests done, tests in all), now and then. Ctrl-C leaves with KeyboardInterrupt.
     """
     tests = RigTests(rig)

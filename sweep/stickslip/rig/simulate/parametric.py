@@ -1,4 +1,4 @@
-"""A rig in the computer as a function of its parameters, for `identify`."""
+"""A simulated rig as a function of its parameters, for `identify`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def simulator(rig: RigConfig, names: Sequence[str], number: int = 0) -> Simulato
     number : of the test, whose other quantities stay as they are. Noise is that of the configuration, the same in every
     record; where the measured record is simulated too, give the two different seeds. Raises ValueError for names of
     nothing that the configuration gives. What it returns raises ConfigError for quantities that do not fit together,
-    and NotReachedError for a test that does not get to its end.
+    and NotReachedError for a test that is not integrated to its end.
     """
     fixed = _one_test(rig.config, number)
     given = [name for name in QUANTITIES if name in fixed[QUANTITIES[name].section]]

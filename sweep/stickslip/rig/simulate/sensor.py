@@ -1,9 +1,9 @@
-"""What sensors show of a simulated rig: evenly spaced samples, limited in bandwidth, with noise.
+"""What the sensors of a simulated rig record: evenly spaced samples, limited in bandwidth, with noise.
 
 The motion is sampled `oversampling` times as often as the record, where the acceleration is the mean over the time
 between two samples (the change of the velocity, so no jump of it is missed). There the sensor follows within its
-bandwidth, if it has one (a causal low-pass, Butterworth of order 4), and whatever is above half the sampling rate is
-taken out before samples are: by a symmetric low-pass, flat to 0.82 of that half and 80 dB down from 0.98 of it on. So
+bandwidth, if it has one (a causal low-pass, Butterworth of order 4), and what is above the Nyquist frequency is
+removed before decimation: by a symmetric low-pass, flat to 0.82 of that frequency and 80 dB down from 0.98 of it on. So
 nothing is aliased, unless `oversampling` is 1.
 """
 

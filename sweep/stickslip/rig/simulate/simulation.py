@@ -1,4 +1,4 @@
-"""Rigs in the computer: records as sensors would make them, of one test or of a whole matrix."""
+"""Simulated rigs: records as sensors would make them, of one test or of a whole matrix."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ _REACHED = STATUSES.index("horizon_reached")
 
 @dataclass(frozen=True)
 class RigTest:
-    """One rig: its number in the matrix, its name, its record (None if it did not get to the end), and what the
-    integration itself says, by names of `EXACT`."""
+    """One rig: its number in the matrix, its name, its record (None if it was not integrated to its end), and
+    what the integration itself gives, by names of `EXACT`."""
 
     number: int
     name: str
@@ -56,7 +56,7 @@ class RigTests:
         return segments(self.rig.drive.profile, self.rig.drive.strokes, cell)
 
     def name(self, number: int) -> str:
-        """What tells a test from the others, in words."""
+        """What distinguishes a test from the others, in words."""
         return name_of(self._dimensions, number) or self.rig.config.title
 
     @cached_property

@@ -15,7 +15,7 @@ from stickslip.runs.workdir.parts import Parts
 
 @dataclass
 class Tally:
-    """What became of the blocks of a run. `cells` counts those of `finished`, `reused` cells among them."""
+    """The outcome of the blocks of a run. `cells` counts those of `finished`, `reused` cells among them."""
 
     finished: int = 0
     cells: int = 0
@@ -73,8 +73,8 @@ def compute_blocks(
 ) -> None:
     """Compute these blocks and count them in `tally`; it stays right whatever interrupts.
 
-    An exception while computing is recorded in the store, and the others go on unless `stop_on_error`; then it raises
-    BlockFailedError. Blocks that cannot be written raise StoreError. `progress` counts cells of finished blocks.
+    An exception while computing is recorded in the store, and the others are computed unless `stop_on_error`; then it
+    raises BlockFailedError. Blocks that cannot be written raise StoreError. `progress` counts cells of finished blocks.
     """
     found = parts.cells(parts.finished())
     meter, counting = _Meter(found), threading.Lock()

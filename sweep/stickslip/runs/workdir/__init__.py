@@ -1,8 +1,8 @@
-"""The working store of a run: what is finished, safe from whatever may happen.
+"""The working store of a run: finished blocks, safe against crashes.
 
 What is where:
 
     parts       the store: its blocks, finished and failed
     manifest    what it was made for          encoding   blocks as bytes
-    folder      where it lies: a folder, or any URL           lock   who works on it
+    folder      where it is kept: a folder, or any URL           lock   who works on it
 """

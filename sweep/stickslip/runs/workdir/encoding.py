@@ -1,10 +1,10 @@
-"""The file of a finished block: what a reader believes only after checking it.
+"""The file of a finished block, which a reader accepts only after checking it.
 
     a line that names the format | length of the header, 4 bytes | header, JSON | columns | SHA-256 of all before
 
 Everything is little-endian; a column holds raw values, or one value that all cells share (NaN, mostly). Nothing is
 compressed: measured, zlib at its fastest with shuffled bytes took a quarter of the time of computing, to save three
-fifths of a folder that does not live long.
+fifths of a temporary folder.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def decode(data: bytes) -> tuple[Header, Columns]:
         header = json.loads(bytes(body[start : start + length]))
         return header, _columns(header.pop("columns"), body[start + length :])
     except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError, struct.error) as error:
-        raise DamagedBlockError(f"its header makes no sense ({error})") from None
+        raise DamagedBlockError(f"its header is invalid ({error})") from None
 
 
 def _columns(described: list[Header], data: memoryview) -> Columns:

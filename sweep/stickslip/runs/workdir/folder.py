@@ -1,6 +1,6 @@
 """Folders that hold a working store: on this machine, or behind any URL that fsspec opens.
 
-A name is written whole or not at all, and survives a power cut once `write` returns. Whatever the system complains
+A name is written whole or not at all, and survives a power failure once `write` returns. Whatever the system complains
 about comes out as a StoreError with path, reason and remedy; a name that is not there as FileNotFoundError.
 """
 
@@ -79,7 +79,7 @@ def failure(where: str, action: str, error: BaseException) -> StoreError:
     reason = getattr(error, "strerror", None) or str(error).partition("\n")[0] or type(error).__name__
     hint = ""
     if number in _SPACE:
-        hint = "\nhint: make room, then give the same command again; what is finished is kept"
+        hint = "\nhint: free some space, then give the same command again; what is finished is kept"
     elif number in _ACCESS:
         hint = "\nhint: choose another folder with --output or --store"
     return StoreError(f"{where}: cannot be {action} ({reason}){hint}")
@@ -147,7 +147,7 @@ class LocalFolder:
             self.path.mkdir()
         except FileExistsError:
             if not self.path.is_dir():
-                raise NotADirectoryError(errno.ENOTDIR, "a file lies there already") from None
+                raise NotADirectoryError(errno.ENOTDIR, "a file exists there already") from None
         except FileNotFoundError:
             try:
                 self.path.mkdir(parents=True, exist_ok=True)

@@ -2,7 +2,7 @@
 
 A whole run wants the store for itself; shards share it, each with its own file. A lock is stale once its process is
 gone from this machine, or once it has not been refreshed for `PATIENCE`: then it is taken over. A run that finds its
-lock in other hands (it slept, say) stops. Should two ever work at once all the same, they write the same bits.
+lock taken over (after suspension, say) stops. Should two ever work at once nevertheless, they write the same bits.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Holder:
 
     @property
     def stale(self) -> bool:
-        """Whether nobody can be working under this lock any more."""
+        """Whether no process can be working under this lock any more."""
         here = (self.host, self.space) == (host(), space())
         return (here and not is_alive(self.pid)) or time.time() - self.seen > PATIENCE
 
@@ -66,9 +66,9 @@ def holders(folder: Folder) -> dict[str, Holder]:
 
 @contextmanager
 def held(folder: Folder, shard: Shard | None, lost: Callable[[], None], notice: Notice) -> Iterator[Lock]:
-    """Hold the lock of a whole run or of a shard. Raises StoreError if somebody else works there.
+    """Hold the lock of a whole run or of a shard. Raises StoreError if another run works there.
 
-    lost : called from another thread if the lock falls into other hands.
+    lost : called from another thread if the lock is taken over.
     """
     lock = Lock(folder, lock_name(shard), lost)
     _make_room(folder, lock, notice)
@@ -130,7 +130,7 @@ class Lock:
 
 
 def _make_room(folder: Folder, lock: Lock, notice: Notice) -> None:
-    """Refuse if others work there whom this lock does not go along with; remove what nobody holds any more."""
+    """Refuse if others work there that exclude this lock; remove stale locks."""
     for name in [name for name in folder.names() if name.startswith(PREFIX)]:
         if name == lock.name and lock.ours:
             continue
@@ -143,18 +143,18 @@ def _refuse_or_remove(folder: Folder, name: str, notice: Notice) -> None:
     if holder is None:  # gone in between, or not whole: a power cut, since locks are written at once
         folder.remove(name)
     elif holder.stale:
-        notice(f"took over from a run that is gone: {holder}")
+        notice(f"took over from a run that has died: {holder}")
         folder.remove(name)
     else:
         raise StoreError(
             f"{folder.where}: another run works there: {holder}\n"
-            "hint: wait for it or stop it; a run that is gone is noticed at once on its machine, "
-            f"elsewhere {PATIENCE / 60:.0f} minutes after its last sign of life"
+            "hint: wait for it or stop it; a run that has died is noticed at once on its machine, "
+            f"elsewhere {PATIENCE / 60:.0f} minutes after its last heartbeat"
         )
 
 
 def _read(folder: Folder, name: str) -> Holder | None:
-    """The holder of a lock; None if there is none or nobody can read it."""
+    """The holder of a lock; None if there is none or it cannot be read."""
     try:
         plain = json.loads(folder.read(name))
         numbers = {"pid": int(plain["pid"]), "since": float(plain["since"]), "seen": float(plain["seen"])}

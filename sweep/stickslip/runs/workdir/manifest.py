@@ -1,7 +1,7 @@
 """The manifest of a working store: what is computed there, cut how, by what.
 
-It is JSON with a checksum of its own, written before the first block and changed only when other kernels go on with the
-work. Everything in it but the versions follows from the configuration.
+It is JSON with a checksum of its own, written before the first block and changed only when other kernels resume the
+run. Everything in it but the versions follows from the configuration.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The working store of a run: a manifest and a file per finished block, `FILE.parts` beside the result.
 
-A block exists once its file does; what is in it is believed after its checksum, its run and its cells agree. No state
+A block exists once its file does; it is accepted once its checksum, its run and its cells agree. No state
 is kept anywhere else, so there is nothing to repair after a crash but to compute what is missing.
 """
 
@@ -36,7 +36,7 @@ _LOOKED_AT = 4  # blocks asked whose they are when the manifest cannot say
 
 
 def beside(output: Path) -> str:
-    """Where the working store of a result lies, unless another place is named."""
+    """Place of the working store of a result, unless another one is named."""
     return str(output.with_name(output.name + SUFFIX))
 
 
@@ -124,7 +124,7 @@ class Parts:
         self.folder.remove(_failed_name(number))
 
     def delete(self) -> None:
-        """Remove everything that is ours but the locks, and the folder if nothing else is left in it."""
+        """Remove everything that is ours except the locks, and the folder if nothing else is left in it."""
         clear(self.folder)
         self.folder.remove(manifests.NAME)
 
@@ -200,7 +200,7 @@ def find(folder: Folder) -> Parts:
 
 
 def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice) -> Parts:
-    """The store of this work in a folder that is locked: made, gone on with, or begun again if `fresh`.
+    """The store of this work in a folder that is locked: created, resumed, or begun again if `fresh`.
 
     Raises StoreError for a store of another configuration, or of another major version.
     """
@@ -283,10 +283,10 @@ def _check_version(folder: Folder, manifest: Manifest) -> None:
     if manifest.format != manifests.FORMAT or not same_major(manifest.stickslip):
         raise StoreError(
             f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}\n"
-            "hint: go on with that version, or start over with --fresh"
+            "hint: resume with that version, or start over with --fresh"
         )
 
 
 def same_major(version: str) -> bool:
-    """Whether a version goes on with what this one began: the same major version."""
+    """Whether a version resumes what this one began: the same major version."""
     return version.partition(".")[0] == __version__.partition(".")[0]

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 PATIENCE = 10.0  # s, for a scheduler to answer
-_STARTING = 60.0  # s, for processes to start on a machine that has other things to do
+_STARTING = 60.0  # s, for processes to start on a busy machine
 _NAMED = 3  # workers named in a message
 _HOW = (
     "hint: start one with `dask scheduler` and `dask worker tcp://HOST:8786`, and name it as tcp://HOST:8786; "

@@ -1,4 +1,4 @@
-"""Blocks sent to the workers, a bounded number at a time, and what becomes of each."""
+"""Blocks sent to the workers, a bounded number at a time, and the outcome of each."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from stickslip.runs.workdir.parts import Parts
 if TYPE_CHECKING:
     from distributed import Future
 
-_PER_THREAD = 3  # blocks under way for each thread of a worker: one is computed, the others are at hand
-_FEWEST = 4  # under way at least, so that workers to come find something
+_PER_THREAD = 3  # blocks in flight for each thread of a worker: one is computed, the others are ready
+_FEWEST = 4  # in flight at least, so that workers that join find some
 _RETRIES = 2  # of a block whose computing raised something; it may have been the machine
 _ALONE = 16  # blocks that are tried once more alone after workers died over them
 _LOOK, _COUNT, _LONELY, _SETTLE = 0.2, 2.0, 5.0, 60.0  # s: at the keyboard, workers; without workers; for slow folders
@@ -75,7 +75,7 @@ def _settle(parts: Parts, written: set[int], stop: StopFlag) -> None:
 
 
 class _Flight:
-    """The blocks under way. Nothing of a block is held here or on the cluster once it has come in."""
+    """The blocks in flight. Nothing of a block is held here or on the cluster once it has arrived."""
 
     def __init__(
         self,
@@ -99,7 +99,7 @@ class _Flight:
         self._threads, self._counted, self._had_workers = 0, -_COUNT, monotonic()
 
     def send_all(self, numbers: Collection[int]) -> None:
-        """Send these blocks and wait for them; those over which workers died are put aside, unless tried alone."""
+        """Send these blocks and wait for them; those over which workers died are set aside, unless tried alone."""
         waiting = deque(numbers)
         while (waiting or self._under_way) and not self._stop[0]:
             for _ in range(min(self._room() - len(self._under_way), len(waiting))):
@@ -109,7 +109,7 @@ class _Flight:
                 self._progress(self._found + self._tally.cells, self._work.grid.size)
 
     def try_alone(self) -> None:
-        """Compute the blocks put aside once more, one after the other: most were only near the one that kills.
+        """Compute the blocks set aside once more, one after the other: most merely ran beside the one that kills.
 
         If there are very many the workers are at fault, and these blocks are recorded as failed at once.
         """
@@ -121,20 +121,20 @@ class _Flight:
             self._fail(number, RuntimeError("workers died while they computed this block or others with it"))
 
     def cancel(self) -> None:
-        """Give up what is under way. Workers end the block they are at."""
+        """Cancel what is in flight. Workers finish their current block."""
         for _, future in self._under_way.values():
-            future.release()  # the scheduler forgets what nobody wants
+            future.release()  # the scheduler forgets what is not referenced
         self._under_way.clear()
 
     def _room(self) -> int:
-        """How many blocks may be under way: it follows the workers as they come and go."""
+        """How many blocks may be in flight: it follows the workers as they come and go."""
         now = monotonic()
         if now - self._counted > _COUNT:
             self._threads, self._counted = self._cluster.threads(), now
             if self._threads:
                 self._had_workers = now
             elif now - self._had_workers > _LONELY:
-                self._cluster.notice(f"{self._cluster.where}: no workers there; waiting for some to come")
+                self._cluster.notice(f"{self._cluster.where}: no workers there; waiting for some to join")
                 self._had_workers = float("inf")  # said once, until some come
         return max(_PER_THREAD * self._threads, _FEWEST)
 
@@ -192,7 +192,7 @@ class _Flight:
             return self._keep(number, Block(results, int(known[0].sum()), True))
         if not self._told_bytes:
             self._told_bytes = True
-            self._cluster.notice(f"workers do not write to {self._parts.where}: blocks come back here to be written")
+            self._cluster.notice(f"workers do not write to {self._parts.where}: blocks are sent here to be written")
         self._parts.accept(number, data, engine.columns(self._work.options))
         self._count(number, 0)
 

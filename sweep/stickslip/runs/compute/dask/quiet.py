@@ -1,4 +1,4 @@
-"""Dask's own messages, kept out of the way: they tell of lost connections at length, and ours would drown in them."""
+"""Dask's own messages, suppressed: they report lost connections at length, and ours would be lost among them."""
 
 from __future__ import annotations
 

@@ -139,7 +139,7 @@ def _loaded(configuration: str) -> tuple[Work, Manifest]:
 
 
 def _written(job: Job, manifest: Manifest, number: int, block: Block) -> bool:
-    """Write a block, if the store lies where this machine sees it too: then the token is there.
+    """Write a block, if this machine sees the store too: then the token is there.
 
     Another folder of that name has no such token, nor has the store once the run is over: a worker that comes late
     leaves nothing behind.

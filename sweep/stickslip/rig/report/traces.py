@@ -1,4 +1,4 @@
-"""Pictures of records: force on the left axis, acceleration on the right, several records over or beside each other."""
+"""Plots of records: force on the left axis, acceleration on the right, several records over or beside each other."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stickslip.rig.risk import RPN_NAME
 SERIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)  # of records, in this order
 LIGHTS = {"green": GREEN, "yellow": ORANGE, "red": VERMILLION, "unknown": GREY}
 _GAP = 0.04  # of the longest record, between records beside each other
-_PIXELS = 3000  # across; more samples than that are drawn as the range of each pixel
+_PIXELS = 3000  # across; more samples than that are plotted as the range of each pixel
 _LEGEND = 130  # characters across the figure
 _ROOM = 2.2  # times its range: the right axis, so that the acceleration leaves the force readable
 
@@ -98,7 +98,7 @@ def _draw(ax: Axes, time: Floats, values: Floats, **looks: object) -> None:
 def _name_axes(force_axis: Axes, acceleration_axis: Axes, record: xr.Dataset, shifted: bool) -> None:
     name = "spring_force" if "spring_force" in record else "friction_force"
     unit = SIGNALS[name].units
-    force_axis.set_ylabel(f"force as the rig reads it ({unit})" if name == "spring_force" else title(record[name]))
+    force_axis.set_ylabel(f"force as the rig measures it ({unit})" if name == "spring_force" else title(record[name]))
     acceleration_axis.set_ylabel(title(record["acceleration"]))
     force_axis.set_xlabel("time, records beside each other (s)" if shifted else "time since the start (s)")
     force_axis.margins(x=0.01)

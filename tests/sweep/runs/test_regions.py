@@ -8,22 +8,22 @@ from hypothesis import strategies as st
 
 from stickslip.files import writing
 from stickslip.runs.blocks import Shard, blocks_of
-from stickslip.runs.boxes import aligned, boxes, extent
+from stickslip.runs.regions import aligned, extent, regions
 
 shapes = st.lists(st.integers(1, 7), max_size=4).map(tuple)
 
 
 @given(shapes, st.data())
-def test_boxes_are_the_cells_of_the_range_in_their_order(shape, data):
+def test_regions_are_the_cells_of_the_range_in_their_order(shape, data):
     size = prod(shape)
     start = data.draw(st.integers(0, size))
     stop = data.draw(st.integers(start, size))
     numbers = np.arange(size).reshape(shape)
-    found = boxes(start, stop, shape)
-    parts = [numbers[box].ravel() for box in found]
+    found = regions(start, stop, shape)
+    parts = [numbers[region].ravel() for region in found]
     np.testing.assert_array_equal(np.concatenate(parts) if parts else [], np.arange(start, stop))
     assert len(found) <= max(1, 2 * len(shape) - 1)
-    assert all(extent(box) == numbers[box].shape for box in found)
+    assert all(extent(region) == numbers[region].shape for region in found)
 
 
 @given(st.lists(st.integers(1, 60), min_size=1, max_size=3).map(tuple), st.integers(1, 500))
@@ -32,14 +32,14 @@ def test_aligned_ranges_are_one_chunk_each(shape, most):
     ranges = aligned(shape, chunks)
     np.testing.assert_array_equal(np.concatenate(list(ranges)), np.arange(prod(shape)))
     for cells in ranges:
-        (box,) = boxes(cells.start, cells.stop, shape)
-        for side, chunk, length in zip(box, chunks, shape, strict=True):
+        (region,) = regions(cells.start, cells.stop, shape)
+        for side, chunk, length in zip(region, chunks, shape, strict=True):
             assert side.start % chunk == 0 and side.stop in (side.start + chunk, length)
 
 
 def test_the_chunks_of_files_are_of_that_kind():
     for shape in [(50, 1000, 1000), (3, 7), (10**6, 2), (5, 131_073), (2, 2, 2, 99_999)]:
-        assert all(len(boxes(r.start, r.stop, shape)) == 1 for r in aligned(shape, writing._chunks(shape)))
+        assert all(len(regions(r.start, r.stop, shape)) == 1 for r in aligned(shape, writing._chunks(shape)))
 
 
 @given(st.integers(1, 10**12))

@@ -1,4 +1,4 @@
-"""What the pictures of the article have in common. No pyplot: figures belong to whoever asked for them."""
+"""What the plots of the article's figures have in common. No pyplot: they belong to the caller."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Picture
+from matplotlib.figure import Figure as Plot
 from matplotlib.figure import FigureBase
 from numpy.typing import ArrayLike, NDArray
 
@@ -21,9 +21,9 @@ DPI = 110
 _WORDS = {"stick_slip": "stick-slip"}
 
 
-def picture(width: float, height: float, heading: str) -> Picture:
-    """An empty picture with a heading, in inches."""
-    made = Picture(figsize=(width, height), layout="constrained")
+def blank_plot(width: float, height: float, heading: str) -> Plot:
+    """An empty plot with a heading, in inches."""
+    made = Plot(figsize=(width, height), layout="constrained")
     made.suptitle(heading, fontsize="large")
     return made
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from math import prod
 
-Box = tuple[slice, ...]
+Region = tuple[slice, ...]
 
 
-def boxes(start: int, stop: int, shape: tuple[int, ...]) -> list[Box]:
+def regions(start: int, stop: int, shape: tuple[int, ...]) -> list[Region]:
     """The cells from `start` to `stop` as hyper-rectangles of an array of this shape, in the order of the cells.
 
     At most 2 n - 1 of them in n dimensions: a ragged beginning, what is whole, and a ragged end.
@@ -19,20 +19,20 @@ def boxes(start: int, stop: int, shape: tuple[int, ...]) -> list[Box]:
     below = prod(shape[1:])
     (first, skipped), (last, rest) = divmod(start, below), divmod(stop, below)
     if first == last:
-        return _at(first, boxes(skipped, rest, shape[1:]))
-    head = _at(first, boxes(skipped, below, shape[1:])) if skipped else []
+        return _at(first, regions(skipped, rest, shape[1:]))
+    head = _at(first, regions(skipped, below, shape[1:])) if skipped else []
     first += bool(skipped)
     whole = [(slice(first, last), *(slice(0, length) for length in shape[1:]))] if first < last else []
-    return head + whole + _at(last, boxes(0, rest, shape[1:]))
+    return head + whole + _at(last, regions(0, rest, shape[1:]))
 
 
-def _at(index: int, inner: list[Box]) -> list[Box]:
-    return [(slice(index, index + 1), *box) for box in inner]
+def _at(index: int, inner: list[Region]) -> list[Region]:
+    return [(slice(index, index + 1), *region) for region in inner]
 
 
-def extent(box: Box) -> tuple[int, ...]:
-    """Shape of a box."""
-    return tuple(side.stop - side.start for side in box)
+def extent(region: Region) -> tuple[int, ...]:
+    """Shape of a region."""
+    return tuple(side.stop - side.start for side in region)
 
 
 def aligned(shape: tuple[int, ...], chunks: tuple[int, ...]) -> list[range]:

@@ -9,14 +9,14 @@ from stickslip.errors import PlotError
 from stickslip.plots.page import save
 from stickslip.plots.palette import UNDEFINED_COLOUR
 from stickslip.rig import RPN_NAME
-from stickslip.rig.report.drawing import LIGHTS
 from stickslip.rig.report.matrix import plot_matrix
+from stickslip.rig.report.traces import LIGHTS
 from stickslip.rig.risk import BANDS, band_of
 from stickslip.rig.words import along, name_of, number, quantity, unit_for
 
 COORDINATES = {
     "material": ("material", ["dry", "felt", "fluid $A$"], {"long_name": "material"}),
-    "waiting_time": ("waiting_time", [10.0, 300.0], {"units": "s", "long_name": "rest before the first stroke"}),
+    "waiting_time": ("waiting_time", [10.0, 300.0], {"units": "s", "long_name": "hold time before the first stroke"}),
     "belt_speed": ("belt_speed", [0.001, 0.005, 0.01], {"units": "m s-1", "long_name": "belt speed"}),
     "normal_load": ("normal_load", [10.0, 80.0], {"units": "N", "long_name": "normal load"}),
 }
@@ -78,7 +78,7 @@ def test_a_matrix_of_any_number_of_dimensions_has_a_cell_for_each_test_in_the_or
     assert (numbers_of(figure, shape) == np.where(rpn == 0, "?", rpn.astype(str))).all()
 
 
-def test_the_picture_says_whose_number_it_is_and_what_the_bands_mean():
+def test_the_plot_says_whose_number_it_is_and_what_the_bands_mean():
     figure = plot_matrix(matrix("material", "belt_speed"))
     said = [text.get_text() for text in figure.texts] + [figure.legends[0].get_title().get_text()]
     assert said.count(RPN_NAME) == 2 and "A $title$" in said
@@ -141,7 +141,7 @@ def test_nothing_overlaps_and_nothing_is_cut_off():
     assert not crossing
 
 
-def test_a_matrix_can_be_saved_as_a_vector_picture(tmp_path):
+def test_a_matrix_can_be_saved_as_a_vector_plot(tmp_path):
     save(plot_matrix(matrix("material", "belt_speed")), tmp_path / "matrix.svg")
     assert (tmp_path / "matrix.svg").read_text().startswith("<?xml")
 
