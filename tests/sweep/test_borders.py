@@ -124,7 +124,7 @@ def test_steady_sliding_loses_its_stability_within_the_stretch_that_cannot_be_de
     assert abs(float(only(ds)[0]) - exact) <= width / 2
     assert 1e-9 * exact < width < 5e-3 * exact
     assert (ds["regime_below"].item(), ds["regime_above"].item()) == (STICK_SLIP, DAMPED)
-    assert "1 wider than the tolerance, since cells between could not be decided" in ds.attrs["border_found"]
+    assert "1 wider than the tolerance, around cells that are undecided" in ds.attrs["border_found"]
 
 
 # --- what is found, and what is said ----------------------------------------------------------------------------------

@@ -124,7 +124,7 @@ def _told(
     if not found.size:
         result = f"none: no change of regime was found on {lines.size} lines"
     if wide:
-        result += f"; {wide} wider than the tolerance, since cells between could not be decided"
+        result += f"; {wide} wider than the tolerance, around cells that are undecided or of a third regime"
     if undecided:
         result += f"; {undecided} cells of the scan were unresolved or failed and say nothing"
     return {
