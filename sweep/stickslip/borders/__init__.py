@@ -2,10 +2,19 @@
 
 `search.py` finds where labels change along lines and knows nothing of friction; `lines.py` says which cells lie on a
 line, from a list of cells or a configuration; `find.py` puts the two together through the engine.
+
+In planes of two parameters: `plane.py` says which cells lie in it, `walk.py` follows borders over the cells of a grid,
+`tracing.py` joins crossings to lines, `junctions.py` closes in on where three regimes meet; `contours.py` puts these
+together.
 """
 
+from stickslip.borders.contours import find_contours
 from stickslip.borders.find import Limits, find_borders
 from stickslip.borders.lines import Lines, lines_of_cells, lines_of_config
+from stickslip.borders.plane import Plane, grid_points, plane_of_cells, plane_of_config
 from stickslip.borders.search import Scan, search_lines
 
-__all__ = ["Limits", "Lines", "Scan", "find_borders", "lines_of_cells", "lines_of_config", "search_lines"]
+__all__ = [
+    "Limits", "Lines", "Plane", "Scan", "find_borders", "find_contours", "grid_points", "lines_of_cells",
+    "lines_of_config", "plane_of_cells", "plane_of_config", "search_lines",
+]  # fmt: skip

@@ -1,0 +1,161 @@
+"""Planes of cells: two parameters over a fine grid, everything else as in a list of cells or a configuration."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import prod
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip.borders.lines import Between, Lines, lines_of_cells, lines_of_config
+from stickslip.borders.search import Floats, Integers, Scan
+from stickslip.config.model import Config, Group
+from stickslip.vocabulary.cells import Cells, as_cells
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.settings import AXIS
+
+Ranges = Mapping[str, Between]
+
+
+@dataclass(frozen=True)
+class Side:
+    """One of the two parameters: its range in SI, `spacing` "linear" or "log", and how many grid points it has."""
+
+    name: str
+    low: float
+    high: float
+    spacing: str
+    points: int
+
+    @cached_property
+    def places(self) -> Floats:
+        """The grid points, ascending: those an axis of a configuration with as many points has."""
+        return Scan(self.low, self.high, self.points, self.spacing).places
+
+    def at(self, point: Integers, share: Floats) -> Floats:
+        """Values a `share` (0 to 1) of the way from grid points to the next ones, by ratio on log spacing."""
+        here, there = self.places[point], self.places[np.minimum(point + 1, self.points - 1)]
+        if self.spacing == "log":
+            return np.asarray(here * (there / here) ** share)
+        return np.asarray(here + share * (there - here))
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """Panels of cells over two parameters, `x` and `y`.
+
+    dims, shape, coordinates : of the panels, one per combination of whatever else varies. others : their other
+    parameters, each of length `size`.
+    """
+
+    x: Side
+    y: Side
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    coordinates: Mapping[str, xr.Variable]
+    others: Cells
+
+    @property
+    def size(self) -> int:
+        """How many panels."""
+        return prod(self.shape)
+
+    def cells(self, panel: Integers, x: Floats, y: Floats) -> Callable[[int, int], Cells]:
+        """Cells at these values of both parameters, as the engine asks for them."""
+
+        def some(start: int, stop: int) -> Cells:
+            taken = {name: values[panel[start:stop]] for name, values in self.others.items()}
+            return taken | {self.x.name: x[start:stop], self.y.name: y[start:stop]}
+
+        return some
+
+    def check(self) -> None:
+        """Raise ValueError if a cell is impossible: bounds are linear, so the corners of the plane tell."""
+        corners = [(x, y) for x in (self.x.low, self.x.high) for y in (self.y.low, self.y.high)]
+        for x, y in corners:
+            as_cells(self.others | {self.x.name: np.array([x]), self.y.name: np.array([y])})
+
+
+def plane_of_cells(
+    cells: Mapping[str, Any] | xr.Dataset, axes: tuple[str, str] | None, between: Ranges, points: tuple[int, int]
+) -> Plane:
+    """The plane over `axes` (y, x) through each of some cells. Raises TypeError or ValueError for bad input."""
+    if axes is None:
+        raise ValueError("axes: missing; cells need the names of the two parameters that vary, (y, x)")
+    y, x = _two(axes, between)
+    if y not in between:
+        raise ValueError(f"between: missing; cells need a range of {y} to search, (low, high)")
+    given = {name: values for name, values in _plain(cells, y).items() if name not in (x, y)}
+    across = lines_of_cells(given | {y: between[y][0]}, x, between.get(x))
+    plain = {name: values for name, values in across.others(0, across.size).items() if name != y}
+    along = lines_of_cells(plain | {x: across.between[0]}, y, between[y])
+    return _plane(across, along, points)
+
+
+def plane_of_config(config: Config, axes: tuple[str, str] | None, between: Ranges, points: tuple[int, int]) -> Plane:
+    """The plane over `axes` (y, x), by default the last two of the configuration, whose other axes are the panels.
+
+    Raises TypeError or ValueError for what the configuration cannot give.
+    """
+    if axes is None:
+        if len(config.axes) < 2:
+            raise ValueError(f"axes: missing; the configuration has {len(config.axes)} of the two that a plane needs")
+        axes = (config.axes[-2].name, config.axes[-1].name)
+    y, x = _two(axes, between)
+    across = lines_of_config(config, x, between.get(x))
+    lines_of_config(config, y, between.get(y))  # says what is wrong with y while x is still an axis
+    left = tuple(axis for axis in config.axes if isinstance(axis, Group) or axis.name != x)
+    along = lines_of_config(config.model_copy(update={"axes": left}), y, between.get(y))
+    return _plane(across, along, points)
+
+
+def _plain(cells: Mapping[str, Any] | xr.Dataset, without: str) -> dict[str, Any]:
+    """What cells say of parameters, as arrays that broadcast against each other."""
+    if not isinstance(cells, xr.Dataset):
+        return dict(cells)
+    kept = cells.drop_vars(without, errors="ignore")
+    names = [str(name) for name in kept.variables if name in PARAMETERS]
+    return dict(zip(names, (one.values for one in xr.broadcast(*(kept[n] for n in names))), strict=True))
+
+
+def grid_points(points: int | tuple[int, int]) -> tuple[int, int]:
+    """Grid points along y and x. Raises ValueError."""
+    both: Any = (points, points) if isinstance(points, int) else points
+    row = AXIS["num"]
+    if not isinstance(both, Sequence) or len(both) != 2 or not all(map(_is_number_of_points, both)):
+        raise ValueError(f"points: got {points!r}, expected {row.expected}, or two of them, along y and x")
+    return int(both[0]), int(both[1])
+
+
+def _is_number_of_points(one: object) -> bool:
+    return type(one) is not bool and isinstance(one, Integral) and bool(AXIS["num"].allows(int(one)))
+
+
+def _two(axes: tuple[str, str], between: Ranges) -> tuple[str, str]:
+    """Both names, once they are two; every range belongs to one of them."""
+    if isinstance(axes, str) or len(axes) != 2 or axes[0] == axes[1]:
+        raise ValueError(f"axes: got {axes!r}, expected the names of two different parameters, (y, x)")
+    for name in between:
+        if name not in axes:
+            raise ValueError(f"between: got a range for {name!r}, expected {axes[0]} or {axes[1]}")
+    return axes[0], axes[1]
+
+
+def _plane(across: Lines, along: Lines, points: tuple[int, int]) -> Plane:
+    """A plane from lines along x, and along y in what is left."""
+    y, x = (_side(lines, number) for lines, number in zip((along, across), points, strict=True))
+    others = {name: values for name, values in along.others(0, along.size).items() if name != x.name}
+    coordinates = {name: one for name, one in along.coordinates.items() if name != x.name}
+    plane = Plane(x, y, along.dims, along.shape, coordinates, others)
+    plane.check()
+    return plane
+
+
+def _side(lines: Lines, points: int) -> Side:
+    low, high = lines.between
+    return Side(lines.along, low, high, lines.spacing or Scan.over(low, high, 2).spacing, points)
