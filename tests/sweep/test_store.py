@@ -284,9 +284,9 @@ MAKERS = {"plane": plane, "labelled": labelled, "cells": cells, "borders": borde
           "margins": margins, "one cell": make_map}  # fmt: skip
 
 
-# What the checker (6.1) holds against every line geometry whose plane is not that of longitude and latitude, the example
-# of section 7.5 of the conventions among them: it wants degrees of whatever has an axis, which nodes must have, and the
-# dimension of nodes, not that of lines (which `node_count` has), in what is said of lines.
+# What the checker (6.1) holds against lines in a plane that is not that of longitude and latitude: it wants degrees of
+# whatever has an axis, which nodes must have. And it wants the dimension of nodes in what is said of lines, where the
+# conventions (7.5) want that of geometries, which `node_count` has; their example fails in this as well.
 MISTAKEN = re.compile(r"should define valid units for l|does not include geometry dimension 'node'")
 
 
