@@ -6,7 +6,8 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import isinf
+from math import isinf, prod
+from numbers import Integral
 from typing import Any
 
 import xarray as xr
@@ -15,12 +16,15 @@ from numpy.typing import ArrayLike
 from . import borders, distances
 from .config.grid import build_grid
 from .config.model import Config
+from .config.options import options_of
 from .config.reader import load_config
+from .config.studies import Contours
 from .dataset.build import cell_coordinates, grid_coordinates
 from .dataset.provenance import provenance
-from .engine import Options
-from .runs.work import options_of
+from .engine import Options, Progress
+from .runs.memory import compute_study
 from .vocabulary.cells import as_cells
+from .vocabulary.settings import CONTOURS
 
 __all__ = ["contours", "margins"]
 
@@ -32,7 +36,7 @@ def contours(
     cells_or_config: Asked,
     axes: tuple[str, str] | None = None,
     between: Mapping[str, tuple[float, float]] | None = None,
-    points: int | tuple[int, int] = 512,
+    points: int = 512,
     tolerance: float = 1e-9,
     *,
     scan: int = 64,
@@ -41,6 +45,7 @@ def contours(
     threads: int | None = None,
     law: str | None = None,
     max_steps: int | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Where the regime changes in a plane of two parameters: lines, loops among them.
 
@@ -48,11 +53,11 @@ def contours(
         which is a panel.
     axes : the two parameters, (y, x); None takes the last two axes of the configuration, as plots do. between : their
         ranges (SI) by name; those of the axes of the configuration unless given.
-    points : of the grid whose sides are crossed, along y and x. The cost grows with the length of the lines, not with
-        the grid, since only cells beside a line are looked at.
+    points : of the grid whose sides are crossed, along either axis. Only points beside a line are looked at, so that
+        the cost grows with its length, not with the area.
     tolerance : width of the last bracket over the border, for every node.
     scan : points along each axis that are looked at first. A loop between them is missed.
-    rtol, horizon, threads, law, max_steps : as for `border`.
+    rtol, horizon, threads, law, max_steps, progress : as for `border`.
 
     Returns a dataset of lines in the manner of CF geometries: the parameters over `node`, the lines one after the
     other; over `line` node_count, closed (its last node is its first), regime_left and regime_right as x grows to the
@@ -61,19 +66,24 @@ def contours(
     Raises TypeError or ValueError for bad input before anything is computed, ConfigError for a bad configuration.
     """
     limits, ranges = borders.Limits(scan, tolerance), dict(between or {})
-    grid = borders.grid_points(points)
+    _check_points(points)
     given = _given(rtol, limits.rtol(), horizon, threads, max_steps)
     if isinstance(cells_or_config, Config | str | os.PathLike):
         config = _config(cells_or_config)
         options = _options_of(config, law, given)
-        plane = borders.plane_of_config(config, axes, ranges, grid)
-        title, text = f"Contours of regimes: {config.title}", config.to_yaml()
+        plane = borders.plane_of_config(config, axes, ranges, int(points))
+        asked = Contours.model_construct(
+            axes=axes, between=ranges or None, points=int(points), tolerance=tolerance, scan=scan, rtol=rtol
+        )
+        title = f"Contours of regimes: {config.title}"
+        text = config.model_copy(update={"contours": asked}).to_yaml()
     else:
         options = Options(law=law or Options.law, **given)
-        plane = borders.plane_of_cells(cells_or_config, axes, ranges, grid)
+        plane = borders.plane_of_cells(cells_or_config, axes, ranges, int(points))
         title, text = "Contours of regimes", _text(options)
+    study = borders.ContourStudy(plane, limits, options)
     action = f"contours over {plane.y.name} and {plane.x.name}"
-    return borders.find_contours(plane, limits, options, provenance(text, title=title, action=action))
+    return study.dataset(compute_study(study, progress), provenance(text, title=title, action=action))
 
 
 def margins(
@@ -92,6 +102,7 @@ def margins(
     threads: int | None = None,
     law: str | None = None,
     max_steps: int | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """How far each cell is from a border: along single parameters, and by the cheapest change of all of them together.
 
@@ -105,7 +116,7 @@ def margins(
     joint : False leaves out the cheapest joint change, which takes most of the time.
     scan : places looked at first on either side. beyond : how far past a border each proposal is simulated, over the
         value.
-    tolerance, rtol, horizon, threads, law, max_steps : as for `border`.
+    tolerance, rtol, horizon, threads, law, max_steps, progress : as for `border`.
 
     Returns a dataset over the cells, and `side` (below, above). For each parameter NAME: margin_NAME, the distance to
     the nearest border with its sign; ratio_NAME, the same as a factor; border_NAME, border_width_NAME, beyond_NAME,
@@ -120,21 +131,30 @@ def margins(
         if config.drive is not None:
             raise ValueError("a configuration with a drive is that of a rig, whose cells have no regime")
         options, grid = _options_of(config, law, given), build_grid(config)
-        cells, dims, shape = grid.cells(0, grid.size), grid.dims, grid.shape
-        coordinates = grid_coordinates(grid)
+        asking = distances.Asking(grid.dims, grid.shape, grid_coordinates(grid), grid.cells)
         title, text = f"Margins: {config.title}", config.to_yaml()
     else:
         options = Options(law=law or Options.law, **given)
         cells = as_cells(cells_or_config)
-        dims, shape = ("cell",), (cells["mass"].size,)
-        coordinates = cell_coordinates(cells, cells["mass"].size)
+        size = cells["mass"].size
+        asking = distances.Asking(
+            ("cell",), (size,), cell_coordinates(cells, size),
+            lambda start, stop: {name: values[start:stop] for name, values in cells.items()},
+        )  # fmt: skip
         title, text = "Margins of cells", _text(options)
-    names = distances.parameters_of(cells) if parameters is None else tuple(parameters)
+    names = distances.parameters_of(asking.cells(0, prod(asking.shape))) if parameters is None else tuple(parameters)
     question = distances.Question(
         names, dict(costs or {}), within, None if into is None else tuple(into), scan, tolerance, beyond, joint
     )
     attributes = provenance(text, title=title, action=f"margins along {', '.join(names)}")
-    return distances.find_margins(cells, question, options, dims, shape, coordinates, attributes)
+    study = distances.MarginStudy(asking, question, options)
+    return study.dataset(compute_study(study, progress), attributes)
+
+
+def _check_points(points: object) -> None:
+    row = CONTOURS["points"]
+    if isinstance(points, bool) or not isinstance(points, Integral) or not row.allows(int(points)):
+        raise ValueError(f"points: got {points!r}, expected {row.expected}")
 
 
 def _given(

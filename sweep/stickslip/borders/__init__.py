@@ -8,13 +8,13 @@ In planes of two parameters: `plane.py` says which cells lie in it, `walk.py` fo
 together.
 """
 
-from stickslip.borders.contours import find_contours
-from stickslip.borders.find import Limits, find_borders
+from stickslip.borders.contours import ContourStudy, contour_study
+from stickslip.borders.find import BorderStudy, Limits, border_study
 from stickslip.borders.lines import Lines, lines_of_cells, lines_of_config
-from stickslip.borders.plane import Plane, grid_points, plane_of_cells, plane_of_config
+from stickslip.borders.plane import Plane, plane_of_cells, plane_of_config
 from stickslip.borders.search import Scan, search_lines
 
 __all__ = [
-    "Limits", "Lines", "Plane", "Scan", "find_borders", "find_contours", "grid_points", "lines_of_cells",
-    "lines_of_config", "plane_of_cells", "plane_of_config", "search_lines",
+    "BorderStudy", "ContourStudy", "Limits", "Lines", "Plane", "Scan", "border_study", "contour_study",
+    "lines_of_cells", "lines_of_config", "plane_of_cells", "plane_of_config", "search_lines",
 ]  # fmt: skip

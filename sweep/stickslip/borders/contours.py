@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,37 +12,92 @@ from numpy.typing import NDArray
 
 from stickslip.borders.find import UNDECIDED, Limits
 from stickslip.borders.junctions import meeting_points
-from stickslip.borders.plane import Plane, Side
+from stickslip.borders.plane import Plane, Side, plane_of_config
 from stickslip.borders.search import Brackets, Floats, Integers, Labels, Scan, search_lines
 from stickslip.borders.tracing import Chain, Crossing, Segment, chained, joined
 from stickslip.borders.walk import Points, border_cells, corner_labels
+from stickslip.config.model import Config
+from stickslip.config.options import options_of
+from stickslip.config.studies import Contours
 from stickslip.dataset.contours import contour_dataset
-from stickslip.engine import Options, compute
-from stickslip.errors import Interrupted
+from stickslip.engine import Options, Results, StopFlag, compute_range
+from stickslip.errors import StoppedError
+from stickslip.study import Finished, Moved, Study
+from stickslip.study import joined as end_to_end
 from stickslip.vocabulary.flags import REGIMES
 
 OPEN = REGIMES.index("unresolved")  # what all that is undecided is called here: a region like any other
 _ALONG_X, _ALONG_Y, _JUNCTION = range(3)
 _SMALLEST = 1e-15  # of the share of a side
+_PER_POINT = 40  # cells a border takes per grid point along one side of the plane, about
+_PANEL, _HELD = (
+    4096,
+    64,
+)  # panels weigh as much as a block of a map, or more; grid points per cell that a block may hold
 _ROUNDS = 12  # of closing in on a junction: to 2e-4 of a cell
 # Sides of a cell counter-clockwise: direction, row and column of where they begin, whether they are run backwards.
 _SIDES = ((_ALONG_X, 0, 0, False), (_ALONG_Y, 0, 1, False), (_ALONG_X, 1, 0, True), (_ALONG_Y, 0, 0, True))
 
 
-def find_contours(plane: Plane, limits: Limits, options: Options, attributes: Mapping[str, str]) -> xr.Dataset:
-    """The borders of all panels of a plane as a dataset of lines.
+class ContourStudy(Study):
+    """The lines of all panels of a plane; its items are the panels.
 
-    limits : points of the scan along each side, and the width of the last bracket, over the border, of nodes.
-    Raises Interrupted on Ctrl-C.
+    Columns: by panel how many lines, and how many grid points and cells in all were looked at; by line and by node what
+    `contour_dataset` takes.
     """
-    search = _Search(plane, limits, options)
-    cells = border_cells(search.points, (limits.scan, limits.scan))
-    nodes = search.nodes(cells)
-    chains = chained(search.segments(cells, nodes))
-    return contour_dataset(
-        (plane.x.name, plane.y.name), (plane.x.spacing, plane.y.spacing), plane.dims, plane.shape, plane.coordinates,
-        _table(chains, nodes), dict(attributes) | _told(chains, nodes, search),
-    )  # fmt: skip
+
+    name, counted, ragged = "contours", "panels", True
+    columns: Mapping[str, np.dtype[Any]] = {
+        "lines": np.dtype(np.int32), "looked_at": np.dtype(np.float64), "computed": np.dtype(np.float64),
+        "node_count": np.dtype(np.int32), "closed": np.dtype(np.int8),
+        "regime_left": np.dtype(np.int8), "regime_right": np.dtype(np.int8),
+        "x": np.dtype(np.float64), "y": np.dtype(np.float64),
+        "node_width": np.dtype(np.float64), "node_along": np.dtype(np.int8),
+    }  # fmt: skip
+
+    def __init__(self, plane: Plane, limits: Limits, options: Options) -> None:
+        self._plane, self._limits = plane, limits
+        self.dims, self.shape = plane.dims, plane.shape
+        self.cells_each = limits.scan**2 + _PER_POINT * (plane.x.points + plane.y.points)
+        self.weight = max(_PANEL, plane.x.points * plane.y.points // _HELD)
+        self.options = replace(options, early_stop=True)
+
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+        """The lines of a range of panels."""
+        found = []
+        for panel in items:
+            search = _Search(self._plane.part(range(panel, panel + 1)), self._limits, self.options, stop)
+            try:
+                found.append(search.columns())
+            except StoppedError:
+                return Finished({}, False)
+            if moved:
+                moved(1)
+        whole = end_to_end(found) if found else self.blank(items)
+        return Finished({name: whole[name].astype(dtype) for name, dtype in self.columns.items()})
+
+    def blank(self, items: range) -> Results:
+        """Panels without lines, at no point of which was looked."""
+        blank = {name: np.zeros(0, dtype) for name, dtype in self.columns.items()}
+        return blank | {name: np.zeros(len(items), self.columns[name]) for name in ("lines", "looked_at", "computed")}
+
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """The lines in the manner of CF geometries."""
+        whole, plane = end_to_end(parts), self._plane
+        table = whole | {"panel": np.repeat(np.arange(plane.size), whole["lines"])}
+        told = dict(attributes) | _told(whole, plane, self._limits, self.options)
+        return contour_dataset(
+            (plane.x.name, plane.y.name), (plane.x.spacing, plane.y.spacing), plane.dims, plane.shape,
+            plane.coordinates, table, told,
+        )  # fmt: skip
+
+
+def contour_study(config: Config, asked: Contours) -> ContourStudy:
+    """The lines that a section of a configuration asks for. Raises TypeError or ValueError for what cannot be."""
+    limits = Limits(asked.scan, asked.tolerance)
+    rtol = limits.rtol() if asked.rtol is None else asked.rtol
+    plane = plane_of_config(config, asked.axes, asked.between or {}, asked.points)
+    return ContourStudy(plane, limits, replace(options_of(config), rtol=rtol, early_stop=True))
 
 
 @dataclass
@@ -69,19 +124,27 @@ class _Nodes:
 
 
 class _Search:
-    """A plane looked at through the engine."""
+    """A panel looked at through the engine. Everything raises StoppedError once the stop flag is raised."""
 
-    def __init__(self, plane: Plane, limits: Limits, options: Options) -> None:
-        self.plane, self.limits, self.options = plane, limits, options
+    def __init__(self, plane: Plane, limits: Limits, options: Options, stop: StopFlag) -> None:
+        self.plane, self.limits, self.options, self.stop = plane, limits, options, stop
         self.computed = 0
         x, y = plane.x, plane.y
         self.points = Points((plane.size, y.points, x.points), lambda p, r, c: self.labels(p, x.places[c], y.places[r]))
 
+    def columns(self) -> Results:
+        """The lines, as columns of a study."""
+        cells = border_cells(self.points, (self.limits.scan, self.limits.scan))
+        nodes = self.nodes(cells)
+        chains = chained(self.segments(cells, nodes))
+        counts = {"lines": len(chains), "looked_at": self.points.looked_at, "computed": self.computed}
+        return {name: np.array([one]) for name, one in counts.items()} | _table(chains, nodes)
+
     def labels(self, panel: Integers, x: Floats, y: Floats) -> Labels:
         """Regimes of cells; what is undecided is `OPEN`."""
-        found = compute(self.plane.cells(panel, x, y), panel.size, self.options)
+        found = compute_range(self.plane.cells(panel, x, y), 0, panel.size, self.options, self.stop)
         if not found.complete:
-            raise Interrupted(found.done, panel.size)
+            raise StoppedError
         self.computed += panel.size
         regime = found.results["regime"]
         return np.where(np.isin(regime, UNDECIDED), OPEN, regime).astype(np.int8)
@@ -175,13 +238,11 @@ def _ring(cell: list[int], of_side: Mapping[tuple[int, ...], list[Crossing]]) ->
     return found
 
 
-def _table(chains: list[Chain], nodes: _Nodes) -> dict[str, NDArray[Any]]:
-    """Lines and nodes as columns, lines by panel."""
-    chains = sorted(chains, key=lambda chain: int(nodes.panel[chain.nodes[0]]))
+def _table(chains: list[Chain], nodes: _Nodes) -> Results:
+    """Lines and nodes as columns."""
     order = np.array([node for chain in chains for node in chain.nodes], np.int64)
     return {
-        "panel": np.array([nodes.panel[chain.nodes[0]] for chain in chains], np.int64),
-        "node_count": np.array([len(chain.nodes) for chain in chains], np.int64),
+        "node_count": np.array([len(chain.nodes) for chain in chains], np.int32),
         "closed": np.array([chain.closed for chain in chains], np.int8),
         "regime_left": np.array([chain.left for chain in chains], np.int8),
         "regime_right": np.array([chain.right for chain in chains], np.int8),
@@ -189,29 +250,28 @@ def _table(chains: list[Chain], nodes: _Nodes) -> dict[str, NDArray[Any]]:
     }  # fmt: skip
 
 
-def _told(chains: list[Chain], nodes: _Nodes, search: _Search) -> dict[str, str | float]:
+def _told(whole: Results, plane: Plane, limits: Limits, options: Options) -> dict[str, str | float]:
     """What was done and what it cannot see, as global attributes."""
-    plane, scan = search.plane, search.limits.scan
-    panels, rows, columns = search.points.grid
-    loops = sum(chain.closed for chain in chains)
-    meetings = int(np.count_nonzero(nodes.along == _JUNCTION))
-    on_sides = nodes.along != _JUNCTION
-    wide = int(np.count_nonzero(nodes.width[on_sides] > 2 * max(_share(s, search.limits.tolerance)
-                                                               for s in (plane.x, plane.y))))  # fmt: skip
-    found = f"{len(chains)} lines, {loops} of them closed, with {meetings} junctions"
-    if not chains:
+    rows, columns = plane.y.points, plane.x.points
+    lines, loops = whole["closed"].size, np.count_nonzero(whole["closed"])
+    inside = whole["node_along"] == _JUNCTION
+    meetings = np.unique(np.stack([whole["x"][inside], whole["y"][inside]]), axis=1).shape[1]
+    narrow = 2 * max(_share(side, limits.tolerance) for side in (plane.x, plane.y))
+    wide = np.count_nonzero(whole["node_width"][~inside] > narrow)
+    found = f"{lines} lines, {loops} of them closed, with {meetings} junctions"
+    if not lines:
         found = "none: no change of regime was found"
     if wide:
-        found += f"; {wide} of {nodes.x.size} nodes wider than the tolerance, around cells that are undecided"
-    looked = search.points.looked_at
+        found += f"; {wide} of {inside.size} nodes wider than the tolerance, around cells that are undecided"
+    looked, computed = (int(whole[name].sum()) for name in ("looked_at", "computed"))
     return {
         "contour_parameters": f"{plane.x.name} {plane.y.name}",
         "contour_grid": f"{rows} x {columns} points over {plane.y.name} and {plane.x.name}: what is narrower than "
         "their distance can be passed over",
-        "contour_scan": f"{min(scan, rows)} x {min(scan, columns)} of these points were looked at first: a loop "
-        "between them is missed",
-        "contour_looked_at": f"{looked} of {panels * rows * columns} grid points, {search.computed} cells in all",
-        "contour_tolerance": search.limits.tolerance,
-        "contour_rtol": search.options.rtol,
+        "contour_scan": f"{min(limits.scan, rows)} x {min(limits.scan, columns)} of these points were looked at first: "
+        "a loop between them is missed",
+        "contour_looked_at": f"{looked} of {plane.size * rows * columns} grid points, {computed} cells in all",
+        "contour_tolerance": limits.tolerance,
+        "contour_rtol": options.rtol,
         "contour_found": found,
     }

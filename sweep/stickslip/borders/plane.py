@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import prod
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from stickslip.borders.lines import Between, Lines, lines_of_cells, lines_of_config
+from stickslip.borders.lines import Lines, lines_of_cells
 from stickslip.borders.search import Floats, Integers, Scan
-from stickslip.config.model import Config, Group
+from stickslip.config.grid import build_grid
+from stickslip.config.lines import Between
+from stickslip.config.model import Config
+from stickslip.config.planes import broken_in_plane, plane_along, two_parameters
+from stickslip.dataset.build import grid_coordinates
+from stickslip.errors import ArgumentError
 from stickslip.vocabulary.cells import Cells, as_cells
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.settings import AXIS
 
 Ranges = Mapping[str, Between]
 
@@ -74,6 +77,11 @@ class Plane:
 
         return some
 
+    def part(self, panels: range) -> Plane:
+        """Some of its panels, in a row."""
+        others = {name: values[panels.start : panels.stop] for name, values in self.others.items()}
+        return replace(self, dims=("panel",), shape=(len(panels),), coordinates={}, others=others)
+
     def check(self) -> None:
         """Raise ValueError if a cell is impossible: bounds are linear, so the corners of the plane tell."""
         corners = [(x, y) for x in (self.x.low, self.x.high) for y in (self.y.low, self.y.high)]
@@ -82,12 +90,12 @@ class Plane:
 
 
 def plane_of_cells(
-    cells: Mapping[str, Any] | xr.Dataset, axes: tuple[str, str] | None, between: Ranges, points: tuple[int, int]
+    cells: Mapping[str, Any] | xr.Dataset, axes: tuple[str, str] | None, between: Ranges, points: int
 ) -> Plane:
     """The plane over `axes` (y, x) through each of some cells. Raises TypeError or ValueError for bad input."""
     if axes is None:
         raise ValueError("axes: missing; cells need the names of the two parameters that vary, (y, x)")
-    y, x = _two(axes, between)
+    y, x = two_parameters(axes, between)
     if y not in between:
         raise ValueError(f"between: missing; cells need a range of {y} to search, (low, high)")
     given = {name: values for name, values in _plain(cells, y).items() if name not in (x, y)}
@@ -97,21 +105,26 @@ def plane_of_cells(
     return _plane(across, along, points)
 
 
-def plane_of_config(config: Config, axes: tuple[str, str] | None, between: Ranges, points: tuple[int, int]) -> Plane:
+def plane_of_config(config: Config, axes: tuple[str, str] | None, between: Ranges, points: int) -> Plane:
     """The plane over `axes` (y, x), by default the last two of the configuration, whose other axes are the panels.
 
     Raises TypeError or ValueError for what the configuration cannot give.
     """
-    if axes is None:
-        if len(config.axes) < 2:
-            raise ValueError(f"axes: missing; the configuration has {len(config.axes)} of the two that a plane needs")
-        axes = (config.axes[-2].name, config.axes[-1].name)
-    y, x = _two(axes, between)
-    across = lines_of_config(config, x, between.get(x))
-    lines_of_config(config, y, between.get(y))  # says what is wrong with y while x is still an axis
-    left = tuple(axis for axis in config.axes if isinstance(axis, Group) or axis.name != x)
-    along = lines_of_config(config.model_copy(update={"axes": left}), y, between.get(y))
-    return _plane(across, along, points)
+    found = plane_along(config, axes, between)
+    for broken in broken_in_plane(config, found):
+        got = broken.got or "values"
+        raise ArgumentError(
+            str(broken.path[-1]), f"got {got} for which no cell is possible, expected {broken.expected}"
+        )
+    left = tuple(axis for axis in config.axes if not any(axis is line.axis for line in found.values()))
+    grid = build_grid(config.model_copy(update={"axes": left}))
+    y, x = (
+        Side(name, *line.between, line.spacing or Scan.over(*line.between, 2).spacing, points)
+        for name, line in found.items()
+    )
+    others = {name: values for name, values in grid.cells(0, grid.size).items() if name not in found}
+    coordinates = {name: one for name, one in grid_coordinates(grid).items() if name not in found}
+    return Plane(x, y, grid.dims, grid.shape, coordinates, others)
 
 
 def _plain(cells: Mapping[str, Any] | xr.Dataset, without: str) -> dict[str, Any]:
@@ -123,32 +136,9 @@ def _plain(cells: Mapping[str, Any] | xr.Dataset, without: str) -> dict[str, Any
     return dict(zip(names, (one.values for one in xr.broadcast(*(kept[n] for n in names))), strict=True))
 
 
-def grid_points(points: int | tuple[int, int]) -> tuple[int, int]:
-    """Grid points along y and x. Raises ValueError."""
-    both: Any = (points, points) if isinstance(points, int) else points
-    row = AXIS["num"]
-    if not isinstance(both, Sequence) or len(both) != 2 or not all(map(_is_number_of_points, both)):
-        raise ValueError(f"points: got {points!r}, expected {row.expected}, or two of them, along y and x")
-    return int(both[0]), int(both[1])
-
-
-def _is_number_of_points(one: object) -> bool:
-    return type(one) is not bool and isinstance(one, Integral) and bool(AXIS["num"].allows(int(one)))
-
-
-def _two(axes: tuple[str, str], between: Ranges) -> tuple[str, str]:
-    """Both names, once they are two; every range belongs to one of them."""
-    if isinstance(axes, str) or len(axes) != 2 or axes[0] == axes[1]:
-        raise ValueError(f"axes: got {axes!r}, expected the names of two different parameters, (y, x)")
-    for name in between:
-        if name not in axes:
-            raise ValueError(f"between: got a range for {name!r}, expected {axes[0]} or {axes[1]}")
-    return axes[0], axes[1]
-
-
-def _plane(across: Lines, along: Lines, points: tuple[int, int]) -> Plane:
+def _plane(across: Lines, along: Lines, points: int) -> Plane:
     """A plane from lines along x, and along y in what is left."""
-    y, x = (_side(lines, number) for lines, number in zip((along, across), points, strict=True))
+    y, x = _side(along, points), _side(across, points)
     others = {name: values for name, values in along.others(0, along.size).items() if name != x.name}
     coordinates = {name: one for name, one in along.coordinates.items() if name != x.name}
     plane = Plane(x, y, along.dims, along.shape, coordinates, others)

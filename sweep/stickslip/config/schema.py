@@ -12,10 +12,11 @@ from typing import Any
 from stickslip.config.addresses import LOCAL, PATTERN
 from stickslip.config.reader import DEFAULT_TITLE, SECTIONS
 from stickslip.config.sections import OUTPUT_SUFFIXES, PLOT_SUFFIXES, Section
+from stickslip.config.studies import STUDIES, Contours
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAWS
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import PROFILES, QUANTITIES
+from stickslip.vocabulary.quantities import PARAMETERS, PROFILES, QUANTITIES
 from stickslip.vocabulary.settings import AXIS, FEATURE_SETTINGS, RISK
 
 Schema = dict[str, Any]
@@ -39,7 +40,7 @@ def json_schema() -> Schema:
                 "description": "what the map shows",
             },
             "axes": _axes(),
-            **{key: _section(model) for key, model in SECTIONS.items()},
+            **{key: _section(model) for key, model in (SECTIONS | STUDIES).items()},
             **{key: _judged(key) for key in _JUDGED},
         },
     }
@@ -149,17 +150,22 @@ def _section(model: type[Section]) -> Schema:
         if name in model.rows:
             properties[name] = _described(model.rows[name])
             continue
-        properties[name] = {"description": field.description, **_OTHERS[name]}
-        if field.default is not None:
+        properties[name] = {"description": field.description, **(_OTHERS | _OWN.get(model, {}))[name]}
+        if field.default is not None and not field.is_required():
             properties[name]["default"] = field.default
-    return _object(properties, str(model.__doc__))
+    required = [name for name, field in model.model_fields.items() if field.is_required()]
+    return _object(properties, str(model.__doc__)) | ({"required": required} if required else {})
 
 
 def _file_name(*suffixes: str) -> Schema:
     return {"type": "string", "pattern": f"({'|'.join(map(re.escape, suffixes))})$"}
 
 
+_VALUE: Schema = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": _WITH_UNIT}]}
+_RANGE: Schema = {"type": "array", "minItems": 2, "maxItems": 2, "items": _VALUE}
 _OTHERS: Schema = {  # what is not a number
+    "along": {"enum": list(PARAMETERS)},
+    "between": _RANGE,
     "law": {"enum": list(LAWS)},
     "fit": _file_name(".csv"),
     "profile": {"enum": list(PROFILES)},
@@ -167,6 +173,13 @@ _OTHERS: Schema = {  # what is not a number
     "dask": {"type": "string", "pattern": PATTERN, "examples": ["tcp://host:8786", LOCAL]},
     "file": _file_name(*OUTPUT_SUFFIXES),
     "plot": _file_name(*PLOT_SUFFIXES),
+}
+_NAMES: Schema = {"enum": list(PARAMETERS)}
+_OWN: dict[type[Section], Schema] = {  # where a key means something else in one section
+    Contours: {
+        "axes": {"type": "array", "minItems": 2, "maxItems": 2, "uniqueItems": True, "items": _NAMES},
+        "between": {"type": "object", "propertyNames": _NAMES, "additionalProperties": _RANGE},
+    },
 }
 _JUDGED = {
     "features": (FEATURE_SETTINGS, "How the features of a record are read."),

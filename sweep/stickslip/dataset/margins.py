@@ -15,6 +15,7 @@ from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import MARGIN_VARIABLES, VARIABLES, Variable
 
 SIDES = ("below", "above")
+ON_SIDES = {"border": False, "border_width": False, "beyond": True, "proposed": False, "checked": True}  # flags: True
 
 
 def margin_dataset(
@@ -28,13 +29,16 @@ def margin_dataset(
     """The margins of cells.
 
     dims, shape, coordinates : of the cells. table : `regime`, and by names of `MARGIN_VARIABLES` followed by that of a
-    parameter, what was found, each (cells,) or (cells, 2); the latter get the dimension ``side`` (below, above).
+    parameter, what was found, each (cells,); those of `ON_SIDES` followed by a side as well, which becomes a dimension.
     """
     declared = {"regime": VARIABLES["regime"]}
     declared |= {name: _of(row, None) for name, row in MARGIN_VARIABLES.items()}
     declared |= {f"{name}_{p}": _of(row, p) for name, row in MARGIN_VARIABLES.items() for p in parameters}
+    both = {f"{kind}_{p}": np.stack([table[f"{kind}_{p}_{side}"] for side in SIDES], axis=-1)
+            for p in parameters for kind in ON_SIDES}  # fmt: skip
+    single = {name: values for name, values in table.items() if name in declared and name not in both}
     variables = {}
-    for name, values in table.items():
+    for name, values in (single | both).items():
         more = () if values.ndim == 1 else ("side",)
         variables[name] = variable_of(declared[name], (*dims, *more), values.reshape(*shape, *values.shape[1:]))
     side = xr.Variable("side", np.asarray(SIDES, str), {"long_name": "side of the value on which the border lies"})

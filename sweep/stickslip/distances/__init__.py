@@ -4,7 +4,7 @@
 the space of all of them; `regimes.py` is what they ask the engine, `find.py` puts it together.
 """
 
-from stickslip.distances.find import Question, find_margins
+from stickslip.distances.find import Asking, MarginStudy, Question
 from stickslip.distances.reach import CHANGEABLE, FACTOR, parameters_of
 
-__all__ = ["CHANGEABLE", "FACTOR", "Question", "find_margins", "parameters_of"]
+__all__ = ["CHANGEABLE", "FACTOR", "Asking", "MarginStudy", "Question", "parameters_of"]

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.dataset.margins import margin_dataset
+from stickslip.dataset.margins import ON_SIDES, SIDES, margin_dataset
 from stickslip.distances.joint import Cheapest, cheapest
 from stickslip.distances.reach import FACTOR, Reach, reach_of, within_of
 from stickslip.distances.regimes import Asked, Floats, Labels, codes, decided
 from stickslip.distances.single import Borders, nearest
-from stickslip.engine import Options
+from stickslip.engine import Options, Results, StopFlag
+from stickslip.errors import StoppedError
+from stickslip.study import Finished, Moved, Study, joined
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.parameter import NAN
 
 _TOGETHER = 512  # cells whose rays are held at once
+_OF_JOINT_CHANGE = 20_000  # cells a joint change takes, about
+_LANES_FED = 8  # blocks of so many times more cells than their work calls for: rounds have few cells each
 _OF_JOINT = 1e-8  # tolerance of joint changes, whose cost is known no better
 
 
@@ -61,36 +65,83 @@ class Question:
         return np.array([self.costs.get(name, 1.0) for name in self.parameters])
 
 
-def find_margins(
-    cells: Cells,
-    question: Question,
-    options: Options,
-    dims: Sequence[str],
-    shape: Sequence[int],
-    coordinates: Mapping[str, xr.Variable],
-    attributes: Mapping[str, str],
-) -> xr.Dataset:
-    """The margins of cells, every parameter of length n, as a dataset over `dims`. Raises Interrupted on Ctrl-C."""
-    size = cells["mass"].size
-    parts = [_margins({name: values[i : i + _TOGETHER] for name, values in cells.items()}, question, options)
-             for i in range(0, size, _TOGETHER)]  # fmt: skip
-    table = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    told = dict(attributes) | _told(question, table, options)
-    return margin_dataset(question.parameters, dims, shape, coordinates, table, told)
+@dataclass(frozen=True, eq=False)
+class Asking:
+    """The cells that are asked about: dims, shape, coordinates, and their parameters from start to stop."""
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    coordinates: Mapping[str, xr.Variable]
+    cells: Callable[[int, int], Cells]
 
 
-def _margins(cells: Cells, question: Question, options: Options) -> dict[str, NDArray[Any]]:
-    """The columns of some cells, by names of the dataset."""
-    asked = Asked(cells, options)
-    size = cells["mass"].size
+class MarginStudy(Study):
+    """The margins of cells, its items."""
+
+    name, counted = "margins", "cells"
+
+    def __init__(self, asking: Asking, question: Question, options: Options) -> None:
+        self._asking, self._question = asking, question
+        self.dims, self.shape = asking.dims, asking.shape
+        self.options = replace(options, early_stop=True)
+        each = 2 * (question.scan + int(-np.log2(question.tolerance))) * len(question.parameters)
+        self.cells_each = each + (_OF_JOINT_CHANGE if question.joint else 0)
+        self.weight = max(self.cells_each // _LANES_FED, 1)
+        self.columns = {name: np.dtype(np.int8 if flag else np.float64) for name, flag in _columns(question)}
+
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+        """The margins of a range of cells."""
+        found = []
+        for start in range(items.start, items.stop, _TOGETHER):
+            some = range(start, min(start + _TOGETHER, items.stop))
+            asked = Asked(self._asking.cells(some.start, some.stop), self.options, stop)
+            try:
+                found.append(_margins(asked, len(some), self._question))
+            except StoppedError:
+                return Finished({}, False)
+            if moved:
+                moved(len(some))
+        whole = joined(found) if found else self.blank(items)
+        return Finished({name: whole[name].astype(dtype) for name, dtype in self.columns.items()})
+
+    def blank(self, items: range) -> Results:
+        """Cells of which nothing is known."""
+        return {name: np.full(len(items), 0 if dtype == np.int8 else np.nan, dtype)
+                for name, dtype in self.columns.items()}  # fmt: skip
+
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """The margins over the cells, and ``side``."""
+        whole, asking = joined(parts), self._asking
+        told = dict(attributes) | _told(self._question, whole, self.options)
+        return margin_dataset(
+            self._question.parameters, asking.dims, asking.shape, asking.coordinates, whole, told
+        )  # fmt: skip
+
+
+def _columns(question: Question) -> Iterator[tuple[str, bool]]:
+    """Names of the columns, and whether they are flags."""
+    yield "regime", True
+    for name in question.parameters:
+        yield from ((f"margin_{name}", False), (f"ratio_{name}", False))
+        for side in SIDES:
+            yield from ((f"{kind}_{name}_{side}", flag) for kind, flag in ON_SIDES.items())
+    if question.joint:
+        yield from (("joint_cost", False), ("joint_checked", True))
+        for name in question.parameters:
+            yield from ((f"joint_{name}", False), (f"joint_proposed_{name}", False))
+
+
+def _margins(asked: Asked, size: int, question: Question) -> Results:
+    """The columns of some cells. Raises StoppedError."""
+    cells = asked.cells
     home = asked.regimes(np.arange(size), {})
     into = None if question.into is None else codes(question.into)
     within = within_of(question.within, question.parameters)
     reaches = [reach_of(name, cells, within[name]) for name in question.parameters]
-    table: dict[str, NDArray[Any]] = {"regime": home}
+    table: Results = {"regime": home}
     for reach in reaches:
         found = nearest(asked, reach, home, into, question.scan, question.tolerance)
-        table |= {f"{name}_{reach.name}": values for name, values in _single(asked, reach, found, question).items()}
+        table |= _single(asked, reach, found, question)
     if question.joint:
         tolerance = max(question.tolerance, _OF_JOINT)
         best = cheapest(asked, reaches, question.of_each, home, into, question.scan, tolerance)
@@ -98,7 +149,7 @@ def _margins(cells: Cells, question: Question, options: Options) -> dict[str, ND
     return table
 
 
-def _single(asked: Asked, reach: Reach, found: Borders, question: Question) -> dict[str, NDArray[Any]]:
+def _single(asked: Asked, reach: Reach, found: Borders, question: Question) -> Results:
     """What is said of one parameter: both borders, the nearer of them as distance and as factor, and the checks."""
     size = reach.value.size
     middle = found.low + (found.high - found.low) / 2
@@ -106,15 +157,19 @@ def _single(asked: Asked, reach: Reach, found: Borders, question: Question) -> d
     border = middle[np.arange(size), nearer]
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(reach.by_factor, border / reach.value, NAN)
-    checked = [_checked(asked, [reach], found.change[:, [side]], question.beyond) for side in (0, 1)]
-    return {
-        "margin": border - reach.value, "ratio": ratio, "border": middle, "border_width": found.high - found.low,
-        "beyond": found.beyond, "checked": np.stack([regimes for regimes, _ in checked], axis=1),
-        "proposed": np.stack([values[:, 0] for _, values in checked], axis=1),
-    }  # fmt: skip
+    name = reach.name
+    table = {f"margin_{name}": border - reach.value, f"ratio_{name}": ratio}
+    for i, side in enumerate(SIDES):
+        regimes, values = _checked(asked, [reach], found.change[:, [i]], question.beyond)
+        on_side = {
+            "border": middle[:, i], "border_width": found.high[:, i] - found.low[:, i], "beyond": found.beyond[:, i],
+            "proposed": values[:, 0], "checked": regimes,
+        }  # fmt: skip
+        table |= {f"{kind}_{name}_{side}": on_side[kind] for kind in ON_SIDES}
+    return table
 
 
-def _joint(asked: Asked, reaches: Sequence[Reach], best: Cheapest, question: Question) -> dict[str, NDArray[Any]]:
+def _joint(asked: Asked, reaches: Sequence[Reach], best: Cheapest, question: Question) -> Results:
     """What is said of the cheapest joint change."""
     found = {"joint_cost": np.where(np.isfinite(best.cost), best.cost, NAN)}
     everywhere = np.arange(best.cost.size)

@@ -10,28 +10,28 @@ from numpy.typing import NDArray
 
 from stickslip.borders.find import UNDECIDED
 from stickslip.distances.reach import is_possible
-from stickslip.engine import Options, compute, compute_range, stop_flag
-from stickslip.errors import Interrupted
+from stickslip.engine import Options, StopFlag, compute_range
+from stickslip.errors import StoppedError
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int8]
-_FEW = 512  # cells that are computed before threads would have started
 NOT_COMPUTED = REGIMES.index("not_computed")
 
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """Cells, by parameters of length n, and how they are computed."""
+    """Cells, by parameters of length n, and how they are computed, until `stop` is raised."""
 
     cells: Cells
     options: Options
+    stop: StopFlag
 
     def regimes(self, which: Integers, changed: Cells) -> Labels:
         """Regimes of the cells `which` (m,) with other values (m,) of some parameters; impossible ones are not
-        computed."""
+        computed. Raises StoppedError."""
         some = {name: values[which] for name, values in self.cells.items()} | changed
         possible = np.flatnonzero(is_possible(some))
         found = np.full(which.size, NOT_COMPUTED, np.int8)
@@ -42,12 +42,9 @@ class Asked:
         def cells(start: int, stop: int) -> Cells:
             return {name: values[start:stop] for name, values in kept.items()}
 
-        if possible.size < _FEW:
-            done = compute_range(cells, 0, possible.size, self.options, stop_flag())
-        else:
-            done = compute(cells, possible.size, self.options)
+        done = compute_range(cells, 0, possible.size, self.options, self.stop)
         if not done.complete:
-            raise Interrupted(done.done, possible.size)
+            raise StoppedError
         found[possible] = done.results["regime"]
         return found
 

@@ -1,0 +1,129 @@
+"""The sections that ask for something else than a map. A configuration has at most one of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+
+from stickslip.config.sections import Section, number, of_row, refused
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.settings import BORDER, CONTOURS
+from stickslip.vocabulary.words import listed, nearest
+
+
+def _end(value: object, info: ValidationInfo) -> float:
+    """One end of a range of the parameter `along`."""
+    if "along" not in info.data:  # which is refused already
+        return math.nan
+    row = PARAMETERS[info.data["along"]]
+    found = number(row, value)
+    if math.isnan(found):
+        raise refused(row.expected.removesuffix(row.otherwise))
+    return found
+
+
+End = Annotated[float, BeforeValidator(_end)]
+
+
+class Border(Section):
+    """Where along a parameter the regime changes; the other axes are the lines that are searched."""
+
+    rows = BORDER
+    along: str = Field(description="parameter of a cell to search along")
+    between: tuple[End, End] | None = Field(
+        None, description="both ends of the range to search, the lower one first; those of the axis unless given"
+    )
+    tolerance: float = of_row(BORDER["tolerance"])
+    scan: int = of_row(BORDER["scan"])
+    rtol: float | None = of_row(BORDER["rtol"])
+
+    @field_validator("along", mode="before")
+    @classmethod
+    def _along(cls, value: object) -> str:
+        return parameter(value)
+
+    @field_validator("between", mode="before")
+    @classmethod
+    def _between(cls, value: object) -> object:
+        if not isinstance(value, list | tuple) or len(value) != 2:
+            raise refused("a list of two values, the lower end first")
+        return value
+
+    @field_validator("between")
+    @classmethod
+    def _order(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        if value is not None and not value[0] < value[1] and not math.isnan(value[0]):
+            hint = "swap the ends" if value[0] > value[1] else None
+            raise refused("the lower end first and the upper above it", hint)
+        return value
+
+    def resolved(self) -> dict[str, Any]:
+        """The section as plain data."""
+        plain = super().resolved()
+        return plain if self.between is None else plain | {"between": list(self.between)}
+
+
+class Contours(Section):
+    """Where in planes of two parameters the regime changes, as lines; the other axes are the panels."""
+
+    rows = CONTOURS
+    axes: tuple[str, str] | None = Field(
+        None, description="the two parameters, y and x; the last two axes unless given"
+    )
+    between: dict[str, tuple[float, float]] | None = Field(
+        None, description="by parameter, both ends of its range, the lower one first; those of its axis unless given"
+    )
+    points: int = of_row(CONTOURS["points"])
+    tolerance: float = of_row(CONTOURS["tolerance"])
+    scan: int = of_row(CONTOURS["scan"])
+    rtol: float | None = of_row(CONTOURS["rtol"])
+
+    @field_validator("axes", mode="before")
+    @classmethod
+    def _axes(cls, value: object) -> object:
+        if not isinstance(value, list | tuple) or len(value) != 2 or value[0] == value[1]:
+            raise refused("a list of two different parameters, y and x")
+        return tuple(map(parameter, value))
+
+    @field_validator("between", mode="before")
+    @classmethod
+    def _between(cls, value: object) -> object:
+        if not isinstance(value, Mapping):
+            raise refused("a range for each of the two parameters: {belt_speed: [0.1, 1]}")
+        return {parameter(name): _range(PARAMETERS[name], ends) for name, ends in value.items()}
+
+    def resolved(self) -> dict[str, Any]:
+        """The section as plain data."""
+        plain = super().resolved()
+        if self.axes is not None:
+            plain["axes"] = list(self.axes)
+        if self.between is not None:
+            plain["between"] = {name: list(ends) for name, ends in self.between.items()}
+        return plain
+
+
+def _range(row: Parameter, value: object) -> tuple[float, float]:
+    """Both ends of a range of a parameter."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise refused("a list of two values, the lower end first")
+    low, high = (number(row, end) for end in value)
+    if math.isnan(low) or math.isnan(high):
+        raise refused(row.expected.removesuffix(row.otherwise))
+    if not low < high:
+        raise refused("the lower end first and the upper above it", "swap the ends" if low > high else None)
+    return low, high
+
+
+STUDIES: dict[str, type[Section]] = {"border": Border, "contours": Contours}
+
+
+def parameter(value: object) -> str:
+    """The name of a parameter of a cell."""
+    if value not in PARAMETERS:
+        near = nearest(str(value), PARAMETERS)
+        raise refused(f"a parameter of a cell: {listed(PARAMETERS)}", f"did you mean {near}?" if near else None)
+    return str(value)
