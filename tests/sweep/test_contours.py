@@ -184,7 +184,7 @@ def test_bad_input_is_named_with_what_is_allowed(change, message):
         ("{axes: [damping, belt_speed]}", "damping is no axis of the configuration, so it needs a range"),
         (
             "{axes: [mu_stop, belt_speed], between: {mu_stop: [0, 2]}}",
-            "contours.between.mu_stop: got [0, 2], expected at most",
+            "between.mu_stop: got [0, 2], expected at most",
         ),
     ],
 )

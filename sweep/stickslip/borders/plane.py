@@ -13,14 +13,14 @@ import xarray as xr
 
 from stickslip.borders.lines import Lines, lines_of_cells
 from stickslip.borders.search import Floats, Integers, Scan
-from stickslip.config.grid import build_grid
+from stickslip.config.grid import build_grid, parameters_of
 from stickslip.config.lines import Between
 from stickslip.config.model import Config
 from stickslip.config.planes import broken_in_plane, plane_along, two_parameters
 from stickslip.dataset.build import grid_coordinates
 from stickslip.errors import ArgumentError
 from stickslip.vocabulary.cells import Cells, as_cells
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 
 Ranges = Mapping[str, Between]
 
@@ -53,7 +53,7 @@ class Plane:
     """Panels of cells over two parameters, `x` and `y`.
 
     dims, shape, coordinates : of the panels, one per combination of whatever else varies. others : their other
-    parameters, each of length `size`.
+    quantities, each of length `size`. complete : the cells from all quantities.
     """
 
     x: Side
@@ -62,6 +62,7 @@ class Plane:
     shape: tuple[int, ...]
     coordinates: Mapping[str, xr.Variable]
     others: Cells
+    complete: Callable[[Cells], Cells] = lambda cells: cells  # noqa: E731
 
     @property
     def size(self) -> int:
@@ -73,7 +74,7 @@ class Plane:
 
         def some(start: int, stop: int) -> Cells:
             taken = {name: values[panel[start:stop]] for name, values in self.others.items()}
-            return taken | {self.x.name: x[start:stop], self.y.name: y[start:stop]}
+            return self.complete(taken | {self.x.name: x[start:stop], self.y.name: y[start:stop]})
 
         return some
 
@@ -116,15 +117,19 @@ def plane_of_config(config: Config, axes: tuple[str, str] | None, between: Range
         raise ArgumentError(
             str(broken.path[-1]), f"got {got} for which no cell is possible, expected {broken.expected}"
         )
-    left = tuple(axis for axis in config.axes if not any(axis is line.axis for line in found.values()))
-    grid = build_grid(config.model_copy(update={"axes": left}))
+    without: dict[str, Any] = {
+        "axes": tuple(axis for axis in config.axes if not any(axis is line.axis for line in found.values()))
+    }
+    for name in found:
+        section = QUANTITIES[name].section
+        without[section] = without.get(section, getattr(config, section)).model_copy(update={name: None})
+    grid = build_grid(config.model_copy(update=without))
     y, x = (
         Side(name, *line.between, line.spacing or Scan.over(*line.between, 2).spacing, points)
         for name, line in found.items()
     )
-    others = {name: values for name, values in grid.cells(0, grid.size).items() if name not in found}
-    coordinates = {name: one for name, one in grid_coordinates(grid).items() if name not in found}
-    return Plane(x, y, grid.dims, grid.shape, coordinates, others)
+    others, coordinates = grid.quantities(0, grid.size), grid_coordinates(grid)
+    return Plane(x, y, grid.dims, grid.shape, coordinates, others, parameters_of)
 
 
 def _plain(cells: Mapping[str, Any] | xr.Dataset, without: str) -> dict[str, Any]:

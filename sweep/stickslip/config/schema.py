@@ -16,7 +16,7 @@ from stickslip.config.studies import STUDIES, Contours
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAWS
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import PARAMETERS, PROFILES, QUANTITIES
+from stickslip.vocabulary.quantities import PROFILES, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.settings import AXIS, FEATURE_SETTINGS, RISK
 
 Schema = dict[str, Any]
@@ -164,7 +164,7 @@ def _file_name(*suffixes: str) -> Schema:
 _VALUE: Schema = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": _WITH_UNIT}]}
 _RANGE: Schema = {"type": "array", "minItems": 2, "maxItems": 2, "items": _VALUE}
 _OTHERS: Schema = {  # what is not a number
-    "along": {"enum": list(PARAMETERS)},
+    "along": {"enum": list(SEARCHABLE)},
     "between": _RANGE,
     "law": {"enum": list(LAWS)},
     "fit": _file_name(".csv"),
@@ -174,7 +174,7 @@ _OTHERS: Schema = {  # what is not a number
     "file": _file_name(*OUTPUT_SUFFIXES),
     "plot": _file_name(*PLOT_SUFFIXES),
 }
-_NAMES: Schema = {"enum": list(PARAMETERS)}
+_NAMES: Schema = {"enum": list(SEARCHABLE)}
 _OWN: dict[type[Section], Schema] = {  # where a key means something else in one section
     Contours: {
         "axes": {"type": "array", "minItems": 2, "maxItems": 2, "uniqueItems": True, "items": _NAMES},

@@ -16,7 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.dataset.build import variable_of
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import SEARCHABLE
 from stickslip.vocabulary.results import CONTOUR_VARIABLES
 
 Floats = NDArray[np.float64]
@@ -67,7 +67,7 @@ def _container(names: tuple[str, str]) -> xr.Variable:
 
 
 def _nodes(name: str, values: Floats, axis: str, spacing: str) -> xr.Variable:
-    row = PARAMETERS[name]
+    row = SEARCHABLE[name]
     attributes = {"units": row.units, "long_name": row.long_name, "axis": axis, "axis_spacing": spacing}
     return xr.Variable("node", values, attributes, {"_FillValue": None})
 

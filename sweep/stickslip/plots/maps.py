@@ -63,8 +63,8 @@ def plot_map(
     """One variable of a map over its last two dimensions, small multiples over the others.
 
     select : fixes dimensions (`select.places` says how); the title names the points that are drawn.
-    borders : draw the borders of linear theory: of stability, and of overshoot. lines : exact borders to draw over maps of
-        two dimensions and more, what `border` or `contours` returned for the same cells.
+    borders : draw the borders of linear theory: of stability, and of overshoot. lines : exact borders to draw over maps
+        of two dimensions and more, what `border` or `contours` returned for the same cells.
     A map of one dimension becomes a strip of regimes with the variable below it (for a flag, the damping ratio).
     Maps of more cells than pixels are reduced to pixels (`coarse.py`), which a note below says; no cell is skipped,
     and memory stays small. Raises PlotError; StoreError where a file turns out to be damaged.
