@@ -40,7 +40,7 @@ def margin_dataset(
     variables = {}
     for name, values in (single | both).items():
         more = () if values.ndim == 1 else ("side",)
-        variables[name] = variable_of(declared[name], (*dims, *more), values.reshape(*shape, *values.shape[1:]))
+        variables[name] = variable_of(declared[name], (*dims, *more), values.reshape((*shape, *values.shape[1:])))
     side = xr.Variable("side", np.asarray(SIDES, str), {"long_name": "side of the value on which the border lies"})
     return xr.Dataset(variables, dict(coordinates) | {"side": side}, dict(attributes))
 

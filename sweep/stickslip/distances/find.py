@@ -128,7 +128,7 @@ def _columns(question: Question) -> Iterator[tuple[str, bool]]:
     if question.joint:
         yield from (("joint_cost", False), ("joint_checked", True))
         for name in question.parameters:
-            yield from ((f"joint_{name}", False), (f"joint_proposed_{name}", False))
+            yield from ((f"joint{kind}_{name}", False) for kind in ("", "_share", "_proposed"))
 
 
 def _margins(asked: Asked, size: int, question: Question) -> Results:
@@ -177,6 +177,8 @@ def _joint(asked: Asked, reaches: Sequence[Reach], best: Cheapest, question: Que
     for i, reach in enumerate(reaches):
         values = reach.at(np.nan_to_num(best.changes[:, i]), everywhere)
         found[f"joint_{reach.name}"] = np.where(known, values, NAN)
+        cost = question.of_each[i] * best.changes[:, i]
+        found[f"joint_share_{reach.name}"] = np.where(known, (cost / best.cost) ** 2, NAN)
     regimes, values = _checked(asked, reaches, best.changes, question.beyond)
     found["joint_checked"] = regimes
     return found | {f"joint_proposed_{reach.name}": values[:, i] for i, reach in enumerate(reaches)}
@@ -207,7 +209,7 @@ def _told(question: Question, table: Mapping[str, NDArray[Any]], options: Option
     none = [name for name in question.parameters if np.isnan(table[f"margin_{name}"]).all()]
     within = within_of(question.within, question.parameters)
     told: dict[str, str | float] = {
-        "margin_within": ", ".join(f"{name}: {_spelled(one)}" for name, one in within.items()),
+        "margin_within": _all_spelled(within),
         "margin_into": ", ".join(question.into) if question.into else "any other regime",
         "margin_scan": f"{question.scan} places on either side, evenly spaced in the change: what begins and ends "
         "between two of them can be missed",
@@ -222,6 +224,13 @@ def _told(question: Question, table: Mapping[str, NDArray[Any]], options: Option
         costs = ", ".join(f"{name}: {cost:g}" for name, cost in zip(question.parameters, question.of_each, strict=True))
         told["joint_costs"] = f"{costs}; of a change by the factor e, or by its scale where the value is 0"
     return told
+
+
+def _all_spelled(within: Mapping[str, float | tuple[float, float]]) -> str:
+    """How far each parameter may go; one factor for all of them where it is."""
+    if len(set(within.values())) == 1 and isinstance(first := next(iter(within.values())), float):
+        return f"{_spelled(first)}, along {', '.join(within)}"
+    return ", ".join(f"{name}: {_spelled(one)}" for name, one in within.items())
 
 
 def _spelled(within: float | tuple[float, float]) -> str:

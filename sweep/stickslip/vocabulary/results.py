@@ -107,6 +107,7 @@ _MARGIN_VARIABLES = (
     Variable("joint_cost", "1", "cost of the cheapest joint change", comment="root of the sum of (cost x change)^2; "
              "changes are logarithms of ratios, or over a scale where the value is 0 or may change its sign"),
     Variable("joint", "parameter", "value after the cheapest joint change"),
+    Variable("joint_share", "1", "share of the change in the square of the cost of the cheapest joint change"),
     Variable("joint_proposed", "parameter", "value past the border that was simulated, of the cheapest joint change"),
     Variable("joint_checked", "flag", "regime of the simulation past the border, of the cheapest joint change"),
 )  # fmt: skip
