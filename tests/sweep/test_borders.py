@@ -13,12 +13,15 @@ from scipy.optimize import brentq
 import stickslip
 from helpers.configs import GOOD, MEASURED_FORM, write_config
 from stickslip import theory
-from stickslip.borders import Scan, find, search_lines
+from stickslip.borders import Scan, search_lines
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.errors import Interrupted
 from stickslip.files import writing
+from stickslip.runs import blocks
+from stickslip.vocabulary.curve import coefficients
 from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.quantities import PARAMETERS
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 STICK_SLIP, DAMPED, CREEP = (REGIMES.index(name) for name in ("stick_slip", "damped", "creep"))
@@ -199,23 +202,111 @@ def test_the_other_axes_of_a_configuration_are_the_dimensions(tmp_path):
     assert both["border"].dims == ("stiffness", "belt_speed", "crossing")
 
 
-def test_lines_are_searched_in_portions(monkeypatch):
+def test_along_what_is_measured_the_curve_follows():
+    config = parse_config(MEASURED_FORM.replace("belt_speed: 10 mm/s", "belt_speed: 0.5"), "<test>")
+    fixed = config.fixed()
+    (one,) = stickslip.border(config, "v_reversal", (0.1, 0.3))["border"].values
+    places = np.array([one * (1 - 1e-8), one * (1 + 1e-8)])
+    curve = coefficients(fixed["mu_start"], fixed["mu_reversal"], places, fixed["a4"])
+    cells = {name: fixed[name] for name in PARAMETERS if name in fixed} | curve._asdict()
+    low, high = stickslip.evaluate(cells, rtol=1e-11)["regime"].values
+    assert low != high
+
+
+def test_borders_do_not_depend_on_where_the_scan_looked():
+    cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
+    one, other = (stickslip.border(cells, "belt_speed", *how) for how in ((BELT,), ((0.0123, 7.0),)))
+    coarse = stickslip.border(cells, "belt_speed", BELT, scan=2)
+    for ds in (other, coarse):
+        np.testing.assert_allclose(only(ds), only(one), rtol=1e-9)
+
+
+def test_the_regimes_beside_a_border_are_those_of_cells_there():
+    ds = stickslip.border(PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}, "belt_speed", BELT)
+    for side, name in ((-1, "regime_below"), (1, "regime_above")):
+        place = ds["border"].isel(crossing=0) * (1 + side * 1e-9)
+        cells = stickslip.evaluate(ds[list(ds.coords)].assign_coords(belt_speed=place), rtol=1e-11)
+        np.testing.assert_array_equal(cells["regime"], ds[name].isel(crossing=0))
+
+
+def test_both_ends_of_stick_slip_on_a_line_are_found():
+    """The belt may run back: the same to the other side."""
+    ds = stickslip.border(PAIR, "belt_speed", (-2.0, 2.0))
+    assert ds.sizes["crossing"] >= 2
+    borders = ds["border"].values[0]
+    assert (np.diff(borders) > 0).all()
+    np.testing.assert_allclose(borders[[0, -1]], [-0.79817535635, 0.79817535635], rtol=1e-9)
+    assert ds["regime_below"].values[0, 0] == ds["regime_above"].values[0, -1] == DAMPED
+    np.testing.assert_array_equal(ds["regime_above"][0, :-1], ds["regime_below"][0, 1:])
+
+
+def test_lines_with_fewer_borders_are_filled_with_nothing():
+    ds = stickslip.border(PAIR | {"a3": [0.3, 0.0]}, "belt_speed", BELT)
+    assert ds["border"].isnull().values.tolist() == [[False], [True]]
+    assert np.isnan(ds["border_width"][1, 0]) and ds["regime_below"][1, 0] == ds["regime_above"][1, 0] == 0
+    assert ds.attrs["border_found"] == "1 on 1 of 2 lines"
+
+
+def test_no_border_is_no_error_and_is_said(tmp_path):
+    ds = stickslip.border(PAIR, "belt_speed", (0.1, 0.2))
+    assert ds.sizes == {"cell": 1, "crossing": 0}
+    assert ds.attrs["border_found"] == "none: no change of regime was found on 1 lines"
+    xr.testing.assert_equal(stickslip.open(writing.write(ds, tmp_path / "none.nc")).load(), ds)
+
+
+def test_a_dataset_of_borders_says_what_it_is():
+    ds = stickslip.border(PAIR | {"belt_speed": 0.1}, "stiffness", (0.1, 10.0), tolerance=1e-6, scan=5)
+    assert ds["border"].attrs["units"] == ds["border_width"].attrs["units"] == "N m-1"
+    assert ds["regime_below"].dtype == np.int8
+    assert ds["regime_below"].attrs["flag_meanings"] == " ".join(REGIMES)
+    assert ds.attrs["border_scan"].startswith("5 points, log spacing, a factor of 3.16228 apart: a regime that begins")
+    assert ds.attrs["border_method"] == "bisection of the regime"
+    assert (ds.attrs["border_tolerance"], ds.attrs["border_rtol"]) == (1e-6, 1e-8)
+    assert {"source", "history", "configuration"} <= set(ds.attrs)
+    near = stickslip.border(PAIR, "belt_speed", (0.5, 1.0), scan=6)
+    assert near.attrs["border_scan"].startswith("6 points, linear spacing, 0.1 m/s apart")
+
+
+# --- configurations ---------------------------------------------------------------------------------------------------
+
+
+def test_the_other_axes_of_a_configuration_are_the_dimensions(tmp_path):
+    path = write_config(tmp_path, num=5)
+    ds = stickslip.border(path, "belt_speed", tolerance=1e-7)
+    assert ds["border"].dims == ("stiffness", "crossing") and ds.sizes["stiffness"] == 5
+    assert ds.attrs["border_range"] == "0.05 to 1.0 m/s" and "belt_speed" not in ds.coords
+    stiffness = ds["stiffness"].values
+    listed = stickslip.border(PAIR | {"stiffness": stiffness}, "belt_speed", (0.05, 1.0), tolerance=1e-7)
+    np.testing.assert_allclose(ds["border"], listed["border"], rtol=1e-7)
+    both = stickslip.border(path, "damping", (0.0, 1.0), scan=3)
+    assert both["border"].dims == ("stiffness", "belt_speed", "crossing")
+
+
+def test_along_what_is_measured_the_curve_follows():
+    config = parse_config(MEASURED_FORM, "<test>")
+    fixed = config.fixed()
+    (one,) = stickslip.border(config, "mu_start", (fixed["mu_reversal"] * 1.001, 2.0)).border.values.reshape(-1)[:1]
+    start = {"mu_start": np.array([one * (1 - 1e-8), one * (1 + 1e-8)])}
+    curve = coefficients(**start, mu_reversal=fixed["mu_reversal"], v_reversal=fixed["v_reversal"], a4=fixed["a4"])
+    cells = {name: fixed[name] for name in PARAMETERS if name in fixed} | curve._asdict()
+    low, high = stickslip.evaluate(cells, rtol=1e-11)["regime"].values
+    assert low != high
+
+
+def test_borders_do_not_depend_on_how_lines_are_cut(monkeypatch):
     cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
     whole = stickslip.border(cells, "belt_speed", BELT, scan=8)
-    monkeypatch.setattr(find, "_TOGETHER", 16)
+    monkeypatch.setattr(blocks, "_FEWEST", 16)
     portions = stickslip.border(cells, "belt_speed", BELT, scan=8)
     xr.testing.assert_equal(portions, whole)
 
 
-def test_an_interrupted_search_says_so(monkeypatch):
-    compute = find.compute
+def test_an_interrupted_search_says_so():
+    def stop(done, of):
+        raise KeyboardInterrupt
 
-    def stopped(cells, size, options):
-        return type(done := compute(cells, size, options))(done.results, size - 1)
-
-    monkeypatch.setattr(find, "compute", stopped)
-    with pytest.raises(Interrupted, match="63 of 64 cells"):
-        stickslip.border(PAIR, "belt_speed", BELT)
+    with pytest.raises(Interrupted, match="[01] of 1 lines are finished"):
+        stickslip.border(PAIR, "belt_speed", BELT, progress=stop)
 
 
 # --- the search alone, on labels we choose ----------------------------------------------------------------------------
@@ -285,7 +376,7 @@ def test_halving_ends_at_neighbouring_numbers():
         ({"between": (1.0, 2.0, 3.0)}, TypeError, "expected two numbers (low, high)"),
         ({"scan": 1}, ValueError, "scan: got 1, expected a whole number from 2 to"),
         ({"scan": 2.5}, ValueError, "scan: got 2.5"),
-        ({"tolerance": 0.0}, ValueError, "tolerance: got 0.0, expected a number from 1e-15 to below 1"),
+        ({"tolerance": 0.0}, ValueError, "tolerance: got 0.0, expected a number from 1e-15 to 0.1"),
         ({"tolerance": np.nan}, ValueError, "tolerance: got nan"),
         ({"rtol": 1.0}, ValueError, "rtol: got 1.0"),
         ({"law": "no_law"}, ValueError, "law: got 'no_law'"),
@@ -303,7 +394,8 @@ def test_bad_input_is_named_with_what_is_allowed(change, error, message):
     [
         (GOOD, {"along": "belt_speed"}, "between: missing; belt_speed is no axis of the configuration"),
         (GOOD, {"along": "belt_speed", "law": "cubic"}, "law: got 'cubic', but a configuration says its law itself"),
-        (MEASURED_FORM, {"along": "a4", "between": (0.1, 0.2)}, "a4 follows from mu_start, mu_reversal and v_rev"),
+        (MEASURED_FORM, {"along": "a1", "between": (0.1, 0.2)}, "a1 follows from mu_start, mu_reversal and v_rev"),
+        (GOOD, {"along": "mu_start", "between": (0.5, 0.6)}, "mu_start follows from a1, a2 and a3 in this"),
         (GOOD.replace("  belt_speed: 10 mm/s\n", "").replace("  stiffness: 10\n", "")
          + "axes: {pairs: {zip: {belt_speed: [0.1, 0.2], stiffness: [1, 2]}}}\n",
          {"along": "stiffness", "between": (1, 2)}, "stiffness varies together with others in the axis pairs"),
