@@ -34,6 +34,7 @@ _PANEL, _HELD = (
     4096,
     64,
 )  # panels weigh as much as a block of a map, or more; grid points per cell that a block may hold
+_CLOSED_IN = 0.25  # of a cell: wider, the middle of the crossings around a junction says more than that of the window
 _ROUNDS = 12  # of closing in on a junction: to 2e-4 of a cell
 # Sides of a cell counter-clockwise: direction, row and column of where they begin, whether they are run backwards.
 _SIDES = ((_ALONG_X, 0, 0, False), (_ALONG_Y, 0, 1, False), (_ALONG_X, 1, 0, True), (_ALONG_Y, 0, 0, True))
@@ -205,8 +206,13 @@ class _Search:
         )
         for i, share, window in zip(ends, place, width, strict=True):
             panel, row, column = cells[i]
-            x, y = (float(side.at(np.array(n), s)) for side, n, s in
-                    ((self.plane.x, column, share[0]), (self.plane.y, row, share[1])))  # fmt: skip
+            x, y = (
+                float(side.at(np.array(number), part))
+                for side, number, part in ((self.plane.x, column, share[0]), (self.plane.y, row, share[1]))
+            )
+            if window > _CLOSED_IN:
+                around = [one.node for one in rings[i]]
+                x, y = float(nodes.x[around].mean()), float(nodes.y[around].mean())
             parts[i] = joined(rings[i], centres[i], nodes.add(panel, x, y, window))
         return [piece for part in parts for piece in part]
 

@@ -104,7 +104,7 @@ def _panels(ds: xr.Dataset, variable: str, title: str, borders: bool, lines: xr.
         ax.pcolormesh(*edges, np.ma.masked_invalid(cells), cmap=painted.colours, norm=painted.norm, rasterized=True)
         if borders:
             drawn |= _draw_borders(ax, panel, x, y, pixel)
-        exact |= lines is not None and overlays.over_panel(ax, panel, lines, x, y)
+        exact |= lines is not None and overlays.over_panel(ax, panel, lines, x, y, small=bool(outer))
         if outer:
             words = (wrapped(h.heading(i), _PANEL_WIDTH) for h, i in zip(headings, combination, strict=True))
             ax.set_title("\n".join(words), fontsize="small")
