@@ -1,4 +1,4 @@
-"""The map of the article's pair with its exact borders: no figure of the article, but what many of its figures lie in."""
+"""The map of the article's pair with its exact borders: not a figure of the article, but where many of them lie."""
 
 from __future__ import annotations
 
