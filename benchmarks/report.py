@@ -161,6 +161,15 @@ def p3_table(row: dict[str, Any]) -> str:
     return markdown(header, [[*cells, f"{row['worst_energy_error']:.0e}"]])
 
 
+def p4_table(row: dict[str, Any] | None) -> str:
+    if row is None:
+        return "Not measured in this run.\n"
+    cells = [f"{row['lines']:,}", number(row["borders_per_second"]), number(row["bisection_per_second"])]
+    cells += [number(row["scipy_per_second"]), number(row["ratio"]), f"{row['worst_difference']:.0e}"]
+    header = ["lines", "borders per CPU second", "the same by bisection", f"SciPy, {row['scipy_lines']} lines"]
+    return markdown([*header, "over SciPy, core against core", "largest difference"], [cells])
+
+
 def targets(results: dict[str, Any]) -> str:
     """The targets, beside what this run measured."""
     rows: list[list[str]] = []
@@ -265,6 +274,9 @@ Two strokes of 5 mm at 1 to 30 mm/s, with different springs and friction curves,
 second.
 
 {p3_table(results["p3"])}
+## P4, borders to 1e-9
+
+{p4_table(results.get("p4"))}
 ## Cost of many cells (plain map, all threads)
 
 {cost}

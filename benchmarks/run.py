@@ -22,6 +22,7 @@ from time import perf_counter, process_time
 import numpy as np
 from scipy.integrate import solve_ivp
 
+import borders
 import floor
 import problem
 import report
@@ -299,6 +300,8 @@ def main() -> None:
     results["p2"] = regime_map(options.repeats, 40)
     say("P3, test rigs")
     results["p3"] = rigs.measure()
+    say("P4, borders")
+    results["p4"] = borders.measure()
     results["cost"] = cost_of_cells(options.large, options.repeats)
     results["quickstart"] = quickstart(options.repeats)
     results["bench_seconds"] = perf_counter() - began
