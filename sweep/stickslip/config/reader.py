@@ -34,7 +34,7 @@ from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.results import MAP_VARIABLES
 from stickslip.vocabulary.words import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
@@ -221,7 +221,7 @@ class _Reader(Complaints):
     def _group(self, path: Path, raw: Mapping[str, Any]) -> Group | None:
         """Quantities that vary together, under a name of their own."""
         name, before = str(path[-1]), len(self.problems)
-        if name in QUANTITIES or name in VARIABLES or not _GROUP_NAME.fullmatch(name):
+        if name in QUANTITIES or name in MAP_VARIABLES or not _GROUP_NAME.fullmatch(name):
             expected = "a name of its own for the group: a word that is no quantity and no result"
             self.add(path, f"got the name {name}, expected {expected}", at_key=True)
         lists = raw.get("zip")

@@ -38,11 +38,15 @@ MODE_MESSAGES = {
     "fall": "slip on the straight line of a hysteretic curve",
     "hold": "slip at constant speed, friction between the line and the curve (Filippov sliding mode)",
 }
+COMPUTED_MESSAGES = {
+    "inferred": "not computed itself: its regime is that of the computed cells around it",
+    "computed": "computed itself",
+}
 REGIMES = tuple(REGIME_MESSAGES)
 STATUSES = tuple(STATUS_MESSAGES)
 MODES = tuple(MODE_MESSAGES)
 FLAGS: dict[str, dict[str, str]] = {
-    "regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES,
+    "regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES, "computed": COMPUTED_MESSAGES,
     "regime_below": REGIME_MESSAGES, "regime_above": REGIME_MESSAGES,
 }  # fmt: skip
 
