@@ -2,8 +2,8 @@
 
     python benchmarks/refinement.py [--size 4096]
 
-Writes the rows into benchmarks/results/results.json, from which `python benchmarks/report.py` makes the table. At 4096 x
-4096 the full grids take some minutes; `make bench` takes 1024 x 1024.
+Writes the rows into benchmarks/results/results.json, from which `python benchmarks/report.py` makes the table. At
+4096 x 4096 the full grids take some minutes; `make bench` takes 1024 x 1024.
 """
 
 from __future__ import annotations

@@ -294,7 +294,7 @@ second.
 {cost}
 ## Refined maps at the defaults of `refine`, all threads
 
-`python benchmarks/refinement.py --size {results["refinement"][0]["size"]}`; the full grid is computed once, for comparison.
+`python benchmarks/refinement.py --size {results["refinement"][0]["size"]}`; the full grid is computed once, to compare.
 
 {refinement_table(results["refinement"])}
 ## Start-up

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from stickslip.config import examples, kinds, rules
+from stickslip.config import examples, kinds, refined, rules
 from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
@@ -130,6 +130,7 @@ class _Reader(Complaints):
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
         config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})  # type: ignore[arg-type]
         self._check_lines(config)
+        self._check_boxes(config)
         self.raise_any()
         return config
 
@@ -159,6 +160,12 @@ class _Reader(Complaints):
         for finding in broken_rules(config, config.border.along, line):
             got = finding.got or self.text(finding.path)
             self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
+
+    def _check_boxes(self, config: Config) -> None:
+        """There is an axis along which a map can be refined."""
+        for finding in refined.broken_rules(config.axes, config.refine) if config.refine else ():
+            got = finding.got or self.text(finding.path)
+            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint, at_key=bool(finding.got))
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
 

@@ -40,7 +40,8 @@ class RefinedMap(Study):
         dims = refined_axes(config.axes, asked.depth)
         self.tiles = Tiles(self.grid.shape, dims, asked.depth)
         self._density = density(asked.audit, asked.depth, len(dims)) if asked.depth else 0.0
-        self.shape, self.weight = self.tiles.shape, self._cells_per_tile()
+        self.dims, self.shape = self.grid.dims, self.tiles.shape
+        self.cells_each = self.weight = self._cells_per_tile()
         whole = dict.fromkeys((*_OF_TILE, _PLACE), np.dtype(np.int32))
         self.columns = {**whole, **columns(options)}
         self.map_columns = {**columns(options), "computed": np.dtype(np.int8)}
@@ -50,6 +51,11 @@ class RefinedMap(Study):
         lengths = [min(self.tiles.length, self.grid.shape[i]) for i in self.tiles.refined]
         boxes = prod(-(-length // 2**self._asked.depth) + 1 for length in lengths)
         return int(min((4.0 + 2.0 * self._asked.audit) * boxes, prod(lengths)))
+
+    def described(self) -> str:
+        """`250,000 cells: stiffness (500) x belt_speed (500), refined in 1 tile`."""
+        axes = " x ".join(f"{dim} ({n})" for dim, n in zip(self.dims, self.grid.shape, strict=True))
+        return f"{self.grid.size:,} cells: {axes}, refined in {self.tiles.count:,} tile{'s' * (self.tiles.count != 1)}"
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """Tiles are refined side by side, so that there are many cells to compute together."""
