@@ -91,6 +91,7 @@ class RefinedMap(Study):
         wrong = audit.bound * audit.inferred / self.grid.size
         said = f"{audit.tried:,} random points among the inferred cells, {audit.wrong:,} of them wrong"
         return {
+            "refine_box": 2**self._asked.depth,
             "refine_cells_computed": int(counts[0]),
             "audit_points": audit.tried,
             "audit_wrong": audit.wrong,

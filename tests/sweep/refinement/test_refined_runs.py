@@ -14,6 +14,7 @@ from helpers.runs import block_files, opened, same
 from stickslip import plots
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
+from stickslip.dataset import coarse
 from stickslip.errors import ConfigError, StoreError
 from stickslip.refinement import tiles
 from stickslip.runs import assembly, blocks
@@ -67,7 +68,9 @@ def test_the_audit_is_in_the_attributes(refined):
     assert attributes["audit_wrong"] == 0
     exact = (1 - 0.05 ** (1 / attributes["audit_points"])) * (inferred + attributes["audit_points"]) / 30150
     assert attributes["audit_bound"] == pytest.approx(exact, rel=1e-2)  # points may fall on one cell twice
-    assert re.search(r"random points among the inferred cells, 0 of them wrong: at most .* Clopper", attributes["audit"])
+    assert re.search(
+        r"random points among the inferred cells, 0 of them wrong: at most .* Clopper", attributes["audit"]
+    )
 
 
 def test_a_depth_of_zero_is_the_full_map(whole):
@@ -79,7 +82,9 @@ def test_a_depth_of_zero_is_the_full_map(whole):
 
 
 SHORT = PLANE.replace("num: 150", "num: 6")
-SPACE = PLANE.replace("num: 150", "num: 40").replace("num: 201", "num: 45") + "  damping: {start: 0, stop: 1, num: 30}\n"
+SPACE = (
+    PLANE.replace("num: 150", "num: 40").replace("num: 201", "num: 45") + "  damping: {start: 0, stop: 1, num: 30}\n"
+)
 
 
 @pytest.mark.parametrize(
@@ -211,6 +216,15 @@ def test_computed_cells_are_drawn_as_a_flag(refined):
     figure = plots.plot_map(refined, "computed")
     labels = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     assert {"inferred", "computed"} <= set(labels)
+
+
+def test_the_borders_of_linear_theory_are_drawn_where_those_of_the_full_map_are(refined, whole):
+    """Refined maps have no damping ratio in most cells."""
+    cells = [ds["damping_ratio"].transpose("stiffness", "belt_speed") for ds in (refined, whole)]
+    assert np.isnan(cells[0]).mean() > 0.8
+    near, exact = coarse.between(cells[0], (1, 2), refined.attrs["refine_box"]), coarse.centres(cells[1], (1, 2))
+    assert near == pytest.approx(exact, rel=5e-3, abs=1e-4)
+    assert np.isnan(coarse.between(cells[0], (1, 2), 6)).all()  # not the corners of its boxes
 
 
 @pytest.mark.slow
