@@ -110,8 +110,10 @@ class Done:
 
 def rate(done: Done) -> str:
     """`57,600 cells in 0.1 s, 576,000 cells/s on 2 threads`."""
-    each = f"{done.computed / max(done.seconds, 1e-9):,.0f} {done.counted}/s"
-    return f"{done.computed:,} {done.counted} in {duration_text(done.seconds)}, {each} on {done.machines}"
+    per_second = done.computed / max(done.seconds, 1e-9)
+    each = f"{per_second:,.0f} {done.counted}/s" if per_second >= 10.0 else f"{per_second:.2g} {done.counted}/s"
+    counted = done.counted if done.computed != 1 else done.counted.removesuffix("s")
+    return f"{done.computed:,} {counted} in {duration_text(done.seconds)}, {each} on {done.machines}"
 
 
 def show_map(ds: xr.Dataset, output: Path | None) -> None:

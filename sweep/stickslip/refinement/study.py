@@ -47,10 +47,11 @@ class RefinedMap(Study):
         self.map_columns = {**columns(options), "computed": np.dtype(np.int8)}
 
     def _cells_per_tile(self) -> int:
-        """About how many cells of a tile are computed: corners, centres and audit, and as many along borders."""
+        """About how many cells of a tile are computed: corners, centres, audit, and what a straight border takes."""
         lengths = [min(self.tiles.length, self.grid.shape[i]) for i in self.tiles.refined]
         boxes = prod(-(-length // 2**self._asked.depth) + 1 for length in lengths)
-        return int(min((4.0 + 2.0 * self._asked.audit) * boxes, prod(lengths)))
+        border = 4 * prod(lengths) // min(lengths)
+        return int(min((2.0 + 2.0 * self._asked.audit) * boxes + border, prod(lengths)))
 
     def described(self) -> str:
         """`250,000 cells: stiffness (500) x belt_speed (500), refined in 1 tile`."""
