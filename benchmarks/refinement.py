@@ -14,6 +14,7 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
+from measure import machine
 from stickslip import engine
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
@@ -24,10 +25,9 @@ RESULTS = Path(__file__).parent / "results" / "results.json"
 
 def measure(size: int) -> list[dict]:
     """A row for the plain and one for the hysteretic map, at the defaults of `refine`."""
-    return [
-        {"curve": name, "size": size, "threads": engine.processors(), **asdict(compared(map_config(size, mu_stop)))}
-        for name, mu_stop in CURVES.items()
-    ]
+    here = machine()
+    about = {"size": size, "threads": engine.processors(), "measured": f"{here['date']}, load {here['load_at_start']}"}
+    return [{"curve": name, **about, **asdict(compared(map_config(size, mu_stop)))} for name, mu_stop in CURVES.items()]
 
 
 def main() -> None:

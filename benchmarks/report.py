@@ -295,6 +295,7 @@ second.
 ## Refined maps at the defaults of `refine`, all threads
 
 `python benchmarks/refinement.py --size {results["refinement"][0]["size"]}`; the full grid is computed once, to compare.
+Measured {results["refinement"][0]["measured"]} before it, on {results["refinement"][0]["threads"]} threads.
 
 {refinement_table(results["refinement"])}
 ## Start-up
