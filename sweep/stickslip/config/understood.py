@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from stickslip.config.model import Config, Range, Values
+from stickslip.config.refined import refined_axes
 from stickslip.config.rules import members
 from stickslip.config.sections import Sensor
 from stickslip.config.studies import Border
@@ -42,6 +43,8 @@ def understood(config: Config) -> Iterator[Row]:
             yield _along(member, "axis " if member is axis else "  with ")
     if config.border is not None:
         yield _border(config.border)
+    if config.refine is not None:
+        yield _refine(config)
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))
@@ -57,6 +60,16 @@ def _border(asked: Border) -> Row:
         between = f"{asked.between[0]:.6g} to {asked.between[1]:.6g} {unit}".rstrip()
     meaning = f"between {between}, {asked.scan} places first, tolerance {asked.tolerance:g}"
     return Row("border along", asked.along, meaning)
+
+
+def _refine(config: Config) -> Row:
+    """How few cells of a map are computed."""
+    assert config.refine is not None
+    names = [config.axes[i].name for i in refined_axes(config.axes, config.refine.depth)]
+    meaning = f"audit {config.refine.audit:g}; other metrics " + (
+        "interpolated" if config.refine.interpolate else "only where they were computed"
+    )
+    return Row("refine", f"boxes of 2^{config.refine.depth} + 1 cells along {', '.join(names)}", meaning)
 
 
 def _drive(config: Config) -> Iterator[Row]:
