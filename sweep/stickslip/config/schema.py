@@ -167,6 +167,7 @@ _OTHERS: Schema = {  # what is not a number
     "along": {"enum": list(SEARCHABLE)},
     "between": _RANGE,
     "law": {"enum": list(LAWS)},
+    "interpolate": {"type": "boolean"},
     "fit": _file_name(".csv"),
     "profile": {"enum": list(PROFILES)},
     "early_stop": {"type": "boolean"},

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from stickslip.config.sections import Section, number, of_row, refused
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import BORDER, CONTOURS
+from stickslip.vocabulary.settings import BORDER, CONTOURS, REFINE
 from stickslip.vocabulary.words import listed, nearest
 
 
@@ -118,7 +118,23 @@ def _range(row: Parameter, value: object) -> tuple[float, float]:
     return low, high
 
 
-STUDIES: dict[str, type[Section]] = {"border": Border, "contours": Contours}
+class Refine(Section):
+    """A map of which cells are computed only where regimes meet, and at few points elsewhere."""
+
+    rows = REFINE
+    depth: int = of_row(REFINE["depth"])
+    audit: float = of_row(REFINE["audit"])
+    interpolate: bool = Field(False, description="whether cells that are not computed get metrics between others")
+
+    @field_validator("interpolate", mode="before")
+    @classmethod
+    def _interpolate(cls, value: object) -> bool:
+        if not isinstance(value, bool):
+            raise refused("true or false")
+        return value
+
+
+STUDIES: dict[str, type[Section]] = {"border": Border, "contours": Contours, "refine": Refine}
 
 
 def parameter(value: object) -> str:

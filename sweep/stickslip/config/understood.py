@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from stickslip.config.model import Config, Range, Values
+from stickslip.config.refined import refined_axes
 from stickslip.config.rules import members
 from stickslip.config.sections import Sensor
 from stickslip.config.studies import Border, Contours
@@ -44,6 +45,8 @@ def understood(config: Config) -> Iterator[Row]:
         yield _border(config.border)
     if config.contours is not None:
         yield _contours(config.contours)
+    if config.refine is not None:
+        yield _refine(config)
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))
@@ -66,6 +69,16 @@ def _contours(asked: Contours) -> Row:
     over = "the last two axes" if asked.axes is None else " and ".join(asked.axes)
     meaning = f"a grid of {asked.points} points a side, {asked.scan} looked at first, tolerance {asked.tolerance:g}"
     return Row("contours over", over, meaning)
+
+
+def _refine(config: Config) -> Row:
+    """How few cells of a map are computed."""
+    assert config.refine is not None
+    names = [config.axes[i].name for i in refined_axes(config.axes, config.refine.depth)]
+    meaning = f"audit {config.refine.audit:g}; other metrics " + (
+        "interpolated" if config.refine.interpolate else "only where they were computed"
+    )
+    return Row("refine", f"boxes of 2^{config.refine.depth} + 1 cells along {', '.join(names)}", meaning)
 
 
 def _drive(config: Config) -> Iterator[Row]:

@@ -11,10 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc  # type: ignore[import-untyped]
 
-from stickslip.borders.search import Scan, search_lines
+from stickslip.borders.search import Looked, Scan, search_lines
 from stickslip.distances.reach import Reach
 from stickslip.distances.regimes import Asked, Floats, Integers, Labels, decided
 from stickslip.distances.single import first_entries
@@ -64,10 +63,10 @@ class _Space:
     def entries(self, cell: Integers, direction: Floats, length: Floats, points: int, tolerance: float) -> Floats:
         """Where rays of a length first enter another regime (of `into`); inf where they do not."""
 
-        def labels_at(line: Integers, place: Floats) -> tuple[Labels, NDArray[np.bool_]]:
+        def labels_at(line: Integers, place: Floats) -> Looked:
             regimes = self.regimes(cell[line], direction[line] * (place * length[line])[:, np.newaxis])
             known = decided(regimes)
-            return (regimes if self.into is None else np.isin(regimes, self.into).astype(np.int8)), known
+            return Looked(regimes if self.into is None else np.isin(regimes, self.into).astype(np.int8), known)
 
         brackets, _ = search_lines(cell.size, Scan(0.0, 1.0, points + 1, "linear"), tolerance, labels_at)
         first = first_entries(brackets, self.into)

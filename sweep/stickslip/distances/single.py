@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stickslip.borders.search import Brackets, Scan, search_lines
+from stickslip.borders.search import Brackets, Looked, Scan, search_lines
 from stickslip.distances.reach import Reach
 from stickslip.distances.regimes import Asked, Floats, Integers, Labels, decided
 
@@ -36,13 +35,13 @@ def nearest(asked: Asked, reach: Reach, home: Labels, into: list[int] | None, po
     size = home.size
     room = np.stack(reach.room)
 
-    def labels_at(line: Integers, place: Floats) -> tuple[Labels, NDArray[np.bool_]]:
+    def labels_at(line: Integers, place: Floats) -> Looked:
         cell = line // 2
         up = line % 2
         change = place * room[up, cell] * np.where(up == 1, 1.0, -1.0)
         regimes = asked.regimes(cell, {reach.name: reach.at(change, cell)})
         known = decided(regimes)
-        return (regimes if into is None else np.isin(regimes, into).astype(np.int8)), known
+        return Looked(regimes if into is None else np.isin(regimes, into).astype(np.int8), known)
 
     searched = np.flatnonzero(decided(home))
     lines = np.repeat(2 * searched, 2) + np.tile([0, 1], searched.size)

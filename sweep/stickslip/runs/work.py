@@ -13,6 +13,7 @@ from stickslip.borders import border_study, contour_study
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.engine import Options, Results, StopFlag, stop_flag
+from stickslip.refinement import RefinedMap
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.reuse import KnownCells
@@ -25,6 +26,8 @@ def study_of(config: Config) -> Study:
         return border_study(config, config.border)
     if config.contours is not None:
         return contour_study(config, config.contours)
+    if config.refine is not None:
+        return RefinedMap(config, config.refine, options_of(config))
     return MapStudy(config, options_of(config))
 
 
