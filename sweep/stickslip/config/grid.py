@@ -79,10 +79,17 @@ class Grid:
         """
         if not 0 <= start <= stop <= self.size:
             raise IndexError(f"cells {start} to {stop} of a grid of {self.size}")
-        flat = np.arange(start, stop, dtype=np.int64)
-        points = np.unravel_index(flat, self.shape) if self.shape else ()
-        known = {name: np.full(flat.size, value) for name, value in (self.fixed | self._measured).items()}
+        return self.at(np.arange(start, stop, dtype=np.int64), {})
+
+    def at(self, numbers: NDArray[np.int64], others: Mapping[str, Floats]) -> dict[str, Floats]:
+        """The parameters of the cells of these numbers, as `cells`.
+
+        others : quantities that the configuration leaves open, those of the measured form of the curve among them.
+        """
+        points = np.unravel_index(numbers, self.shape) if self.shape else ()
+        known = {name: np.full(numbers.size, value) for name, value in (self.fixed | self._measured).items()}
         known |= {name: column.values[points[column.dimension]] for name, column in self._columns.items()}
+        known |= others
         if "mu_start" in known:
             known |= _curve(known)._asdict()
         return {name: known[name] for name in (*PARAMETERS, *DRIVE) if name in known}

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import (
     Drive,
     Execution,
@@ -159,6 +160,7 @@ class Config(Section):
 
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
     drive, sensor : of a test rig; None where the belt moves at a constant speed.
+    uncertain : quantities that scatter, which are neither fixed nor along an axis; None where all are known.
     """
 
     title: str
@@ -171,6 +173,7 @@ class Config(Section):
     output: Output
     drive: Drive | None = None
     sensor: Sensor | None = None
+    uncertain: Uncertain | None = None
 
     def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; `quantities.MEASURED` among them where they were given."""

@@ -30,6 +30,7 @@ from stickslip.config.sections import (
     Start,
     System,
 )
+from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
 from stickslip.vocabulary import units
@@ -108,7 +109,10 @@ class _Reader(Complaints):
         raw_axes = self._mapping_of(data.get("axes"), ("axes",))
         sections = {key: self._section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
         axes = [axis for name, value in raw_axes.items() if (axis := self._axis(name, value)) is not None]
-        given = self._given(raw, raw_axes)
+        uncertain = None
+        if "uncertain" in data:
+            uncertain = read_uncertain(self, data["uncertain"], self._section, sections["solver"].early_stop)  # type: ignore[attr-defined]
+        given = self._given(raw, raw_axes, data.get("uncertain"))
         self._check_once(given)
         self._check_curve(given)
         self._check_law(sections["friction"], given)
@@ -116,7 +120,7 @@ class _Reader(Complaints):
             self.add(found.path, found.message, found.hint, at_key=True)
         fixed = _fixed(sections[key] for key in QUANTITY_SECTIONS)
         fixed = kinds.with_ramp(self._rig, fixed, sections["drive"], "ramp" in given)  # type: ignore[arg-type]
-        for finding in rules.findings(rules.Space(fixed, axes)):
+        for finding in rules.findings(rules.Space(fixed, axes, rules.drawn(uncertain))):
             got = finding.got or self.text(finding.path)
             self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
         self.raise_any()
@@ -125,7 +129,7 @@ class _Reader(Complaints):
             absent = {name: QUANTITIES[name].default for name in own if name not in given}
             sections[key] = sections[key].model_copy(update=absent)
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
-        return Config(title=title, axes=tuple(axes), **{**sections, **of_rigs})  # type: ignore[arg-type]
+        return Config(title=title, axes=tuple(axes), uncertain=uncertain, **{**sections, **of_rigs})  # type: ignore[arg-type]
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
 
@@ -264,10 +268,14 @@ class _Reader(Complaints):
 
     # --- every quantity exactly once ----------------------------------------------------------------------------------
 
-    def _given(self, raw: Mapping[str, Mapping[str, Any]], axes: Mapping[str, Any]) -> dict[str, list[Path]]:
+    def _given(
+        self, raw: Mapping[str, Mapping[str, Any]], axes: Mapping[str, Any], uncertain: object
+    ) -> dict[str, list[Path]]:
         """Where each quantity is given, rightly or wrongly."""
         paths: list[Path] = [(key, name) for key, model in QUANTITY_SECTIONS.items()
                              for name in raw[key] if name in model.model_fields and name in QUANTITIES]  # fmt: skip
+        scattered = uncertain.get("quantities") if isinstance(uncertain, dict) else None
+        paths += [(*QUANTITIES_PATH, name) for name in scattered or () if name in QUANTITIES]
         given: dict[str, list[Path]] = {}
         for path in [*paths, *kinds.varied_paths(axes)]:
             given.setdefault(str(path[-1]), []).append(path)
