@@ -1,4 +1,4 @@
-"""What a configuration says of inputs that are not known exactly: distributions, their correlation, and the sampling."""
+"""What a configuration says of inputs that are not known exactly: distributions, correlation, and the sampling."""
 
 from __future__ import annotations
 
@@ -82,14 +82,16 @@ class Sampling(Section):
     scramblings: int = Field(int(UNCERTAIN["scramblings"].default or 0), description=UNCERTAIN["scramblings"].long_name)
     seed: int = Field(int(UNCERTAIN["seed"].default or 0), description=UNCERTAIN["seed"].long_name)
     metrics: tuple[str, ...] = Field(
-        ("period", "slip_speed_max"), description="results whose mean and quantiles are told, among the draws that have them"
+        ("period", "slip_speed_max"),
+        description="results whose mean and quantiles are told, of the draws that have them",
     )
     quantiles: tuple[float, ...] = Field((0.05, 0.5, 0.95), description="quantiles of the metrics, between 0 and 1")
     indices: bool | None = Field(
         None, description="whether Sobol indices are computed; unless given they are where inputs are independent"
     )
     fit: str | None = Field(
-        None, description="CSV file of measured slip speeds and friction coefficients: a1 to a4 scatter as fitted to them"
+        None,
+        description="CSV file of measured slip speeds and friction coefficients: a1 to a4 scatter as fitted",
     )
 
     @field_validator("draws", mode="after")

@@ -172,7 +172,9 @@ def _check_order(
         hint = "swap low and high" if low > high else "a quantity that does not scatter belongs in its section"
         to.refuse((*path, keys.get("high", "high")), f"more than low ({low:g} {unit}".rstrip() + ")", hint)
     elif not low <= values.get("mode", low) <= high:
-        to.refuse((*path, "mode"), f"the most probable value, from low to high ({low:g} to {high:g} {unit}".rstrip() + ")")
+        to.refuse(
+            (*path, "mode"), f"the most probable value, from low to high ({low:g} to {high:g} {unit}".rstrip() + ")"
+        )
 
 
 def _ends(to: Complaints, row: Parameter, raw: object, path: Path) -> tuple[float, float]:
@@ -295,7 +297,8 @@ def _together(to: Complaints, names: list[str], blocks: list[_Block]) -> tuple[t
         key = (*block.path, "matrix")
         places = np.ix_([names.index(name) for name in block.names], [names.index(name) for name in block.names])
         if not np.allclose(np.diag(block.matrix), 1.0, rtol=0, atol=1e-9):
-            to.add(key, "expected 1 along the diagonal of a correlation matrix", "a covariance has its own key: covariance")
+            hint = "a covariance has its own key: covariance"
+            to.add(key, "expected 1 along the diagonal of a correlation matrix", hint)
             return None
         if (said[places] & ~np.eye(len(block.names), dtype=bool)).any():
             to.add(key, f"says again how {listed(block.names, 'and')} are correlated, expected once")
@@ -307,5 +310,3 @@ def _together(to: Complaints, names: list[str], blocks: list[_Block]) -> tuple[t
         to.add((*blocks[-1].path, "matrix"), message, "no quantities can be correlated like this")
         return None
     return tuple(map(tuple, whole.tolist())) if (whole != np.eye(len(names))).any() else None
-
-

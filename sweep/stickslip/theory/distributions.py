@@ -74,7 +74,7 @@ class Uniform:
     def at(self, z: ArrayLike) -> Floats:
         """The values at standard normal deviates."""
         z, width = np.asarray(z, np.float64), self.high - self.low
-        return np.where(z < 0, self.low + width * ndtr(z), self.high - width * ndtr(-z))
+        return np.asarray(np.where(z < 0, self.low + width * ndtr(z), self.high - width * ndtr(-z)))
 
     def score(self, x: float) -> float:
         """The standard normal deviate of a value."""
@@ -95,7 +95,7 @@ class Triangular:
         z, width = np.asarray(z, np.float64), self.high - self.low
         rising = self.low + np.sqrt(ndtr(z) * width * (self.mode - self.low))
         falling = self.high - np.sqrt(ndtr(-z) * width * (self.high - self.mode))
-        return np.where(ndtr(z) * width < self.mode - self.low, rising, falling)
+        return np.asarray(np.where(ndtr(z) * width < self.mode - self.low, rising, falling))
 
     def score(self, x: float) -> float:
         """The standard normal deviate of a value."""

@@ -47,7 +47,7 @@ class Indices(NamedTuple):
 
 
 class IndexSums(NamedTuple):
-    """What indices are made of, per scrambling: (scramblings, ..., quantities), the variance with a last dimension 1."""
+    """What indices are made of, of one scrambling: (..., quantities), the variance with a last dimension 1."""
 
     first: Floats
     total: Floats

@@ -45,7 +45,7 @@ class SobolPoints:
     @property
     def held(self) -> int:
         """How many points `near` has of each scrambling."""
-        return self.near.shape[1]
+        return int(self.near.shape[1])
 
     def at(self, scrambling: Integers, number: Integers) -> Floats:
         """Points by scrambling and number (both (n,)), as (n, dimensions), strictly between 0 and 1.
@@ -53,7 +53,7 @@ class SobolPoints:
         A point is the middle of its interval of 2^-30: SciPy gives the lower end, which may be 0.
         """
         whole = self.near[scrambling, number % self.held] ^ self.far[scrambling, number // self.held]
-        return (whole + 0.5) * 2.0**-BITS
+        return np.asarray((whole + 0.5) * 2.0**-BITS, np.float64)
 
 
 def _directions(dimensions: int, count: int, rng: np.random.Generator) -> tuple[Integers, Integers]:
@@ -73,7 +73,7 @@ def _directions(dimensions: int, count: int, rng: np.random.Generator) -> tuple[
 
 
 def _integers(points: Floats) -> Integers:
-    return (points[0] * 2.0**BITS).astype(np.int64)
+    return np.asarray(points[0] * 2.0**BITS, np.int64)
 
 
 def _combined(numbers: Integers, directions: Integers) -> Integers:

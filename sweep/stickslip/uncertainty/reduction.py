@@ -151,19 +151,23 @@ def _probabilities(counts: Floats, known: Floats, total: float) -> dict[str, Flo
         "probability_error": error,
         "probability_low": counts.sum(0) / total,
         "probability_high": (counts.sum(0) + unknown) / total,
-        "undecided": np.float64(unknown / total),  # type: ignore[dict-item]
+        "undecided": np.float64(unknown / total),
     }
 
 
 def _indices(units: Sequence[_Unit]) -> dict[str, Floats]:
-    """Sobol indices per state; to their errors is added what counting unknown draws the other way would change."""
+    """Sobol indices per state; to their errors is added what counting unknown draws the other way would change.
+
+    NaN where nothing would vary any more if they were counted the other way.
+    """
     outside = indices_of([one.outside for one in units if one.outside])
     found = {}
     other = None
     if any(one.inside for one in units):
-        other = indices_of([one.inside or one.outside for one in units if one.outside])  # type: ignore[misc]
+        other = indices_of([one.inside or one.outside for one in units if one.outside])
     for i, name in enumerate(("sobol_first", "sobol_total")):
         found[name], found[f"{name}_error"] = outside[i].value, outside[i].error
         if other is not None:
-            found[f"{name}_error"] = outside[i].error + np.abs(other[i].value - outside[i].value)
+            error = outside[i].error + np.abs(other[i].value - outside[i].value)
+            found[name], found[f"{name}_error"] = np.where(np.isfinite(error), found[name], np.nan), error
     return found

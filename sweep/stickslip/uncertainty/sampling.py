@@ -1,4 +1,4 @@
-"""Draws computed: items of a run are the draws of every cell of the axes, and any range of them is computed by itself."""
+"""Draws computed: items of a run are the draws of every cell of the axes; any range is computed by itself."""
 
 from __future__ import annotations
 

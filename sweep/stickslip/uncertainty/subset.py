@@ -5,9 +5,10 @@ Markov chains started from these fill the part of space below it, and give the n
 probability of 1e-6 takes six levels instead of 1e8 samples.
 
 Source: Au and Beck (2001), Probabilistic Engineering Mechanics 16, 263-277. The step of the chains is the adaptive
-conditional sampling of Papaioannou, Betz, Zwirglmaier and Straub (2015), same journal 41, 89-103, and samples that start
-a chain are not counted again: with the modified Metropolis step a single lucky sample multiplied from level to level,
-and in one dimension the estimates scattered three times as much (a plane at 4.75, 39,000 evaluations: 50 % against 16 %).
+conditional sampling of Papaioannou, Betz, Zwirglmaier and Straub (2015), same journal 41, 89-103, and samples that
+start a chain are not counted again: with the modified Metropolis step a single lucky sample multiplied from level to
+level, and in one dimension the estimates scattered three times as much (a plane at 4.75 from 39,000 evaluations: 50 %
+against 16 %).
 """
 
 from __future__ import annotations
@@ -79,8 +80,8 @@ def _below(
 ) -> tuple[Floats, Floats, float]:
     """Samples below a level: ten steps of a chain from each of those given; and the reach of a step.
 
-    reach : standard deviation of a step; what remains of the sample is sqrt(1 - reach^2) of it, so that a step keeps the
-    normal distribution. The further out, the thinner is what lies below a level, so it adapts to how many are taken.
+    reach : standard deviation of a step; what remains of the sample is sqrt(1 - reach^2) of it, so that a step keeps
+    the normal distribution. The further out, the thinner is what lies below a level: it adapts to how many are taken.
     """
     all_u, all_g = [], []
     for _ in range(_TENTH):

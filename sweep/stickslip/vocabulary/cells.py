@@ -51,7 +51,7 @@ def impossible(cells: Cells) -> NDArray[np.bool_]:
     slack = np.abs(mu_start) * _ROUNDING
     with np.errstate(invalid="ignore"):
         wrong = (mu_start < -_ROUNDING * cells["a1"]) | (cells["mu_static"] < mu_start - slack)
-        return ~np.logical_and.reduce(allowed) | wrong | (cells["mu_stop"] > mu_start + slack)
+        return np.asarray(~np.logical_and.reduce(allowed) | wrong | (cells["mu_stop"] > mu_start + slack))
 
 
 def _from_dataset(ds: xr.Dataset) -> dict[str, Any]:
