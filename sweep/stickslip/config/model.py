@@ -29,6 +29,7 @@ from stickslip.config.sections import (
     one_of,
     refused,
 )
+from stickslip.config.studies import Border
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -160,7 +161,8 @@ class Config(Section):
 
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
     drive, sensor : of a test rig; None where the belt moves at a constant speed.
-    uncertain : quantities that scatter, which are neither fixed nor along an axis; None where all are known.
+    border, uncertain : what is asked for instead of a map; None for a map. Quantities that are uncertain are neither
+    fixed nor along an axis.
     """
 
     title: str
@@ -173,6 +175,7 @@ class Config(Section):
     output: Output
     drive: Drive | None = None
     sensor: Sensor | None = None
+    border: Border | None = None
     uncertain: Uncertain | None = None
 
     def fixed(self) -> dict[str, float]:

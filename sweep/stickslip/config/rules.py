@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,23 +43,28 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Space:
-    """The quantities that were read without problems: what is fixed (NaN for words), the axes, and draws of those that
-    are uncertain, as many of each."""
+    """The quantities that were read without problems: what is fixed (NaN for words), varied, and uncertain."""
 
     fixed: Mapping[str, float]
     axes: Sequence[Axis]
-    drawn: Mapping[str, Floats] = field(default_factory=dict)
+    uncertain: Uncertain | None = None
+
+    @cached_property
+    def drawn(self) -> Mapping[str, Floats]:
+        """Some draws of the uncertain quantities, as many of each, to hold the rules against."""
+        if self.uncertain is None:
+            return {}
+        normals = np.random.default_rng(1).standard_normal((_TRIED_DRAWS, len(self.uncertain.names)))
+        return self.uncertain.values(normals)
+
+    @property
+    def draws_per_cell(self) -> int:
+        """Cells computed for each cell of the axes."""
+        return 1 if self.uncertain is None else self.uncertain.draws_per_cell
 
     def names(self) -> set[str]:
         """All quantities, fixed, varied or uncertain."""
         return set(self.fixed) | set(self.drawn) | {member.name for axis in self.axes for member in members(axis)}
-
-
-def drawn(uncertain: Uncertain | None) -> dict[str, Floats]:
-    """Draws of uncertain quantities to hold the rules against."""
-    if uncertain is None:
-        return {}
-    return uncertain.values(np.random.default_rng(1).standard_normal((_TRIED_DRAWS, len(uncertain.names))))
 
 
 def members(axis: Axis) -> tuple[Range | Values, ...]:
@@ -68,9 +74,10 @@ def members(axis: Axis) -> tuple[Range | Values, ...]:
 
 def findings(space: Space) -> Iterator[Finding]:
     """Everything that is wrong between the quantities of `space`. Rules about absent quantities are left out."""
-    cells = math.prod(axis.size for axis in space.axes)
+    cells = math.prod(axis.size for axis in space.axes) * space.draws_per_cell
     if cells > MOST_CELLS:
         shape = " x ".join(str(axis.size) for axis in space.axes)
+        shape += f" x {space.draws_per_cell} draws" if space.draws_per_cell > 1 else ""
         number = f"{cells:.3g}" if cells < 10**15 else f"10^{len(str(cells)) - 1}"  # no float is as large as some grids
         got = f"{number} cells ({shape})"
         yield Finding(("axes",), f"at most {MOST_CELLS:.0e}", "use fewer points, or fewer axes", got)

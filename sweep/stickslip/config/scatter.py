@@ -11,6 +11,7 @@ from pydantic import Field, field_validator
 
 from stickslip.config.sections import Section, refused
 from stickslip.theory.distributions import KINDS, Distribution, Truncated
+from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import MEASURED, PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.settings import SUBSET, UNCERTAIN
@@ -50,6 +51,16 @@ class Scatter(Section):
     def is_truncated(self) -> bool:
         """Whether a part of the distribution is cut off."""
         return math.isfinite(self.low) or math.isfinite(self.high)
+
+    @property
+    def in_words(self) -> str:
+        """`normal, mean 0.8 m/s, std 0.05 m/s`."""
+        unit, numbers = units.spelled(MAY_SCATTER[self.name].units), []
+        for name, value in zip(ARGUMENTS[self.kind], self.arguments, strict=True):
+            numbers.append(f"{name} {value:.6g} {'' if name == 'factor' else unit}".rstrip())
+        if self.is_truncated:
+            numbers.append(f"truncated to {self.low:.6g} ... {self.high:.6g} {unit}".rstrip())
+        return f"{self.kind}, {', '.join(numbers)}"
 
     def resolved(self) -> dict[str, Any]:
         """The distribution as plain data, without the name."""
@@ -156,6 +167,30 @@ class Uncertain(Sampling):
     def names(self) -> tuple[str, ...]:
         """The quantities."""
         return tuple(one.name for one in self.quantities)
+
+    @property
+    def draws_per_cell(self) -> int:
+        """Cells computed for each cell of the axes: by one simulation of a subset simulation, one level."""
+        if self.subset is not None:
+            return self.subset.samples * self.subset.repetitions
+        return self.draws * self.scramblings * (len(self.quantities) + 2 if self.indices else 1)
+
+    @property
+    def correlation_in_words(self) -> str:
+        """Whether quantities are correlated, and what the numbers mean."""
+        if self.correlation is None:
+            return "none: the quantities are independent"
+        if all(one.kind == "normal" and not one.is_truncated for one in self.quantities):
+            return f"{listed(self.names, 'and')} are jointly normal"
+        return f"the normal deviates of {listed(self.names, 'and')} are correlated (a Gaussian copula)"
+
+    @property
+    def method_in_words(self) -> str:
+        """How the quantities are drawn."""
+        if (of := self.subset) is not None:
+            return f"subset simulation: {of.repetitions} repetitions with {of.samples} samples a level, seed {of.seed}"
+        words = f"scrambled Sobol points: {self.scramblings} scramblings of {self.draws} draws, seed {self.seed}"
+        return words + ("; Sobol indices by Saltelli (first order) and Jansen (total)" if self.indices else "")
 
     def values(self, normals: Floats) -> dict[str, Floats]:
         """Quantities in SI by name, each (n,), from independent standard normal deviates (n, quantities)."""

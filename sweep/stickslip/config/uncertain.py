@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.config.complaints import Complaints
+from stickslip.config.rules import MOST_CELLS
 from stickslip.config.scatter import ARGUMENTS, MAY_SCATTER, Sampling, Scatter, Subset, Uncertain
 from stickslip.errors import Path, QuantityError
 from stickslip.theory.distributions import share_outside
@@ -71,7 +72,11 @@ def read_uncertain(to: Complaints, raw: object, section: SectionReader, early_st
         to.refuse((SECTION, "indices"), "false: Sobol indices are defined for independent inputs",
                   "leave the correlation out to see which input matters")  # fmt: skip
     settings = dict(sampling) | {"indices": correlation is None if sampling.indices is None else sampling.indices}
-    return Uncertain(**settings, quantities=quantities, correlation=correlation, subset=subset)
+    whole = Uncertain(**settings, quantities=quantities, correlation=correlation, subset=subset)
+    if whole.draws_per_cell > MOST_CELLS:
+        message = f"got {whole.draws_per_cell:.3g} draws of every cell, expected at most {MOST_CELLS:.0e}"
+        to.add((SECTION, "draws"), message, "use fewer draws or scramblings")
+    return whole
 
 
 def _subset(to: Complaints, data: Mapping[str, Any], section: SectionReader) -> Subset | None:

@@ -2,50 +2,68 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from math import prod
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from stickslip.config.model import Config
-from stickslip.engine import Computed, Options, StopFlag, columns
+from stickslip.config.options import options_of
+from stickslip.dataset.uncertainty import uncertain_dataset
+from stickslip.engine import Options, Results, StopFlag, blank_results, columns
+from stickslip.study import Finished, Moved, Study
 from stickslip.uncertainty.design import Design
 from stickslip.uncertainty.inputs import Inputs
+from stickslip.uncertainty.reduction import STATES, Asked, reduced
+from stickslip.uncertainty.told import told
+from stickslip.vocabulary.cells import Cells
 
 
-@dataclass(frozen=True)
-class Sample:
-    """The draws of a configuration, and what is kept of each: the regime, and the metrics asked for."""
+class SampleStudy(Study):
+    """The draws of a configuration; what is kept of each is the regime, and the metrics asked for."""
 
-    config: Config
-    options: Options
+    name, counted = "sample", "draws"
 
-    @cached_property
-    def inputs(self) -> Inputs:
-        """The cells behind them."""
-        return Inputs(self.config)
-
-    @cached_property
-    def design(self) -> Design:
-        """Which draw an item is."""
-        said = self.inputs.uncertain
-        return Design(len(said.names), said.draws, said.scramblings, said.seed, bool(said.indices))
+    def __init__(self, config: Config, options: Options) -> None:
+        self.inputs = Inputs(config)
+        said, grid = self.inputs.uncertain, self.inputs.grid
+        self.design = Design(len(said.names), said.draws, said.scramblings, said.seed, bool(said.indices))
+        self.dims, self.shape = (*grid.dims, "draw"), (*grid.shape, self.design.per_cell)
+        self.options, kept = options, columns(options)
+        self.columns: Mapping[str, np.dtype[Any]] = {name: kept[name] for name in ("regime", *said.metrics)}
 
     @property
     def size(self) -> int:
-        """Number of items."""
-        return self.inputs.grid.size * self.design.per_cell
+        """Number of draws, of all cells together."""
+        return prod(self.shape)
 
-    @property
-    def columns(self) -> dict[str, np.dtype[Any]]:
-        """What is kept of an item: names and types."""
-        kept = columns(self.options)
-        return {name: kept[name] for name in ("regime", *self.inputs.uncertain.metrics)}
+    def cells(self, start: int, stop: int) -> Cells:
+        """The parameters of draws."""
+        place = self.design.place(start, stop)
+        return self.inputs.cells(place.cell, self.design.normals(place))[0]
 
-    def compute(self, items: range, stop: StopFlag, moved: Callable[[int], None] | None = None) -> Computed:
-        """The results of items, by the calling thread."""
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+        """The results of draws."""
         place = self.design.place(items.start, items.stop)
         found = self.inputs.compute(place.cell, self.design.normals(place), self.options, stop, moved)
-        return Computed({name: found.results[name] for name in self.columns}, found.done)
+        return Finished({name: found.results[name] for name in self.columns}, found.complete)
+
+    def blank(self, items: range) -> Results:
+        """Draws that are "not computed", which the bounds of probabilities carry like others that are not decided."""
+        blank = blank_results(len(items), self.options)
+        return {name: blank[name] for name in self.columns}
+
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """Probabilities of the regimes, moments of the metrics and Sobol indices over the axes."""
+        said, grid = self.inputs.uncertain, self.inputs.grid
+        found = reduced(parts, grid.size, self.design, Asked(said.metrics, said.quantiles))
+        undecided = float(found["undecided"].mean())
+        attributes = dict(attributes) | told(said, undecided)
+        return uncertain_dataset(grid, STATES, said.names, said.quantiles, found, attributes)
+
+
+def sample_study(config: Config) -> SampleStudy:
+    """The draws that a configuration asks for."""
+    return SampleStudy(config, options_of(config))

@@ -9,10 +9,9 @@ from scipy import stats
 import stickslip
 from stickslip.config.reader import parse_config
 from stickslip.engine import stop_flag
-from stickslip.runs.work import options_of
 from stickslip.uncertainty.design import Design
 from stickslip.uncertainty.reduction import STATES, Asked, reduced
-from stickslip.uncertainty.sampling import Sample
+from stickslip.uncertainty.sampling import sample_study
 
 PAD = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 TEXT = """\
@@ -31,7 +30,7 @@ pytestmark = pytest.mark.usefixtures("kernels")
 
 def sample(draws=1024, seed=1, more="", axes="", steps=100_000, text=TEXT):
     config = parse_config(text.format(draws=draws, seed=seed, more=more, axes=axes, steps=steps))
-    return Sample(config, options_of(config))
+    return sample_study(config)
 
 
 def results(of, block=20_000):
@@ -113,7 +112,7 @@ def test_draws_that_are_not_decided_are_carried_as_bounds():
     more = ", damping: {uniform: [0, 0.02]}"
     known, found = (results(sample(draws=256, more=more, steps=steps)) for steps in (100_000, 40))
     assert 0.02 < found["undecided"] < 0.5
-    assert (found["sobol_total_error"][0] > 3 * known["sobol_total_error"][0]).all()
+    assert (found["sobol_total_error"][0] > 1.5 * known["sobol_total_error"][0]).all()
 
 
 def test_means_and_quantiles_of_a_metric_are_those_of_the_draws_that_have_it():
