@@ -83,25 +83,12 @@ class Grid:
         """The same as they are given, before a1 to a3 follow from what is measured of the curve."""
         if not 0 <= start <= stop <= self.size:
             raise IndexError(f"cells {start} to {stop} of a grid of {self.size}")
-<<<<<<< HEAD
-        return self.at(np.arange(start, stop, dtype=np.int64), {})
+        return self.quantities_at(np.arange(start, stop, dtype=np.int64))
 
-    def at(self, numbers: NDArray[np.int64], others: Mapping[str, Floats]) -> dict[str, Floats]:
-        """The parameters of the cells of these numbers, as `cells`.
-
-        others : quantities that the configuration leaves open, those of the measured form of the curve among them.
-        """
-        points = np.unravel_index(numbers, self.shape) if self.shape else ()
-        known = {name: np.full(numbers.size, value) for name, value in (self.fixed | self._measured).items()}
-        known |= {name: column.values[points[column.dimension]] for name, column in self._columns.items()}
-        known |= others
-        if "mu_start" in known:
-            known |= _curve(known)._asdict()
-        return {name: known[name] for name in (*PARAMETERS, *DRIVE) if name in known}
-=======
-        flat = np.arange(start, stop, dtype=np.int64)
-        points = np.unravel_index(flat, self.shape) if self.shape else ()
-        known = {name: np.full(flat.size, value) for name, value in (self.fixed | self._measured).items()}
+    def quantities_at(self, cells: NDArray[np.int64]) -> dict[str, Floats]:
+        """The same of the cells of these numbers, in any order."""
+        points = np.unravel_index(cells, self.shape) if self.shape else ()
+        known = {name: np.full(cells.size, value) for name, value in (self.fixed | self._measured).items()}
         return known | {name: column.values[points[column.dimension]] for name, column in self._columns.items()}
 
 
@@ -111,7 +98,6 @@ def parameters_of(quantities: Mapping[str, Floats]) -> dict[str, Floats]:
     if "mu_start" in known:
         known |= _curve(known)._asdict()
     return {name: known[name] for name in (*PARAMETERS, *DRIVE) if name in known}
->>>>>>> main
 
 
 def build_grid(config: Config) -> Grid:

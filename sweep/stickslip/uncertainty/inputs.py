@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.config.grid import Grid, build_grid
+from stickslip.config.grid import Grid, build_grid, parameters_of
 from stickslip.config.model import Config
 from stickslip.config.scatter import Uncertain
 from stickslip.engine import Computed, Options, StopFlag, blank_results, compute_range
@@ -45,7 +45,7 @@ class Inputs:
         thousand of them is refused when it is read.
         """
         drawn = self.uncertain.values(normals)
-        cells = self.grid.at(numbers, drawn)
+        cells = parameters_of(self.grid.quantities_at(numbers) | drawn)
         wrong = impossible(cells)
         if "mu_start" in drawn or "mu_reversal" in drawn:
             wrong |= ~(cells["a3"] > 0)  # mu_reversal is not below mu_start
