@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,20 @@ _REMEMBERED = 2  # blocks; a chunk may begin in one and end in the next
 _zarr_config = threading.Lock()  # settings of Zarr are those of all threads, and are read when a group is opened
 
 
+@dataclass(frozen=True)
+class _Loaded(Sequence[Results]):
+    """The results of blocks, none of which is held."""
+
+    load: Callable[[int], Results]
+    size: int
+
+    def __len__(self) -> int:
+        return self.size
+
+    def __getitem__(self, number: Any) -> Any:
+        return self.load(range(self.size)[number])
+
+
 class Gathered:
     """The results of any range of items, from the blocks of a store.
 
@@ -43,9 +58,9 @@ class Gathered:
         self._remembered: OrderedDict[int, Results] = OrderedDict()
         self.missing: dict[int, int] = {}
 
-    def blocks(self) -> list[Results]:
-        """The results of all blocks, in order."""
-        return [self._load(number) for number in range(self._parts.blocks.count)]
+    def blocks(self) -> Sequence[Results]:
+        """The results of all blocks, in order, each read when it is asked for."""
+        return _Loaded(self._load, self._parts.blocks.count)
 
     def cells(self, cells: range) -> Results:
         """The results of a range of items that have one value each in every column."""
@@ -91,11 +106,11 @@ def assemble(gathered: Gathered, parts: Parts, work: Work, output: Path, progres
     action = "run" if len(kernels) == 1 else f"run, by kernels {' and '.join(kernels)}"
     attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
     if not isinstance(work.study, MapStudy) or work.size <= IN_MEMORY:
-        found = gathered.blocks()
+        dataset = work.study.dataset(gathered.blocks(), attributes)
         missing = sum(gathered.missing.values())
         if missing and not isinstance(work.study, MapStudy):  # whose cells say it themselves
-            attributes[INCOMPLETE] = f"{missing:,} of {work.size:,} {work.study.counted} are not computed"
-        writing.write(work.study.dataset(found, attributes), output)
+            dataset.attrs[INCOMPLETE] = f"{missing:,} of {work.size:,} {work.study.counted} are not computed"
+        writing.write(dataset, output)
         return
     template = map_template(work.map.grid, work.study.columns, attributes)
     fill = _fill_zarr if output.suffix == ".zarr" else _fill_netcdf
