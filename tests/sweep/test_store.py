@@ -13,6 +13,7 @@ import xarray as xr
 
 import stickslip
 from helpers.maps import axis, make_map, plane
+from stickslip.config.reader import parse_config
 from stickslip.dataset.build import cell_dataset, trace_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.errors import StoreError
@@ -268,8 +269,17 @@ def borders():
     return stickslip.border(pair, "belt_speed", (0.1, 1.0), scan=4, tolerance=1e-3)
 
 
+def scatter():
+    text = "system: {mass: 1, normal_load: 1}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
+    text += "axes: {stiffness: [1, 2]}\n"
+    speed = "belt_speed: {normal: {mean: 0.78, std: 0.05}}"
+    return stickslip.run(parse_config(f"{text}uncertain: {{draws: 16, quantities: {{{speed}}}}}\n"))
+
+
 @pytest.mark.parametrize(
-    "make", [plane, labelled, cells, borders, make_map], ids=["plane", "labelled", "cells", "borders", "one cell"]
+    "make",
+    [plane, labelled, cells, borders, scatter, make_map],
+    ids=["plane", "labelled", "cells", "borders", "scatter", "one cell"],
 )
 def test_files_pass_the_cf_checker_without_a_single_remark(make, cf_checker, tmp_path, monkeypatch):
     def no_network(*arguments):

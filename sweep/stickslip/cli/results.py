@@ -30,7 +30,7 @@ Examples:
 )
 @reports_wrong_input
 def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, output: Path | None) -> None:
-    """Plot a result: a map, or a trajectory."""
+    """Plot a result: a map, probabilities, or a trajectory."""
     from stickslip import plots
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError
@@ -42,7 +42,13 @@ def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, o
     check_plot(target)
     places = _pairs(select) if is_map else {}
     try:
-        figure = plots.plot_map(ds, variable, select=places, borders=not no_borders) if is_map else plots.plot_trace(ds)
+        if "probability" in ds and variable == "regime":
+            state = places.pop("state", "stick_slip")
+            figure = plots.plot_probability(selection.selected(ds, places)[0], state)
+        elif is_map:
+            figure = plots.plot_map(ds, variable, select=places, borders=not no_borders)
+        else:
+            figure = plots.plot_trace(ds)
     except PlotError as error:
         fail(f"{file}: {error}")
     for point in selection.told(ds, places):

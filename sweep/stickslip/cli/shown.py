@@ -1,4 +1,4 @@
-"""What the command says of a result: a map, borders; each kind knows what is worth a line, and how it is drawn."""
+"""What the command says of a result: a map, borders, ...; each kind knows what is worth a line, and how it is drawn."""
 
 from __future__ import annotations
 
@@ -23,6 +23,10 @@ def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> 
         from stickslip.cli.border_rows import show_borders
 
         show_borders(ds)
+    elif "probability" in ds:
+        from stickslip.cli.probability_rows import show_probabilities
+
+        show_probabilities(ds)
     else:
         screen.show_map(ds, output)
     if "audit" in ds.attrs:
@@ -38,12 +42,12 @@ def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> 
 
 def is_drawn(ds: xr.Dataset) -> bool:
     """Whether there is a plot of this result."""
-    return "regime" in ds and ds["regime"].ndim > 0
+    return "probability" in ds or "regime" in ds and ds["regime"].ndim > 0
 
 
 def figure(ds: xr.Dataset) -> Figure:
     """The plot of a result that `is_drawn`."""
     from stickslip import plots
 
-    drawn: Callable[[xr.Dataset], Figure] = plots.plot_map
+    drawn: Callable[[xr.Dataset], Figure] = plots.plot_probability if "probability" in ds else plots.plot_map
     return drawn(ds)

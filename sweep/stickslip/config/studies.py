@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
+from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Section, number, of_row, refused
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.settings import BORDER, REFINE
@@ -81,7 +82,7 @@ class Refine(Section):
         return value
 
 
-STUDIES: dict[str, type[Section]] = {"border": Border, "refine": Refine}
+STUDIES: dict[str, type[Section]] = {"border": Border, "refine": Refine, "uncertain": Uncertain}
 
 
 def parameter(value: object) -> str:
