@@ -21,7 +21,7 @@ FLOORS = (
     ("what is asked", {"config"}),
     ("how it is labelled", {"dataset"}),
     ("what a run may compute", {"study"}),
-    ("what is shown, what is looked for", {"plots", "borders", "refinement"}),
+    ("what is shown, what is looked for", {"plots", "borders", "refinement", "uncertainty"}),
     ("how far it is", {"distances"}),
     ("what is kept", {"runs"}),
     ("records of a rig, the Python calls", {"rig", "api", "designing"}),

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from stickslip.engine import Options, Results, StopFlag
 
@@ -65,9 +66,16 @@ class Study(ABC):
 
     @abstractmethod
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
-        """The labelled result from ranges of items, in order and without gaps."""
+        """The labelled result from ranges of items, in order and without gaps.
+
+        parts : each is read when it is asked for, so that going through them once holds one at a time.
+        """
 
 
 def joined(parts: Sequence[Results]) -> Results:
     """Columns of several ranges, end to end."""
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    columns: dict[str, list[NDArray[Any]]] = {}
+    for part in parts:
+        for name, values in part.items():
+            columns.setdefault(name, []).append(values)
+    return {name: np.concatenate(values) for name, values in columns.items()}

@@ -14,6 +14,7 @@ import xarray as xr
 
 import stickslip
 from helpers.maps import axis, make_map, plane
+from stickslip.config.reader import parse_config
 from stickslip.dataset.build import cell_dataset, trace_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.errors import StoreError
@@ -280,8 +281,15 @@ def margins():
     return stickslip.margins(pair | {"belt_speed": 0.7}, ("belt_speed", "damping"), tolerance=1e-3)
 
 
+def scatter():
+    text = "system: {mass: 1, normal_load: 1}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
+    text += "axes: {stiffness: [1, 2]}\n"
+    speed = "belt_speed: {normal: {mean: 0.78, std: 0.05}}"
+    return stickslip.run(parse_config(f"{text}uncertain: {{draws: 16, quantities: {{{speed}}}}}\n"))
+
+
 MAKERS = {"plane": plane, "labelled": labelled, "cells": cells, "borders": borders, "contours": contours,
-          "margins": margins, "one cell": make_map}  # fmt: skip
+          "margins": margins, "scatter": scatter, "one cell": make_map}  # fmt: skip
 
 
 # What the checker (6.1) holds against lines in a plane that is not that of longitude and latitude: it wants degrees of

@@ -184,12 +184,10 @@ class _Search:
         open_ended = (low == OPEN) | (high == OPEN)
 
         def labels_at(line: Integers, place: Floats) -> Looked:
-            labels, guide = np.where(place == 0.0, low[line], high[line]), np.full(line.size, np.nan)
-            inner = (place > 0.0) & (place < 1.0)
-            one = line[inner]
-            x = self.plane.x.at(column[one], np.where(flat[one], place[inner], 0.0))
-            y = self.plane.y.at(row[one], np.where(flat[one], 0.0, place[inner]))
-            labels[inner], guide[inner] = self.looked(panel[one], x, y)
+            x = self.plane.x.at(column[line], np.where(flat[line], place, 0.0))
+            y = self.plane.y.at(row[line], np.where(flat[line], 0.0, place))
+            labels, guide = self.looked(panel[line], x, y)
+            labels = np.select([place == 0.0, place == 1.0], [low[line], high[line]], labels)  # as neighbours see them
             return Looked(labels, (labels != OPEN) | open_ended[line], guide)
 
         shares = [_share(side, self.limits.tolerance) for side in (self.plane.x, self.plane.y)]

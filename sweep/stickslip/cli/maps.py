@@ -103,13 +103,14 @@ def plan(config: Path) -> None:
     from stickslip.runs.assembly import IN_MEMORY
     from stickslip.runs.probe import probe
     from stickslip.runs.work import Work
+    from stickslip.uncertainty import sample_study
 
     loaded = load_config(config)
     work = Work(loaded)
     study, blocks, options = work.study, work.blocks, work.options
     prepare_kernels(loaded.friction.law)
     grid = build_grid(loaded)
-    tried = probe(grid, options)
+    tried = probe(grid if loaded.uncertain is None else sample_study(loaded), options)
     each, cells = engine.bytes_per_cell(options), study.cells_each * work.size
     console = screen.terminal()
     console.print(f"{loaded.title}\n{study.described()}", markup=False)

@@ -42,7 +42,7 @@ def plot(
     file: Path, variable: str, select: tuple[str, ...], lines: Path | None, map_file: Path | None, no_borders: bool,
     output: Path | None,
 ) -> None:  # fmt: skip
-    """Plot a result: a map, a trajectory, or borders over a map."""
+    """Plot a result: a map, probabilities, a trajectory, or borders over a map."""
     from stickslip import plots
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError
@@ -56,7 +56,10 @@ def plot(
     check_plot(target)
     places = _pairs(select) if is_map else {}
     try:
-        if is_map:
+        if "probability" in ds and variable == "regime":
+            state = places.pop("state", "stick_slip")
+            figure = plots.plot_probability(selection.selected(ds, places)[0], state)
+        elif is_map:
             over = None if lines is None else reading.open(lines)
             figure = plots.plot_map(ds, variable, select=places, borders=not no_borders, lines=over)
         else:

@@ -1,7 +1,8 @@
-"""What the command says of a result: a map, borders; each kind knows what is worth a line, and how it is drawn."""
+"""What the command says of a result: a map, borders, ...; each kind knows what is worth a line, and how it is drawn."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,10 @@ def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> 
     """The summary a run ends with: what came out, how long it took, and the files."""
     if is_searched(ds):
         show_searched(ds)
+    elif "probability" in ds:
+        from stickslip.cli.probability_rows import show_probabilities
+
+        show_probabilities(ds)
     else:
         screen.show_map(ds, output)
     if "audit" in ds.attrs:
@@ -55,7 +60,7 @@ def is_drawn(ds: xr.Dataset) -> bool:
     """Whether there is a plot of this result: borders of single lines are no lines to draw."""
     if "border" in ds:
         return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
-    return "geometry" in ds or ("regime" in ds and ds["regime"].ndim > 0)
+    return "geometry" in ds or "probability" in ds or ("regime" in ds and ds["regime"].ndim > 0)
 
 
 def figure(ds: xr.Dataset, extras: Extras | None = None) -> Figure:
@@ -63,6 +68,7 @@ def figure(ds: xr.Dataset, extras: Extras | None = None) -> Figure:
     from stickslip import plots
     from stickslip.cli.backdrop import Extras
 
-    if not is_searched(ds) or "margin_found" in ds.attrs:
-        return plots.plot_map(ds)
-    return plots.plot_map((extras or Extras()).map_behind(ds), lines=ds, title=str(ds.attrs.get("title", "")))
+    if is_searched(ds) and "margin_found" not in ds.attrs:
+        return plots.plot_map((extras or Extras()).map_behind(ds), lines=ds, title=str(ds.attrs.get("title", "")))
+    drawn: Callable[[xr.Dataset], Figure] = plots.plot_probability if "probability" in ds else plots.plot_map
+    return drawn(ds)

@@ -33,6 +33,7 @@ from stickslip.config.sections import (
     System,
 )
 from stickslip.config.studies import STUDIES
+from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ArgumentError, ConfigError, Path, dotted
 from stickslip.vocabulary import units
@@ -111,16 +112,16 @@ class _Reader(Complaints):
         raw_axes = self._mapping_of(data.get("axes"), ("axes",))
         sections = {key: self._section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
         axes = [axis for name, value in raw_axes.items() if (axis := self._axis(name, value)) is not None]
-        given = self._given(raw, raw_axes)
+        studies = self._studies(data, sections["solver"])  # type: ignore[arg-type]
+        given = self._given(raw, raw_axes, data.get("uncertain"))
         self._check_once(given)
         self._check_curve(given)
         self._check_law(sections["friction"], given)
         for found in kinds.ramp_of_no_use(sections["drive"], given):  # type: ignore[arg-type]
             self.add(found.path, found.message, found.hint, at_key=True)
-        studies = self._studies(data)
         fixed = _fixed(sections[key] for key in QUANTITY_SECTIONS)
         fixed = kinds.with_ramp(self._rig, fixed, sections["drive"], "ramp" in given)  # type: ignore[arg-type]
-        for finding in rules.findings(rules.Space(fixed, axes)):
+        for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"))):
             got = finding.got or self.text(finding.path)
             self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
         self.raise_any()
@@ -129,7 +130,7 @@ class _Reader(Complaints):
             absent = {name: QUANTITIES[name].default for name in own if name not in given}
             sections[key] = sections[key].model_copy(update=absent)
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
-        config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})  # type: ignore[arg-type]
+        config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})
         self._check_lines(config)
         self._check_plane(config)
         self._check_boxes(config)
@@ -138,13 +139,16 @@ class _Reader(Complaints):
 
     # --- something else than a map ------------------------------------------------------------------------------------
 
-    def _studies(self, data: Mapping[str, Any]) -> dict[str, Section]:
+    def _studies(self, data: Mapping[str, Any], solver: Solver) -> dict[str, Any]:
         """The section that asks for something else than a map, if there is one; there cannot be two."""
         keys = [key for key in data if key in STUDIES]
         for key in keys[1:]:
             self.add((key,), f"got {key} besides {keys[0]}{self.line((keys[0],))}, expected one of them", at_key=True)
-        found = {}
+        found: dict[str, Any] = {}
         for key in keys:
+            if key == "uncertain":
+                found[key] = read_uncertain(self, data[key], self._section, solver.early_stop)
+                continue
             known = self.known_keys(self._mapping_of(data[key], (key,)), (key,), STUDIES[key].model_fields)
             if (section := self._valid(STUDIES[key], known, (key,))) is not None:
                 found[key] = section
@@ -323,10 +327,14 @@ class _Reader(Complaints):
 
     # --- every quantity exactly once ----------------------------------------------------------------------------------
 
-    def _given(self, raw: Mapping[str, Mapping[str, Any]], axes: Mapping[str, Any]) -> dict[str, list[Path]]:
+    def _given(
+        self, raw: Mapping[str, Mapping[str, Any]], axes: Mapping[str, Any], uncertain: object
+    ) -> dict[str, list[Path]]:
         """Where each quantity is given, rightly or wrongly."""
         paths: list[Path] = [(key, name) for key, model in QUANTITY_SECTIONS.items()
                              for name in raw[key] if name in model.model_fields and name in QUANTITIES]  # fmt: skip
+        scattered = uncertain.get("quantities") if isinstance(uncertain, dict) else None
+        paths += [(*QUANTITIES_PATH, name) for name in scattered or () if name in QUANTITIES]
         given: dict[str, list[Path]] = {}
         for path in [*paths, *kinds.varied_paths(axes)]:
             given.setdefault(str(path[-1]), []).append(path)

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
+from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Section, number, of_row, refused
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
@@ -134,7 +135,9 @@ class Refine(Section):
         return value
 
 
-STUDIES: dict[str, type[Section]] = {"border": Border, "contours": Contours, "refine": Refine}
+STUDIES: dict[str, type[Section]] = {
+    "border": Border, "contours": Contours, "refine": Refine, "uncertain": Uncertain,
+}  # fmt: skip
 
 
 def parameter(value: object) -> str:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from stickslip.config.model import Config, Range, Values
 from stickslip.config.refined import refined_axes
 from stickslip.config.rules import members
+from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Sensor
 from stickslip.config.studies import Border, Contours
 from stickslip.vocabulary import units
@@ -47,6 +48,8 @@ def understood(config: Config) -> Iterator[Row]:
         yield _contours(config.contours)
     if config.refine is not None:
         yield _refine(config)
+    if config.uncertain is not None:
+        yield from _uncertain(config.uncertain)
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))
@@ -79,6 +82,15 @@ def _refine(config: Config) -> Row:
         "interpolated" if config.refine.interpolate else "only where they were computed"
     )
     return Row("refine", f"boxes of 2^{config.refine.depth} + 1 cells along {', '.join(names)}", meaning)
+
+
+def _uncertain(asked: Uncertain) -> Iterator[Row]:
+    """What scatters, and how it is sampled."""
+    for one in asked.quantities:
+        yield Row(one.name, "uncertain", one.in_words)
+    if asked.correlation is not None:
+        yield Row("correlation", "of uncertain quantities", asked.correlation_in_words)
+    yield Row("sampling", "subset simulation" if asked.subset else "Sobol points", asked.method_in_words)
 
 
 def _drive(config: Config) -> Iterator[Row]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,6 +42,20 @@ class Canvas:
     cells: Callable[[range], Results]
 
 
+@dataclass(frozen=True)
+class _Loaded(Sequence[Results]):
+    """The results of blocks, none of which is held."""
+
+    load: Callable[[int], Results]
+    size: int
+
+    def __len__(self) -> int:
+        return self.size
+
+    def __getitem__(self, number: Any) -> Any:
+        return self.load(range(self.size)[number])
+
+
 class Gathered:
     """The results of any range of items, from the blocks of a store.
 
@@ -55,14 +69,14 @@ class Gathered:
         self._remembered: OrderedDict[int, Results] = OrderedDict()
         self.missing: dict[int, int] = {}
 
-    def blocks(self) -> Iterator[Results]:
-        """The results of all blocks, in order."""
-        return (self._load(number) for number in range(self._parts.blocks.count))
-
     def item(self, number: int) -> tuple[Results, int]:
         """The block of an item, and the number of the item in it."""
         block, at = divmod(number, self._parts.blocks.length)
         return self._block(block), at
+
+    def blocks(self) -> Sequence[Results]:
+        """The results of all blocks, in order, each read when it is asked for."""
+        return _Loaded(self._load, self._parts.blocks.count)
 
     def cells(self, cells: range) -> Results:
         """The results of a range of items that have one value each in every column."""
@@ -109,8 +123,9 @@ def assemble(gathered: Gathered, parts: Parts, work: Work, output: Path, progres
     attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
     canvas = _canvas(gathered, work)
     if canvas is None or canvas.grid.size <= IN_MEMORY:
-        found = list(gathered.blocks())
-        writing.write(work.study.dataset(found, attributes | _lacking(gathered, work)), output)
+        dataset = work.study.dataset(gathered.blocks(), attributes)
+        dataset.attrs |= _lacking(gathered, work)
+        writing.write(dataset, output)
         return
     if isinstance(work.study, RefinedMap):
         attributes |= work.study.findings(gathered.blocks())

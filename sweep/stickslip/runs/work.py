@@ -18,6 +18,7 @@ from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.reuse import KnownCells
 from stickslip.study import Moved, Study
+from stickslip.uncertainty import rare_study, sample_study
 
 
 def study_of(config: Config) -> Study:
@@ -28,6 +29,9 @@ def study_of(config: Config) -> Study:
         return contour_study(config, config.contours)
     if config.refine is not None:
         return RefinedMap(config, config.refine, options_of(config))
+    if config.uncertain is not None:
+        subset = config.uncertain.subset
+        return sample_study(config) if subset is None else rare_study(config, subset)
     return MapStudy(config, options_of(config))
 
 
