@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip.borders.find import UNDECIDED, Limits
 from stickslip.borders.junctions import meeting_points
 from stickslip.borders.plane import Plane, Side, plane_of_config
-from stickslip.borders.search import Brackets, Floats, Integers, Labels, Scan, search_lines
+from stickslip.borders.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
 from stickslip.borders.tracing import Chain, Crossing, Segment, chained, joined
 from stickslip.borders.walk import Points, border_cells, corner_labels
 from stickslip.config.model import Config
@@ -178,14 +178,14 @@ class _Search:
         high = self.points(panel, np.where(flat, row, row + 1), np.where(flat, column + 1, column))
         open_ended = (low == OPEN) | (high == OPEN)
 
-        def labels_at(line: Integers, place: Floats) -> tuple[Labels, NDArray[np.bool_]]:
+        def labels_at(line: Integers, place: Floats) -> Looked:
             labels = np.where(place == 0.0, low[line], high[line])
             inner = (place > 0.0) & (place < 1.0)
             one = line[inner]
             x = self.plane.x.at(column[one], np.where(flat[one], place[inner], 0.0))
             y = self.plane.y.at(row[one], np.where(flat[one], 0.0, place[inner]))
             labels[inner] = self.labels(panel[one], x, y)
-            return labels, (labels != OPEN) | open_ended[line]
+            return Looked(labels, (labels != OPEN) | open_ended[line])
 
         shares = [_share(side, self.limits.tolerance) for side in (self.plane.x, self.plane.y)]
         found, _ = search_lines(len(sides), Scan(0.0, 1.0, 2, "linear"), min(shares), labels_at)

@@ -31,7 +31,8 @@ def inspect(file: Path, regimes: tuple[str, ...], statuses: tuple[str, ...], lim
     """Count the cells of a result, and list problem cells.
 
     These are cells that failed, are unresolved or were not computed, unless --regime or --status say which to list.
-    Each is listed as a command that computes it over time, ready to paste. Of results that are no maps it says what was found.
+    Each is listed as a command that computes it over time, ready to paste. Of results that are no maps it
+    says what was found.
     """
     from stickslip.config.pick import recipe_of
     from stickslip.dataset import inspect as inspection
