@@ -1,7 +1,7 @@
 """P4, borders: the belt speed at which stick-slip ends, on 1,000 lines to 1e-9, beside a SciPy user who bisects.
 
 Ours looks at 64 places of each line and narrows all brackets together, by `restick_margin` and once more by bisection
-alone. SciPy halves the same range on the regime of `peers/scipy_events.cycle`, line by line, at the same rtol.
+alone. SciPy halves the same range on the regime of `peers/scipy_events.cycle`, line after line, at the same rtol.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ import xarray as xr
 from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.reader import make_config, parse_config
+from stickslip.config.studies import STUDIES
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
@@ -52,6 +53,8 @@ def config_at(recipe: Recipe, settings: Iterable[str]) -> Config:
             _check_name(name, axes)
             data[QUANTITIES[name].section][name] = _number_or_text(value)
     axes = {name: axis for name, axis in axes.items() if not _is_settled(axis, given)}
+    for study in STUDIES:
+        data.pop(study, None)
     data["axes"] = {}
     if axes:
         raise ConfigError(_SOURCE, [_missing(axis) for axis in axes.values()])
@@ -101,7 +104,7 @@ def value_of(name: str, text: str, option: str) -> float:
 def _plain(recipe: Recipe) -> dict[str, Any]:
     """The recipe as plain data with every section that holds quantities."""
     if isinstance(recipe, Config):
-        return recipe.resolved()
+        return recipe.model_copy(update={"uncertain": None}).resolved()  # its quantities need values as axes do
     sections: dict[str, Any] = {quantity.section: {} for quantity in QUANTITIES.values() if quantity.name not in DRIVE}
     sections["axes"] = {}
     given = {name: {key: value for key, value in keys.items() if value is not None} for name, keys in recipe.items()}

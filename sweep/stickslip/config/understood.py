@@ -7,9 +7,11 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from stickslip.config.model import Config, Range, Values
+from stickslip.config.refined import refined_axes
 from stickslip.config.rules import members
+from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Sensor
-from stickslip.config.studies import Border
+from stickslip.config.studies import Border, Contours
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAW_MESSAGES
 from stickslip.vocabulary.parameter import Parameter
@@ -42,6 +44,12 @@ def understood(config: Config) -> Iterator[Row]:
             yield _along(member, "axis " if member is axis else "  with ")
     if config.border is not None:
         yield _border(config.border)
+    if config.refine is not None:
+        yield _refine(config)
+    if config.uncertain is not None:
+        yield from _uncertain(config.uncertain)
+    if config.contours is not None:
+        yield _contours(config.contours)
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))
@@ -57,6 +65,32 @@ def _border(asked: Border) -> Row:
         between = f"{asked.between[0]:.6g} to {asked.between[1]:.6g} {unit}".rstrip()
     meaning = f"between {between}, {asked.scan} places first, tolerance {asked.tolerance:g}"
     return Row("border along", asked.along, meaning)
+
+
+def _refine(config: Config) -> Row:
+    """How few cells of a map are computed."""
+    assert config.refine is not None
+    names = [config.axes[i].name for i in refined_axes(config.axes, config.refine.depth)]
+    meaning = f"audit {config.refine.audit:g}; other metrics " + (
+        "interpolated" if config.refine.interpolate else "only where they were computed"
+    )
+    return Row("refine", f"boxes of 2^{config.refine.depth} + 1 cells along {', '.join(names)}", meaning)
+
+
+def _uncertain(asked: Uncertain) -> Iterator[Row]:
+    """What scatters, and how it is sampled."""
+    for one in asked.quantities:
+        yield Row(one.name, "uncertain", one.in_words)
+    if asked.correlation is not None:
+        yield Row("correlation", "of uncertain quantities", asked.correlation_in_words)
+    yield Row("sampling", "subset simulation" if asked.subset else "Sobol points", asked.method_in_words)
+
+
+def _contours(asked: Contours) -> Row:
+    """What is followed instead of computing a map."""
+    over = "the last two axes" if asked.axes is None else " and ".join(asked.axes)
+    meaning = f"a grid of {asked.points} points a side, {asked.scan} looked at first, tolerance {asked.tolerance:g}"
+    return Row("contours over", over, meaning)
 
 
 def _drive(config: Config) -> Iterator[Row]:

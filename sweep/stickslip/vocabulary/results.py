@@ -1,9 +1,10 @@
 """Every quantity that comes out of the engine, declared once.
 
-`VARIABLES` are those of a cell, `TRACE_VARIABLES` those of one trajectory over time, `BORDER_VARIABLES` those of the
-borders between regimes (`border` and its width in the units of the parameter searched). Datasets, plots and
-documentation read these tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS requires
-(``m s-1``).
+`VARIABLES` are those of a cell, `MAP_VARIABLES` those that a map may have (`computed` where it is refined),
+`TRACE_VARIABLES` those of one trajectory over time, `BORDER_VARIABLES` those of the borders between regimes (`border`
+and its width in the units of the parameter searched), `UNCERTAIN_VARIABLES` those of scatter (the names of metrics are
+put behind `STATISTICS`). Datasets, plots and documentation read these tables; nothing else repeats a unit or a long
+name. Units are spelled as UDUNITS requires (``m s-1``).
 """
 
 from __future__ import annotations
@@ -91,6 +92,68 @@ _BORDER_VARIABLES = (
     Variable("scan_undecided", "1", "cells of the scan that were unresolved or failed"),
 )
 
+_ERROR = "standard error: scatter over independent scramblings"
+_UNCERTAIN_VARIABLES = (
+    Variable("probability", "1", "probability of a regime", comment="share of the draws whose regime is known"),
+    Variable("probability_error", "1", "standard error of the probability of a regime",
+             comment=f"{_ERROR}; at least that of one draw"),
+    Variable("probability_low", "1", "lower bound of the probability of a regime",
+             comment="no draw that is unresolved or failed has the regime; without the standard error"),
+    Variable("probability_high", "1", "upper bound of the probability of a regime",
+             comment="all draws that are unresolved or failed have the regime; without the standard error"),
+    Variable("undecided", "1", "share of draws that are unresolved or failed"),
+    Variable("sobol_first", "1", "first-order Sobol index of being in a regime",
+             comment="share of the variance of the indicator that a quantity explains by itself"),
+    Variable("sobol_first_error", "1", "standard error of the first-order Sobol index",
+             comment=f"{_ERROR}; and what undecided draws could change"),
+    Variable("sobol_total", "1", "total Sobol index of being in a regime",
+             comment="share of the variance of the indicator that would remain if all other quantities were known"),
+    Variable("sobol_total_error", "1", "standard error of the total Sobol index",
+             comment=f"{_ERROR}; and what undecided draws could change"),
+    Variable("levels", "1", "levels of the subset simulation, the most of all repetitions"),
+    Variable("evaluations", "1", "cells computed by all subset simulations of a cell"),
+)  # fmt: skip
+# What is told of a metric, as a name and a long name to put its own behind.
+STATISTICS = {
+    "mean": "mean", "mean_error": "standard error of the mean", "quantile": "quantile",
+    "quantile_error": "standard error of the quantile", "count": "draws that have",
+}  # fmt: skip
+
+_CONTOUR_VARIABLES = (
+    Variable("node_count", "1", "nodes of the line"),
+    Variable("closed", "1", "whether the line is a loop", comment="its last node is its first"),
+    Variable("regime_left", "1", "regime to the left of the line"),
+    Variable("regime_right", "1", "regime to the right of the line"),
+    Variable("node_width", "1", "width of the last bracket, over the side of the grid cell it lies on"),
+    Variable(
+        "node_along", "1", "parameter that was searched along at the node",
+        comment="the other one has the value of a grid point; junction: three or more regimes meet inside a grid cell",
+    ),
+)  # fmt: skip
+
+# Of cells, most of them once per parameter: `margin_stiffness`. Units: "parameter" stands for those of the parameter,
+# "flag" for those of a regime.
+_MARGIN_VARIABLES = (
+    Variable("margin", "parameter", "distance to the nearest border", comment="border minus value, with its sign"),
+    Variable("ratio", "1", "nearest border over the value", comment="NaN where the value is 0 or may change its sign"),
+    Variable("border", "parameter", "nearest border on either side"),
+    Variable("border_width", "parameter", "width of the last bracket of the border"),
+    Variable("beyond", "flag", "regime just past the border"),
+    Variable("proposed", "parameter", "value past the border that was simulated"),
+    Variable("checked", "flag", "regime of the simulation past the border"),
+    Variable("joint_cost", "1", "cost of the cheapest joint change", comment="root of the sum of (cost x change)^2; "
+             "changes are logarithms of ratios, or over a scale where the value is 0 or may change its sign"),
+    Variable("joint", "parameter", "value after the cheapest joint change"),
+    Variable("joint_share", "1", "share of the change in the square of the cost of the cheapest joint change"),
+    Variable("joint_proposed", "parameter", "value past the border that was simulated, of the cheapest joint change"),
+    Variable("joint_checked", "flag", "regime of the simulation past the border, of the cheapest joint change"),
+)  # fmt: skip
+
 VARIABLES: dict[str, Variable] = {v.name: v for v in _VARIABLES}
+COMPUTED = Variable("computed", "1", "whether a cell was computed or its regime was inferred")
+MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
+UNCERTAIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _UNCERTAIN_VARIABLES}
 TRACE_VARIABLES: dict[str, Variable] = {v.name: v for v in _TRACE_VARIABLES}
 BORDER_VARIABLES: dict[str, Variable] = {v.name: v for v in _BORDER_VARIABLES}
+CONTOUR_VARIABLES: dict[str, Variable] = {v.name: v for v in _CONTOUR_VARIABLES}
+MARGIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _MARGIN_VARIABLES}
