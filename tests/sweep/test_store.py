@@ -270,6 +270,13 @@ def borders():
     return stickslip.border(pair, "belt_speed", (0.1, 1.0), scan=4, tolerance=1e-3)
 
 
+def scatter():
+    text = "system: {mass: 1, normal_load: 1}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
+    text += "axes: {stiffness: [1, 2]}\n"
+    speed = "belt_speed: {normal: {mean: 0.78, std: 0.05}}"
+    return stickslip.run(parse_config(f"{text}uncertain: {{draws: 16, quantities: {{{speed}}}}}\n"))
+
+
 def contours():
     pair = {"mass": 1.0, "normal_load": 1.0, "damping": [0.0, 0.01], "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
     ranges = {"stiffness": (1.0, 2.0), "belt_speed": (0.1, 1.0)}
@@ -281,15 +288,8 @@ def margins():
     return stickslip.margins(pair | {"belt_speed": 0.7}, ("belt_speed", "damping"), tolerance=1e-3)
 
 
-def scatter():
-    text = "system: {mass: 1, normal_load: 1}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
-    text += "axes: {stiffness: [1, 2]}\n"
-    speed = "belt_speed: {normal: {mean: 0.78, std: 0.05}}"
-    return stickslip.run(parse_config(f"{text}uncertain: {{draws: 16, quantities: {{{speed}}}}}\n"))
-
-
-MAKERS = {"plane": plane, "labelled": labelled, "cells": cells, "borders": borders, "contours": contours,
-          "margins": margins, "scatter": scatter, "one cell": make_map}  # fmt: skip
+MAKERS = {"plane": plane, "labelled": labelled, "cells": cells, "borders": borders, "scatter": scatter,
+          "contours": contours, "margins": margins, "one cell": make_map}  # fmt: skip
 
 
 # What the checker (6.1) holds against lines in a plane that is not that of longitude and latitude: it wants degrees of

@@ -31,18 +31,18 @@ def inspect(file: Path, regimes: tuple[str, ...], statuses: tuple[str, ...], lim
     """Count the cells of a result, and list problem cells.
 
     These are cells that failed, are unresolved or were not computed, unless --regime or --status say which to list.
-    Each is listed as a command that computes it over time, ready to paste. Of borders, contours and margins it says
-    what was found.
+    Each is listed as a command that computes it over time, ready to paste. Of results that are no maps it
+    says what was found.
     """
     from stickslip.config.pick import recipe_of
     from stickslip.dataset import inspect as inspection
     from stickslip.files import reading
 
     ds = reading.open(file)
-    if "status" not in ds and shown.is_searched(ds):
+    if "status" not in ds and (tell := shown.teller(ds)):
         if regimes or statuses:
             fail(f"{file}: --regime and --status list the cells of a map; this file holds none")
-        return shown.show_searched(ds)
+        return tell(ds)
     found = inspection.survey(ds, recipe_of(ds, str(file)), regimes=regimes, statuses=statuses, limit=limit)
     _table(found)
     what = "such cells" if regimes or statuses else "cells failed, are unresolved or were not computed"

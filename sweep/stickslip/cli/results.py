@@ -42,14 +42,14 @@ def plot(
     file: Path, variable: str, select: tuple[str, ...], lines: Path | None, map_file: Path | None, no_borders: bool,
     output: Path | None,
 ) -> None:  # fmt: skip
-    """Plot a result: a map, probabilities, a trajectory, or borders over a map."""
+    """Plot a result: a map, a trajectory, probabilities, or borders over a map."""
     from stickslip import plots
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
     ds = reading.open(file)
-    if "status" not in ds and shown.is_searched(ds) and shown.is_drawn(ds):
+    if shown.is_over_map(ds):
         return _plot_borders(ds, file, output or file.with_suffix(".png"), map_file)
     is_map = "time" not in ds.dims
     target = output or _plot_of(file, variable if is_map else None)

@@ -20,12 +20,8 @@ if TYPE_CHECKING:
 
 def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> None:
     """The summary a run ends with: what came out, how long it took, and the files."""
-    if is_searched(ds):
-        show_searched(ds)
-    elif "probability" in ds:
-        from stickslip.cli.probability_rows import show_probabilities
-
-        show_probabilities(ds)
+    if tell := teller(ds):
+        tell(ds)
     else:
         screen.show_map(ds, output)
     if "audit" in ds.attrs:
@@ -39,28 +35,27 @@ def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> 
         click.echo(f"plot     {plot}")
 
 
-def is_searched(ds: xr.Dataset) -> bool:
-    """Whether a result is no map: borders, contours or margins."""
-    return any(name in ds.attrs for name in ("border_found", "contour_found", "margin_found"))
+def teller(ds: xr.Dataset) -> Callable[[xr.Dataset], None] | None:
+    """What says on screen what was found in a result; None for maps and lists of cells."""
+    from stickslip.cli import border_rows, probability_rows
+
+    found = {"border_found": border_rows.show_borders, "contour_found": border_rows.show_contours,
+             "margin_found": border_rows.show_margins}  # fmt: skip
+    if "probability" in ds:
+        return probability_rows.show_probabilities
+    return next((tell for name, tell in found.items() if name in ds.attrs), None)
 
 
-def show_searched(ds: xr.Dataset) -> None:
-    """What was found in a result that `is_searched`."""
-    from stickslip.cli import border_rows
-
+def is_over_map(ds: xr.Dataset) -> bool:
+    """Whether a result is drawn over a map: borders of many lines, or contours."""
     if "border_found" in ds.attrs:
-        border_rows.show_borders(ds)
-    elif "contour_found" in ds.attrs:
-        border_rows.show_contours(ds)
-    else:
-        border_rows.show_margins(ds)
+        return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
+    return "contour_found" in ds.attrs
 
 
 def is_drawn(ds: xr.Dataset) -> bool:
     """Whether there is a plot of this result: borders of single lines are no lines to draw."""
-    if "border" in ds:
-        return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
-    return "geometry" in ds or "probability" in ds or ("regime" in ds and ds["regime"].ndim > 0)
+    return is_over_map(ds) or "probability" in ds or ("regime" in ds and ds["regime"].ndim > 0)
 
 
 def figure(ds: xr.Dataset, extras: Extras | None = None) -> Figure:
@@ -68,7 +63,7 @@ def figure(ds: xr.Dataset, extras: Extras | None = None) -> Figure:
     from stickslip import plots
     from stickslip.cli.backdrop import Extras
 
-    if is_searched(ds) and "margin_found" not in ds.attrs:
+    if is_over_map(ds):
         return plots.plot_map((extras or Extras()).map_behind(ds), lines=ds, title=str(ds.attrs.get("title", "")))
     drawn: Callable[[xr.Dataset], Figure] = plots.plot_probability if "probability" in ds else plots.plot_map
     return drawn(ds)

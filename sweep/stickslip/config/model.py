@@ -162,7 +162,7 @@ class Config(Section):
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
     drive, sensor : of a test rig; None where the belt moves at a constant speed.
     border, contours, refine, uncertain : what is asked for instead of a map of all cells, at most one of them.
-        Quantities that are uncertain are neither fixed nor along an axis.
+    Quantities that are uncertain are neither fixed nor along an axis.
     """
 
     title: str

@@ -132,8 +132,8 @@ class _Reader(Complaints):
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
         config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})
         self._check_lines(config)
-        self._check_plane(config)
         self._check_boxes(config)
+        self._check_plane(config)
         self.raise_any()
         return config
 
@@ -167,6 +167,12 @@ class _Reader(Complaints):
             got = finding.got or self.text(finding.path)
             self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
 
+    def _check_boxes(self, config: Config) -> None:
+        """There is an axis along which a map can be refined."""
+        for finding in refined.broken_rules(config.axes, config.refine) if config.refine else ():
+            got = finding.got or self.text(finding.path)
+            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint, at_key=bool(finding.got))
+
     def _check_plane(self, config: Config) -> None:
         """The plane in which borders are followed exists, and cells in it are possible."""
         if config.contours is None:
@@ -181,12 +187,6 @@ class _Reader(Complaints):
             if path[0] == "contours" and path[-1] not in (config.contours.between or {}):
                 path = ("axes", path[-1])
             self.add(path, f"got {finding.got or self.text(path)}, expected {finding.expected}", finding.hint)
-
-    def _check_boxes(self, config: Config) -> None:
-        """There is an axis along which a map can be refined."""
-        for finding in refined.broken_rules(config.axes, config.refine) if config.refine else ():
-            got = finding.got or self.text(finding.path)
-            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint, at_key=bool(finding.got))
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
 

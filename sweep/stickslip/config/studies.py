@@ -68,6 +68,22 @@ class Border(Section):
         return plain if self.between is None else plain | {"between": list(self.between)}
 
 
+class Refine(Section):
+    """A map of which cells are computed only where regimes meet, and at few points elsewhere."""
+
+    rows = REFINE
+    depth: int = of_row(REFINE["depth"])
+    audit: float = of_row(REFINE["audit"])
+    interpolate: bool = Field(False, description="whether cells that are not computed get metrics between others")
+
+    @field_validator("interpolate", mode="before")
+    @classmethod
+    def _interpolate(cls, value: object) -> bool:
+        if not isinstance(value, bool):
+            raise refused("true or false")
+        return value
+
+
 class Contours(Section):
     """Where in planes of two parameters the regime changes, as lines; the other axes are the panels."""
 
@@ -117,22 +133,6 @@ def _range(row: Parameter, value: object) -> tuple[float, float]:
     if not low < high:
         raise refused("the lower end first and the upper above it", "swap the ends" if low > high else None)
     return low, high
-
-
-class Refine(Section):
-    """A map of which cells are computed only where regimes meet, and at few points elsewhere."""
-
-    rows = REFINE
-    depth: int = of_row(REFINE["depth"])
-    audit: float = of_row(REFINE["audit"])
-    interpolate: bool = Field(False, description="whether cells that are not computed get metrics between others")
-
-    @field_validator("interpolate", mode="before")
-    @classmethod
-    def _interpolate(cls, value: object) -> bool:
-        if not isinstance(value, bool):
-            raise refused("true or false")
-        return value
 
 
 STUDIES: dict[str, type[Section]] = {

@@ -44,12 +44,12 @@ def understood(config: Config) -> Iterator[Row]:
             yield _along(member, "axis " if member is axis else "  with ")
     if config.border is not None:
         yield _border(config.border)
-    if config.contours is not None:
-        yield _contours(config.contours)
     if config.refine is not None:
         yield _refine(config)
     if config.uncertain is not None:
         yield from _uncertain(config.uncertain)
+    if config.contours is not None:
+        yield _contours(config.contours)
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))
@@ -65,13 +65,6 @@ def _border(asked: Border) -> Row:
         between = f"{asked.between[0]:.6g} to {asked.between[1]:.6g} {unit}".rstrip()
     meaning = f"between {between}, {asked.scan} places first, tolerance {asked.tolerance:g}"
     return Row("border along", asked.along, meaning)
-
-
-def _contours(asked: Contours) -> Row:
-    """What is followed instead of computing a map."""
-    over = "the last two axes" if asked.axes is None else " and ".join(asked.axes)
-    meaning = f"a grid of {asked.points} points a side, {asked.scan} looked at first, tolerance {asked.tolerance:g}"
-    return Row("contours over", over, meaning)
 
 
 def _refine(config: Config) -> Row:
@@ -91,6 +84,13 @@ def _uncertain(asked: Uncertain) -> Iterator[Row]:
     if asked.correlation is not None:
         yield Row("correlation", "of uncertain quantities", asked.correlation_in_words)
     yield Row("sampling", "subset simulation" if asked.subset else "Sobol points", asked.method_in_words)
+
+
+def _contours(asked: Contours) -> Row:
+    """What is followed instead of computing a map."""
+    over = "the last two axes" if asked.axes is None else " and ".join(asked.axes)
+    meaning = f"a grid of {asked.points} points a side, {asked.scan} looked at first, tolerance {asked.tolerance:g}"
+    return Row("contours over", over, meaning)
 
 
 def _drive(config: Config) -> Iterator[Row]:

@@ -92,6 +92,33 @@ _BORDER_VARIABLES = (
     Variable("scan_undecided", "1", "cells of the scan that were unresolved or failed"),
 )
 
+_ERROR = "standard error: scatter over independent scramblings"
+_UNCERTAIN_VARIABLES = (
+    Variable("probability", "1", "probability of a regime", comment="share of the draws whose regime is known"),
+    Variable("probability_error", "1", "standard error of the probability of a regime",
+             comment=f"{_ERROR}; at least that of one draw"),
+    Variable("probability_low", "1", "lower bound of the probability of a regime",
+             comment="no draw that is unresolved or failed has the regime; without the standard error"),
+    Variable("probability_high", "1", "upper bound of the probability of a regime",
+             comment="all draws that are unresolved or failed have the regime; without the standard error"),
+    Variable("undecided", "1", "share of draws that are unresolved or failed"),
+    Variable("sobol_first", "1", "first-order Sobol index of being in a regime",
+             comment="share of the variance of the indicator that a quantity explains by itself"),
+    Variable("sobol_first_error", "1", "standard error of the first-order Sobol index",
+             comment=f"{_ERROR}; and what undecided draws could change"),
+    Variable("sobol_total", "1", "total Sobol index of being in a regime",
+             comment="share of the variance of the indicator that would remain if all other quantities were known"),
+    Variable("sobol_total_error", "1", "standard error of the total Sobol index",
+             comment=f"{_ERROR}; and what undecided draws could change"),
+    Variable("levels", "1", "levels of the subset simulation, the most of all repetitions"),
+    Variable("evaluations", "1", "cells computed by all subset simulations of a cell"),
+)  # fmt: skip
+# What is told of a metric, as a name and a long name to put its own behind.
+STATISTICS = {
+    "mean": "mean", "mean_error": "standard error of the mean", "quantile": "quantile",
+    "quantile_error": "standard error of the quantile", "count": "draws that have",
+}  # fmt: skip
+
 _CONTOUR_VARIABLES = (
     Variable("node_count", "1", "nodes of the line"),
     Variable("closed", "1", "whether the line is a loop", comment="its last node is its first"),
@@ -121,33 +148,6 @@ _MARGIN_VARIABLES = (
     Variable("joint_proposed", "parameter", "value past the border that was simulated, of the cheapest joint change"),
     Variable("joint_checked", "flag", "regime of the simulation past the border, of the cheapest joint change"),
 )  # fmt: skip
-
-_ERROR = "standard error: scatter over independent scramblings"
-_UNCERTAIN_VARIABLES = (
-    Variable("probability", "1", "probability of a regime", comment="share of the draws whose regime is known"),
-    Variable("probability_error", "1", "standard error of the probability of a regime",
-             comment=f"{_ERROR}; at least that of one draw"),
-    Variable("probability_low", "1", "lower bound of the probability of a regime",
-             comment="no draw that is unresolved or failed has the regime; without the standard error"),
-    Variable("probability_high", "1", "upper bound of the probability of a regime",
-             comment="all draws that are unresolved or failed have the regime; without the standard error"),
-    Variable("undecided", "1", "share of draws that are unresolved or failed"),
-    Variable("sobol_first", "1", "first-order Sobol index of being in a regime",
-             comment="share of the variance of the indicator that a quantity explains by itself"),
-    Variable("sobol_first_error", "1", "standard error of the first-order Sobol index",
-             comment=f"{_ERROR}; and what undecided draws could change"),
-    Variable("sobol_total", "1", "total Sobol index of being in a regime",
-             comment="share of the variance of the indicator that would remain if all other quantities were known"),
-    Variable("sobol_total_error", "1", "standard error of the total Sobol index",
-             comment=f"{_ERROR}; and what undecided draws could change"),
-    Variable("levels", "1", "levels of the subset simulation, the most of all repetitions"),
-    Variable("evaluations", "1", "cells computed by all subset simulations of a cell"),
-)  # fmt: skip
-# What is told of a metric, as a name and a long name to put its own behind.
-STATISTICS = {
-    "mean": "mean", "mean_error": "standard error of the mean", "quantile": "quantile",
-    "quantile_error": "standard error of the quantile", "count": "draws that have",
-}  # fmt: skip
 
 VARIABLES: dict[str, Variable] = {v.name: v for v in _VARIABLES}
 COMPUTED = Variable("computed", "1", "whether a cell was computed or its regime was inferred")

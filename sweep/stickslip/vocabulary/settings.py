@@ -149,6 +149,5 @@ AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", at_least=0), 
 # All numbers of a configuration that are not quantities, by section.
 SETTINGS: dict[str, dict[str, Parameter]] = {
     "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "contours": CONTOURS, "refine": REFINE,
-    "uncertain": UNCERTAIN,
-    "drive": STROKES, "sensor": SENSOR, "features": FEATURE_SETTINGS, "risk": RISK,
+    "uncertain": UNCERTAIN, "drive": STROKES, "sensor": SENSOR, "features": FEATURE_SETTINGS, "risk": RISK,
 }  # fmt: skip
