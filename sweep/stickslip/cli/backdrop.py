@@ -77,7 +77,7 @@ def _without_fixed(config: Config, axes: list[Axis]) -> Config:
     from stickslip.config.studies import STUDIES
     from stickslip.vocabulary.quantities import QUANTITIES
 
-    changed: dict[str, Any] = {"axes": tuple(axes), **dict.fromkeys(STUDIES)}
+    changed: dict[str, Any] = {**dict.fromkeys(STUDIES), "axes": tuple(axes)}
     for axis in axes:
         if axis.name in QUANTITIES:
             section = QUANTITIES[axis.name].section
