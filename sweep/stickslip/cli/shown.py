@@ -39,7 +39,9 @@ def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> 
 
 def is_drawn(ds: xr.Dataset) -> bool:
     """Whether there is a plot of this result."""
-    return "probability" in ds or "regime" in ds and ds["regime"].ndim > 0
+    if "probability" in ds:
+        return "levels" not in ds or ds["probability"].ndim > 1  # one rare event is a number
+    return "regime" in ds and ds["regime"].ndim > 0
 
 
 def figure(ds: xr.Dataset) -> Figure:
