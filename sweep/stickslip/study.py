@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,14 @@ class Study(ABC):
     shape: tuple[int, ...]
     options: Options
     columns: Mapping[str, np.dtype[Any]]
+
+    def described(self) -> str:
+        """`57,600 cells: stiffness (240) x belt_speed (240)`."""
+        size = prod(self.shape)
+        axes = " x ".join(f"{dim} ({length})" for dim, length in zip(self.dims, self.shape, strict=True))
+        return f"{size:,} {self.counted if size != 1 else self.counted.removesuffix('s')}" + (
+            f": {axes}" if axes else ""
+        )
 
     @abstractmethod
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:

@@ -29,6 +29,9 @@ def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> 
         show_probabilities(ds)
     else:
         screen.show_map(ds, output)
+    if "audit" in ds.attrs:
+        click.echo(f"refined  {ds.attrs['refine_cells_computed']:,} cells computed for {ds['regime'].size:,}")
+        click.echo(f"audit    {ds.attrs['audit']}")
     click.echo(screen.rate(done))
     if output is not None:
         name = "map" if "regime" in ds else "written"

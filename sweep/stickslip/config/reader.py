@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from stickslip.config import examples, kinds, rules
+from stickslip.config import examples, kinds, refined, rules
 from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
@@ -37,7 +37,7 @@ from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ArgumentError, ConfigError, Path, dotted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.results import MAP_VARIABLES
 from stickslip.vocabulary.words import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
@@ -131,6 +131,7 @@ class _Reader(Complaints):
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
         config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})
         self._check_lines(config)
+        self._check_boxes(config)
         self.raise_any()
         return config
 
@@ -163,6 +164,12 @@ class _Reader(Complaints):
         for finding in broken_rules(config, config.border.along, line):
             got = finding.got or self.text(finding.path)
             self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
+
+    def _check_boxes(self, config: Config) -> None:
+        """There is an axis along which a map can be refined."""
+        for finding in refined.broken_rules(config.axes, config.refine) if config.refine else ():
+            got = finding.got or self.text(finding.path)
+            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint, at_key=bool(finding.got))
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
 
@@ -260,7 +267,7 @@ class _Reader(Complaints):
     def _group(self, path: Path, raw: Mapping[str, Any]) -> Group | None:
         """Quantities that vary together, under a name of their own."""
         name, before = str(path[-1]), len(self.problems)
-        if name in QUANTITIES or name in VARIABLES or not _GROUP_NAME.fullmatch(name):
+        if name in QUANTITIES or name in MAP_VARIABLES or not _GROUP_NAME.fullmatch(name):
             expected = "a name of its own for the group: a word that is no quantity and no result"
             self.add(path, f"got the name {name}, expected {expected}", at_key=True)
         lists = raw.get("zip")

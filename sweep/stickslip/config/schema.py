@@ -204,6 +204,7 @@ _OTHERS: Schema = {  # what is not a number
     "along": {"enum": list(SEARCHABLE)},
     "between": {"type": "array", "minItems": 2, "maxItems": 2, "items": _VALUE},
     "law": {"enum": list(LAWS)},
+    "interpolate": {"type": "boolean"},
     "fit": _file_name(".csv"),
     "profile": {"enum": list(PROFILES)},
     "early_stop": {"type": "boolean"},

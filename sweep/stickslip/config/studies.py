@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Section, number, of_row, refused
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import BORDER
+from stickslip.vocabulary.settings import BORDER, REFINE
 from stickslip.vocabulary.words import listed, nearest
 
 
@@ -66,7 +66,23 @@ class Border(Section):
         return plain if self.between is None else plain | {"between": list(self.between)}
 
 
-STUDIES: dict[str, type[Section]] = {"border": Border, "uncertain": Uncertain}
+class Refine(Section):
+    """A map of which cells are computed only where regimes meet, and at few points elsewhere."""
+
+    rows = REFINE
+    depth: int = of_row(REFINE["depth"])
+    audit: float = of_row(REFINE["audit"])
+    interpolate: bool = Field(False, description="whether cells that are not computed get metrics between others")
+
+    @field_validator("interpolate", mode="before")
+    @classmethod
+    def _interpolate(cls, value: object) -> bool:
+        if not isinstance(value, bool):
+            raise refused("true or false")
+        return value
+
+
+STUDIES: dict[str, type[Section]] = {"border": Border, "refine": Refine, "uncertain": Uncertain}
 
 
 def parameter(value: object) -> str:

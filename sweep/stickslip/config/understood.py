@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from stickslip.config.model import Config, Range, Values
+from stickslip.config.refined import refined_axes
 from stickslip.config.rules import members
 from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Sensor
@@ -43,6 +44,8 @@ def understood(config: Config) -> Iterator[Row]:
             yield _along(member, "axis " if member is axis else "  with ")
     if config.border is not None:
         yield _border(config.border)
+    if config.refine is not None:
+        yield _refine(config)
     if config.uncertain is not None:
         yield from _uncertain(config.uncertain)
     solver = config.solver
@@ -60,6 +63,16 @@ def _border(asked: Border) -> Row:
         between = f"{asked.between[0]:.6g} to {asked.between[1]:.6g} {unit}".rstrip()
     meaning = f"between {between}, {asked.scan} places first, tolerance {asked.tolerance:g}"
     return Row("border along", asked.along, meaning)
+
+
+def _refine(config: Config) -> Row:
+    """How few cells of a map are computed."""
+    assert config.refine is not None
+    names = [config.axes[i].name for i in refined_axes(config.axes, config.refine.depth)]
+    meaning = f"audit {config.refine.audit:g}; other metrics " + (
+        "interpolated" if config.refine.interpolate else "only where they were computed"
+    )
+    return Row("refine", f"boxes of 2^{config.refine.depth} + 1 cells along {', '.join(names)}", meaning)
 
 
 def _uncertain(asked: Uncertain) -> Iterator[Row]:

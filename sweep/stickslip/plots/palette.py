@@ -51,6 +51,7 @@ FLAG_COLOURS: dict[str, dict[str, str]] = {
         "too_slow_to_tell": "#8c8c8c",
         "negative_friction": "#5c2a4d",
     },
+    "computed": {"inferred": WHITE, "computed": BLACK},
 }
 UNDEFINED_COLOUR = "#dddddd"  # cells where a continuous variable has no value
 _LOG_FROM = 100.0  # ratio of largest to smallest value from which colours are logarithmic

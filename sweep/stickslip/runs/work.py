@@ -13,6 +13,7 @@ from stickslip.borders import border_study
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.engine import Options, Results, StopFlag, stop_flag
+from stickslip.refinement import RefinedMap
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.reuse import KnownCells
@@ -24,6 +25,8 @@ def study_of(config: Config) -> Study:
     """What a configuration asks for: its map, unless a section names something else."""
     if config.border is not None:
         return border_study(config, config.border)
+    if config.refine is not None:
+        return RefinedMap(config, config.refine, options_of(config))
     if config.uncertain is not None:
         subset = config.uncertain.subset
         return sample_study(config) if subset is None else rare_study(config, subset)

@@ -38,12 +38,22 @@ MODE_MESSAGES = {
     "fall": "slip on the straight line of a hysteretic curve",
     "hold": "slip at constant speed, friction between the line and the curve (Filippov sliding mode)",
 }
+METHOD_MESSAGES = {
+    "not_computed": "there is no border",
+    "bisection": "the regime was bisected",
+    "restick_margin": "stick-slip ends by grazing there: restick_margin passes zero, and a bracketed secant led to it",
+}
+COMPUTED_MESSAGES = {
+    "inferred": "not computed itself: its regime is that of the computed cells around it",
+    "computed": "computed itself",
+}
 REGIMES = tuple(REGIME_MESSAGES)
 STATUSES = tuple(STATUS_MESSAGES)
 MODES = tuple(MODE_MESSAGES)
+METHODS = tuple(METHOD_MESSAGES)
 FLAGS: dict[str, dict[str, str]] = {
-    "regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES,
-    "regime_below": REGIME_MESSAGES, "regime_above": REGIME_MESSAGES,
+    "regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES, "computed": COMPUTED_MESSAGES,
+    "regime_below": REGIME_MESSAGES, "regime_above": REGIME_MESSAGES, "method": METHOD_MESSAGES,
 }  # fmt: skip
 
 # What is said beside a flag that has another name in the field.

@@ -1,10 +1,10 @@
 """Every quantity that comes out of the engine, declared once.
 
-`VARIABLES` are those of a cell, `TRACE_VARIABLES` those of one trajectory over time, `BORDER_VARIABLES` those of the
-borders between regimes (`border` and its width in the units of the parameter searched), `UNCERTAIN_VARIABLES` those of
-scatter (the names of metrics are put behind `STATISTICS`). Datasets, plots and
-documentation read these tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS requires
-(``m s-1``).
+`VARIABLES` are those of a cell, `MAP_VARIABLES` those that a map may have (`computed` where it is refined),
+`TRACE_VARIABLES` those of one trajectory over time, `BORDER_VARIABLES` those of the borders between regimes (`border`
+and its width in the units of the parameter searched), `UNCERTAIN_VARIABLES` those of scatter (the names of metrics are
+put behind `STATISTICS`). Datasets, plots and documentation read these tables; nothing else repeats a unit or a long
+name. Units are spelled as UDUNITS requires (``m s-1``).
 """
 
 from __future__ import annotations
@@ -88,6 +88,7 @@ _BORDER_VARIABLES = (
     Variable("regime_below", "1", "regime just below the border"),
     Variable("regime_above", "1", "regime just above the border"),
     Variable("border_width", "1", "width of the last bracket of the border"),
+    Variable("method", "1", "how the border was found"),
     Variable("scan_undecided", "1", "cells of the scan that were unresolved or failed"),
 )
 
@@ -119,6 +120,8 @@ STATISTICS = {
 }  # fmt: skip
 
 VARIABLES: dict[str, Variable] = {v.name: v for v in _VARIABLES}
+COMPUTED = Variable("computed", "1", "whether a cell was computed or its regime was inferred")
+MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
 UNCERTAIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _UNCERTAIN_VARIABLES}
 TRACE_VARIABLES: dict[str, Variable] = {v.name: v for v in _TRACE_VARIABLES}
 BORDER_VARIABLES: dict[str, Variable] = {v.name: v for v in _BORDER_VARIABLES}

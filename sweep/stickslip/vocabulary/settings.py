@@ -55,6 +55,12 @@ BORDER: dict[str, Parameter] = table(
     Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", "border",
               at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
 )  # fmt: skip
+REFINE: dict[str, Parameter] = table(
+    Parameter("depth", "1", "how often boxes may be halved: the largest have 2^depth + 1 cells a side", "refine",
+              default=5, at_least=0, at_most=18, whole=True),
+    Parameter("audit", "1", "random points tried, over the corners and centres of the largest boxes", "refine",
+              default=1.0, at_least=0.0, at_most=1000.0),
+)  # fmt: skip
 
 # --- rigs -------------------------------------------------------------------------------------------------------------
 
@@ -131,6 +137,6 @@ AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", at_least=0), 
 
 # All numbers of a configuration that are not quantities, by section.
 SETTINGS: dict[str, dict[str, Parameter]] = {
-    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "uncertain": UNCERTAIN, "drive": STROKES,
-    "sensor": SENSOR, "features": FEATURE_SETTINGS, "risk": RISK,
+    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "refine": REFINE, "uncertain": UNCERTAIN,
+    "drive": STROKES, "sensor": SENSOR, "features": FEATURE_SETTINGS, "risk": RISK,
 }  # fmt: skip
