@@ -12,12 +12,14 @@ if TYPE_CHECKING:
     from .api import border, collect, evaluate, open, retry_failed, run, run_shard, simulate, status
     from .config.model import Config
     from .config.reader import load_config
+    from .designing import contours, margins
     from .engine import Options
     from .errors import ClusterError, ConfigError, IncompleteError, Interrupted
 
 __all__ = [
     "ClusterError", "Config", "ConfigError", "IncompleteError", "Interrupted", "Options", "__version__",
-    "border", "collect", "evaluate", "load_config", "open", "retry_failed", "run", "run_shard", "simulate", "status",
+    "border", "collect", "contours", "evaluate", "load_config", "margins", "open", "retry_failed", "run", "run_shard",
+    "simulate", "status",
 ]  # fmt: skip
 
 _HOMES = {
@@ -25,6 +27,7 @@ _HOMES = {
     "ClusterError": "errors", "ConfigError": "errors", "IncompleteError": "errors", "Interrupted": "errors",
     "border": "api", "collect": "api", "evaluate": "api", "open": "api", "retry_failed": "api", "run": "api",
     "run_shard": "api", "simulate": "api", "status": "api",
+    "contours": "designing", "margins": "designing",
 }  # fmt: skip
 
 

@@ -11,14 +11,28 @@ import warnings
 import click
 
 from stickslip._version import __version__
-from stickslip.cli import borders, configs, inspection, maps, results, rig, rig_tests, science, stores, trajectories
+from stickslip.cli import (
+    advice,
+    borders,
+    configs,
+    contours,
+    inspection,
+    maps,
+    results,
+    rig,
+    rig_tests,
+    science,
+    stores,
+    trajectories,
+)
 from stickslip.cli.common import EXIT_CODES
 
 COMMANDS = (
     *(configs.init, configs.schema, configs.validate),
     *(maps.plan, maps.run),
     *(stores.collect, stores.retry_failed, stores.status),
-    *(results.plot, inspection.inspect, trajectories.simulate, borders.border),
+    *(results.plot, inspection.inspect, trajectories.simulate),
+    *(borders.border, contours.contours, advice.advise),
     *(science.article, science.fit),
     *(rig_tests.rig, rig.rig_features, rig.calibrate),
 )

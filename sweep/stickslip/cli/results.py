@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli.common import check_plot, fail, reports_wrong_input
+from stickslip.cli import shown
+from stickslip.cli.backdrop import MAP, Extras
+from stickslip.cli.common import check_plot, fail, prepare_kernels, reports_wrong_input
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @click.command(
@@ -14,6 +20,7 @@ from stickslip.cli.common import check_plot, fail, reports_wrong_input
 Examples:
   stickslip plot quickstart.nc
   stickslip plot quickstart.nc --variable spring_force_max -o force.svg
+  stickslip plot map.nc --lines borders.nc -o map-with-borders.png
   stickslip plot map.nc --select damping=0.1 --select stiffness="5 N/mm\""""
 )
 @click.argument("file", type=click.Path(path_type=Path))
@@ -21,6 +28,8 @@ Examples:
 @click.option(
     "--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension at the cell with this value, or label."
 )
+@click.option("--lines", type=click.Path(path_type=Path), help="File of borders or contours to draw over the map.")
+@MAP
 @click.option("--no-borders", is_flag=True, help="Leave out the borders of linear theory.")
 @click.option(
     "-o",
@@ -29,14 +38,19 @@ Examples:
     help="Plot to write.  [default: FILE.png, FILE-VARIABLE.png for other variables than regime]",
 )
 @reports_wrong_input
-def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, output: Path | None) -> None:
-    """Plot a result: a map, probabilities, or a trajectory."""
+def plot(
+    file: Path, variable: str, select: tuple[str, ...], lines: Path | None, map_file: Path | None, no_borders: bool,
+    output: Path | None,
+) -> None:  # fmt: skip
+    """Plot a result: a map, a trajectory, probabilities, or borders over a map."""
     from stickslip import plots
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
     ds = reading.open(file)
+    if shown.is_over_map(ds):
+        return _plot_borders(ds, file, output or file.with_suffix(".png"), map_file)
     is_map = "time" not in ds.dims
     target = output or _plot_of(file, variable if is_map else None)
     check_plot(target)
@@ -46,7 +60,8 @@ def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, o
             state = places.pop("state", "stick_slip")
             figure = plots.plot_probability(selection.selected(ds, places)[0], state)
         elif is_map:
-            figure = plots.plot_map(ds, variable, select=places, borders=not no_borders)
+            over = None if lines is None else reading.open(lines)
+            figure = plots.plot_map(ds, variable, select=places, borders=not no_borders, lines=over)
         else:
             figure = plots.plot_trace(ds)
     except PlotError as error:
@@ -54,6 +69,22 @@ def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, o
     for point in selection.told(ds, places):
         click.echo(f"drawn    {point}")
     plots.save(figure, target)
+    click.echo(f"plot     {target}")
+
+
+def _plot_borders(ds: xr.Dataset, file: Path, target: Path, map_file: Path | None) -> None:
+    """Borders over the map they lie in: that of a file, or a coarse one that is computed."""
+    from stickslip import plots
+    from stickslip.config.reader import parse_config
+    from stickslip.errors import PlotError
+
+    check_plot(target)
+    if map_file is None:
+        prepare_kernels(parse_config(str(ds.attrs["configuration"]), str(file)).friction.law)
+    try:
+        plots.save(shown.figure(ds, Extras(map_file)), target)
+    except PlotError as error:
+        fail(f"{file}: {error}")
     click.echo(f"plot     {target}")
 
 

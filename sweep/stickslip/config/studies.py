@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Section, number, of_row, refused
+from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import BORDER, REFINE
+from stickslip.vocabulary.settings import BORDER, CONTOURS, REFINE
 from stickslip.vocabulary.words import listed, nearest
 
 
@@ -82,7 +84,60 @@ class Refine(Section):
         return value
 
 
-STUDIES: dict[str, type[Section]] = {"border": Border, "refine": Refine, "uncertain": Uncertain}
+class Contours(Section):
+    """Where in planes of two parameters the regime changes, as lines; the other axes are the panels."""
+
+    rows = CONTOURS
+    axes: tuple[str, str] | None = Field(
+        None, description="the two parameters, y and x; the last two axes unless given"
+    )
+    between: dict[str, tuple[float, float]] | None = Field(
+        None, description="by parameter, both ends of its range, the lower one first; those of its axis unless given"
+    )
+    points: int = of_row(CONTOURS["points"])
+    tolerance: float = of_row(CONTOURS["tolerance"])
+    scan: int = of_row(CONTOURS["scan"])
+    rtol: float | None = of_row(CONTOURS["rtol"])
+
+    @field_validator("axes", mode="before")
+    @classmethod
+    def _axes(cls, value: object) -> object:
+        if not isinstance(value, list | tuple) or len(value) != 2 or value[0] == value[1]:
+            raise refused("a list of two different parameters, y and x")
+        return tuple(map(parameter, value))
+
+    @field_validator("between", mode="before")
+    @classmethod
+    def _between(cls, value: object) -> object:
+        if not isinstance(value, Mapping):
+            raise refused("a range for each of the two parameters: {belt_speed: [0.1, 1]}")
+        return {parameter(name): _range(QUANTITIES[name], ends) for name, ends in value.items()}
+
+    def resolved(self) -> dict[str, Any]:
+        """The section as plain data."""
+        plain = super().resolved()
+        if self.axes is not None:
+            plain["axes"] = list(self.axes)
+        if self.between is not None:
+            plain["between"] = {name: list(ends) for name, ends in self.between.items()}
+        return plain
+
+
+def _range(row: Parameter, value: object) -> tuple[float, float]:
+    """Both ends of a range of a parameter."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise refused("a list of two values, the lower end first")
+    low, high = (number(row, end) for end in value)
+    if math.isnan(low) or math.isnan(high):
+        raise refused(row.expected.removesuffix(row.otherwise))
+    if not low < high:
+        raise refused("the lower end first and the upper above it", "swap the ends" if low > high else None)
+    return low, high
+
+
+STUDIES: dict[str, type[Section]] = {
+    "border": Border, "contours": Contours, "refine": Refine, "uncertain": Uncertain,
+}  # fmt: skip
 
 
 def parameter(value: object) -> str:

@@ -54,6 +54,7 @@ METHODS = tuple(METHOD_MESSAGES)
 FLAGS: dict[str, dict[str, str]] = {
     "regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES, "computed": COMPUTED_MESSAGES,
     "regime_below": REGIME_MESSAGES, "regime_above": REGIME_MESSAGES, "method": METHOD_MESSAGES,
+    "regime_left": REGIME_MESSAGES, "regime_right": REGIME_MESSAGES,
 }  # fmt: skip
 
 # What is said beside a flag that has another name in the field.
