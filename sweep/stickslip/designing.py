@@ -18,7 +18,7 @@ from .config.grid import build_grid
 from .config.model import Config
 from .config.options import options_of
 from .config.reader import load_config
-from .config.studies import Contours
+from .config.studies import Contours, alone
 from .dataset.build import cell_coordinates, grid_coordinates
 from .dataset.provenance import provenance
 from .engine import Options, Progress
@@ -76,7 +76,7 @@ def contours(
             axes=axes, between=ranges or None, points=int(points), tolerance=tolerance, scan=scan, rtol=rtol
         )
         title = f"Contours of regimes: {config.title}"
-        text = config.model_copy(update={"contours": asked}).to_yaml()
+        text = config.model_copy(update=alone("contours", asked)).to_yaml()
     else:
         options = Options(law=law or Options.law, **given)
         plane = borders.plane_of_cells(cells_or_config, axes, ranges, int(points))

@@ -74,9 +74,10 @@ def coarse_map(config: Config) -> Config:
 
 def _without_fixed(config: Config, axes: list[Axis]) -> Config:
     """The configuration of a map over these axes; what they vary is fixed no longer."""
+    from stickslip.config.studies import STUDIES
     from stickslip.vocabulary.quantities import QUANTITIES
 
-    changed: dict[str, Any] = {"axes": tuple(axes), "border": None, "contours": None}
+    changed: dict[str, Any] = {**dict.fromkeys(STUDIES), "axes": tuple(axes)}
     for axis in axes:
         if axis.name in QUANTITIES:
             section = QUANTITIES[axis.name].section

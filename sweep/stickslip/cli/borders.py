@@ -49,13 +49,13 @@ def border(
     """
     from stickslip.config.reader import load_config
     from stickslip.config.sections import Output
-    from stickslip.config.studies import Border
+    from stickslip.config.studies import Border, alone
     from stickslip.runs.request import Request
 
     ends = _ends(along, between) if between else None
     asked = Border.model_construct(along=along, between=ends, tolerance=tolerance, scan=scan)
     one = load_config(config).model_copy(
-        update={"border": asked, "contours": None, "output": Output.model_construct(file=None, plot=None)}
+        update={**alone("border", asked), "output": Output.model_construct(file=None, plot=None)}
     )
     again = ["border", str(config), "--along", along, "-o", "borders.nc"]
     try:

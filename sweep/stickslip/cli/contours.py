@@ -49,7 +49,7 @@ def contours(
     """
     from stickslip.config.reader import load_config
     from stickslip.config.sections import Output
-    from stickslip.config.studies import Contours
+    from stickslip.config.studies import Contours, alone
     from stickslip.runs.request import Request
 
     if table is not None and (table.suffix.lower() != ".csv" or not table.absolute().parent.is_dir()):
@@ -58,7 +58,7 @@ def contours(
         axes=over, between=_ranges(between), points=points, tolerance=tolerance, scan=scan, rtol=None
     )
     one = load_config(config).model_copy(
-        update={"contours": asked, "border": None, "output": Output.model_construct(file=None, plot=None)}
+        update={**alone("contours", asked), "output": Output.model_construct(file=None, plot=None)}
     )
     again = ["contours", str(config), "-o", "contours.nc"]
     try:

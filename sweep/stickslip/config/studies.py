@@ -140,6 +140,11 @@ STUDIES: dict[str, type[Section]] = {
 }  # fmt: skip
 
 
+def alone(key: str, section: Section) -> dict[str, Section | None]:
+    """What to update a configuration with so that it asks for this and for nothing else."""
+    return {**dict.fromkeys(STUDIES), key: section}
+
+
 def parameter(value: object) -> str:
     """The name of a parameter of a cell, or of what is measured of its curve."""
     if value not in SEARCHABLE:
