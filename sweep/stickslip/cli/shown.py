@@ -54,8 +54,10 @@ def is_over_map(ds: xr.Dataset) -> bool:
 
 
 def is_drawn(ds: xr.Dataset) -> bool:
-    """Whether there is a plot of this result: borders of single lines are no lines to draw."""
-    return is_over_map(ds) or "probability" in ds or ("regime" in ds and ds["regime"].ndim > 0)
+    """Whether there is a plot of this result: borders of single lines, and one rare event, are no plots."""
+    if "probability" in ds:
+        return "levels" not in ds or ds["probability"].ndim > 1
+    return is_over_map(ds) or ("regime" in ds and ds["regime"].ndim > 0)
 
 
 def figure(ds: xr.Dataset, extras: Extras | None = None) -> Figure:
