@@ -20,7 +20,9 @@ FLOORS = (
     ("what is computed, what is fitted", {"engine", "fit"}),
     ("what is asked", {"config"}),
     ("how it is labelled", {"dataset"}),
-    ("what is shown, what is kept, what is looked for", {"plots", "runs", "borders"}),
+    ("what a run may compute", {"study"}),
+    ("what is shown, what is looked for", {"plots", "borders"}),
+    ("what is kept", {"runs"}),
     ("records of a rig, the Python calls", {"rig", "api"}),
     ("the article, recomputed", {"article", "__init__"}),
     ("the command", {"cli"}),
@@ -30,8 +32,8 @@ FLOORS = (
 INNER_FLOORS = {
     "rig": ({"quantities", "risk", "words", "settings"}, {"records"}, {"analysis"}, {"simulate"}, {"report"}),
     "runs": (
-        {"blocks", "regions", "settings", "reuse", "work"}, {"workdir"}, {"request", "earlier", "probe"}, {"compute"},
-        {"assembly"}, {"session", "collecting"},
+        {"blocks", "regions", "settings", "reuse", "maps", "work", "memory"}, {"workdir"},
+        {"request", "earlier", "probe"}, {"compute"}, {"assembly"}, {"session", "collecting"},
     ),
 }  # fmt: skip
 MOST_LINES = 400  # of a file

@@ -16,18 +16,21 @@ from numpy.typing import ArrayLike
 
 from . import borders
 from .config.addresses import HERE
-from .config.grid import build_grid
 from .config.model import Config
+from .config.options import options_of
 from .config.reader import load_config
-from .dataset.build import cell_dataset, map_dataset, trace_dataset
+from .config.studies import Border
+from .dataset.build import cell_dataset, trace_dataset
 from .dataset.provenance import provenance
 from .engine import Options, Progress, compute, trajectory
 from .errors import ClusterError, IncompleteError, Interrupted
 from .files.reading import open
 from .runs import collecting, session
 from .runs.blocks import parse_shard
+from .runs.maps import MapStudy
+from .runs.memory import compute_study
 from .runs.request import OnError, Outcome, Request, request_for
-from .runs.work import options_of
+from .runs.work import study_of
 from .runs.workdir.lock import Notice
 from .vocabulary.cells import as_cells
 
@@ -95,11 +98,13 @@ def check_in_memory(config: Config, dask: str | Client | None) -> None:
 
 
 def _run_in_memory(config: Config, progress: Progress | None) -> xr.Dataset:
-    grid = build_grid(config)
-    computed = compute(grid.cells, grid.size, options_of(config), progress)
-    dataset = map_dataset(grid, computed.results, provenance(config.to_yaml(), title=config.title, action="run"))
+    study, attributes = study_of(config), provenance(config.to_yaml(), title=config.title, action="run")
+    if not isinstance(study, MapStudy):
+        return study.dataset(compute_study(study, progress), attributes)
+    computed = compute(study.grid.cells, study.grid.size, study.options, progress)
+    dataset = study.dataset([computed.results], attributes)
     if not computed.complete:
-        raise Interrupted(computed.done, grid.size, dataset=dataset)
+        raise Interrupted(computed.done, study.grid.size, dataset=dataset)
     return dataset
 
 
@@ -236,6 +241,7 @@ def border(
     threads: int | None = None,
     law: str | None = None,
     max_steps: int | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Where along a parameter the regime changes, in every line of cells.
 
@@ -248,7 +254,9 @@ def border(
         and ends between two of them can be missed.
     rtol : of the integration; None for a hundredth of the tolerance, from 1e-12 to 1e-6.
     horizon, threads, law, max_steps : of `evaluate`; None takes the defaults, or what the configuration says. A
-        configuration says its law itself.
+        configuration says its law itself. progress : called with (lines done, lines in all) from time to time.
+
+    A configuration with a section `border` asks for the same of `run`, which resumes and uses clusters.
 
     Returns a dataset over the lines and `crossing`, in ascending order: border (NaN where a line has fewer),
     regime_below, regime_above, border_width, and scan_undecided per line. Where cells at a border are unresolved or
@@ -267,13 +275,16 @@ def border(
             raise ValueError(f"law: got {law!r}, but a configuration says its law itself: {config.friction.law}")
         options = replace(options_of(config), early_stop=True, **given)
         lines = borders.lines_of_config(config, along, between)
-        title, text = f"{title}: {config.title}", config.to_yaml()
+        asked = Border.model_construct(along=along, between=between, tolerance=tolerance, scan=scan, rtol=rtol)
+        title, text = f"{title}: {config.title}", config.model_copy(update={"border": asked}).to_yaml()
     else:
         options = Options(law=law or Options.law, **given)
         lines = borders.lines_of_cells(cells_or_config, along, between)
         solver = {"rtol": options.rtol, "horizon": None if isinf(options.horizon) else options.horizon}
         text = json.dumps({"friction": {"law": options.law}, "solver": solver | {"max_steps": options.max_steps}})
-    return borders.find_borders(lines, limits, options, provenance(text, title=title, action=f"border along {along}"))
+    study = borders.BorderStudy(lines, limits, options)
+    attributes = provenance(text, title=title, action=f"border along {along}")
+    return study.dataset(compute_study(study, progress), attributes)
 
 
 def simulate(

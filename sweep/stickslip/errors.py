@@ -95,6 +95,14 @@ class QuantityError(ValueError):
         return f"expected {self.expected}" + (f"; {self.hint}" if self.hint else "")
 
 
+class ArgumentError(ValueError):
+    """An argument, or the key of that name in a configuration, is not what is possible; `what` says why."""
+
+    def __init__(self, key: str, what: str) -> None:
+        super().__init__(f"{key}: {what}")
+        self.key, self.what = key, what
+
+
 class FitWarning(UserWarning):
     """A fitted curve is used that its points do not support; the message says what is wrong with it."""
 
@@ -130,14 +138,16 @@ class ClusterError(RuntimeError):
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a run: `done` of `cells` cells are finished.
+    """Ctrl-C during a run: `done` of `cells` cells are finished; or of what else is `counted`.
 
     kept : the working store they are safe in, from which the same call resumes; None for a run without output.
     dataset : they themselves, for a run without output; None for others.
     """
 
-    def __init__(self, done: int, cells: int, kept: str | None = None, dataset: xr.Dataset | None = None):
-        self.done, self.cells, self.kept, self.dataset = done, cells, kept, dataset
+    def __init__(
+        self, done: int, cells: int, kept: str | None = None, dataset: xr.Dataset | None = None, counted: str = "cells"
+    ):
+        self.done, self.cells, self.kept, self.dataset, self.counted = done, cells, kept, dataset, counted
         super().__init__(f"interrupted: {self.kept_cells}")
 
     @property
@@ -146,7 +156,11 @@ class Interrupted(KeyboardInterrupt):
         place = "finished, not written to a file"
         if self.kept:
             place = f"safe in {self.kept}; the same command resumes from there"
-        return f"{self.done:,} of {self.cells:,} cells are {place}"
+        return f"{self.done:,} of {self.cells:,} {self.counted} are {place}"
+
+
+class StoppedError(Exception):
+    """The stop flag was raised while a block was computed."""
 
 
 class BlockFailedError(Exception):

@@ -13,11 +13,12 @@ from scipy.optimize import brentq
 import stickslip
 from helpers.configs import GOOD, MEASURED_FORM, write_config
 from stickslip import theory
-from stickslip.borders import Scan, find, search_lines
+from stickslip.borders import Scan, search_lines
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.errors import Interrupted
 from stickslip.files import writing
+from stickslip.runs import blocks
 from stickslip.vocabulary.flags import REGIMES
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
@@ -199,23 +200,20 @@ def test_the_other_axes_of_a_configuration_are_the_dimensions(tmp_path):
     assert both["border"].dims == ("stiffness", "belt_speed", "crossing")
 
 
-def test_lines_are_searched_in_portions(monkeypatch):
+def test_borders_do_not_depend_on_how_lines_are_cut(monkeypatch):
     cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
     whole = stickslip.border(cells, "belt_speed", BELT, scan=8)
-    monkeypatch.setattr(find, "_TOGETHER", 16)
+    monkeypatch.setattr(blocks, "_FEWEST", 16)
     portions = stickslip.border(cells, "belt_speed", BELT, scan=8)
     xr.testing.assert_equal(portions, whole)
 
 
-def test_an_interrupted_search_says_so(monkeypatch):
-    compute = find.compute
+def test_an_interrupted_search_says_so():
+    def stop(done, of):
+        raise KeyboardInterrupt
 
-    def stopped(cells, size, options):
-        return type(done := compute(cells, size, options))(done.results, size - 1)
-
-    monkeypatch.setattr(find, "compute", stopped)
-    with pytest.raises(Interrupted, match="63 of 64 cells"):
-        stickslip.border(PAIR, "belt_speed", BELT)
+    with pytest.raises(Interrupted, match="[01] of 1 lines are finished"):
+        stickslip.border(PAIR, "belt_speed", BELT, progress=stop)
 
 
 # --- the search alone, on labels we choose ----------------------------------------------------------------------------
@@ -285,7 +283,7 @@ def test_halving_ends_at_neighbouring_numbers():
         ({"between": (1.0, 2.0, 3.0)}, TypeError, "expected two numbers (low, high)"),
         ({"scan": 1}, ValueError, "scan: got 1, expected a whole number from 2 to"),
         ({"scan": 2.5}, ValueError, "scan: got 2.5"),
-        ({"tolerance": 0.0}, ValueError, "tolerance: got 0.0, expected a number from 1e-15 to below 1"),
+        ({"tolerance": 0.0}, ValueError, "tolerance: got 0.0, expected a number from 1e-15 to 0.1"),
         ({"tolerance": np.nan}, ValueError, "tolerance: got nan"),
         ({"rtol": 1.0}, ValueError, "rtol: got 1.0"),
         ({"law": "no_law"}, ValueError, "law: got 'no_law'"),

@@ -5,9 +5,10 @@ import pytest
 from ruamel.yaml import YAML
 
 from stickslip.config.examples import config_names, config_path
-from stickslip.config.reader import load_config
+from stickslip.config.reader import load_config, make_config
 from stickslip.config.schema import json_schema
 from stickslip.config.starter import STARTER
+from stickslip.config.studies import STUDIES
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError
 from stickslip.rig.settings import read_settings
@@ -78,6 +79,9 @@ def test_what_the_reader_refuses_an_editor_marks(data, where):
     assert complaints(data) == [where]
 
 
+REQUIRED = {"border": {"along": "mass"}}
+
+
 def beyond_bounds():
     """Section, name, and a value just beyond each bound that the vocabulary has."""
     rows = [*QUANTITIES.values(), *(row for rows in SETTINGS.values() for row in rows.values())]
@@ -92,9 +96,12 @@ def beyond_bounds():
 
 @pytest.mark.parametrize(("section", "name", "value"), list(beyond_bounds()))
 def test_every_bound_of_the_vocabulary_holds_for_the_reader_and_in_the_schema(section, name, value):
-    data = {section: {name: value}}
+    data = {section: {**REQUIRED.get(section, {}), name: value}}
     with pytest.raises(ConfigError) as caught:
-        read_settings(Document("<data>", data)) if section in ("features", "risk") else make_rig(data)
+        if section in ("features", "risk"):
+            read_settings(Document("<data>", data))
+        else:
+            make_config(data) if section in STUDIES else make_rig(data)
     assert (section, name) in [problem.path for problem in caught.value.problems]
     assert complaints(data) == [f"{section}/{name}"]
 

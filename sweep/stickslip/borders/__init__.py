@@ -4,8 +4,17 @@
 line, from a list of cells or a configuration; `find.py` puts the two together through the engine.
 """
 
-from stickslip.borders.find import Limits, find_borders
+from stickslip.borders.find import BorderStudy, Limits, border_study
 from stickslip.borders.lines import Lines, lines_of_cells, lines_of_config
 from stickslip.borders.search import Scan, search_lines
 
-__all__ = ["Limits", "Lines", "Scan", "find_borders", "lines_of_cells", "lines_of_config", "search_lines"]
+__all__ = [
+    "BorderStudy",
+    "Limits",
+    "Lines",
+    "Scan",
+    "border_study",
+    "lines_of_cells",
+    "lines_of_config",
+    "search_lines",
+]

@@ -2,126 +2,160 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from numbers import Integral
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.borders.lines import Lines
+from stickslip.borders.lines import Lines, lines_of_config
 from stickslip.borders.search import Brackets, Floats, Integers, Labels, Scan, search_lines
+from stickslip.config.model import Config
+from stickslip.config.options import options_of
+from stickslip.config.studies import Border
 from stickslip.dataset.borders import border_dataset
-from stickslip.engine import Options, compute
-from stickslip.errors import Interrupted
+from stickslip.engine import Options, Results, StopFlag, compute_range
+from stickslip.errors import StoppedError
+from stickslip.study import Finished, Moved, Study, joined
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cells import Cells, as_cells
+from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.settings import AXIS
+from stickslip.vocabulary.settings import BORDER
 
+_LANES_FED = 8  # blocks of so many times more lines than their cells call for: a round of bisection has one cell a line
 UNDECIDED = [REGIMES.index(name) for name in ("not_computed", "unresolved", "failed")]
-_TOGETHER = 2**18  # cells of a scan that are held at once
-_SMALLEST_TOLERANCE = 1e-15  # neighbours among floating-point numbers are 1e-16 apart
 
 
 @dataclass(frozen=True)
 class Limits:
-    """How finely to look: points of the scan of each line, and the width, relative to the border, to stop at."""
+    """How finely to look: places of the scan of each line, and the width, relative to the border, to stop at."""
 
-    scan: int
-    tolerance: float
+    scan: int = 64
+    tolerance: float = 1e-9
 
     def __post_init__(self) -> None:
-        row = AXIS["num"]
-        scan: object = self.scan
-        if isinstance(scan, bool) or not isinstance(scan, Integral) or not row.allows(int(scan)):
-            raise ValueError(f"scan: got {self.scan!r}, expected {row.expected}")
-        if not _SMALLEST_TOLERANCE <= self.tolerance < 1:
-            raise ValueError(
-                f"tolerance: got {self.tolerance!r}, expected a number from {_SMALLEST_TOLERANCE:g} to below 1"
-            )
+        for name in ("scan", "tolerance"):
+            row, value = BORDER[name], getattr(self, name)
+            if isinstance(value, bool) or row.whole and not isinstance(value, Integral) or not row.allows(value):
+                raise ValueError(f"{name}: got {value!r}, expected {row.expected}")
 
     def rtol(self) -> float:
         """A tolerance of the integration that leaves the border its digits."""
         return float(np.clip(self.tolerance / 100, 1e-12, 1e-6))
 
 
-def find_borders(lines: Lines, limits: Limits, options: Options, attributes: Mapping[str, str]) -> xr.Dataset:
-    """The borders of all lines as a dataset.
+class BorderStudy(Study):
+    """The borders of lines; its items are the lines."""
 
-    Raises ValueError before anything is computed if a cell on a line is impossible, Interrupted on Ctrl-C.
+    name, counted, ragged = "borders", "lines", True
+    columns: Mapping[str, np.dtype[Any]] = {
+        "found": np.dtype(np.int32), "undecided": np.dtype(np.int32),  # by line; the others by border
+        "low": np.dtype(np.float64), "high": np.dtype(np.float64),
+        "below": np.dtype(np.int8), "above": np.dtype(np.int8),
+    }  # fmt: skip
+
+    def __init__(self, lines: Lines, limits: Limits, options: Options) -> None:
+        low, high = lines.between
+        self._lines, self._limits = lines, limits
+        self._scan = Scan.over(low, high, limits.scan)
+        if lines.spacing is not None:
+            self._scan = Scan(low, high, limits.scan, lines.spacing)
+        self.dims, self.shape = lines.dims, lines.shape
+        self.cells_each = limits.scan + int(-np.log2(limits.tolerance))
+        self.weight = max(limits.scan // _LANES_FED, 1)
+        self.options = replace(options, early_stop=True)
+
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+        """The borders of a range of lines."""
+        try:
+            found, undecided = _search(self._lines, items, self._scan, self._limits, self.options, stop)
+        except StoppedError:
+            return Finished({}, False)
+        if moved:
+            moved(len(items))
+        counts = np.bincount(found["line"], minlength=len(items))
+        results = {"found": counts, "undecided": undecided} | {
+            name: found[name] for name in ("low", "high", "below", "above")
+        }
+        return Finished({name: results[name].astype(dtype) for name, dtype in self.columns.items()})
+
+    def blank(self, items: range) -> Results:
+        """Lines without borders, no place of which was decided."""
+        blank = {name: np.zeros(0, dtype) for name, dtype in self.columns.items()}
+        undecided = np.full(len(items), self._scan.points, np.int32)
+        return blank | {"found": np.zeros(len(items), np.int32), "undecided": undecided}
+
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """The borders with the dimensions of the lines and ``crossing``."""
+        whole, lines = joined(parts), self._lines
+        results = _table(whole) | {"scan_undecided": whole["undecided"]}
+        told = dict(attributes) | _told(whole, lines, self._scan, self._limits, self.options)
+        return border_dataset(lines.along, lines.dims, lines.shape, lines.coordinates, results, told)
+
+
+def border_study(config: Config, asked: Border) -> BorderStudy:
+    """The borders that a section of a configuration asks for.
+
+    Raises TypeError or ValueError for what the configuration cannot give.
     """
-    low, high = lines.between
-    scan = Scan.over(low, high, limits.scan)
-    if lines.spacing is not None:
-        scan = Scan(low, high, limits.scan, lines.spacing)
-    each = max(1, _TOGETHER // limits.scan)
-    parts = [(start, min(start + each, lines.size)) for start in range(0, lines.size, each)]
-    for start, stop in parts:
-        for end in lines.between:
-            as_cells(lines.others(start, stop) | {lines.along: np.array([end])})
-    found, undecided = [], [np.zeros(0, np.int64)]
-    for start, stop in parts:
-        brackets, missing = _search(lines.others(start, stop), stop - start, lines.along, scan, limits, options)
-        brackets["line"] += start
-        found.append(brackets)
-        undecided.append(missing)
-    together = np.concatenate(found)
-    told = dict(attributes) | _told(together, lines, scan, limits, options, int(np.concatenate(undecided).sum()))
-    results = _table(together, lines.size) | {"scan_undecided": np.concatenate(undecided)}
-    return border_dataset(lines.along, lines.dims, lines.shape, lines.coordinates, results, told)
+    limits = Limits(asked.scan, asked.tolerance)
+    rtol = limits.rtol() if asked.rtol is None else asked.rtol
+    lines = lines_of_config(config, asked.along, asked.between)
+    return BorderStudy(lines, limits, replace(options_of(config), rtol=rtol, early_stop=True))
 
 
 def _search(
-    others: Cells, size: int, along: str, scan: Scan, limits: Limits, options: Options
+    lines: Lines, items: range, scan: Scan, limits: Limits, options: Options, stop: StopFlag
 ) -> tuple[Brackets, Integers]:
-    """The brackets of some lines."""
+    """The brackets of some lines, counted from the first of them. Raises StoppedError."""
+    others = lines.others(items.start, items.stop)
 
     def regimes(line: Integers, place: Floats) -> tuple[Labels, NDArray[np.bool_]]:
         def cells(start: int, stop: int) -> Cells:
             taken = {name: values[line[start:stop]] for name, values in others.items()}
-            return taken | {along: place[start:stop]}
+            return taken | {lines.along: place[start:stop]}
 
-        computed = compute(cells, line.size, options)
+        computed = compute_range(cells, 0, line.size, options, stop)
         if not computed.complete:
-            raise Interrupted(computed.done, line.size)
+            raise StoppedError
         found = computed.results["regime"]
         return found, ~np.isin(found, UNDECIDED)
 
-    return search_lines(size, scan, limits.tolerance, regimes)
+    return search_lines(len(items), scan, limits.tolerance, regimes)
 
 
-def _table(found: Brackets, lines: int) -> dict[str, NDArray[np.float64]]:
-    """Brackets as tables (line, crossing), NaN where a line has fewer."""
-    counts = np.bincount(found["line"], minlength=lines)
-    most = int(counts.max(initial=0))
-    crossing = np.arange(found.size) - np.repeat(np.cumsum(counts) - counts, counts)
+def _table(found: Results) -> dict[str, NDArray[np.float64]]:
+    """Borders as tables (line, crossing), NaN where a line has fewer."""
+    counts = found["found"].astype(np.int64)
+    line = np.repeat(np.arange(counts.size), counts)
+    crossing = np.arange(line.size) - np.repeat(np.cumsum(counts) - counts, counts)
     low, high = found["low"], found["high"]
     columns = {
         "border": low + (high - low) / 2, "regime_below": found["below"], "regime_above": found["above"],
         "border_width": high - low,
     }  # fmt: skip
-    tables = {name: np.full((lines, most), np.nan) for name in columns}
+    tables = {name: np.full((counts.size, int(counts.max(initial=0))), np.nan) for name in columns}
     for name, values in columns.items():
-        tables[name][found["line"], crossing] = values
+        tables[name][line, crossing] = values
     return tables
 
 
-def _told(
-    found: Brackets, lines: Lines, scan: Scan, limits: Limits, options: Options, undecided: int
-) -> dict[str, str | float]:
+def _told(found: Results, lines: Lines, scan: Scan, limits: Limits, options: Options) -> dict[str, str | float]:
     """What was done and what it cannot see, as global attributes."""
     row = PARAMETERS[lines.along]
     places, unit = scan.places, units.spelled(row.units)
     apart = f"{places[1] - places[0]:.6g} {unit}".rstrip()
     if scan.spacing == "log":
         apart = f"a factor of {places[1] / places[0]:.6g}"
-    wide = int(np.count_nonzero(found["high"] - found["low"] > scan.width(limits.tolerance, found)))
-    with_borders = np.unique(found["line"]).size
-    result = f"{found.size} on {with_borders} of {lines.size} lines"
-    if not found.size:
+    low, high = found["low"], found["high"]
+    wide = int(np.count_nonzero(high - low > scan.width(limits.tolerance, low, high)))
+    undecided = int(found["undecided"].sum(dtype=np.int64))
+    result = f"{low.size} on {np.count_nonzero(found['found'])} of {lines.size} lines"
+    if not low.size:
         result = f"none: no change of regime was found on {lines.size} lines"
     if wide:
         result += f"; {wide} wider than the tolerance, around cells that are undecided or of a third regime"

@@ -8,16 +8,15 @@ from difflib import get_close_matches
 from math import prod
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from stickslip.config.grid import build_grid
-from stickslip.config.model import Config, Group, Range
+from stickslip.config.lines import Between, broken_rules, checked_range, line_along
+from stickslip.config.model import Config
 from stickslip.dataset.build import cell_coordinates, grid_coordinates
+from stickslip.errors import ArgumentError
 from stickslip.vocabulary.cells import Cells, as_cells
-from stickslip.vocabulary.quantities import MEASURED, PARAMETERS, REPLACED
-
-Between = tuple[float, float]
+from stickslip.vocabulary.quantities import PARAMETERS
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +49,7 @@ def lines_of_cells(cells: Mapping[str, Any] | xr.Dataset, along: str, between: B
     _check_name(along)
     if between is None:
         raise ValueError(f"between: missing; cells need a range of {along} to search, (low, high)")
-    between = _checked_range(along, between)
+    between = checked_range(along, between)
     named = cells.drop_vars(along, errors="ignore") if isinstance(cells, xr.Dataset) else dict(cells)
     if isinstance(named, dict):
         named.pop(along, None)
@@ -74,25 +73,13 @@ def lines_of_config(config: Config, along: str, between: Between | None) -> Line
     Raises TypeError or ValueError for what the configuration cannot give.
     """
     _check_name(along)
-    if config.drive is not None:
-        raise ValueError("a configuration with a drive is that of a rig, whose cells have no regime to search for")
-    if along in (*REPLACED, "a4") and any(name in config.fixed() or _varies(config, name) for name in MEASURED):
-        raise ValueError(
-            f"along: {along} follows from mu_start, mu_reversal and v_reversal in this configuration; "
-            "give the curve by a1 to a4 to search along it"
+    line = line_along(config, along, between)
+    own, between, spacing = line
+    for broken in broken_rules(config, along, line):
+        got = broken.got or "values"
+        raise ArgumentError(
+            str(broken.path[-1]), f"got {got} for which no cell is possible, expected {broken.expected}"
         )
-    for axis in config.axes:
-        if isinstance(axis, Group) and any(member.name == along for member in axis.members):
-            raise ValueError(f"along: {along} varies together with others in the axis {axis.name}; give it an own axis")
-    own = next((axis for axis in config.axes if not isinstance(axis, Group) and axis.name == along), None)
-    spacing = own.spacing if isinstance(own, Range) and between is None else None
-    if between is None:
-        if own is None:
-            raise ValueError(f"between: missing; {along} is no axis of the configuration, so it needs a range")
-        points = own.points()
-        numbers = points[~np.isnan(points)]
-        between = (float(numbers.min()), float(numbers.max())) if numbers.size else (np.nan, np.nan)
-    between = _checked_range(along, between)
     grid = build_grid(config.model_copy(update={"axes": tuple(axis for axis in config.axes if axis is not own)}))
     coordinates = {name: c for name, c in grid_coordinates(grid).items() if name != along}
 
@@ -102,32 +89,8 @@ def lines_of_config(config: Config, along: str, between: Between | None) -> Line
     return Lines(along, between, spacing, grid.dims, grid.shape, coordinates, others)
 
 
-def _varies(config: Config, name: str) -> bool:
-    return any(
-        name in ([member.name for member in axis.members] if isinstance(axis, Group) else [axis.name])
-        for axis in config.axes
-    )
-
-
 def _check_name(along: str) -> None:
     if along not in PARAMETERS:
         near = get_close_matches(str(along), PARAMETERS, 1)
         hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
         raise TypeError(f"along: {along!r} is not a parameter of a cell{hint}")
-
-
-def _checked_range(along: str, between: Between) -> Between:
-    """Both ends as numbers, in order and within the bounds of the parameter."""
-    try:
-        low, high = (float(end) for end in between)
-    except (TypeError, ValueError):
-        raise TypeError(f"between: got {between!r}, expected two numbers (low, high)") from None
-    row = PARAMETERS[along]
-    for word, end in (("lower", low), ("upper", high)):
-        if not (np.isfinite(end) and row.allows(end)):
-            expected = row.expected.removesuffix(row.otherwise)
-            raise ValueError(f"between: got {end:g} as {word} end of {along}, expected {expected}")
-    if not low < high:
-        hint = "; swap the ends" if low > high else ""
-        raise ValueError(f"between: got {low:g} to {high:g}, expected the lower end first and the upper above it{hint}")
-    return low, high

@@ -48,9 +48,9 @@ class Scan:
         spread = np.geomspace if self.spacing == "log" else np.linspace
         return spread(self.low, self.high, self.points)
 
-    def width(self, tolerance: float, brackets: Brackets) -> Floats:
+    def width(self, tolerance: float, low: Floats, high: Floats) -> Floats:
         """How wide brackets may stay: relative to the place; next to 0, to a thousandth of a range that holds it."""
-        ends = [np.abs(brackets["low"]), np.abs(brackets["high"])]
+        ends = [np.abs(low), np.abs(high)]
         least = _NEAR_ZERO * max(abs(self.low), abs(self.high)) if self.low <= 0 <= self.high else 0.0
         return np.asarray(tolerance * np.maximum(np.maximum(*ends), least))
 
@@ -93,7 +93,7 @@ def _narrowed(found: Brackets, scan: Scan, tolerance: float, labels_at: LabelsAt
     """
     done = []
     while found.size:
-        width, gap = scan.width(tolerance, found), ~np.isnan(found["gap_low"])
+        width, gap = scan.width(tolerance, found["low"], found["high"]), ~np.isnan(found["gap_low"])
         left = _middle(found["low"], np.where(gap, found["gap_low"], found["high"]), width)
         right = np.where(gap, _middle(found["gap_high"], found["high"], width), np.nan)
         narrow = np.isnan(left) & np.isnan(right)
@@ -133,7 +133,7 @@ def _without_slivers(found: Brackets, scan: Scan, tolerance: float) -> Brackets:
     while found.size > 1:
         first, second = found[:-1], found[1:]
         near = (first["line"] == second["line"]) & (first["below"] != second["above"])
-        near &= second["low"] - first["high"] <= scan.width(tolerance, first)
+        near &= second["low"] - first["high"] <= scan.width(tolerance, first["low"], first["high"])
         near[1:] &= ~near[:-1]
         if not near.any():
             break

@@ -1,24 +1,100 @@
-"""How the commands carry out a run in parts: with a progress bar, notices, and a word on Ctrl-C."""
+"""How the commands carry out a run: with a progress bar, notices, a word on Ctrl-C, and the outcome."""
 
 from __future__ import annotations
 
+import shlex
 import signal
 from collections.abc import Callable
 from dataclasses import replace
+from math import prod
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import screen
-from stickslip.cli.common import incomplete, prepare_kernels
+from stickslip.cli import screen, shown
+from stickslip.cli.common import check_plot, fail, incomplete, prepare_kernels
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from stickslip.runs.request import Outcome, Request
+    from stickslip.study import Study
 
 
-def carried_out(action: Callable[[Request], Outcome], request: Request, cells: int) -> tuple[Outcome, float]:
+def run_request(request: Request, plot: Path | None, keep: list[str]) -> None:
+    """Carry out a run, or compute in memory what has no place to be kept, and tell the outcome.
+
+    keep : the words of the command that writes such a result to a file.
+    """
+    from stickslip.files import writing as files
+    from stickslip.runs import session
+    from stickslip.runs.work import Work
+
+    if request.output is not None:
+        files.check_writable(request.output)
+    if plot is not None:
+        check_plot(plot)
+    work = Work(request.config)
+    screen.terminal().print(f"{request.config.title}\n{screen.describe(work.study)}", markup=False)
+    if request.output is None and request.place is None:
+        if request.shard is not None:
+            fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")
+        return _run_in_memory(request, work.study, plot, keeping(keep))
+    outcome, seconds = carried_out(session.run, request, work.study)
+    if outcome.output is not None:
+        return report(outcome, seconds, request, plot)
+    _tell_blocks(outcome, request, work.study)
+
+
+def keeping(words: list[str]) -> str:
+    """The command that writes a result to a file here."""
+    return shlex.join(["stickslip", *words])
+
+
+def _tell_blocks(outcome: Outcome, request: Request, study: Study) -> None:
+    """The outcome of a run that left its blocks in a store."""
+    of = f"shard {request.shard}: " if request.shard else ""
+    place = str(outcome.where)  # the store itself: what the configuration names may not be what was asked for
+    click.echo(f"blocks   {of}{outcome.computed:,} {study.counted} computed into {place}")
+    click.echo(f"next     {shlex.join(['stickslip', 'status', place])}    # progress of the {study.name}")
+    click.echo(f"         {shlex.join(['stickslip', 'collect', place, *_named_output(request)])}    # writes it")
+
+
+def _named_output(request: Request) -> list[str]:
+    """The option that names the result where `collect` could not tell from the store alone."""
+    if request.place is None:  # then the store is beside the result, and named after it
+        return []
+    return ["-o", str(request.output or "map.nc")]
+
+
+def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str) -> None:
+    """A run that writes no file, and says so; `keep` is the command that does."""
+    from stickslip import api
+    from stickslip.errors import Interrupted
+
+    api.check_in_memory(request.config, request.dask)
+    notice(f"no output is named: the {study.name} is shown and then discarded; to keep it: {keep}")
+    prepare_kernels(study.options.law)
+    began = finished = perf_counter()
+
+    def note(done: int, of: int) -> None:
+        nonlocal finished
+        finished = perf_counter()
+        move(done, of)
+
+    try:
+        with screen.progress_bar(prod(study.shape), of=study.counted) as move:
+            ds = api.run(request.config, progress=note, dask=request.dask)
+    except Interrupted as interrupted:
+        incomplete(interrupted)
+    done = screen.Done(prod(study.shape), study.counted, finished - began, screen.threads(study.options))
+    shown.show(ds, done, None, plot if save_plot(ds, plot) else None)
+    notice(f"the {study.name} was not kept; to keep it: {keep}")
+
+
+def carried_out(action: Callable[[Request], Outcome], request: Request, study: Study) -> tuple[Outcome, float]:
     """The outcome of `action`, and the seconds it computed. Ctrl-C and SIGTERM end the command."""
     from stickslip.errors import Interrupted
 
@@ -32,7 +108,8 @@ def carried_out(action: Callable[[Request], Outcome], request: Request, cells: i
         began = finished = perf_counter()
 
     try:
-        with screen.progress_bar(cells) as move, screen.progress_bar(cells, " written") as write:
+        size, of = prod(study.shape), study.counted
+        with screen.progress_bar(size, of=of) as move, screen.progress_bar(size, " written", of) as write:
 
             def note(done: int, of: int) -> None:
                 nonlocal began, finished, moving
@@ -54,27 +131,36 @@ def notice(text: str) -> None:
     click.echo(text, err=True)
 
 
+def save_plot(ds: xr.Dataset, plot: Path | None) -> bool:
+    """Draw a result, if it can be drawn and a plot is asked for; whether it was."""
+    if plot is None or not shown.is_drawn(ds):
+        return False
+    from stickslip import plots
+
+    plots.save(shown.figure(ds), plot)
+    return True
+
+
 def report(outcome: Outcome, seconds: float, request: Request, plot: Path | None) -> None:
-    """The plot and the summary of a run that wrote its map; of one that had nothing to do, a missing plot."""
+    """The plot and the summary of a run that wrote its result; of one that had nothing to do, a missing plot."""
     from stickslip.files import reading
-    from stickslip.runs.work import options_of
+    from stickslip.runs.work import study_of
 
     if outcome.output is None:
         return
+    study = study_of(request.config)
     if outcome.up_to_date:
-        click.echo(f"map      {outcome.output} is complete already; --fresh computes it again")
+        click.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
         if plot is None or plot.exists():
             return
     with reading.open(outcome.output) as ds:
-        if plot is not None and ds["regime"].ndim:
-            from stickslip import plots
-
-            plots.save(plots.plot_map(ds), plot)
+        drawn = save_plot(ds, plot)
         if outcome.up_to_date:
-            return click.echo(f"plot     {plot}")
-        machines = outcome.machines or screen.threads(options_of(request.config))
-        screen.report(ds, outcome.computed, seconds, machines, outcome.output, plot)
+            return click.echo(f"plot     {plot}") if drawn else None
+        machines = outcome.machines or screen.threads(study.options)
+        done = screen.Done(outcome.computed, study.counted, seconds, machines)
+        shown.show(ds, done, outcome.output, plot if drawn else None)
     if outcome.reused:
-        click.echo(f"reused   {outcome.reused:,} cells of the earlier map")
+        click.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
     if outcome.where:
         click.echo(f"blocks   kept in {outcome.where}")

@@ -25,16 +25,16 @@ def validate(configs: tuple[Path, ...]) -> None:
     Every mistake of every file is listed, with its line and column. For valid ones it shows what was understood: every
     quantity in SI, every axis with its points.
     """
-    from stickslip.config.grid import build_grid
     from stickslip.config.reader import load_config
     from stickslip.errors import ConfigError
     from stickslip.rig.simulate.config import is_rig, load_rig
+    from stickslip.runs.work import study_of
 
     wrong = False
     for path in map(config_file, configs):
         try:
             config = load_rig(path).config if is_rig(path) else load_config(path)
-            click.echo(f"{path}: valid, {screen.describe(build_grid(config))}")
+            click.echo(f"{path}: valid, {screen.describe(study_of(config))}")
             _show(config)
         except ConfigError as error:
             click.echo(str(error), err=True)

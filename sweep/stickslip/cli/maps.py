@@ -2,31 +2,17 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
-from time import perf_counter
 from typing import TYPE_CHECKING, Literal
 
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.carried import carried_out, notice, report
-from stickslip.cli.common import (
-    CONFIG,
-    DASK,
-    EXIT_CODES,
-    check_plot,
-    fail,
-    incomplete,
-    path_or_none,
-    prepare_kernels,
-    reports_wrong_input,
-)
+from stickslip.cli.carried import keeping, run_request
+from stickslip.cli.common import CONFIG, DASK, EXIT_CODES, fail, path_or_none, prepare_kernels, reports_wrong_input
 
 if TYPE_CHECKING:
-    from stickslip.config.model import Config
     from stickslip.runs.blocks import Shard
-    from stickslip.runs.request import Outcome, Request
 
 _MEMORY_OF_BLOCK = 4  # times its results: they, what the kernels fill, and the bytes that are written
 
@@ -75,34 +61,15 @@ def run(
     OUTPUT.parts until the map is written: whatever stops a run, the same command resumes from there. Without an
     output the map is counted, plotted if a plot is asked for, and not kept.
     """
-    from stickslip.config.grid import build_grid
     from stickslip.config.reader import load_config
-    from stickslip.files import writing as files
-    from stickslip.runs import session
     from stickslip.runs.request import Request
 
     loaded = load_config(config)
-    grid = build_grid(loaded)
     output = output or path_or_none(loaded.output.file)
     target = None if no_plot or shard else plot or path_or_none(loaded.output.plot)
-    if output is not None:
-        files.check_writable(output)
-    if target is not None:
-        check_plot(target)
     part = _shard(shard, fresh)
-    screen.terminal().print(f"{loaded.title}\n{screen.describe(grid)}", markup=False)
-    if output is None and store is None:
-        if part is not None:
-            fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")
-        return _run_in_memory(loaded, grid.size, target, dask, _keeping(config))
     request = Request(loaded, output, store, part, fresh, keep_parts, on_error, dask=dask)
-    outcome, seconds = carried_out(session.run, request, grid.size)
-    _tell(outcome, seconds, request, target)
-
-
-def _keeping(config: Path) -> str:
-    """The command that writes the map of a configuration without an output to a file here."""
-    return shlex.join(["stickslip", "run", str(config), "-o", f"{config.stem}.nc"])
+    run_request(request, target, ["run", str(config), "-o", f"{config.stem}.nc"])
 
 
 def _shard(text: str | None, fresh: bool) -> Shard | None:
@@ -118,51 +85,6 @@ def _shard(text: str | None, fresh: bool) -> Shard | None:
         fail(f"--shard: {error}")
 
 
-def _tell(outcome: Outcome, seconds: float, request: Request, plot: Path | None) -> None:
-    """The outcome of a run."""
-    if outcome.output is not None:
-        return report(outcome, seconds, request, plot)
-    of = f"shard {request.shard}: " if request.shard else ""
-    place = str(outcome.where)  # the store itself: what the configuration names may not be what was asked for
-    click.echo(f"blocks   {of}{outcome.computed:,} cells computed into {place}")
-    click.echo(f"next     {shlex.join(['stickslip', 'status', place])}    # progress of the map")
-    click.echo(f"         {shlex.join(['stickslip', 'collect', place, *_named_output(request)])}    # writes it")
-
-
-def _named_output(request: Request) -> list[str]:
-    """The option that names the map where `collect` could not tell from the store alone."""
-    if request.place is None:  # then the store is beside the map, and named after it
-        return []
-    return ["-o", str(request.output or "map.nc")]
-
-
-def _run_in_memory(config: Config, cells: int, plot: Path | None, dask: str | None, keep: str) -> None:
-    """A run that writes no file, and says so; `keep` is the command that does."""
-    from stickslip import api
-
-    api.check_in_memory(config, dask)
-    notice(f"no output is named: the map is counted and then discarded; to keep it: {keep}")
-    prepare_kernels(config.friction.law)
-    began = finished = perf_counter()
-
-    def note(done: int, of: int) -> None:
-        nonlocal finished
-        finished = perf_counter()
-        move(done, of)
-
-    try:
-        with screen.progress_bar(cells) as move:
-            ds = api.run(config, progress=note, dask=dask)
-    except api.Interrupted as interrupted:
-        incomplete(interrupted)
-    if plot is not None and ds["regime"].ndim:
-        from stickslip import plots
-
-        plots.save(plots.plot_map(ds), plot)
-    screen.report(ds, cells, finished - began, screen.threads(api.options_of(config)), None, plot)
-    notice(f"the map was not kept; to keep it: {keep}")
-
-
 @click.command(
     epilog="""\b
 Example:
@@ -175,30 +97,31 @@ def plan(config: Path) -> None:
 
     Times a few cells spread over the map. Nothing is written.
     """
-    from stickslip import api, engine
+    from stickslip import engine
     from stickslip.config.grid import build_grid
     from stickslip.config.reader import load_config
     from stickslip.runs.assembly import IN_MEMORY
-    from stickslip.runs.blocks import blocks_of
     from stickslip.runs.probe import probe
+    from stickslip.runs.work import Work
 
     loaded = load_config(config)
-    grid = build_grid(loaded)
-    options = api.options_of(loaded)
+    work = Work(loaded)
+    study, blocks, options = work.study, work.blocks, work.options
     prepare_kernels(loaded.friction.law)
-    tried = probe(grid, options)
-    blocks, each = blocks_of(grid.size), engine.bytes_per_cell(options)
+    tried = probe(build_grid(loaded), options)
+    each, cells = engine.bytes_per_cell(options), study.cells_each * work.size
     console = screen.terminal()
-    console.print(f"{loaded.title}\n{screen.describe(grid)}", markup=False)
-    largest = min(blocks.length, grid.size)
-    console.print(f"blocks   {blocks.count:,} of up to {largest:,} cells, {tried.threads} at a time")
-    needed = _MEMORY_OF_BLOCK * tried.threads * largest * each + 2 * min(grid.size, IN_MEMORY) * each
+    console.print(f"{loaded.title}\n{screen.describe(study)}", markup=False)
+    largest = min(blocks.length, work.size)
+    console.print(f"blocks   {blocks.count:,} of up to {largest:,} {study.counted}, {tried.threads} at a time")
+    together = _MEMORY_OF_BLOCK * tried.threads * largest * study.weight + 2 * min(work.size, IN_MEMORY)
+    needed = screen.memory(together * each)
+    if study.counted == "cells":
+        whole = screen.memory(work.size * each)
+        console.print(f"memory   about {needed} besides the program ({whole} without a file)")
+        console.print(f"disk     up to {whole} for finished blocks, and as much for the {study.name}")
     console.print(
-        f"memory   about {screen.memory(needed)} besides the program ({screen.memory(grid.size * each)} without a file)"
-    )
-    console.print(f"disk     up to {screen.memory(grid.size * each)} for finished blocks, and as much for the map")
-    console.print(
-        f"time     about {screen.duration_text(tried.seconds_per_cell * grid.size)} "
+        f"time     about {screen.duration_text(tried.seconds_per_cell * cells)} "
         f"({1 / tried.seconds_per_cell:,.0f} cells/s, from {tried.cells:,} cells spread over the map)"
     )
     if tried.at_step_limit:
@@ -208,8 +131,9 @@ def plan(config: Path) -> None:
             f"with solver: {{max_steps: {options.max_steps}}}",
             markup=False,
         )
-    for name, target in (("map", loaded.output.file), ("plot", loaded.output.plot)):
+    for name, target in ((study.name, loaded.output.file), ("plot", loaded.output.plot)):
         if target is not None:
             console.print(f"{name:8} {target}", markup=False)
     if loaded.output.file is None:
-        console.print(f"map      not kept, no output is named; to keep it: {_keeping(config)}", markup=False)
+        command = keeping(["run", str(config), "-o", f"{config.stem}.nc"])
+        console.print(f"{study.name:8} not kept, no output is named; to keep it: {command}", markup=False)

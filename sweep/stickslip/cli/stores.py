@@ -42,9 +42,9 @@ def collect(config_or_store: str, store: str | None, output: Path | None, keep_p
 
     request = replace(request_for(config_or_store, output, store), keep=keep_parts, notice=notice)
     collected = collecting.collect(request)
-    click.echo(f"map      {collected.output} ({screen.size_of(collected.output)})")
+    click.echo(f"{collected.study.name:8} {collected.output} ({screen.size_of(collected.output)})")
     if collected.missing:
-        click.echo(f"missing  {collected.missing:,} of {collected.cells:,} cells are not computed")
+        click.echo(f"missing  {collected.missing:,} of {collected.cells:,} {collected.study.counted} are not computed")
     if collected.where:
         click.echo(f"blocks   kept in {collected.where}")
 
@@ -74,7 +74,8 @@ def _is_finished(output: Path, names: list[str]) -> bool:
 
 def _show(found: Status) -> None:
     missing = found.blocks - found.blocks_finished - len(found.failures)
-    share = f"{found.cells_finished:,} of {found.cells:,} cells ({found.cells_finished / max(found.cells, 1):.1%})"
+    share = f"{found.cells_finished:,} of {found.cells:,} {found.counted}"
+    share += f" ({found.cells_finished / max(found.cells, 1):.1%})"
     click.echo(found.title)
     click.echo(
         f"store     {found.where} ({screen.memory(found.size)}), begun {found.begun} by stickslip {found.version}"
@@ -105,13 +106,14 @@ def retry_failed(config_or_store: str, store: str | None, output: Path | None, d
 
     The map is written if nothing is missing then. Names a configuration, or the folder or URL of a store.
     """
-    from stickslip.config.grid import build_grid
     from stickslip.runs import session
     from stickslip.runs.request import request_for
+    from stickslip.runs.work import study_of
 
     request = replace(request_for(config_or_store, output, store), dask=dask)
-    outcome, seconds = carried_out(session.retry_failed, request, build_grid(request.config).size)
+    study = study_of(request.config)
+    outcome, seconds = carried_out(session.retry_failed, request, study)
     if outcome.output is not None:
         report(outcome, seconds, request, None)
     else:
-        click.echo(f"blocks   {outcome.computed:,} cells computed into {outcome.where}")
+        click.echo(f"blocks   {outcome.computed:,} {study.counted} computed into {outcome.where}")

@@ -73,6 +73,8 @@ class Complaints:
             for key in self._written(path):
                 value = value[key]
             text = _WITHOUT_TEXT.get(type(value)) or repr(value)
+            if isinstance(value, list) and len(value) == 2 and not any(isinstance(one, dict | list) for one in value):
+                text = f"[{value[0]}, {value[1]}]"  # a range
         return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
 
     def _place(self, path: Path, at_key: bool = False) -> Place | None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from stickslip.config.sections import Drive
+from stickslip.config.studies import STUDIES
 from stickslip.errors import Path
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
 
@@ -24,7 +25,7 @@ class Misplaced(NamedTuple):
 
 def has(rig: bool, name: str) -> bool:
     """Whether a configuration of a rig, or of a map, may have a section, or a quantity, of this name."""
-    return rig or not (name in OF_RIGS or name in DRIVE)
+    return name not in STUDIES if rig else not (name in OF_RIGS or name in DRIVE)
 
 
 def misplaced(rig: bool, data: Mapping[str, Any]) -> Iterator[Misplaced]:

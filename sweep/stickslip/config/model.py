@@ -28,6 +28,7 @@ from stickslip.config.sections import (
     one_of,
     refused,
 )
+from stickslip.config.studies import Border
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -159,6 +160,7 @@ class Config(Section):
 
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
     drive, sensor : of a test rig; None where the belt moves at a constant speed.
+    border : what is asked for instead of a map; None for a map.
     """
 
     title: str
@@ -171,6 +173,7 @@ class Config(Section):
     output: Output
     drive: Drive | None = None
     sensor: Sensor | None = None
+    border: Border | None = None
 
     def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; `quantities.MEASURED` among them where they were given."""

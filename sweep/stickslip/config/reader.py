@@ -17,6 +17,7 @@ from stickslip.config import examples, kinds, rules
 from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
+from stickslip.config.lines import broken_rules, line_along
 from stickslip.config.model import Axis, Config, Group, Range, Values
 from stickslip.config.sections import (
     REFUSED,
@@ -30,8 +31,9 @@ from stickslip.config.sections import (
     Start,
     System,
 )
+from stickslip.config.studies import STUDIES
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
-from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
+from stickslip.errors import MOST_PROBLEMS, ArgumentError, ConfigError, Path, dotted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
 from stickslip.vocabulary.results import VARIABLES
@@ -114,6 +116,7 @@ class _Reader(Complaints):
         self._check_law(sections["friction"], given)
         for found in kinds.ramp_of_no_use(sections["drive"], given):  # type: ignore[arg-type]
             self.add(found.path, found.message, found.hint, at_key=True)
+        studies = self._studies(data)
         fixed = _fixed(sections[key] for key in QUANTITY_SECTIONS)
         fixed = kinds.with_ramp(self._rig, fixed, sections["drive"], "ramp" in given)  # type: ignore[arg-type]
         for finding in rules.findings(rules.Space(fixed, axes)):
@@ -125,14 +128,45 @@ class _Reader(Complaints):
             absent = {name: QUANTITIES[name].default for name in own if name not in given}
             sections[key] = sections[key].model_copy(update=absent)
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
-        return Config(title=title, axes=tuple(axes), **{**sections, **of_rigs})  # type: ignore[arg-type]
+        config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})  # type: ignore[arg-type]
+        self._check_lines(config)
+        self.raise_any()
+        return config
+
+    # --- something else than a map ------------------------------------------------------------------------------------
+
+    def _studies(self, data: Mapping[str, Any]) -> dict[str, Section]:
+        """The section that asks for something else than a map, if there is one; there cannot be two."""
+        keys = [key for key in data if key in STUDIES]
+        for key in keys[1:]:
+            self.add((key,), f"got {key} besides {keys[0]}{self.line((keys[0],))}, expected one of them", at_key=True)
+        found = {}
+        for key in keys:
+            known = self.known_keys(self._mapping_of(data[key], (key,)), (key,), STUDIES[key].model_fields)
+            if (section := self._valid(STUDIES[key], known, (key,))) is not None:
+                found[key] = section
+        return found
+
+    def _check_lines(self, config: Config) -> None:
+        """The lines that are searched for borders exist, and cells on them are possible."""
+        if config.border is None:
+            return
+        try:
+            line = line_along(config, config.border.along, config.border.between)
+        except ArgumentError as error:
+            self.add(("border", error.key), error.what)
+            return
+        for finding in broken_rules(config, config.border.along, line):
+            got = finding.got or self.text(finding.path)
+            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
 
     def _mapping_of(self, value: object, path: Path) -> dict[str, Any]:
         """`value` if it is a mapping, with the keys that belong there; else an empty one, which may be a problem."""
         whole = [key for key in Config.model_fields if kinds.has(self._rig, key)]
-        keys = listed(SECTIONS[str(path[0])].model_fields if path and path[0] in SECTIONS else whole)
+        sections = SECTIONS | STUDIES
+        keys = listed(sections[str(path[0])].model_fields if path and path[0] in sections else whole)
         return self.mapping(value, path, "names of quantities" if path == ("axes",) else f"the keys {keys}")
 
     def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
@@ -174,7 +208,8 @@ class _Reader(Complaints):
             if detail["type"] == REFUSED:
                 self.refuse(where, context["expected"], context["hint"], context["found"])
             elif detail["type"] == "missing":
-                self.add(where, f"missing, expected {_AXIS_FORMS}")
+                known = STUDIES[str(path[0])].model_fields[str(where[-1])].description if path[0] in STUDIES else None
+                self.add(where, f"missing, expected {known or _AXIS_FORMS}")
             else:
                 self.refuse(where, _EXPECTED.get(detail["type"], detail["msg"]))
         return {detail["loc"][0] for detail in details}

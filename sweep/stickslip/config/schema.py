@@ -12,10 +12,11 @@ from typing import Any
 from stickslip.config.addresses import LOCAL, PATTERN
 from stickslip.config.reader import DEFAULT_TITLE, SECTIONS
 from stickslip.config.sections import OUTPUT_SUFFIXES, PLOT_SUFFIXES, Section
+from stickslip.config.studies import STUDIES
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAWS
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import PROFILES, QUANTITIES
+from stickslip.vocabulary.quantities import PARAMETERS, PROFILES, QUANTITIES
 from stickslip.vocabulary.settings import AXIS, FEATURE_SETTINGS, RISK
 
 Schema = dict[str, Any]
@@ -39,7 +40,7 @@ def json_schema() -> Schema:
                 "description": "what the map shows",
             },
             "axes": _axes(),
-            **{key: _section(model) for key, model in SECTIONS.items()},
+            **{key: _section(model) for key, model in (SECTIONS | STUDIES).items()},
             **{key: _judged(key) for key in _JUDGED},
         },
     }
@@ -150,16 +151,20 @@ def _section(model: type[Section]) -> Schema:
             properties[name] = _described(model.rows[name])
             continue
         properties[name] = {"description": field.description, **_OTHERS[name]}
-        if field.default is not None:
+        if field.default is not None and not field.is_required():
             properties[name]["default"] = field.default
-    return _object(properties, str(model.__doc__))
+    required = [name for name, field in model.model_fields.items() if field.is_required()]
+    return _object(properties, str(model.__doc__)) | ({"required": required} if required else {})
 
 
 def _file_name(*suffixes: str) -> Schema:
     return {"type": "string", "pattern": f"({'|'.join(map(re.escape, suffixes))})$"}
 
 
+_VALUE: Schema = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": _WITH_UNIT}]}
 _OTHERS: Schema = {  # what is not a number
+    "along": {"enum": list(PARAMETERS)},
+    "between": {"type": "array", "minItems": 2, "maxItems": 2, "items": _VALUE},
     "law": {"enum": list(LAWS)},
     "fit": _file_name(".csv"),
     "profile": {"enum": list(PROFILES)},

@@ -109,7 +109,7 @@ def _with_quantities(base: type[AnySection], section: str) -> type[AnySection]:
     return model
 
 
-def _of(row: Parameter) -> Any:
+def of_row(row: Parameter) -> Any:
     """The field of a number: None where it is absent."""
     default = row.default
     return Field(None if default is None or row.may_be_absent else default, description=row.long_name)
@@ -150,9 +150,9 @@ class Solver(Section):
     """How cells are integrated, and how long."""
 
     rows = SOLVER
-    rtol: float = _of(SOLVER["rtol"])
-    horizon: float | None = _of(SOLVER["horizon"])
-    max_steps: int = _of(SOLVER["max_steps"])
+    rtol: float = of_row(SOLVER["rtol"])
+    horizon: float | None = of_row(SOLVER["horizon"])
+    max_steps: int = of_row(SOLVER["max_steps"])
     early_stop: bool = Field(
         True, description="stop as soon as the regime is decided; false integrates every cell to the horizon"
     )
@@ -171,8 +171,8 @@ class Execution(Section):
     """What the computation runs on. It does not change the result."""
 
     rows = EXECUTION
-    threads: int | None = _of(EXECUTION["threads"])
-    block: int = _of(EXECUTION["block"])
+    threads: int | None = of_row(EXECUTION["threads"])
+    block: int = of_row(EXECUTION["block"])
     dask: str | None = Field(
         None, description=f"where blocks are computed, if not by threads of this process: {addresses.EXPECTED}"
     )
@@ -188,7 +188,7 @@ class Execution(Section):
 class _Profile(Section):
     rows = STROKES
     profile: str = Field("trapezoid", description="speed over time: " + ", ".join(PROFILES))
-    strokes: int = _of(STROKES["strokes"])
+    strokes: int = of_row(STROKES["strokes"])
 
     @field_validator("profile", mode="before")
     @classmethod
@@ -204,12 +204,12 @@ class Sensor(Section):
     """How a test rig is read: samples, bandwidth, noise."""
 
     rows = SENSOR
-    rate: float = _of(SENSOR["rate"])
-    bandwidth: float | None = _of(SENSOR["bandwidth"])
-    force_noise: float = _of(SENSOR["force_noise"])
-    acceleration_noise: float = _of(SENSOR["acceleration_noise"])
-    seed: int = _of(SENSOR["seed"])
-    oversampling: int = _of(SENSOR["oversampling"])
+    rate: float = of_row(SENSOR["rate"])
+    bandwidth: float | None = of_row(SENSOR["bandwidth"])
+    force_noise: float = of_row(SENSOR["force_noise"])
+    acceleration_noise: float = of_row(SENSOR["acceleration_noise"])
+    seed: int = of_row(SENSOR["seed"])
+    oversampling: int = of_row(SENSOR["oversampling"])
 
 
 class Output(Section):

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from stickslip.config.model import Config, Range, Values
 from stickslip.config.rules import members
 from stickslip.config.sections import Sensor
+from stickslip.config.studies import Border
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAW_MESSAGES
 from stickslip.vocabulary.parameter import Parameter
@@ -39,11 +40,23 @@ def understood(config: Config) -> Iterator[Row]:
             yield Row(f"axis {axis.name}", f"{axis.size} points", ", ".join(axis.labels or ()))
         for member in members(axis):
             yield _along(member, "axis " if member is axis else "  with ")
+    if config.border is not None:
+        yield _border(config.border)
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))
     files = [name for name in (config.output.file, config.output.plot) if name is not None]
     yield Row("output", ", ".join(files) or "none", "" if config.output.file else "the result is not kept without -o")
+
+
+def _border(asked: Border) -> Row:
+    """What is searched for instead of a map."""
+    unit = units.spelled(QUANTITIES[asked.along].units)
+    between = "the range of its axis"
+    if asked.between is not None:
+        between = f"{asked.between[0]:.6g} to {asked.between[1]:.6g} {unit}".rstrip()
+    meaning = f"between {between}, {asked.scan} places first, tolerance {asked.tolerance:g}"
+    return Row("border along", asked.along, meaning)
 
 
 def _drive(config: Config) -> Iterator[Row]:

@@ -18,6 +18,7 @@ REFERENCES = (
     "Controlling Stick-Slip Noise Generation with Lubricants: equation of motion, Eq. (1); Stribeck curve, Eq. (2); "
     "hysteretic curve, Eq. (2a); stick-slip tendency, Eq. (3)"
 )
+INCOMPLETE = "incomplete"  # attribute of a result that lacks blocks, unless its cells say so themselves
 _REPORTED_PACKAGES = ("numba", "llvmlite", "numpy", "xarray", "netCDF4")
 
 

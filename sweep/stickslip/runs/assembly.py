@@ -13,12 +13,13 @@ import netCDF4
 import numpy as np
 
 from stickslip import engine
-from stickslip.dataset.build import map_dataset, map_template
-from stickslip.dataset.provenance import provenance
+from stickslip.dataset.build import map_template
+from stickslip.dataset.provenance import INCOMPLETE, provenance
 from stickslip.engine import Progress, Results
 from stickslip.errors import DamagedBlockError
 from stickslip.files import writing
 from stickslip.files.netcdf_lock import NETCDF_LOCK
+from stickslip.runs.maps import MapStudy
 from stickslip.runs.regions import aligned, extent, regions
 from stickslip.runs.work import Work
 from stickslip.runs.workdir.lock import Notice
@@ -30,21 +31,24 @@ _zarr_config = threading.Lock()  # settings of Zarr are those of all threads, an
 
 
 class Gathered:
-    """The results of any range of cells, from the blocks of a store.
+    """The results of any range of items, from the blocks of a store.
 
     A damaged block is said and removed; it is never used. What is missing or was damaged is computed by `repair`;
-    without it, cells that the work knows from an older result are taken from there, and others are "not computed".
+    without it, cells that the work knows from an older map are taken from there, and others are "not computed".
     missing : how many are not computed, by block.
     """
 
     def __init__(self, parts: Parts, work: Work, repair: Callable[[int], Results] | None, notice: Notice) -> None:
         self._parts, self._work, self._repair, self._notice = parts, work, repair, notice
-        self._columns = engine.columns(work.options)
         self._remembered: OrderedDict[int, Results] = OrderedDict()
         self.missing: dict[int, int] = {}
 
+    def blocks(self) -> list[Results]:
+        """The results of all blocks, in order."""
+        return [self._load(number) for number in range(self._parts.blocks.count)]
+
     def cells(self, cells: range) -> Results:
-        """The results of a range of cells."""
+        """The results of a range of items that have one value each in every column."""
         length = self._parts.blocks.length
         found = []
         for number in range(cells.start // length, -(-cells.stop // length)):
@@ -54,7 +58,7 @@ class Gathered:
             found.append({name: values[part] for name, values in self._block(number).items()})
         if len(found) == 1:
             return found[0]
-        return {name: np.concatenate([part[name] for part in found]) for name in self._columns}
+        return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
 
     def _block(self, number: int) -> Results:
         if number not in self._remembered:
@@ -65,7 +69,7 @@ class Gathered:
 
     def _load(self, number: int) -> Results:
         try:
-            return self._parts.load(number, self._columns)
+            return self._parts.load(number, self._work)
         except FileNotFoundError:
             pass
         except DamagedBlockError as damage:
@@ -75,7 +79,9 @@ class Gathered:
         if self._repair:
             return self._repair(number)
         results = self._work.known_only(number)
-        self.missing[number] = int((results["regime"] == 0).sum())
+        of_map = self._work.known is not None
+        items = len(self._parts.blocks.cells(number))
+        self.missing[number] = int((results["regime"] == 0).sum()) if of_map else items
         return results
 
 
@@ -84,11 +90,14 @@ def assemble(gathered: Gathered, parts: Parts, work: Work, output: Path, progres
     kernels = parts.manifest.kernels
     action = "run" if len(kernels) == 1 else f"run, by kernels {' and '.join(kernels)}"
     attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
-    size = work.grid.size
-    if size <= IN_MEMORY:
-        writing.write(map_dataset(work.grid, gathered.cells(range(size)), attributes), output)
+    if not isinstance(work.study, MapStudy) or work.size <= IN_MEMORY:
+        found = gathered.blocks()
+        missing = sum(gathered.missing.values())
+        if missing and not isinstance(work.study, MapStudy):  # whose cells say it themselves
+            attributes[INCOMPLETE] = f"{missing:,} of {work.size:,} {work.study.counted} are not computed"
+        writing.write(work.study.dataset(found, attributes), output)
         return
-    template = map_template(work.grid, engine.columns(work.options), attributes)
+    template = map_template(work.map.grid, work.study.columns, attributes)
     fill = _fill_zarr if output.suffix == ".zarr" else _fill_netcdf
     writing.write(template, output, lambda file: fill(file, gathered, work, progress))
 
@@ -97,7 +106,7 @@ def _by_region(
     gathered: Gathered, work: Work, chunks: tuple[int, ...], progress: Progress | None
 ) -> Iterator[tuple[tuple[slice, ...], str, np.ndarray[Any, Any]]]:
     """Regiones of the map with their values, variable by variable, chunk after chunk."""
-    shape, size = work.grid.shape, work.grid.size
+    shape, size = work.study.shape, work.size
     for cells in aligned(shape, chunks):
         results = gathered.cells(cells)
         for region in regions(cells.start, cells.stop, shape):
@@ -116,7 +125,7 @@ def _fill_netcdf(file: Path, gathered: Gathered, work: Work, progress: Progress 
         with NETCDF_LOCK:
             target.set_auto_maskandscale(False)
             chunks = tuple(target["regime"].chunking())
-            for name in engine.columns(work.options):
+            for name in work.study.columns:
                 target[name].set_var_chunk_cache(0)  # whole chunks are written once; a cache would hold 16 MiB of each
         for region, name, values in _by_region(gathered, work, chunks, progress):
             with NETCDF_LOCK:
@@ -132,7 +141,7 @@ def _fill_zarr(file: Path, gathered: Gathered, work: Work, progress: Progress | 
 
     with _zarr_config, zarr.config.set({"array.write_empty_chunks": True}):  # a chunk that is not there is a lost one
         target = zarr.open_group(file, mode="r+")
-        arrays: dict[str, Any] = {name: target[name] for name in engine.columns(work.options)}
+        arrays: dict[str, Any] = {name: target[name] for name in work.study.columns}
     threads = work.options.threads or engine.processors()
     chunks = tuple(arrays["regime"].chunks)
     with ThreadPoolExecutor(threads) as pool:

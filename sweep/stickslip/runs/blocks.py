@@ -41,9 +41,13 @@ class Shard:
         return f"{self.number}/{self.count}"
 
 
-def blocks_of(size: int) -> Blocks:
-    """The blocks of a run of this many cells. Nothing else enters, so that every machine cuts alike."""
-    return Blocks(size, min(max(-(-size // _BLOCKS), _FEWEST), _MOST))
+def blocks_of(size: int, weight: int = 1) -> Blocks:
+    """The blocks of a run of this many items, each of which takes about `weight` cells.
+
+    Nothing else enters, so that every machine cuts alike.
+    """
+    fewest, most = max(_FEWEST // weight, 1), max(_MOST // weight, 1)
+    return Blocks(size, min(max(-(-size // _BLOCKS), fewest), most))
 
 
 def parse_shard(text: str) -> Shard:

@@ -10,20 +10,22 @@ from stickslip.files.writing import check_writable
 from stickslip.runs import earlier
 from stickslip.runs.assembly import Gathered, assemble
 from stickslip.runs.request import Request
-from stickslip.runs.work import Work
+from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir import parts
 from stickslip.runs.workdir.lock import Holder, held, holders
 from stickslip.runs.workdir.parts import Failure
+from stickslip.study import Study
 
 
 @dataclass(frozen=True)
 class Collected:
-    """What `collect` wrote: how many cells of the map are in it, and how many are "not computed"."""
+    """What `collect` wrote: how many cells (or lines, ...) it has, and how many of them are "not computed"."""
 
     output: Path
     cells: int
     missing: int
     where: str | None
+    study: Study
 
 
 def collect(request: Request) -> Collected:
@@ -46,19 +48,19 @@ def collect(request: Request) -> Collected:
         assemble(gathered, store, work, request.output, request.assembling)
     missing = sum(gathered.missing.values())
     if missing or request.keep:
-        return Collected(request.output, store.blocks.size, missing, store.where)
+        return Collected(request.output, store.blocks.size, missing, store.where, work.study)
     try:
         with held(folder, None, lambda: None, request.notice):
             store.delete()
     except StoreError:  # another run works there; the last one removes it
-        return Collected(request.output, store.blocks.size, 0, store.where)
+        return Collected(request.output, store.blocks.size, 0, store.where, work.study)
     folder.vanish()
-    return Collected(request.output, store.blocks.size, 0, None)
+    return Collected(request.output, store.blocks.size, 0, None, work.study)
 
 
 @dataclass(frozen=True)
 class Status:
-    """The progress of a run, in cells and blocks.
+    """The progress of a run, in cells (or what else is `counted`) and blocks.
 
     holders : who works on it now; stale locks are not among them. versions : of stickslip that began it. size : bytes.
     """
@@ -74,6 +76,7 @@ class Status:
     begun: str
     version: str
     size: int
+    counted: str
 
 
 def status(request: Request) -> Status:
@@ -93,4 +96,5 @@ def status(request: Request) -> Status:
         begun=store.manifest.created,
         version=store.manifest.stickslip,
         size=folder.size(),
+        counted=study_of(request.config).counted,
     )

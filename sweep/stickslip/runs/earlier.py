@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import prod
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +15,13 @@ from stickslip._version import __version__
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
+from stickslip.dataset.provenance import INCOMPLETE
 from stickslip.errors import ConfigError, StoreError
 from stickslip.files import reading
+from stickslip.runs.maps import MapStudy
 from stickslip.runs.reuse import KnownCells, points_of
 from stickslip.runs.settings import differences
+from stickslip.runs.work import study_of
 from stickslip.runs.workdir.parts import refuse, same_major
 
 _FRESH = "hint: --fresh computes it anew and replaces it; --output names another file"
@@ -54,8 +58,16 @@ def _compared(output: Path, dataset: xr.Dataset, config: Config) -> Earlier:
     version = str(dataset.attrs["source"]).split()[1].rstrip(",")
     if not same_major(version):
         raise StoreError(f"{output}: made by stickslip {version}, and this is {__version__}\n{_FRESH}")
+    study = study_of(config)
+    if isinstance(study, MapStudy) and "regime" not in dataset:
+        raise StoreError(f"{output}: exists and is not a map\n{_FRESH}")
     there = _config_of(output, dataset)
     differing = differences(there, config)
+    if not isinstance(study, MapStudy):
+        if differing:
+            refuse(str(output), there, config)
+        whole = there.title == config.title and INCOMPLETE not in dataset.attrs
+        return Earlier(prod(study.shape), whole, None)
     if any(not name.startswith("axes.") for name in differing):
         refuse(str(output), there, config)
     old, new = build_grid(there), build_grid(config)
@@ -79,8 +91,6 @@ def _number(dims: tuple[str, ...], dim: str) -> int:
 
 def _config_of(output: Path, dataset: xr.Dataset) -> Config:
     try:
-        if "regime" not in dataset:
-            raise StoreError(f"{output}: exists and is not a map\n{_FRESH}")
         return parse_config(str(dataset.attrs["configuration"]), str(output))
     except (ConfigError, KeyError):
         raise StoreError(f"{output}: exists, and its configuration cannot be read\n{_FRESH}") from None

@@ -108,14 +108,14 @@ def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines
             work = Work(request.config, old.known if old else None)
             store = parts.prepare(folder, work, request.fresh, request.notice)
             outcome = _computed(request, store, work, choose, machines, stop)
-        _require_lock(lock, store)
-        _require_none_failed(store, _asked(store, request) & store.failed())
+        _require_lock(lock, store, work)
+        _require_none_failed(store, work, _asked(store, request) & store.failed())
         if request.shard or request.output is None or len(store.finished()) < store.blocks.count:
             return outcome
         _assembled(request, store, request.output)
         if request.keep:
             return replace(outcome, output=request.output)
-        _require_lock(lock, store)
+        _require_lock(lock, store, work)
         store.delete()
     folder.vanish()
     return replace(outcome, output=request.output, where=None)
@@ -129,45 +129,45 @@ def _computed(
         parts.sweep(store.folder)
     found, wanted, tally = store.cells(store.finished()), choose(store, request), Tally()
     if found and wanted:
-        request.notice(f"{found:,} of {work.grid.size:,} cells were found finished in {store.where}")
+        request.notice(f"{found:,} of {work.size:,} {work.study.counted} were found finished in {store.where}")
     if wanted and machines.name is None:
         request.prepare(work.options.law)
     at_once = request.on_error == "stop"
     try:
         machines.compute(store, work, wanted, tally, stop, stop_on_error=at_once, progress=request.progress)
     except KeyboardInterrupt:
-        raise _interrupted(store) from None
+        raise _interrupted(store, work) from None
     except BlockFailedError as failed:
-        _require_none_failed(store, {failed.number})
+        _require_none_failed(store, work, {failed.number})
     except (StoreError, ClusterError) as error:
-        raise IncompleteError(f"{error}\n{_kept(store)}") from error
+        raise IncompleteError(f"{error}\n{_kept(store, work)}") from error
     return Outcome(
-        work.grid.size, found, tally.reused, tally.cells - tally.reused, where=store.where, machines=machines.name
+        work.size, found, tally.reused, tally.cells - tally.reused, where=store.where, machines=machines.name
     )  # fmt: skip
 
 
-def _interrupted(store: Parts) -> Interrupted:
-    return Interrupted(store.cells(store.finished()), store.blocks.size, store.where)
+def _interrupted(store: Parts, work: Work) -> Interrupted:
+    return Interrupted(store.cells(store.finished()), store.blocks.size, store.where, counted=work.study.counted)
 
 
-def _kept(store: Parts) -> str:
+def _kept(store: Parts, work: Work) -> str:
     """What has been saved, whatever happened."""
-    return _interrupted(store).kept_cells
+    return _interrupted(store, work).kept_cells
 
 
-def _require_lock(lock: Lock, store: Parts) -> None:
+def _require_lock(lock: Lock, store: Parts, work: Work) -> None:
     if not lock.ours:
-        raise IncompleteError(f"{store.where}: another run took over\n{_kept(store)}")
+        raise IncompleteError(f"{store.where}: another run took over\n{_kept(store, work)}")
 
 
-def _require_none_failed(store: Parts, failed: Collection[int]) -> None:
+def _require_none_failed(store: Parts, work: Work, failed: Collection[int]) -> None:
     if failed:
         first = store.failure(min(failed))
-        count = f"{len(failed):,} block{'s' * (len(failed) > 1)} ({store.cells(failed):,} cells) failed"
+        count = f"{len(failed):,} block{'s' * (len(failed) > 1)} ({store.cells(failed):,} {work.study.counted}) failed"
         raise IncompleteError(
             f"{store.where}: {count}, the first, number {first.block}, with {first.message}\n"
             "hint: stickslip status shows what happened, stickslip retry-failed computes them again, and "
-            f"stickslip collect writes a map without them\n{_kept(store)}"
+            f"stickslip collect writes a {work.study.name} without them\n{_kept(store, work)}"
         )
 
 
@@ -184,9 +184,9 @@ def _assembled(request: Request, store: Parts, output: Path) -> None:
     try:
         assemble(gathered, store, work, output, request.assembling)
     except KeyboardInterrupt:
-        raise _interrupted(store) from None
+        raise _interrupted(store, work) from None
     except StoreError as error:
-        raise IncompleteError(f"{error}\n{_kept(store)}") from error
+        raise IncompleteError(f"{error}\n{_kept(store, work)}") from error
 
 
 def _remove_leftovers(folder: Folder, request: Request) -> None:

@@ -2,39 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from math import inf
+from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.config.grid import Grid, build_grid
+from stickslip.borders import border_study
 from stickslip.config.model import Config
-from stickslip.engine import Computed, Options, Results, StopFlag, blank_results, compute_range, stop_flag
+from stickslip.config.options import options_of
+from stickslip.engine import Options, Results, StopFlag, stop_flag
 from stickslip.runs.blocks import Blocks, blocks_of
+from stickslip.runs.maps import MapStudy
 from stickslip.runs.reuse import KnownCells
-from stickslip.vocabulary.cells import Cells
+from stickslip.study import Moved, Study
 
 
-def options_of(config: Config) -> Options:
-    """How a configuration wants to be integrated."""
-    solver, execution = config.solver, config.execution
-    return Options(
-        law=config.friction.law,
-        rtol=solver.rtol,
-        horizon=inf if solver.horizon is None else solver.horizon,
-        max_steps=solver.max_steps,
-        early_stop=solver.early_stop,
-        threads=execution.threads,
-        block=execution.block,
-    )
+def study_of(config: Config) -> Study:
+    """What a configuration asks for: its map, unless a section names something else."""
+    if config.border is not None:
+        return border_study(config, config.border)
+    return MapStudy(config, options_of(config))
 
 
 @dataclass(frozen=True)
 class Block:
-    """The results of a block, and how many of its cells were taken over from an older result.
+    """The results of a block, and how many of its items were taken over from an older result.
 
     complete : False if computing was stopped on the way; such a block is thrown away.
     """
@@ -46,83 +40,82 @@ class Block:
 
 @dataclass(frozen=True)
 class Work:
-    """The blocks of a configuration; `known` are cells that an older result holds."""
+    """The blocks of a configuration; `known` are cells that an older map holds."""
 
     config: Config
     known: KnownCells | None = None
 
     @cached_property
-    def grid(self) -> Grid:
-        """Its cells."""
-        return build_grid(self.config)
+    def study(self) -> Study:
+        """What is computed."""
+        return study_of(self.config)
+
+    @property
+    def options(self) -> Options:
+        """How cells are integrated."""
+        return self.study.options
 
     @cached_property
-    def options(self) -> Options:
-        """How they are integrated."""
-        return options_of(self.config)
+    def size(self) -> int:
+        """How many items there are."""
+        return prod(self.study.shape)
 
     @cached_property
     def blocks(self) -> Blocks:
         """How they are cut."""
-        return blocks_of(self.grid.size)
+        return blocks_of(self.size, self.study.weight)
 
-    def compute(self, number: int, stop: StopFlag | None = None, moved: Callable[[int], None] | None = None) -> Block:
+    def compute(self, number: int, stop: StopFlag | None = None, moved: Moved | None = None) -> Block:
         """A block by the calling thread: the numbers of an undivided run, bit for bit.
 
-        stop, moved : as for `engine.compute_range`.
+        stop, moved : as for `Study.compute`.
         """
-        cells, stop = self.blocks.cells(number), stop_flag() if stop is None else stop
+        items, stop = self.blocks.cells(number), stop_flag() if stop is None else stop
         old = self.known_cells(number)
         if old is None:
-            found = compute_range(self.grid.cells, cells.start, cells.stop, self.options, stop, moved)
+            found = self.study.compute(items, stop, moved)
             return Block(found.results, 0, found.complete)
-        found = self.compute_some(number, ~old[0], stop, moved)
+        have = old[0]
+        some = self.map.compute_some(items, ~have, stop, moved)
         if moved:
-            moved(int(old[0].sum()))
-        return Block(self.joined(old, found.results), int(old[0].sum()), found.complete)
+            moved(int(have.sum()))
+        return Block(self.joined(number, old, some.results), int(have.sum()), some.complete)
 
-    def compute_some(
-        self,
-        number: int,
-        wanted: NDArray[np.bool_],
-        stop: StopFlag | None = None,
-        moved: Callable[[int], None] | None = None,
-    ) -> Computed:
-        """Those cells of a block that `wanted` marks, one flag per cell."""
-        places = np.flatnonzero(wanted)
-        parameters = _chosen(self.grid, self.blocks.cells(number), places)
-        return compute_range(parameters, 0, places.size, self.options, stop_flag() if stop is None else stop, moved)
+    def compute_some(self, number: int, wanted: NDArray[np.bool_]) -> Results:
+        """Those cells of a block of a map that `wanted` marks, one flag per cell."""
+        return self.map.compute_some(self.blocks.cells(number), wanted, stop_flag()).results
+
+    @property
+    def map(self) -> MapStudy:
+        """What is computed, where that is known to be a map."""
+        assert isinstance(self.study, MapStudy)
+        return self.study
 
     def known_cells(self, number: int) -> tuple[NDArray[np.bool_], Results] | None:
-        """Which cells of a block an older result holds, and their results; None if it holds none."""
+        """Which cells of a block an older map holds, and their results; None if it holds none."""
         return self.known.cells(self.blocks.cells(number)) if self.known else None
 
-    def joined(self, known: tuple[NDArray[np.bool_], Results], computed: Results) -> Results:
+    def joined(self, number: int, known: tuple[NDArray[np.bool_], Results], computed: Results) -> Results:
         """The results of a block of which some cells were known, and the others were computed."""
         have, values = known
-        results = blank_results(have.size, self.options)
+        results = self.study.blank(self.blocks.cells(number))
         for name, column in results.items():
             column[have], column[~have] = values[name], computed[name]
         return results
 
     def known_only(self, number: int) -> Results:
-        """The results of a block as far as an older result holds them; other cells are "not computed"."""
-        results = blank_results(len(self.blocks.cells(number)), self.options)
+        """The results of a block as far as an older map holds them; other items are "not computed"."""
+        results = self.study.blank(self.blocks.cells(number))
         if old := self.known_cells(number):
             have, values = old
             for name, column in results.items():
                 column[have] = values[name]
         return results
 
-
-def _chosen(grid: Grid, cells: range, new: np.ndarray) -> Callable[[int, int], Cells]:
-    """The parameters of those cells of a block that are at the places `new`, as if they were all there is."""
-
-    def parameters(start: int, stop: int) -> Cells:
-        if start >= stop:
-            return grid.cells(0, 0)
-        first, last = int(new[start]), int(new[stop - 1]) + 1
-        around = grid.cells(cells.start + first, cells.start + last)
-        return {name: values[new[start:stop] - first] for name, values in around.items()}
-
-    return parameters
+    def fits(self, number: int, results: Results) -> bool:
+        """Whether results have the columns of a block of this study."""
+        size = None if self.study.ragged else len(self.blocks.cells(number))
+        wanted = {name: dtype.newbyteorder("<") for name, dtype in self.study.columns.items()}
+        return {name: values.dtype for name, values in results.items()} == wanted and all(
+            size in (None, values.size) for values in results.values()
+        )

@@ -29,6 +29,15 @@ AXIS: dict[str, Parameter] = table(  # the values of axes are held in memory, th
     Parameter("num", "1", "number of points", "axes", at_least=2, at_most=10_000_000, whole=True),
 )
 
+BORDER: dict[str, Parameter] = table(
+    Parameter("tolerance", "1", "width of the bracket of a border, over the border", "border",
+              default=1e-9, at_least=1e-15, at_most=0.1),  # neighbouring floating-point numbers are 1e-16 apart
+    Parameter("scan", "1", "places of each line that are looked at first", "border",
+              default=64, at_least=2, at_most=10_000_000, whole=True),
+    Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", "border",
+              at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
+)  # fmt: skip
+
 # --- rigs -------------------------------------------------------------------------------------------------------------
 
 STROKES: dict[str, Parameter] = table(
@@ -104,6 +113,6 @@ AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", at_least=0), 
 
 # All numbers of a configuration that are not quantities, by section.
 SETTINGS: dict[str, dict[str, Parameter]] = {
-    "solver": SOLVER, "execution": EXECUTION, "drive": STROKES, "sensor": SENSOR, "features": FEATURE_SETTINGS,
-    "risk": RISK,
+    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "drive": STROKES, "sensor": SENSOR,
+    "features": FEATURE_SETTINGS, "risk": RISK,
 }  # fmt: skip

@@ -105,6 +105,6 @@ def compute_blocks(
 
     def show(_: list[None]) -> None:
         if progress:
-            progress(meter.cells, work.grid.size)
+            progress(meter.cells, work.size)
 
     spread(compute, sorted(numbers), work.options.threads, stop, show)

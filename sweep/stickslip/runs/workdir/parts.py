@@ -12,9 +12,6 @@ import traceback
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from stickslip import engine
 from stickslip._version import __version__
@@ -76,23 +73,22 @@ class Parts:
         """Put a computed block on the disk."""
         self.folder.write(_block_name(number), encoded(self.manifest, number, block))
 
-    def accept(self, number: int, data: bytes, columns: dict[str, np.dtype[Any]]) -> None:
+    def accept(self, number: int, data: bytes, work: Work) -> None:
         """Put a block on the disk that was computed and `encoded` elsewhere. Raises DamagedBlockError."""
-        self._checked(number, data, columns)
+        self._checked(number, data, work)
         self.folder.write(_block_name(number), data)
 
-    def load(self, number: int, columns: dict[str, np.dtype[Any]]) -> Results:
+    def load(self, number: int, work: Work) -> Results:
         """The results of a block. Raises FileNotFoundError, or DamagedBlockError for what must not be used."""
-        return self._checked(number, self.folder.read(_block_name(number)), columns)
+        return self._checked(number, self.folder.read(_block_name(number)), work)
 
-    def _checked(self, number: int, data: bytes, columns: dict[str, np.dtype[Any]]) -> Results:
+    def _checked(self, number: int, data: bytes, work: Work) -> Results:
         header, results = decode(data)
         cells = self.blocks.cells(number)
         wanted = {"run": self.manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
         if wrong := [name for name, value in wanted.items() if header.get(name) != value]:
             raise DamagedBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
-        found = {name: (values.dtype, values.size) for name, values in results.items()}
-        if found != {name: (dtype.newbyteorder("<"), len(cells)) for name, dtype in columns.items()}:
+        if not work.fits(number, results):
             raise DamagedBlockError("its columns are not those of this run")
         return results
 
@@ -225,7 +221,7 @@ def _new(folder: Folder, work: Work) -> Parts:
 
 def manifest_of(work: Work) -> Manifest:
     """The manifest of a store that this process begins."""
-    return manifests.make(work.config, work.grid.shape, work.blocks, engine.kernels_digest(), software())
+    return manifests.make(work.config, work.study.shape, work.blocks, engine.kernels_digest(), software())
 
 
 def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: Notice) -> Parts:
@@ -233,7 +229,7 @@ def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: N
     parts = Parts(folder, manifest_of(work))
     for number in sorted(parts.finished())[:_LOOKED_AT]:
         try:
-            parts.load(number, engine.columns(work.options))
+            parts.load(number, work)
         except DamagedBlockError as other:
             raise StoreError(
                 f"{folder.where}/{manifests.NAME}: damaged, {damaged}; and block {number} is not one of this "

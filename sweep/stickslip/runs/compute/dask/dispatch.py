@@ -10,7 +10,6 @@ from queue import Empty, SimpleQueue
 from time import monotonic, sleep
 from typing import TYPE_CHECKING
 
-from stickslip import engine
 from stickslip.engine import Progress, StopFlag
 from stickslip.errors import BlockFailedError, ClusterError, DamagedBlockError, UncomputedError, UnlikeWorkerError
 from stickslip.runs.compute.dask.connecting import Cluster
@@ -106,7 +105,7 @@ class _Flight:
                 self._send(waiting.popleft())
             self._take_in()
             if self._progress:
-                self._progress(self._found + self._tally.cells, self._work.grid.size)
+                self._progress(self._found + self._tally.cells, self._work.size)
 
     def try_alone(self) -> None:
         """Compute the blocks set aside once more, one after the other: most merely ran beside the one that kills.
@@ -188,12 +187,12 @@ class _Flight:
     def _write(self, number: int, data: bytes) -> None:
         known = self._work.known_cells(number)
         if known is not None:
-            results = self._work.joined(known, decode(data)[1])
+            results = self._work.joined(number, known, decode(data)[1])
             return self._keep(number, Block(results, int(known[0].sum()), True))
         if not self._told_bytes:
             self._told_bytes = True
             self._cluster.notice(f"workers do not write to {self._parts.where}: blocks are sent here to be written")
-        self._parts.accept(number, data, engine.columns(self._work.options))
+        self._parts.accept(number, data, self._work)
         self._count(number, 0)
 
     def _keep(self, number: int, block: Block) -> None:

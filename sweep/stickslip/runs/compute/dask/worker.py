@@ -108,7 +108,7 @@ def _computed(job: Job, number: int, wanted: bytes | None) -> bytes | None:
     work, manifest = _loaded(job["configuration"])
     engine.warm_up(work.options.law)
     if wanted is not None:
-        return encode({}, work.compute_some(number, flags(wanted, len(work.blocks.cells(number)))).results)
+        return encode({}, work.compute_some(number, flags(wanted, len(work.blocks.cells(number)))))
     block = work.compute(number)
     return None if _written(job, manifest, number, block) else encoded(manifest, number, block)
 

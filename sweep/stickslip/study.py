@@ -1,0 +1,64 @@
+"""What a run computes: a map, borders, samples; in blocks that any thread, shard or cluster may compute."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip.engine import Options, Results, StopFlag
+
+Moved = Callable[[int], None]
+
+
+@dataclass(frozen=True)
+class Finished:
+    """The results of a range of items; complete : False if computing was stopped on the way, and they are no use."""
+
+    results: Results
+    complete: bool = True
+
+
+class Study(ABC):
+    """Items in a row, any range of which can be computed by itself, anywhere, any number of times, to the same bits.
+
+    name : of the result, for people ("map"). counted : what its items are ("cells", "lines").
+    dims, shape : of the items, the last index running fastest. options : of the integration.
+    cells_each : about how many cells an item takes. weight : blocks have so many times fewer items than those of a map.
+    ragged : whether columns may have other lengths than the range has items.
+    columns : names and types of the results of a range: int8, int32 or float64, flat.
+    """
+
+    name: str
+    counted: str
+    cells_each: int = 1
+    weight: int = 1
+    ragged: bool = False
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    options: Options
+    columns: Mapping[str, np.dtype[Any]]
+
+    @abstractmethod
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+        """The results of a range of items, by the calling thread alone.
+
+        stop : once it is raised, computing ends within milliseconds. moved : called with items finished, now and then.
+        """
+
+    @abstractmethod
+    def blank(self, items: range) -> Results:
+        """What stands for a range of items that is not computed."""
+
+    @abstractmethod
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """The labelled result from ranges of items, in order and without gaps."""
+
+
+def joined(parts: Sequence[Results]) -> Results:
+    """Columns of several ranges, end to end."""
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
