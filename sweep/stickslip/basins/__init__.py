@@ -2,11 +2,15 @@
 
 `plain.py` decides by theorems of the plane where the plain Stribeck curve settles: inside its unstable cycle, which
 `cycle.py` finds backwards in time and `area.py` measures. `sampled.py` draws starting states for all other cells.
-`find.py` puts them together, cell by cell; `ramp.py` follows attractors as a parameter goes slowly up and down.
+`find.py` puts them together, cell by cell, `study.py` as a run computes them; `ramp.py` follows attractors as a parameter goes slowly up and down.
 """
 
 from stickslip.basins.box import Box, Sampling
 from stickslip.basins.find import COLUMNS, find_attractors
 from stickslip.basins.ramp import Ramp, follow_ramp
+from stickslip.basins.study import AttractorStudy, asked_of_cells, asked_of_config, attractor_study
 
-__all__ = ["COLUMNS", "Box", "Ramp", "Sampling", "find_attractors", "follow_ramp"]
+__all__ = [
+    "COLUMNS", "AttractorStudy", "Box", "Ramp", "Sampling", "asked_of_cells", "asked_of_config", "attractor_study",
+    "find_attractors", "follow_ramp",
+]  # fmt: skip

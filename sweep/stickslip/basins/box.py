@@ -9,21 +9,30 @@ from math import isfinite
 from numbers import Integral
 from typing import Any
 
+from stickslip.errors import ArgumentError
+from stickslip.vocabulary.settings import ATTRACTORS, RANDOMISATIONS
+
 Interval = tuple[float, float]
 _NAMES = ("displacement", "velocity")
-RANDOMISATIONS = 16  # of the points: enough for their scatter to be known to a fifth
 
 
 @dataclass(frozen=True)
 class Box:
-    """Starting states: a rectangle of displacements (m) and velocities (m/s), each (low, high)."""
+    """Starting states: a rectangle of displacements (m) and velocities (m/s), each (low, high).
+
+    Raises TypeError or ArgumentError.
+    """
 
     displacement: Interval
     velocity: Interval
 
+    def __post_init__(self) -> None:
+        for name in _NAMES:
+            object.__setattr__(self, name, _interval(name, getattr(self, name)))
+
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Box:
-        """From a mapping of both intervals. Raises TypeError or ValueError for anything that is no box."""
+        """From a mapping of both intervals. Raises TypeError or ArgumentError for anything that is no box."""
         if not isinstance(given, Mapping):
             raise TypeError(f"box: got {given!r}, expected {{'displacement': (low, high), 'velocity': (low, high)}}")
         for name in given:
@@ -33,8 +42,8 @@ class Box:
                 raise TypeError(f"box: {name!r} is not one of {', '.join(_NAMES)}{hint}")
         for name in _NAMES:
             if name not in given:
-                raise ValueError(f"box: {name} is missing, expected (low, high)")
-        return cls(*(_interval(name, given[name]) for name in _NAMES))
+                raise ArgumentError("box", f"{name} is missing, expected (low, high)")
+        return cls(*(given[name] for name in _NAMES))
 
     @property
     def area(self) -> float:
@@ -50,10 +59,11 @@ def _interval(name: str, ends: Any) -> Interval:
         raise TypeError(f"box: {name}: got {ends!r}, expected two numbers (low, high)") from None
     for word, end in (("lower", low), ("upper", high)):
         if not isfinite(end):
-            raise ValueError(f"box: {name}: got {end:g} as {word} end, expected a finite number")
+            raise ArgumentError("box", f"{name}: got {end:g} as {word} end, expected a finite number")
     if not low < high:
         hint = "; swap the ends" if low > high else ""
-        raise ValueError(f"box: {name}: got {low:g} to {high:g}, expected the lower end first and the upper above it{hint}")
+        expected = f"expected the lower end first and the upper above it{hint}"
+        raise ArgumentError("box", f"{name}: got {low:g} to {high:g}, {expected}")
     return low, high
 
 
@@ -65,10 +75,14 @@ class Sampling:
     seed: int = 1
 
     def __post_init__(self) -> None:
-        for name, least in (("samples", RANDOMISATIONS), ("seed", 0)):
-            value: object = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
-                raise ValueError(f"{name}: got {value!r}, expected a whole number of at least {least}")
-        points, rest = divmod(self.samples, RANDOMISATIONS)
-        if rest or points & (points - 1):
-            raise ValueError(f"samples: got {self.samples}, expected {RANDOMISATIONS} times a power of 2")
+        for name in ("samples", "seed"):
+            row, value = ATTRACTORS[name], getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, Integral) or not row.allows(value):
+                raise ArgumentError(name, f"got {value!r}, expected {row.expected}")
+        if self.samples % RANDOMISATIONS or self.points & (self.points - 1):
+            raise ArgumentError("samples", f"got {self.samples}, expected {RANDOMISATIONS} times a power of 2")
+
+    @property
+    def points(self) -> int:
+        """Points of each randomisation."""
+        return self.samples // RANDOMISATIONS

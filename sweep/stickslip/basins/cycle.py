@@ -19,7 +19,8 @@ Flags = NDArray[np.bool_]
 RTOL = 1e-11  # of the cycle, whatever that of the map is
 CLOSED = 1e-8  # how well the cycle must be known, over the displacement in a radian at the speed of the belt
 _STARTS = (1.0, 0.3, 0.03)  # of the guess
-_CORRECTIONS = 8
+_PATIENCE = 20_000  # steps
+_CORRECTIONS = 12
 _COLLAPSED = 0.2  # of where the iteration began: what is smaller is on the way to steady sliding
 _DISTURBANCE = 1e-5  # of the amplitude, for the slope of the return map
 _SLIP_CYCLE = STATUSES.index("slip_cycle")
@@ -41,58 +42,73 @@ class Cycles:
 def find_cycles(cells: Cells, work: Work) -> Cycles:
     """The unstable cycles of cells that have one by the theorems of `plain.py`, with the belt in the positive direction.
 
-    The motion backwards in time comes close to the cycle; a Newton iteration on its return map, from one largest
-    displacement to the next, does the rest. That is also what finds small cycles near the loss of stability, which
-    attract too slowly to wait for.
+    Newton's method on the return map of the motion backwards in time, from one largest displacement to the next: from
+    a guess, which is good where friction is weak, and else from where that motion tends to. By itself it would tend to
+    the cycle anyway, but too slowly to wait for where the damping is weak. There is only one cycle to be found.
     """
     back = backwards(cells)
-    found, reach, period = _approached(back, start_on_cycle(cells), work)
-    return _corrected(back, found, reach, period, work.options)
-
-
-def _approached(back: Cells, guess: Floats, work: Work) -> tuple[Flags, Floats, Floats]:
-    """Where the motions backwards in time tend to; the guess where they are too slow to tell."""
-    centre = steady_displacement(back)
     natural = 2.0 * np.pi * np.sqrt(back["mass"] / back["stiffness"])
-    reach, period = guess.copy(), natural.copy()
-    known = np.zeros(guess.size, np.bool_)
-    tight = Work(replace(work.options, rtol=RTOL, horizon=np.inf), work.stop)
+    found = _corrected(back, start_on_cycle(cells), natural, work.options)
+    rest = np.flatnonzero(~found.found)
+    if rest.size:
+        some = taken(back, rest)
+        late = _corrected(some, *_approached(some, start_on_cycle(taken(cells, rest)), work), work.options)
+        found.found[rest], found.reach[rest], found.period[rest] = late.found, late.reach, late.period
+    return found
+
+
+def _approached(back: Cells, guess: Floats, work: Work) -> tuple[Floats, Floats]:
+    """Where the motions backwards in time tend to, reach and period; NaN where that does not become clear.
+
+    Those that start outside the cycle may leave w > 0, where they mean nothing.
+    """
+    centre = steady_displacement(back)
+    reach, period = np.full_like(guess, np.nan), np.full_like(guess, np.nan)
+    patient = replace(work.options, rtol=RTOL, horizon=np.inf, max_steps=_PATIENCE)
     for share in _STARTS:
-        left = np.flatnonzero(~known)
+        left = np.flatnonzero(np.isnan(reach))
         if not left.size:
             break
         start = centre[left] + share * guess[left], np.zeros(left.size)
-        done = tight.results(taken(back, left), *start)
+        done = Work(patient, work.stop).results(taken(back, left), *start)
         cycle = (done["regime"] == REGIMES.index("sustained")) & (done["status"] == _SLIP_CYCLE)
-        slow = done["regime"] == REGIMES.index("unresolved")
         at = left[cycle]
         reach[at] = done["cycle_force_max"][cycle] / back["stiffness"][at] - centre[at]
         period[at] = done["period"][cycle]
-        known[left[cycle | slow]] = True
-    return known, reach, period
+    return reach, period
 
 
-def _corrected(back: Cells, known: Flags, reach: Floats, period: Floats, options: Options) -> Cycles:
+def _corrected(back: Cells, reach: Floats, period: Floats, options: Options) -> Cycles:
     """Newton's method on the return map; a cycle that does not close in the end is none, nor is steady sliding."""
+    reach, period = reach.copy(), period.copy()
     scale = np.abs(back["belt_speed"]) * np.sqrt(back["mass"] / back["stiffness"])
-    found = known & np.isfinite(reach) & (reach > 0)
+    found = np.isfinite(reach) & (reach > 0)
     least, defect = _COLLAPSED * reach, np.full(reach.size, np.inf)
     left = np.flatnonzero(found)
     for _ in range(_CORRECTIONS):
         if not left.size:
             break
-        some, near = taken(back, left), reach[left]
-        returned, time = _return(some, near, period[left], options)
-        beside, _ = _return(some, near * (1.0 + _DISTURBANCE), period[left], options)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            change = (returned - near) / (1.0 - (beside - returned) / (near * _DISTURBANCE))
+        near = reach[left]
+        change, time = _correction(taken(back, left), near, period[left], options)
         good = np.isfinite(change) & (time > 0)
         left, change = left[good], np.clip(change, -0.5 * near, 0.5 * near)[good]
         reach[left] += change
         period[left] = time[good]
         defect[left] = np.abs(change) / scale[left]
         left = left[defect[left] > 0.01 * CLOSED]
-    return Cycles(found & (defect <= CLOSED) & (reach > least), reach, period)
+    with np.errstate(invalid="ignore"):
+        return Cycles(found & (defect <= CLOSED) & (reach > least), reach, period)
+
+
+def _correction(back: Cells, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:
+    """The step of Newton's method, the slope being that to a motion close by; and the time of the return."""
+    n = reach.size
+    both = taken(back, np.tile(np.arange(n), 2))
+    beside = reach * (1.0 + _DISTURBANCE)
+    returned, time = _return(both, np.concatenate([reach, beside]), np.tile(period, 2), options)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = (returned[n:] - returned[:n]) / (beside - reach)
+        return (returned[:n] - reach) / (1.0 - slope), time[:n]
 
 
 def _return(back: Cells, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:

@@ -23,6 +23,7 @@ SAMPLES, MOST_SAMPLES = 513, 2**15 + 1  # of an unstable cycle
 AREA_ERROR = 1e-9  # of the area, as half as many samples show it
 _CYCLES = [REGIMES.index(name) for name in ("stick_slip", "sustained")]
 _DISTURBANCES = [f"critical_{kind}_{way}" for kind in ("shock", "shift") for way in ("along", "against")]
+_MEASURED = ("settling_share", "unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", *_DISTURBANCES)
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,7 @@ def exact_results(cells: Cells, stick: Regimes, box: Box, work: Work) -> tuple[F
     """Of which cells the share is exact, and their results, by names of `ATTRACTOR_VARIABLES`; NaN elsewhere."""
     which = verdicts(cells, stick, work)
     n = stick.size
-    names = ["settling_share", "unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", *_DISTURBANCES]
-    found: Results = {name: np.full(n, np.nan) for name in names}
+    found: Results = {name: np.full(n, np.nan) for name in _MEASURED}
     for mask, share, disturbance in ((which.nowhere, 0.0, 0.0), (which.everywhere, 1.0, np.inf)):
         found["settling_share"][mask] = share
         for name in _DISTURBANCES:
@@ -67,9 +67,7 @@ def _inside_cycles(cells: Cells, box: Box, work: Work) -> Results:
     """Of cells with an unstable cycle, all of it; NaN where the cycle was not found."""
     ahead = plain.forward(cells)
     cycles, back = find_cycles(ahead, work), plain.backwards(ahead)
-    names = ("settling_share", "unstable_amplitude", "unstable_velocity_amplitude", *_DISTURBANCES)
-    found: Results = {name: np.full(cycles.period.size, np.nan) for name in names}
-    found["unstable_period"] = np.where(cycles.found, cycles.period, np.nan)
+    found: Results = {name: np.full(cycles.period.size, np.nan) for name in _MEASURED}
     left, samples = np.flatnonzero(cycles.found), SAMPLES
     while left.size and samples <= MOST_SAMPLES:
         some = taken(back, left)
@@ -79,8 +77,9 @@ def _inside_cycles(cells: Cells, box: Box, work: Work) -> Results:
         ends = _mirrored_box(taken(cells, left), box)
         area, coarse = area_in_box(orbits, *ends), area_in_box(orbits.thinned(), *ends)
         done = np.abs(area - coarse) <= AREA_ERROR * np.maximum(area, box.area * AREA_ERROR)
+        slips = motion["velocity"].max(axis=1) < some["belt_speed"]  # what reaches w = 0 is no cycle of slip
         for name, values in _measures(orbits, area / box.area).items():
-            found[name][left[done]] = values[done]
+            found[name][left[done & slips]] = values[done & slips]
         left, samples = left[~done], 4 * (samples - 1) + 1
     return found
 
@@ -104,6 +103,7 @@ def _measures(orbits: Orbits, share: Floats) -> Results:
     fastest, slowest = orbits.extremes(orbits.v, orbits.a)
     return {
         "settling_share": share,
+        "unstable_period": orbits.period,
         "unstable_amplitude": 0.5 * (right - left),
         "unstable_velocity_amplitude": 0.5 * (fastest - slowest),
         "critical_shock_along": above,

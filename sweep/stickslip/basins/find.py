@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 COLUMNS: dict[str, np.dtype[Any]] = {
     name: np.dtype(np.int8 if name in FLAGS or name == "coexisting" else np.float64) for name in ATTRACTOR_VARIABLES
 }
-TOGETHER = 128  # cells that are held with their samples
+TOGETHER = 256  # cells that are held with their samples
 
 
 def find_attractors(
@@ -38,7 +38,7 @@ def find_attractors(
     """By names of `ATTRACTOR_VARIABLES`, of the cells with these numbers; in this thread.
 
     The numbers do not depend on how cells are cut into items. moved : called with cells finished, now and then. Raises
-    Interrupted once `stop` is raised.
+    StoppedError once `stop` is raised.
     """
     work = Work(replace(options, early_stop=True), stop)
     found = [{name: np.zeros(0) for name in COLUMNS}]

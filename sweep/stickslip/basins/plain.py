@@ -26,6 +26,7 @@ from stickslip.vocabulary.cells import Cells
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+_INSIDE = 1.0 - 1e-6  # of the belt speed: larger amplitudes would reach w = 0
 _FAR = 10.0  # times belt speed and friction: friction feeds a loop of that size a hundredth of what it takes
 
 
@@ -70,7 +71,7 @@ def backwards(cells: Cells) -> Cells:
 def start_on_cycle(cells: Cells) -> Floats:
     """A guess of how far the unstable cycle goes beyond steady sliding (m), inside it unless friction is strong."""
     given = (cells[name] for name in ("belt_speed", "a2", "a3", "a4", "damping", "normal_load"))
-    speed = np.minimum(unstable_amplitude(*given), 0.9 * np.abs(cells["belt_speed"]))
+    speed = np.minimum(unstable_amplitude(*given), _INSIDE * np.abs(cells["belt_speed"]))
     return np.asarray(speed * np.sqrt(cells["mass"] / cells["stiffness"]))
 
 

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc  # type: ignore[import-untyped]
 
-from stickslip.basins.box import RANDOMISATIONS, Box, Sampling
+from stickslip.basins.box import Box, Sampling
 from stickslip.basins.starts import Work, decided, settled
 from stickslip.borders.search import Scan, search_lines
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.settings import RANDOMISATIONS
 
 Floats = NDArray[np.float64]
 
@@ -37,11 +38,10 @@ class Shares:
 
 def starting_states(box: Box, sampling: Sampling) -> Floats:
     """Scrambled Sobol points in the box: (randomisations, points, 2), the same for every cell."""
-    points = sampling.samples // RANDOMISATIONS
     seeds = np.random.SeedSequence(sampling.seed).spawn(RANDOMISATIONS)
-    unit = [qmc.Sobol(2, scramble=True, rng=np.random.default_rng(seed)).random(points) for seed in seeds]
+    unit = [qmc.Sobol(2, scramble=True, rng=np.random.default_rng(seed)).random(sampling.points) for seed in seeds]
     low, high = zip(box.displacement, box.velocity, strict=True)
-    return np.asarray(qmc.scale(np.concatenate(unit), low, high)).reshape(RANDOMISATIONS, points, 2)
+    return np.asarray(qmc.scale(np.concatenate(unit), low, high)).reshape(RANDOMISATIONS, sampling.points, 2)
 
 
 def sampled_shares(cells: Cells, box: Box, sampling: Sampling, work: Work) -> Shares:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stickslip.basins.plain import steady_displacement
 from stickslip.engine import Options, Results, StopFlag, compute_range, flows
-from stickslip.errors import Interrupted
+from stickslip.errors import StoppedError
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES
 
@@ -35,7 +35,7 @@ def decided(regimes: Regimes) -> NDArray[np.bool_]:
 class Work:
     """How starting states of cells are computed.
 
-    stop : raises Interrupted once it is set, since half of what belongs to a cell says nothing.
+    Methods raise StoppedError once `stop` is raised: half of what belongs to a cell says nothing.
     """
 
     options: Options
@@ -54,7 +54,7 @@ class Work:
 
         computed = compute_range(part, 0, displacement.size, self.options, self.stop)
         if not computed.complete:
-            raise Interrupted(computed.done, displacement.size)
+            raise StoppedError
         return computed.results
 
 

@@ -11,7 +11,7 @@ import warnings
 import click
 
 from stickslip._version import __version__
-from stickslip.cli import borders, configs, inspection, maps, results, rig, rig_tests, science, stores, trajectories
+from stickslip.cli import attractors, borders, configs, inspection, maps, results, rig, rig_tests, science, stores, trajectories
 from stickslip.cli.common import EXIT_CODES
 
 COMMANDS = (
@@ -19,6 +19,7 @@ COMMANDS = (
     *(maps.plan, maps.run),
     *(stores.collect, stores.retry_failed, stores.status),
     *(results.plot, inspection.inspect, trajectories.simulate, borders.border),
+    *(attractors.attractors, attractors.ramp),
     *(science.article, science.fit),
     *(rig_tests.rig, rig.rig_features, rig.calibrate),
 )

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from stickslip.cli.common import check_plot, fail, reports_wrong_input
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
 
 
 @click.command(
@@ -17,7 +22,7 @@ Examples:
   stickslip plot map.nc --select damping=0.1 --select stiffness="5 N/mm\""""
 )
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--variable", default="regime", show_default=True, help="Variable to plot.")
+@click.option("--variable", help="Variable to plot.  [default: regime; of attractors and ramps, what they are about]")
 @click.option(
     "--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension at the cell with this value, or label."
 )
@@ -29,8 +34,8 @@ Examples:
     help="Plot to write.  [default: FILE.png, FILE-VARIABLE.png for other variables than regime]",
 )
 @reports_wrong_input
-def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, output: Path | None) -> None:
-    """Plot a result: a map, or a trajectory."""
+def plot(file: Path, variable: str | None, select: tuple[str, ...], no_borders: bool, output: Path | None) -> None:
+    """Plot a result: a map, a trajectory, attractors, or a ramp."""
     from stickslip import plots
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError
@@ -42,13 +47,29 @@ def plot(file: Path, variable: str, select: tuple[str, ...], no_borders: bool, o
     check_plot(target)
     places = _pairs(select) if is_map else {}
     try:
-        figure = plots.plot_map(ds, variable, select=places, borders=not no_borders) if is_map else plots.plot_trace(ds)
+        figure = _drawn(ds, variable, places, not no_borders)
     except PlotError as error:
         fail(f"{file}: {error}")
     for point in selection.told(ds, places):
         click.echo(f"drawn    {point}")
     plots.save(figure, target)
     click.echo(f"plot     {target}")
+
+
+def _drawn(ds: xr.Dataset, variable: str | None, places: dict[str, str], borders: bool) -> Figure:
+    """The plot that suits the kind of result."""
+    from stickslip import plots
+
+    if "time" in ds.dims:
+        return plots.plot_trace(ds)
+    if "direction" in ds.dims:
+        return plots.plot_ramp(ds, variable or "velocity_amplitude", select=places)
+    if "settling_share" in ds and variable is None:
+        left = set(ds["settling_share"].dims) - set(places)
+        if len(left) == 1:
+            return plots.plot_attractors(ds, select=places)
+        variable = "settling_share"
+    return plots.plot_map(ds, variable or "regime", select=places, borders=borders)
 
 
 def _plot_of(file: Path, variable: str | None) -> Path:

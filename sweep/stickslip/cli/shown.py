@@ -1,4 +1,4 @@
-"""What the command says of a result: a map, borders; each kind knows what is worth a line, and how it is drawn."""
+"""What the command says of a result: a map, borders, attractors; each kind knows what is worth a line, and how it is drawn."""
 
 from __future__ import annotations
 
@@ -23,6 +23,10 @@ def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> 
         from stickslip.cli.border_rows import show_borders
 
         show_borders(ds)
+    elif "settling_share" in ds:
+        from stickslip.cli.attractor_rows import show_attractors
+
+        show_attractors(ds)
     else:
         screen.show_map(ds, output)
     click.echo(screen.rate(done))
@@ -35,12 +39,14 @@ def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> 
 
 def is_drawn(ds: xr.Dataset) -> bool:
     """Whether there is a plot of this result."""
-    return "regime" in ds and ds["regime"].ndim > 0
+    return any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
 
 
 def figure(ds: xr.Dataset) -> Figure:
     """The plot of a result that `is_drawn`."""
     from stickslip import plots
 
+    if "settling_share" in ds:
+        return plots.plot_attractors(ds) if ds["settling_share"].ndim == 1 else plots.plot_map(ds, "settling_share")
     drawn: Callable[[xr.Dataset], Figure] = plots.plot_map
     return drawn(ds)

@@ -28,7 +28,7 @@ from stickslip.config.sections import (
     one_of,
     refused,
 )
-from stickslip.config.studies import Border
+from stickslip.config.studies import Attractors, Border
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -160,7 +160,7 @@ class Config(Section):
 
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
     drive, sensor : of a test rig; None where the belt moves at a constant speed.
-    border : what is asked for instead of a map; None for a map.
+    border, attractors : what is asked for instead of a map, at most one of them; None for a map.
     """
 
     title: str
@@ -174,6 +174,7 @@ class Config(Section):
     drive: Drive | None = None
     sensor: Sensor | None = None
     border: Border | None = None
+    attractors: Attractors | None = None
 
     def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; `quantities.MEASURED` among them where they were given."""

@@ -18,6 +18,7 @@ from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
 from stickslip.config.lines import broken_rules, line_along
+from stickslip.config.states import STATES_IN_BOX, state_axes
 from stickslip.config.model import Axis, Config, Group, Range, Values
 from stickslip.config.sections import (
     REFUSED,
@@ -130,6 +131,7 @@ class _Reader(Complaints):
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
         config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})  # type: ignore[arg-type]
         self._check_lines(config)
+        self._check_states(config)
         self.raise_any()
         return config
 
@@ -159,6 +161,13 @@ class _Reader(Complaints):
         for finding in broken_rules(config, config.border.along, line):
             got = finding.got or self.text(finding.path)
             self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
+
+    def _check_states(self, config: Config) -> None:
+        """Starting states come from the box, and from no axis."""
+        if config.attractors is None:
+            return
+        for path in state_axes(config):
+            self.add(path, STATES_IN_BOX, at_key=True)
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
 

@@ -162,9 +162,12 @@ def _file_name(*suffixes: str) -> Schema:
 
 
 _VALUE: Schema = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": _WITH_UNIT}]}
+_RANGE: Schema = {"type": "array", "minItems": 2, "maxItems": 2, "items": _VALUE}
 _OTHERS: Schema = {  # what is not a number
     "along": {"enum": list(PARAMETERS)},
-    "between": {"type": "array", "minItems": 2, "maxItems": 2, "items": _VALUE},
+    "between": _RANGE,
+    "displacement": _RANGE,
+    "velocity": _RANGE,
     "law": {"enum": list(LAWS)},
     "fit": _file_name(".csv"),
     "profile": {"enum": list(PROFILES)},

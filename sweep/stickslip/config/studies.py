@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from stickslip.config.sections import Section, number, of_row, refused
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.settings import BORDER
+from stickslip.vocabulary.settings import ATTRACTORS, BORDER, RANDOMISATIONS
 from stickslip.vocabulary.words import listed, nearest
 
 
@@ -22,6 +22,20 @@ def _end(value: object, info: ValidationInfo) -> float:
     if math.isnan(found):
         raise refused(row.expected.removesuffix(row.otherwise))
     return found
+
+
+def pair(value: object) -> object:
+    """A list of two values."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise refused("a list of two values, the lower end first")
+    return value
+
+
+def in_order(value: tuple[float, float]) -> tuple[float, float]:
+    """A range whose lower end comes first."""
+    if not value[0] < value[1]:
+        raise refused("the lower end first and the upper above it", "swap the ends" if value[0] > value[1] else None)
+    return value
 
 
 End = Annotated[float, BeforeValidator(_end)]
@@ -47,17 +61,12 @@ class Border(Section):
     @field_validator("between", mode="before")
     @classmethod
     def _between(cls, value: object) -> object:
-        if not isinstance(value, list | tuple) or len(value) != 2:
-            raise refused("a list of two values, the lower end first")
-        return value
+        return pair(value)
 
     @field_validator("between")
     @classmethod
     def _order(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
-        if value is not None and not value[0] < value[1] and not math.isnan(value[0]):
-            hint = "swap the ends" if value[0] > value[1] else None
-            raise refused("the lower end first and the upper above it", hint)
-        return value
+        return value if value is None or math.isnan(value[0]) else in_order(value)
 
     def resolved(self) -> dict[str, Any]:
         """The section as plain data."""
@@ -65,7 +74,51 @@ class Border(Section):
         return plain if self.between is None else plain | {"between": list(self.between)}
 
 
-STUDIES: dict[str, type[Section]] = {"border": Border}
+def _state(value: object, info: ValidationInfo) -> float:
+    """One end of an interval of starting states."""
+    row = PARAMETERS[str(info.field_name)]
+    found = number(row, value)
+    if math.isnan(found):
+        raise refused(row.expected.removesuffix(row.otherwise))
+    return found
+
+
+State = Annotated[float, BeforeValidator(_state)]
+
+
+class Attractors(Section):
+    """Which attractors cells have: regimes by starting state, and the share of a box of states that settles."""
+
+    rows = ATTRACTORS
+    displacement: tuple[State, State] = Field(description="displacements of the box of starting states, [low, high]")
+    velocity: tuple[State, State] = Field(description="velocities of the box of starting states, [low, high]")
+    samples: int = of_row(ATTRACTORS["samples"])
+    seed: int = of_row(ATTRACTORS["seed"])
+
+    @field_validator("displacement", "velocity", mode="before")
+    @classmethod
+    def _interval(cls, value: object) -> object:
+        return pair(value)
+
+    @field_validator("displacement", "velocity")
+    @classmethod
+    def _order(cls, value: tuple[float, float]) -> tuple[float, float]:
+        return in_order(value)
+
+    @field_validator("samples")
+    @classmethod
+    def _samples(cls, value: int) -> int:
+        points, rest = divmod(value, RANDOMISATIONS)
+        if rest or points & (points - 1):
+            raise refused(f"{RANDOMISATIONS} times a power of 2")
+        return value
+
+    def resolved(self) -> dict[str, Any]:
+        """The section as plain data."""
+        return super().resolved() | {"displacement": list(self.displacement), "velocity": list(self.velocity)}
+
+
+STUDIES: dict[str, type[Section]] = {"border": Border, "attractors": Attractors}
 
 
 def parameter(value: object) -> str:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from stickslip.config.model import Config, Range, Values
 from stickslip.config.rules import members
 from stickslip.config.sections import Sensor
-from stickslip.config.studies import Border
+from stickslip.config.studies import Attractors, Border
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAW_MESSAGES
 from stickslip.vocabulary.parameter import Parameter
@@ -42,6 +42,8 @@ def understood(config: Config) -> Iterator[Row]:
             yield _along(member, "axis " if member is axis else "  with ")
     if config.border is not None:
         yield _border(config.border)
+    if config.attractors is not None:
+        yield from _box(config.attractors)
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))
@@ -57,6 +59,14 @@ def _border(asked: Border) -> Row:
         between = f"{asked.between[0]:.6g} to {asked.between[1]:.6g} {unit}".rstrip()
     meaning = f"between {between}, {asked.scan} places first, tolerance {asked.tolerance:g}"
     return Row("border along", asked.along, meaning)
+
+
+def _box(asked: Attractors) -> Iterator[Row]:
+    """The starting states whose attractors are asked for, instead of a map."""
+    for name, (low, high) in (("displacement", asked.displacement), ("velocity", asked.velocity)):
+        unit = units.spelled(QUANTITIES[name].units)
+        yield Row(f"attractors from {name}", f"{low:.6g} to {high:.6g} {unit}", f"starting states: {name}")
+    yield Row("samples", f"{asked.samples:,}", "starting states per cell where the share is not exact")
 
 
 def _drive(config: Config) -> Iterator[Row]:

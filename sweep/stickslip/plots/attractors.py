@@ -24,6 +24,8 @@ from stickslip.vocabulary.flags import REGIMES, flag_label
 
 _TITLE_WIDTH = 70
 _BAND: dict[str, Any] = {"facecolor": GREY, "alpha": 0.35, "linewidth": 0}
+_RISING = "#707070"
+_NONE: dict[str, Any] = {"facecolor": "none", "edgecolor": GREY, "hatch": "//", "linewidth": 0}
 _STICKS, _SETTLES = ["stick_slip", "sustained"], ["damped", "creep"]
 
 
@@ -42,11 +44,14 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
     for ax in (upper, lower):
         shaded = _shade(ax, x, _bistable(ds))
     share, error = ds["settling_share"].values, 3.0 * ds["share_error"].values
-    upper.plot(x.centres, share, color=BLUE, linewidth=1.4)
-    if (error > 0).any():
-        upper.fill_between(x.centres, share - error, share + error, color=SKY, alpha=0.6, linewidth=0)
-        handles.append(Patch(facecolor=SKY, alpha=0.6, label="three standard errors"))
     low, high = ds["settling_share_low"].values, ds["settling_share_high"].values
+    safe = np.isposinf(ds["critical_shock"].values)
+    for part in (safe, ~safe):  # no line across the jump at the fold
+        upper.plot(x.centres, np.where(part, share, np.nan), color=BLUE, linewidth=1.4)
+        if (error > 0).any():
+            upper.fill_between(x.centres, share - error, share + error, where=part, color=SKY, alpha=0.6, linewidth=0)
+    if (error > 0).any():
+        handles.append(Patch(facecolor=SKY, alpha=0.6, label="three standard errors"))
     if (high > low).any():
         upper.vlines(x.centres, low, high, color=BLACK, linewidth=1.0)
         handles.append(Line2D([], [], color=BLACK, linewidth=1.0, label="undecided starting states"))
@@ -54,7 +59,10 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
     for name, colour, style in (("along", VERMILLION, "solid"), ("against", BLUE, "dashed")):
         shock = ds[f"critical_shock_{name}"].values
         lower.plot(x.centres, np.where(np.isfinite(shock), shock, np.nan), color=colour, linestyle=style, linewidth=1.4)
-        handles.append(Line2D([], [], color=colour, linestyle=style, label=f"shock {name} the motion of the belt"))
+        handles.append(Line2D([], [], color=colour, linestyle=style, label=f"shock {name} the belt"))
+    if safe.any():
+        _shade(lower, x, safe, _NONE)
+        handles.append(Patch(**_NONE, label="no shock is enough"))
     unit = array_title(ds["critical_shock"]).rpartition("(")[2]
     lower.set(ylabel=f"critical shock ({unit}", xlabel=x.title)
     lower.set_ylim(bottom=0.0)
@@ -91,9 +99,9 @@ def plot_ramp(
     handles: list[Any] = []
     for branch, name, marker, style, width in ((up, "up", ">", "solid", 2.6), (down, "down", "<", "dashed", 1.2)):
         values = branch[variable].values
-        ax.plot(x.centres, values, color=BLACK if name == "down" else GREY, linestyle=style, linewidth=width, zorder=2)
+        look: dict[str, Any] = {"color": BLACK if name == "down" else _RISING, "linestyle": style, "linewidth": width}
+        ax.plot(x.centres, values, zorder=2, **look)
         _arrows(ax, x.centres, values, branch["regime"].values, marker)
-        look: dict[str, Any] = {"color": BLACK if name == "down" else GREY, "linestyle": style, "linewidth": width}
         word = "rising" if name == "up" else "falling"
         handles.append(Line2D([], [], marker=marker, markerfacecolor="white", label=word, **look))
     if attractors is not None:
@@ -147,11 +155,11 @@ def _kinds(regimes: NDArray[np.int8]) -> NDArray[np.int64]:
     return np.where(codes == REGIMES.index("creep"), REGIMES.index("damped"), codes)
 
 
-def _shade(ax: Axes, x: MapAxis, where: NDArray[np.bool_]) -> bool:
+def _shade(ax: Axes, x: MapAxis, where: NDArray[np.bool_], look: Mapping[str, Any] = _BAND) -> bool:
     """Shade runs of cells; whether there are any."""
     changes = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(np.int8)))
     for first, past in zip(changes[::2], changes[1::2], strict=True):
-        ax.axvspan(x.edges[first], x.edges[past], zorder=0, **_BAND)
+        ax.axvspan(x.edges[first], x.edges[past], zorder=0, **look)
     return bool(where.any())
 
 

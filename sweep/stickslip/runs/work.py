@@ -9,6 +9,7 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.basins import attractor_study
 from stickslip.borders import border_study
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
@@ -23,6 +24,8 @@ def study_of(config: Config) -> Study:
     """What a configuration asks for: its map, unless a section names something else."""
     if config.border is not None:
         return border_study(config, config.border)
+    if config.attractors is not None:
+        return attractor_study(config, config.attractors)
     return MapStudy(config, options_of(config))
 
 

@@ -38,6 +38,14 @@ BORDER: dict[str, Parameter] = table(
               at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
 )  # fmt: skip
 
+RANDOMISATIONS = 16  # of Sobol points: so many that their scatter is known to a fifth
+ATTRACTORS: dict[str, Parameter] = table(
+    Parameter("samples", "1", "starting states drawn per cell where the share that settles is not exact", "attractors",
+              default=1024, at_least=RANDOMISATIONS, at_most=2**24, whole=True),
+    Parameter("seed", "1", "seed of the starting states: the same seed, the same states", "attractors",
+              default=1, at_least=0, at_most=2**32 - 1, whole=True),
+)  # fmt: skip
+
 # --- rigs -------------------------------------------------------------------------------------------------------------
 
 STROKES: dict[str, Parameter] = table(
@@ -113,6 +121,6 @@ AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", at_least=0), 
 
 # All numbers of a configuration that are not quantities, by section.
 SETTINGS: dict[str, dict[str, Parameter]] = {
-    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "drive": STROKES, "sensor": SENSOR,
+    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "attractors": ATTRACTORS, "drive": STROKES, "sensor": SENSOR,
     "features": FEATURE_SETTINGS, "risk": RISK,
 }  # fmt: skip
