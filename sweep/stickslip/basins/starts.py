@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.basins.plain import steady_displacement
-from stickslip.engine import Options, Results, StopFlag, compute_range, flows
+from stickslip.engine import Options, Results, StopFlag, compute_range, friction_at_belt_speed
 from stickslip.errors import StoppedError
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES
@@ -58,16 +57,10 @@ class Work:
         return computed.results
 
 
-def steady_state(cells: Cells, options: Options) -> Floats:
+def steady_state(cells: Cells, law: str) -> Floats:
     """Displacement of steady sliding (m), under any law; NaN where the belt is at rest."""
-    if options.law == "stribeck":
-        x = steady_displacement(cells)
-    else:
-        at_rest = cells | {"displacement": np.zeros_like(cells["mass"]), "velocity": np.zeros_like(cells["mass"])}
-        moment = np.sqrt(cells["mass"] / cells["stiffness"]) * 1e-9
-        friction = flows(at_rest, moment, 2, replace(options, early_stop=True))["friction_coefficient"][:, 0]
-        x = friction * cells["normal_load"] / cells["stiffness"]
-    return np.where(cells["belt_speed"] == 0, np.nan, x)
+    turn, force = np.sign(cells["belt_speed"]), cells["normal_load"] * friction_at_belt_speed(cells, law)
+    return np.where(turn == 0, np.nan, turn * force / cells["stiffness"])
 
 
 def unloaded(cells: Cells) -> tuple[Floats, Floats]:
