@@ -148,4 +148,6 @@ def _options(
 def _text(options: Options, more: Mapping[str, Any]) -> str:
     """What the result of a list of cells keeps as its configuration."""
     solver = {"rtol": options.rtol, "horizon": None if isinf(options.horizon) else options.horizon}
-    return json.dumps({"friction": {"law": options.law}, "solver": solver | {"max_steps": options.max_steps}} | dict(more))
+    return json.dumps(
+        {"friction": {"law": options.law}, "solver": solver | {"max_steps": options.max_steps}} | dict(more)
+    )

@@ -34,7 +34,9 @@ class Cycle:
 
         def turn(reach):
             """Backwards from rest at the right: at rest at the left, and at the right again."""
-            done = solve_ivp(backwards, (0.0, 100.0), [self.steady + reach, 0.0], events=at_rest, dense_output=True, **TIGHT)
+            done = solve_ivp(
+                backwards, (0.0, 100.0), [self.steady + reach, 0.0], events=at_rest, dense_output=True, **TIGHT
+            )
             self.motion, self.period = done.sol, done.t_events[0][1]
             return done.y_events[0][1][0] - self.steady
 

@@ -19,7 +19,9 @@ from stickslip.config.reader import parse_config
 from stickslip.errors import Interrupted
 from stickslip.files import writing
 from stickslip.runs import blocks
+from stickslip.vocabulary.curve import coefficients
 from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.quantities import PARAMETERS
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 STICK_SLIP, DAMPED, CREEP = (REGIMES.index(name) for name in ("stick_slip", "damped", "creep"))
@@ -200,6 +202,17 @@ def test_the_other_axes_of_a_configuration_are_the_dimensions(tmp_path):
     assert both["border"].dims == ("stiffness", "belt_speed", "crossing")
 
 
+def test_along_what_is_measured_the_curve_follows():
+    config = parse_config(MEASURED_FORM.replace("belt_speed: 10 mm/s", "belt_speed: 0.5"), "<test>")
+    fixed = config.fixed()
+    (one,) = stickslip.border(config, "v_reversal", (0.1, 0.3))["border"].values
+    places = np.array([one * (1 - 1e-8), one * (1 + 1e-8)])
+    curve = coefficients(fixed["mu_start"], fixed["mu_reversal"], places, fixed["a4"])
+    cells = {name: fixed[name] for name in PARAMETERS if name in fixed} | curve._asdict()
+    low, high = stickslip.evaluate(cells, rtol=1e-11)["regime"].values
+    assert low != high
+
+
 def test_borders_do_not_depend_on_how_lines_are_cut(monkeypatch):
     cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
     whole = stickslip.border(cells, "belt_speed", BELT, scan=8)
@@ -301,7 +314,8 @@ def test_bad_input_is_named_with_what_is_allowed(change, error, message):
     [
         (GOOD, {"along": "belt_speed"}, "between: missing; belt_speed is no axis of the configuration"),
         (GOOD, {"along": "belt_speed", "law": "cubic"}, "law: got 'cubic', but a configuration says its law itself"),
-        (MEASURED_FORM, {"along": "a4", "between": (0.1, 0.2)}, "a4 follows from mu_start, mu_reversal and v_rev"),
+        (MEASURED_FORM, {"along": "a1", "between": (0.1, 0.2)}, "a1 follows from mu_start, mu_reversal and v_rev"),
+        (GOOD, {"along": "mu_start", "between": (0.5, 0.6)}, "mu_start follows from a1, a2 and a3 in this"),
         (GOOD.replace("  belt_speed: 10 mm/s\n", "").replace("  stiffness: 10\n", "")
          + "axes: {pairs: {zip: {belt_speed: [0.1, 0.2], stiffness: [1, 2]}}}\n",
          {"along": "stiffness", "between": (1, 2)}, "stiffness varies together with others in the axis pairs"),

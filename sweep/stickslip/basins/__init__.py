@@ -1,8 +1,9 @@
 """Which attractors a cell has, and which starting states lead to which.
 
-`plain.py` decides by theorems of the plane where the plain Stribeck curve settles: inside its unstable cycle, which
-`cycle.py` finds backwards in time and `area.py` measures. `sampled.py` draws starting states for all other cells.
-`find.py` puts them together, cell by cell, `study.py` as a run computes them; `ramp.py` follows attractors as a parameter goes slowly up and down.
+`exact.py` decides by theorems of the plane (`plain.py`) which states settle on a plain Stribeck curve: those inside its
+unstable cycle, which `cycle.py` finds backwards in time and `area.py` measures. `sampled.py` draws starting states for
+all other cells. `find.py` puts them together, cell by cell, and `study.py` does so for a run; `ramp.py` follows
+attractors as a parameter goes slowly up and down.
 """
 
 from stickslip.basins.box import Box, Sampling

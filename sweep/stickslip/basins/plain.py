@@ -1,19 +1,19 @@
 """Cells that slip on the plain Stribeck curve: what can be said of their phase plane for certain.
 
 Where a curve has no hysteresis (and a2, a3 are not negative, and the belt moves), slip is a flow in the plane of
-displacement and velocity, and orbits of a plane do not cross. In q = w - |b|, with the slip speed w > 0, it is a Lienard
-system, q'' + F'(q) q' + q = 0, where F' = gamma + mu' rises with w:
+displacement and velocity, and orbits of a plane do not cross. In q = w - |b|, with the slip speed w > 0, it is a
+Lienard system, q'' + F'(q) q' + q = 0, where F' = gamma + mu' rises with w:
 
 - Where the damping of steady sliding is not positive, it repels, and nothing settles.
-- Where it is positive, F'(q)/q falls for q < 0 and for q > 0. So at most one cycle runs in w > 0, and it is unstable (the
-  theorem of Zhang Zhifen, Y. Q. Ye et al., Theory of Limit Cycles, AMS 1986, backwards in time). If it is there, exactly
-  the states inside it settle, whatever the contact does at w = 0: nothing crosses it.
-- It is there if and only if the slip that begins at w = 0 on the curve comes back to w = 0. Backwards in time, the region
-  between that slip and w = 0 is then entered and never left, and steady sliding repels (Poincare and Bendixson); and a
-  slip that spirals into steady sliding would have to cross the cycle.
-- If there is none, every state settles unless a cycle of slip in both directions surrounds everything: as long as static
-  friction is that of the curve and does not age, so that motions from w = 0 continue as the slip above. Such a cycle is
-  excluded by a motion from farther out than any cycle can be, which ends in steady sliding.
+- Where it is positive, F'(q)/q falls for q < 0 and for q > 0. So at most one cycle runs in w > 0, and it is unstable
+  (the theorem of Zhang Zhifen, in Ye Yanqian et al., Theory of Limit Cycles, AMS 1986, backwards in time). If it is
+  there, exactly the states inside it settle, whatever the contact does at w = 0: nothing crosses it.
+- It is there if and only if the slip that begins at w = 0 on the curve comes back to w = 0. Backwards in time, the
+  region between that slip and w = 0 is then entered and never left, and steady sliding repels (Poincare and Bendixson);
+  and a slip that spirals into steady sliding would have to cross the cycle.
+- If there is none, every state settles unless a cycle of slip in both directions surrounds everything: as long as
+  static friction is that of the curve and does not age, so that motions from w = 0 continue as the slip above. Such a
+  cycle is excluded by a motion from farther out than any cycle can be, which ends in steady sliding.
 """
 
 from __future__ import annotations
@@ -87,7 +87,8 @@ def beyond_all_cycles(cells: Cells) -> Floats:
     fed = load * cells["a3"] * b**2
     cube = np.divide(fed, viscous, out=np.zeros_like(fed), where=viscous > 0)
     radius = _FAR * (b + load * (cells["a1"] + cells["a3"]) / impedance + np.cbrt(cube))
-    return steady_displacement(cells) + np.sign(cells["belt_speed"]) * radius * impedance / cells["stiffness"]
+    beyond = steady_displacement(cells) + np.sign(cells["belt_speed"]) * radius * impedance / cells["stiffness"]
+    return np.asarray(beyond)
 
 
 def damping(cells: Cells) -> Floats:

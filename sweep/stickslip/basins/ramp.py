@@ -37,10 +37,8 @@ class Ramp:
             as_cells(self.lines.others(0, self.lines.size) | {self.lines.along: np.array([end])})
 
 
-def follow_ramp(
-    ramp: Ramp, options: Options, stop: StopFlag, moved: Callable[[int], None] | None = None
-) -> Results:
-    """By names of `RAMP_VARIABLES`, arrays (lines, direction, values): up first, from sticking with an unloaded contact.
+def follow_ramp(ramp: Ramp, options: Options, stop: StopFlag, moved: Callable[[int], None] | None = None) -> Results:
+    """By names of `RAMP_VARIABLES`, arrays (lines, direction, values): up first, from an unloaded contact that sticks.
 
     The ramp waits at every value until the motion has come to its attractor: to a cycle or to steady sliding, where a
     disturbance of `DISTURBANCE` of the belt speed is left. Down goes on where up ended. A value where the motion

@@ -25,7 +25,7 @@ from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError
 from stickslip.study import Finished, Moved, Study, joined
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import SHARE_METHODS
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.settings import RANDOMISATIONS
@@ -49,7 +49,11 @@ def asked_of_cells(cells: Cells) -> Asked:
     """A list of cells, complete and checked; what they say of the starting state is left out."""
     size = cells["mass"].size
     coordinates = cell_coordinates({name: values for name, values in cells.items() if name not in _STATE}, size)
-    return Asked(("cell",), (size,), coordinates, lambda start, stop: taken(cells, np.s_[start:stop]))
+
+    def part(start: int, stop: int) -> Cells:
+        return {name: values[start:stop] for name, values in cells.items()}
+
+    return Asked(("cell",), (size,), coordinates, part)
 
 
 def asked_of_config(config: Config) -> Asked:
@@ -90,7 +94,8 @@ class AttractorStudy(Study):
         """Cells that are "not computed"."""
         size = len(items)
         return {
-            name: np.full(size, np.nan) if kind == np.float64 else np.zeros(size, kind) for name, kind in COLUMNS.items()
+            name: np.full(size, np.nan) if kind == np.float64 else np.zeros(size, kind)
+            for name, kind in COLUMNS.items()
         }
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
@@ -108,6 +113,7 @@ def attractor_study(config: Config, asked: Attractors) -> AttractorStudy:
 
 def _told(found: Results, box: Box, sampling: Sampling, options: Options) -> dict[str, str | float]:
     """What was asked, how it was found, and how good it is, as global attributes."""
+    scan = sampled.SCAN
     counts = {name: int((found["share_method"] == code).sum()) for code, name in enumerate(SHARE_METHODS)}
     bounds = int((found["settling_share_high"] > found["settling_share_low"]).sum())
     result = f"{counts['exact']} cells exact, {counts['sampled']} sampled"
@@ -122,7 +128,7 @@ def _told(found: Results, box: Box, sampling: Sampling, options: Options) -> dic
         f" of the belt speed, its area to {exact.AREA_ERROR:g}",
         "share_sampled": f"{RANDOMISATIONS} randomisations of {sampling.points} scrambled Sobol points, seed "
         f"{sampling.seed}; the error is that of their mean, or of one point in {sampling.samples} where all agree",
-        "disturbances_sampled": f"{sampled.SCAN.points} places from {sampled.SCAN.low:g} to {sampled.SCAN.high:g} times "
+        "disturbances_sampled": f"{scan.points} places from {scan.low:g} to {scan.high:g} times "
         f"belt speed plus load mu_start/sqrt(k m), then halved to {sampled.TOLERANCE:g}",
         "attractors_rtol": options.rtol,
     }

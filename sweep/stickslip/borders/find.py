@@ -23,7 +23,7 @@ from stickslip.study import Finished, Moved, Study, joined
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import BORDER
 
 _LANES_FED = 8  # blocks of so many times more lines than their cells call for: a round of bisection has one cell a line
@@ -117,7 +117,7 @@ def _search(
     def regimes(line: Integers, place: Floats) -> tuple[Labels, NDArray[np.bool_]]:
         def cells(start: int, stop: int) -> Cells:
             taken = {name: values[line[start:stop]] for name, values in others.items()}
-            return taken | {lines.along: place[start:stop]}
+            return lines.complete(taken | {lines.along: place[start:stop]})
 
         computed = compute_range(cells, 0, line.size, options, stop)
         if not computed.complete:
@@ -146,7 +146,7 @@ def _table(found: Results) -> dict[str, NDArray[np.float64]]:
 
 def _told(found: Results, lines: Lines, scan: Scan, limits: Limits, options: Options) -> dict[str, str | float]:
     """What was done and what it cannot see, as global attributes."""
-    row = PARAMETERS[lines.along]
+    row = QUANTITIES[lines.along]
     places, unit = scan.places, units.spelled(row.units)
     apart = f"{places[1] - places[0]:.6g} {unit}".rstrip()
     if scan.spacing == "log":

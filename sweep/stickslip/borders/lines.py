@@ -10,13 +10,13 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.config.grid import build_grid
+from stickslip.config.grid import build_grid, parameters_of
 from stickslip.config.lines import Between, broken_rules, checked_range, line_along
 from stickslip.config.model import Config
 from stickslip.dataset.build import cell_coordinates, grid_coordinates
 from stickslip.errors import ArgumentError
 from stickslip.vocabulary.cells import Cells, as_cells
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,8 @@ class Lines:
     """Lines of cells along one parameter.
 
     along : the parameter. between : its range, in SI. spacing : of the axis it is taken from, None for none.
-    dims, shape, coordinates : of the lines. others : the other parameters of the lines from start to stop.
+    dims, shape, coordinates : of the lines. others : the other quantities of the lines from start to stop.
+    complete : the cells from all quantities, `along` among them.
     """
 
     along: str
@@ -34,6 +35,7 @@ class Lines:
     shape: tuple[int, ...]
     coordinates: Mapping[str, xr.Variable]
     others: Callable[[int, int], Cells]
+    complete: Callable[[Cells], Cells] = lambda cells: cells  # noqa: E731
 
     @property
     def size(self) -> int:
@@ -47,6 +49,8 @@ def lines_of_cells(cells: Mapping[str, Any] | xr.Dataset, along: str, between: B
     Raises TypeError or ValueError for bad input.
     """
     _check_name(along)
+    if along not in PARAMETERS:
+        raise ValueError(f"along: {along} is measured of a curve; cells have a1, a2 and a3 instead")
     if between is None:
         raise ValueError(f"between: missing; cells need a range of {along} to search, (low, high)")
     between = checked_range(along, between)
@@ -80,17 +84,15 @@ def lines_of_config(config: Config, along: str, between: Between | None) -> Line
         raise ArgumentError(
             str(broken.path[-1]), f"got {got} for which no cell is possible, expected {broken.expected}"
         )
-    grid = build_grid(config.model_copy(update={"axes": tuple(axis for axis in config.axes if axis is not own)}))
-    coordinates = {name: c for name, c in grid_coordinates(grid).items() if name != along}
-
-    def others(start: int, stop: int) -> Cells:
-        return {name: values for name, values in grid.cells(start, stop).items() if name != along}
-
-    return Lines(along, between, spacing, grid.dims, grid.shape, coordinates, others)
+    section = QUANTITIES[along].section
+    without: dict[str, Any] = {"axes": tuple(axis for axis in config.axes if axis is not own)}
+    without[section] = getattr(config, section).model_copy(update={along: None})
+    grid = build_grid(config.model_copy(update=without))
+    return Lines(along, between, spacing, grid.dims, grid.shape, grid_coordinates(grid), grid.quantities, parameters_of)
 
 
 def _check_name(along: str) -> None:
-    if along not in PARAMETERS:
-        near = get_close_matches(str(along), PARAMETERS, 1)
-        hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
+    if along not in SEARCHABLE:
+        near = get_close_matches(str(along), SEARCHABLE, 1)
+        hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(SEARCHABLE)}"
         raise TypeError(f"along: {along!r} is not a parameter of a cell{hint}")

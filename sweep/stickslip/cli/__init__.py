@@ -11,7 +11,19 @@ import warnings
 import click
 
 from stickslip._version import __version__
-from stickslip.cli import attractors, borders, configs, inspection, maps, results, rig, rig_tests, science, stores, trajectories
+from stickslip.cli import (
+    attractors,
+    borders,
+    configs,
+    inspection,
+    maps,
+    results,
+    rig,
+    rig_tests,
+    science,
+    stores,
+    trajectories,
+)
 from stickslip.cli.common import EXIT_CODES
 
 COMMANDS = (

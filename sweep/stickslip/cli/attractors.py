@@ -11,7 +11,6 @@ from stickslip.cli.carried import run_request
 from stickslip.cli.common import CONFIG, DASK, check_plot, fail, incomplete, prepare_kernels, reports_wrong_input
 
 
-
 @click.command(
     epilog="""\b
 Examples:
@@ -59,7 +58,8 @@ def attractors(
         fail(f"{config}: --{missing[0]}: missing, expected LOW HIGH, or a section attractors in the configuration")
     update = {"border": None, "attractors": Attractors.model_construct(**asked)}
     one = one.model_copy(update=update | {"output": Output.model_construct(file=None, plot=None)})
-    again = ["attractors", str(config), *(word for name in box for word in (f"--{name}", *ends[name])), "-o", "basins.nc"]  # type: ignore[misc]
+    said_here = [word for name, pair in ends.items() if pair for word in (f"--{name}", *pair)]
+    again = ["attractors", str(config), *said_here, "-o", "basins.nc"]
     try:
         run_request(Request(one, output, fresh=fresh, dask=dask), plot, again)
     except (TypeError, ValueError) as error:  # bad input, said before anything is computed
@@ -74,7 +74,9 @@ Examples:
 )
 @CONFIG
 @click.option("--along", required=True, metavar="NAME", help="Parameter that goes up and down.")
-@click.option("--between", nargs=2, metavar="LOW HIGH", help="Its range: SI, or with units.  [default: that of the axis]")
+@click.option(
+    "--between", nargs=2, metavar="LOW HIGH", help="Its range: SI, or with units.  [default: that of the axis]"
+)
 @click.option("--points", type=int, default=200, show_default=True, help="Values to wait at, on each way.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write, .png, .svg or .pdf; of a single line.")

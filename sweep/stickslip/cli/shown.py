@@ -1,4 +1,4 @@
-"""What the command says of a result: a map, borders, attractors; each kind knows what is worth a line, and how it is drawn."""
+"""What the command says of a result: a map, borders, attractors; each knows what is worth a line, and its plot."""
 
 from __future__ import annotations
 

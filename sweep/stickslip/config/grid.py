@@ -77,15 +77,24 @@ class Grid:
         Every name of `PARAMETERS`, of a rig those of `DRIVE` too, in SI, each an array of length stop - start that
         belongs to the caller. Raises IndexError for cells outside the grid.
         """
+        return parameters_of(self.quantities(start, stop))
+
+    def quantities(self, start: int, stop: int) -> dict[str, Floats]:
+        """The same as they are given, before a1 to a3 follow from what is measured of the curve."""
         if not 0 <= start <= stop <= self.size:
             raise IndexError(f"cells {start} to {stop} of a grid of {self.size}")
         flat = np.arange(start, stop, dtype=np.int64)
         points = np.unravel_index(flat, self.shape) if self.shape else ()
         known = {name: np.full(flat.size, value) for name, value in (self.fixed | self._measured).items()}
-        known |= {name: column.values[points[column.dimension]] for name, column in self._columns.items()}
-        if "mu_start" in known:
-            known |= _curve(known)._asdict()
-        return {name: known[name] for name in (*PARAMETERS, *DRIVE) if name in known}
+        return known | {name: column.values[points[column.dimension]] for name, column in self._columns.items()}
+
+
+def parameters_of(quantities: Mapping[str, Floats]) -> dict[str, Floats]:
+    """The parameters of cells whose quantities these are: a1 to a3 follow from what is measured, where it is given."""
+    known = dict(quantities)
+    if "mu_start" in known:
+        known |= _curve(known)._asdict()
+    return {name: known[name] for name in (*PARAMETERS, *DRIVE) if name in known}
 
 
 def build_grid(config: Config) -> Grid:

@@ -10,7 +10,8 @@ import numpy as np
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.rules import Finding, Space, findings, members
 from stickslip.errors import ArgumentError
-from stickslip.vocabulary.quantities import MEASURED, PARAMETERS, REPLACED
+from stickslip.vocabulary.quantities import MEASURED, QUANTITIES, REPLACED
+from stickslip.vocabulary.words import listed
 
 Between = tuple[float, float]
 
@@ -28,12 +29,13 @@ def line_along(config: Config, along: str, between: Between | None) -> Line:
     if config.drive is not None:
         raise ArgumentError("along", "the configuration has a drive: cells of a rig have no regime to search for")
     names = {member.name for axis in config.axes for member in members(axis)} | set(config.fixed())
-    if along in (*REPLACED, "a4") and names & set(MEASURED):
-        raise ArgumentError(
-            "along",
-            f"{along} follows from mu_start, mu_reversal and v_reversal in this configuration; "
-            "give the curve by a1 to a4 to search along it",
-        )
+    forms = ((REPLACED, tuple(MEASURED)), (tuple(MEASURED), REPLACED))
+    for own_form, other in forms:
+        if along in own_form and names & set(other):
+            what = f"{along} follows from {listed(other, 'and')} in this configuration; "
+            raise ArgumentError(
+                "along", what + f"give the curve by {listed((*own_form, 'a4'), 'and')} to search along it"
+            )
     for axis in config.axes:
         if isinstance(axis, Group) and any(member.name == along for member in axis.members):
             raise ArgumentError("along", f"{along} varies together with others in the axis {axis.name}")
@@ -54,7 +56,7 @@ def checked_range(along: str, between: Between) -> Between:
         low, high = (float(end) for end in between)
     except (TypeError, ValueError):
         raise TypeError(f"between: got {between!r}, expected two numbers (low, high)") from None
-    row = PARAMETERS[along]
+    row = QUANTITIES[along]
     for word, end in (("lower", low), ("upper", high)):
         if not (np.isfinite(end) and row.allows(end)):
             expected = row.expected.removesuffix(row.otherwise)

@@ -18,7 +18,6 @@ from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
 from stickslip.config.lines import broken_rules, line_along
-from stickslip.config.states import STATES_IN_BOX, state_axes
 from stickslip.config.model import Axis, Config, Group, Range, Values
 from stickslip.config.sections import (
     REFUSED,
@@ -32,6 +31,7 @@ from stickslip.config.sections import (
     Start,
     System,
 )
+from stickslip.config.states import STATES_IN_BOX, state_axes
 from stickslip.config.studies import STUDIES
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ArgumentError, ConfigError, Path, dotted

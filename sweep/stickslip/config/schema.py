@@ -16,7 +16,7 @@ from stickslip.config.studies import STUDIES
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAWS
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import PARAMETERS, PROFILES, QUANTITIES
+from stickslip.vocabulary.quantities import PROFILES, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.settings import AXIS, FEATURE_SETTINGS, RISK
 
 Schema = dict[str, Any]
@@ -164,7 +164,7 @@ def _file_name(*suffixes: str) -> Schema:
 _VALUE: Schema = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": _WITH_UNIT}]}
 _RANGE: Schema = {"type": "array", "minItems": 2, "maxItems": 2, "items": _VALUE}
 _OTHERS: Schema = {  # what is not a number
-    "along": {"enum": list(PARAMETERS)},
+    "along": {"enum": list(SEARCHABLE)},
     "between": _RANGE,
     "displacement": _RANGE,
     "velocity": _RANGE,

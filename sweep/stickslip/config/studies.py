@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from stickslip.config.sections import Section, number, of_row, refused
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.settings import ATTRACTORS, BORDER, RANDOMISATIONS
 from stickslip.vocabulary.words import listed, nearest
 
@@ -17,7 +17,7 @@ def _end(value: object, info: ValidationInfo) -> float:
     """One end of a range of the parameter `along`."""
     if "along" not in info.data:  # which is refused already
         return math.nan
-    row = PARAMETERS[info.data["along"]]
+    row = QUANTITIES[info.data["along"]]
     found = number(row, value)
     if math.isnan(found):
         raise refused(row.expected.removesuffix(row.otherwise))
@@ -122,8 +122,8 @@ STUDIES: dict[str, type[Section]] = {"border": Border, "attractors": Attractors}
 
 
 def parameter(value: object) -> str:
-    """The name of a parameter of a cell."""
-    if value not in PARAMETERS:
-        near = nearest(str(value), PARAMETERS)
-        raise refused(f"a parameter of a cell: {listed(PARAMETERS)}", f"did you mean {near}?" if near else None)
+    """The name of a parameter of a cell, or of what is measured of its curve."""
+    if value not in SEARCHABLE:
+        near = nearest(str(value), SEARCHABLE)
+        raise refused(f"a parameter of a cell: {listed(SEARCHABLE)}", f"did you mean {near}?" if near else None)
     return str(value)

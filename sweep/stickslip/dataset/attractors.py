@@ -27,7 +27,8 @@ def attractor_dataset(
     dims, shape, coordinates : of the cells. results : by names of `ATTRACTOR_VARIABLES`, flat.
     """
     variables = {
-        name: variable_of(declared, dims, results[name].reshape(shape)) for name, declared in ATTRACTOR_VARIABLES.items()
+        name: variable_of(declared, dims, results[name].reshape(shape))
+        for name, declared in ATTRACTOR_VARIABLES.items()
     }
     variables["coexisting"] = _masks(variables["coexisting"])
     return xr.Dataset(variables, dict(coordinates), dict(attributes))

@@ -18,6 +18,7 @@ from stickslip.errors import NotReachedError
 __all__ = [
     "Computed", "NotReachedError", "Options", "Progress", "Results", "RigRuns",
     "Sampling", "StopFlag", "blank_results", "blocks", "bytes_per_cell", "columns", "compute",
-    "compute_range", "compute_rigs", "flows", "friction_at_belt_speed", "kernels_digest", "load", "processor", "processors", "spread",
+    "compute_range", "compute_rigs", "flows", "friction_at_belt_speed",
+    "kernels_digest", "load", "processor", "processors", "spread",
     "stop_flag", "to_kernel", "to_si", "trajectory", "warm_up", "will_compile",
 ]  # fmt: skip

@@ -2,7 +2,7 @@
 
 Every function returns a matplotlib Figure and touches no global state: no pyplot, no window, safe in threads.
 
-    maps, traces, attractors   the plots        axes   their axes      page   title, legend and file      palette   colours
+    maps, traces, attractors   the plots      axes   their axes      page   title, legend, file      palette   colours
 """
 
 from stickslip.errors import PlotError

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -56,7 +56,9 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
         upper.vlines(x.centres, low, high, color=BLACK, linewidth=1.0)
         handles.append(Line2D([], [], color=BLACK, linewidth=1.0, label="undecided starting states"))
     upper.set(ylabel="share of starting states that settle", ylim=(-0.03, 1.03))
-    for name, colour, style in (("along", VERMILLION, "solid"), ("against", BLUE, "dashed")):
+    looks: tuple[tuple[str, str, Literal["solid", "dashed"]], ...]
+    looks = ("along", VERMILLION, "solid"), ("against", BLUE, "dashed")
+    for name, colour, style in looks:
         shock = ds[f"critical_shock_{name}"].values
         lower.plot(x.centres, np.where(np.isfinite(shock), shock, np.nan), color=colour, linestyle=style, linewidth=1.4)
         handles.append(Line2D([], [], color=colour, linestyle=style, label=f"shock {name} the belt"))
@@ -168,5 +170,3 @@ def _arrows(ax: Axes, x: NDArray[np.float64], y: NDArray[np.float64], regimes: N
     few = slice(None, None, max(1, len(x) // 25))
     colours = [FLAG_COLOURS["regime"][REGIMES[int(code)]] for code in regimes[few]]
     ax.scatter(x[few], y[few], marker=marker, s=34, c=colours, edgecolors="black", linewidths=0.5, zorder=3)
-
-

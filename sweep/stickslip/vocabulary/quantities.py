@@ -45,6 +45,7 @@ MEASURED: dict[str, Parameter] = table(
     Parameter("mu_reversal", "1", "friction coefficient at the minimum of the Stribeck curve", "friction", at_least=0),
     Parameter("v_reversal", "m s-1", "speed at the minimum of the Stribeck curve", "friction", above=0),
 )
+SEARCHABLE = {**PARAMETERS, **MEASURED}  # what borders are searched along
 REPLACED = ("a1", "a2", "a3")  # the coefficients that MEASURED stands for
 
 # What moves the belt of a test rig, whose top speed is the belt speed.

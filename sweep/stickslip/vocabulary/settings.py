@@ -121,6 +121,6 @@ AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", at_least=0), 
 
 # All numbers of a configuration that are not quantities, by section.
 SETTINGS: dict[str, dict[str, Parameter]] = {
-    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "attractors": ATTRACTORS, "drive": STROKES, "sensor": SENSOR,
-    "features": FEATURE_SETTINGS, "risk": RISK,
+    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "attractors": ATTRACTORS, "drive": STROKES,
+    "sensor": SENSOR, "features": FEATURE_SETTINGS, "risk": RISK,
 }  # fmt: skip

@@ -13,10 +13,11 @@ from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
 ARTICLE = UNIT | {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 SAMPLED = SHARE_METHODS.index("sampled")
+FEW = Sampling(256)
 BOX = Box((0.0, 2.0), (-1.0, 1.0))
 
 
-def find(cells, sampling=Sampling(256), box=BOX, **options):
+def find(cells, sampling=FEW, box=BOX, **options):
     full = as_cells(cells)
     items = range(full["mass"].size)
     return find_attractors(lambda a, b: taken(full, np.s_[a:b]), items, box, sampling, Options(**options), stop_flag())

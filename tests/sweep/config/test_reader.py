@@ -101,7 +101,8 @@ BAD = {
     "a misspelt section": (
         with_line(1, "sistem: {}", text=GOOD),
         "map.yaml:1:1: sistem: unknown key, "
-        "expected title, system, friction, start, axes, solver, execution, output or border\n  hint: did you mean system?",
+        "expected title, system, friction, start, axes, solver, execution, output or border\n"
+        "  hint: did you mean system?",
     ),
     "a key of another section": (
         GOOD + "solver: {mu_stop: 1}\n",
