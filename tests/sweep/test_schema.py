@@ -79,7 +79,7 @@ def test_what_the_reader_refuses_an_editor_marks(data, where):
     assert complaints(data) == [where]
 
 
-REQUIRED = {"border": {"along": "mass"}}
+REQUIRED = {"border": {"along": "mass"}, "attractors": {"displacement": [0, 1], "velocity": [0, 1]}}
 
 
 def beyond_bounds():

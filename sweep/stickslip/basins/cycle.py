@@ -40,7 +40,7 @@ class Cycles:
 
 
 def find_cycles(cells: Cells, work: Work) -> Cycles:
-    """The unstable cycles of cells that have one by the theorems of `plain.py`; their belts go in the positive direction.
+    """The unstable cycles of cells that have one by the theorems of `plain.py`; their belts move in positive direction.
 
     Newton's method on the return map of the motion backwards in time, from one largest displacement to the next: from
     a guess, which is good where friction is weak, and else from where that motion tends to. By itself it would tend to
