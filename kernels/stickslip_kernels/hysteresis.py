@@ -51,6 +51,7 @@ def fall(m, i, u, w, dw):
         w, dw = along_line(m, i, w, dw, line.drag, t)
         pass_time(m, i, t)
         if kind == LEVEL_REACHED:
+            observers.observe_standstill(m, i, dw)
             return stick(m, i, displacement_on_line(m, i, line, 0.0, dw), True)
         h = min(2.0 * h, LONGEST)
         u = displacement_on_line(m, i, line, w, dw)

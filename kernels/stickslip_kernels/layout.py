@@ -43,8 +43,9 @@ CELL_ROWS = 15
     XI_SETTLED,  # where a motion that settles does so
     CYCLE_XI_MAX, CYCLE_XI_MIN,  # of the attractor itself, without the transient
     CYCLE_SPEED_RANGE,  # largest minus least velocity on the attractor
-) = range(26)  # fmt: skip
-RESULT_ROWS = 26
+    RESTICK_MARGIN,  # by how much the slip after break-away misses standstill; below 0 where it sticks again
+) = range(27)  # fmt: skip
+RESULT_ROWS = 27
 
 # --- what a cell means (REGIME) and how its integration ended (STATUS) ----------------------------------------------
 NOT_COMPUTED, STICK_SLIP, DAMPED, CREEP, SUSTAINED, STUCK, UNRESOLVED, FAILED = range(8)
@@ -96,6 +97,7 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     W_TOP,  # largest w recorded so far; peaks that stay below are not looked at (-inf: look at all)
     DW_TOP,  # the same for |w'|
     Y_HIGH, Y_LOW,  # y at the largest and the least u recorded so far; extrema of u between them need no look
+    W_LEAST,  # margin of the slip under way, see `observers/margin.py`; troughs of w above it are not looked at
     # what steps must know
     FLOOR,  # slip speed below which errors are absolute
     FAR, HIDES,  # slip speed from which on friction no longer weakens, and how deep w may dip in a step (`steep.py`)
@@ -110,7 +112,7 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     # inside a Runge-Kutta step: stages and errors
     W_2, W_3, W_4, W_5, W_6, K_2, K_3, K_4, K_5, K_6, ERROR_Y, ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 54 * WIDTH, WIDTH)  # fmt: skip
+) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 55 * WIDTH, WIDTH)  # fmt: skip
 NOTHING_MET, LOOK_FIRST, HALTED = 0.0, 1.0, 2.0  # committed or rejected; good, but to be looked at; no step possible
 ORDER = 14  # of the Taylor step
 SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'

@@ -119,6 +119,7 @@ def change_mode(m, i, kind):
     u = displacement_in_lane(m, i, s[at.Y + i], 0.0)
     observers.observe_mode_end(m, i, u, kind)
     if kind == LEVEL_REACHED and s[at.LEVEL + i] == 0.0:
+        observers.observe_standstill(m, i, s[at.DW + i])
         return stick(m, i, u, True)
     if kind == LEVEL_REACHED and s[at.MODE + i] == at.RISE:
         enter_curve(m, i, at.FAST, u, w, False)

@@ -16,7 +16,8 @@ from .slip import begin_slip
 
 # A re-stick shorter than the integration can resolve is a grazing contact, not a stick phase. A dip of the slip speed
 # below zero, had it not stuck, of this many tolerances is called grazing; one turn of an undamped oscillation loses
-# half as much (measured at any tolerance).
+# half as much (measured at any tolerance). Only a slip in the direction of the belt can graze: one that comes back from
+# the other arrives at a rate, and how long it then sticks is as exact as the load.
 GRAZING_ERRORS = 0.1
 
 
@@ -28,7 +29,8 @@ def stick(m, i, u, after_slip):
     time, so the moment of break-away is exact.
     """
     s, cells, c = m.s, m.cells, int(m.s[at.CELL + i])
-    if belt_in_lane(m, i, 0.0) < 0.0:
+    comes_back = belt_in_lane(m, i, 0.0) < 0.0
+    if comes_back:
         flip(s, i)
         u = -u
     b, alpha, gamma = belt_in_lane(m, i, 0.0), acceleration(m, i), s[at.G + i]
@@ -68,9 +70,10 @@ def stick(m, i, u, after_slip):
     if smooth:  # then the load is the limit, exactly
         u = limit - acceleration(m, i) - gamma * belt_in_lane(m, i, 0.0)
     dip = limit * (s[at.TAU + i] - start) - impulse  # of the slip speed below zero, had it not stuck
-    grazing = after_slip and dip < GRAZING_ERRORS * m.rtol * amplitude
+    at_once = s[at.TAU + i] == start
+    grazing = after_slip and (at_once or (not comes_back and dip < GRAZING_ERRORS * m.rtol * amplitude))
     if not grazing:
-        thrown = not smooth and s[at.TAU + i] == start
+        thrown = not smooth and at_once
         observers.observe_stick(m, i, start, u_start, limit, after_slip, thrown)
         observers.observe_breakaway(m, i, start, limit, thrown)
         if observers.is_over(m, i):

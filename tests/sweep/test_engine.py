@@ -54,6 +54,7 @@ DIMENSIONS = {  # powers of mass, length and time
     "settling_time": (0, 0, 1), "stick_time": (0, 0, 1), "displacement_end": (0, 1, 0), "velocity_end": (0, 1, -1),
     "settled_displacement": (0, 1, 0), "displacement_amplitude": (0, 1, 0), "velocity_amplitude": (0, 1, -1),
     "cycle_force_max": (1, 1, -2), "cycle_force_min": (1, 1, -2),
+    "restick_margin": (0, 1, -1),
 }  # fmt: skip
 scales = st.floats(-9.0, 9.0).map(lambda x: 10.0**x)
 

@@ -81,6 +81,11 @@ def observe_mode_end(m, i, u, kind):
     """The mode ends at the present state."""
 
 
+@inline_hook
+def observe_standstill(m, i, dw):
+    """w comes to zero, on the curve or on a line, w' being dw."""
+
+
 # --- the other modes ------------------------------------------------------------------------------------------------
 
 

@@ -10,6 +10,7 @@ from ..jit import compiled
 from ..roots import FOR_A_VALUE, arrival, extreme_speed
 from ..stepping import extreme_slope
 from .cycles import LOOPS, note_loop
+from .margin import note_trough
 from .verdict import note_force, note_speed
 
 # --- what a step holds, from its start to a state after h ------------------------------------------------------------
@@ -29,6 +30,13 @@ def has_top_speed(s, i, h, w, dw):
     """Whether an extremum of w may be the largest so far."""
     w0, dw0 = s[at.W + i], s[at.DW + i]
     return (dw0 * dw < 0.0) & (max(w0, w) + reach(dw0, dw, h) >= s[at.W_TOP + i])
+
+
+@compiled(inline=True)
+def has_low_speed(s, i, h, w, dw):
+    """Whether a trough of w may be the least of this slip so far."""
+    w0, dw0 = s[at.W + i], s[at.DW + i]
+    return (dw0 < 0.0) & (dw > 0.0) & (min(w0, w) - reach(dw0, dw, h) <= s[at.W_LEAST + i])
 
 
 @compiled(inline=True)
@@ -72,6 +80,8 @@ def record_extrema(m, i, h, w, dw, jerk):
         note_speed(s, i, top)
         if s[at.DW + i] > 0.0:
             note_peak(s, i, top - b)
+    if has_low_speed(s, i, h, w, dw):
+        note_trough(s, i, extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1])
     if has_top_slope(s, i, h, dw, jerk):
         s[at.DW_HIGH + i] = max(s[at.DW_HIGH + i], abs(extreme_slope(m.law, s, i, h, at_end)))
     if turns(s, i, w):

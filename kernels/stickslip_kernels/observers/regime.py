@@ -17,7 +17,18 @@ from ..events import NO_EVENT, TURNED
 from ..friction import coefficient, coefficient_slope, stable_speeds
 from ..line import along_line
 from .cycles import close_cycle, forget_loops
-from .extrema import has_top_slope, has_top_speed, note_peak, note_side, record_extrema, show_tops, turns, turns_quietly
+from .extrema import (
+    has_low_speed,
+    has_top_slope,
+    has_top_speed,
+    note_peak,
+    note_side,
+    record_extrema,
+    show_tops,
+    turns,
+    turns_quietly,
+)  # fmt: skip
+from .margin import begin_margin, note_standstill, note_trough
 from .on_line import record_line, settle_on_line
 from .settling import (
     check_settling,
@@ -130,6 +141,7 @@ def watch(m):
         h, y, w, dw, jerk = s[at.TAKEN + i], s[at.Y_NEW + i], s[at.W_NEW + i], s[at.DW_NEW + i], s[at.JERK_NEW + i]
         turn, quiet = turns(s, i, w), turns_quietly(s, i, h, y, w)
         extremum = has_top_speed(s, i, h, w, dw) | has_top_slope(s, i, h, dw, jerk) | (turn & (not quiet))
+        extremum = extremum | has_low_speed(s, i, h, w, dw)
         look = (extremum & (s[at.MARK + i] > 0.0)) | comes_into_band(s, i, y, w)
         look = look | (distance2_from_sliding(s, i, y, w) < s[at.RADIUS2 + i])
         s[at.LOOK + i] = select(look, 1.0, 0.0)
@@ -145,6 +157,7 @@ def observe_slip_begin(m, i, u, w, fresh):
     s = m.s
     if isnan(s[at.SLIP_START + i]):
         s[at.SLIP_START + i] = s[at.TAU + i]
+    begin_margin(s, i, fresh)
     if fresh and s[at.DECIDED + i] == 0.0:
         set_band(s, i, u, w, s[at.B + i])
     if s[at.SIDE_LAST + i] == 0.0:
@@ -205,8 +218,13 @@ def stays_on_line(m, i, line, u, w, dw, kind, t):
     return False
 
 
+def observe_standstill(m, i, dw):
+    note_standstill(m.s, i, dw)
+
+
 def observe_trough(m, i, u, w):
     s, b = m.s, m.s[at.B + i]
+    note_trough(s, i, w)
     s[at.HELD + i] = 1.0
     if s[at.DECIDED + i] == 0.0 and is_shrinking(s, i, m.cells, u, w, b):
         note_ends(s, i, s[at.SIGMA + i] * s[at.XI_STAR + i], b, 0.0)

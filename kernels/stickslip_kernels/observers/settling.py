@@ -11,6 +11,7 @@ from ..dense import rise_and_work, speed
 from ..exponential import exp
 from ..jit import compiled
 from ..laws import inflection, shape, weakening_slope
+from .margin import note_trough
 from .verdict import decide_settled, note_ends
 
 BAND_SHARE = 1e-4  # settling band over the distance from steady sliding at which the slip began
@@ -154,6 +155,7 @@ def note_ring_down(law, s, i, rtol):
     bending = abs(drag_at(law, s, i, w) - 2.0 * zeta) + abs(drag_at(law, s, i, b + q) - 2.0 * zeta)
     if record and bending * (abs(w - b) + abs(q)) > rtol * b:
         return False
+    note_trough(s, i, b + min(q, q_after))
     note_ends(s, i, u_star, b, 0.0)
     note_ends(s, i, u_star + p, b + q, 0.0)
     note_ends(s, i, u_star + p_after, b + q_after, 0.0)

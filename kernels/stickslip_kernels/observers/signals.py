@@ -12,13 +12,13 @@ import numpy as np
 from .. import layout as at
 from .. import observers
 from ..contact import DONE
-from ..dense import load_and_speed, speed
+from ..dense import load_and_speed
 from ..drive import belt_in_lane
 from ..equations import weakening_in_lane
 from ..jit import by_type, compiled
 from ..line import motion, steepest
 from ..quadrature import gauss
-from ..roots import TO_ROUNDING, crossing
+from ..stepping import extreme_slope
 
 NODES, WEIGHTS = gauss(6)
 A_LITTLE = 1e-9  # of the time between samples, so that rounding does not lose the last one
@@ -86,8 +86,7 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
     note_acceleration(m, i, s[at.ALPHA + i] - s[at.DW + i])
     note_acceleration(m, i, s[at.ALPHA + i] - dw)
     if s[at.JERK + i] * jerk < 0.0:
-        extremal = crossing(s, i, 2, 0.0, h, (0.0, dw, jerk, 0.0), TO_ROUNDING)
-        note_acceleration(m, i, s[at.ALPHA + i] - speed(s, i, extremal)[1])
+        note_acceleration(m, i, s[at.ALPHA + i] - extreme_slope(m.law, s, i, h, (w, dw, jerk, 0.0)))
     m.observer.results[at.RIG_STEPS_TAKEN, int(s[at.CELL + i])] += 1.0
     record(m, i, Step(0), h)
 

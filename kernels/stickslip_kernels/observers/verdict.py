@@ -9,6 +9,7 @@ from math import inf, isnan, nan
 
 from .. import layout as at
 from ..jit import compiled
+from .margin import margin_of_slip, note_trough
 
 # --- extremes -------------------------------------------------------------------------------------------------------
 
@@ -74,6 +75,8 @@ def decide(m, i, regime, status):
     store_extrema(m, i)
     results[at.MU_REVERSAL, c], results[at.CROSSINGS, c] = s[at.MU_TURN + i], s[at.CROSSED + i]
     results[at.MU_BREAKAWAY, c] = s[at.RELEASE + i]
+    if regime != at.UNRESOLVED:
+        results[at.RESTICK_MARGIN, c] = margin_of_slip(s, i)
     s[at.DECIDED + i], s[at.DECIDED_BY + i] = 1.0, status
     s[at.MARK + i], s[at.RADIUS2 + i], s[at.BAND2 + i] = 0.0, 0.0, 0.0
 
@@ -87,6 +90,7 @@ def decide_settled(m, i, entered, xi, status):
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
     results[at.SETTLING_TIME, c] = max(entered - s[at.SLIP_START + i], 0.0) if not isnan(entered) else nan
     come_to_a_point(results, c, xi)
+    note_trough(s, i, s[at.B + i])
     decide(m, i, at.DAMPED if s[at.CROSSED + i] >= 2.0 else at.CREEP, status)
 
 

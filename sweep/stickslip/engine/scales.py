@@ -53,6 +53,7 @@ def to_si(rows: NDArray[np.float64], cells: Cells, full: bool) -> Results:
         "breakaway_time": rows[layout.BREAKAWAY_TIME] * time,
         "restick_time": rows[layout.RESTICK_TIME] * time,
         "restick_displacement": rows[layout.RESTICK_XI] * length,
+        "restick_margin": rows[layout.RESTICK_MARGIN] * speed,
         "period": period,
         "frequency": 1.0 / period,
         "stick_fraction": rows[layout.CYCLE_STICK_TIME] / rows[layout.PERIOD],

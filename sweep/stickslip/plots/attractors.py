@@ -25,7 +25,7 @@ from stickslip.vocabulary.flags import REGIMES, flag_label
 _TITLE_WIDTH = 70
 _BAND: dict[str, Any] = {"facecolor": GREY, "alpha": 0.35, "linewidth": 0}
 _RISING = "#707070"
-_NONE: dict[str, Any] = {"facecolor": "none", "edgecolor": GREY, "hatch": "//", "linewidth": 0}
+_NONE: dict[str, Any] = {"facecolor": "none", "edgecolor": GREY, "hatch": "////", "linewidth": 0}
 _STICKS, _SETTLES = ["stick_slip", "sustained"], ["damped", "creep"]
 
 

@@ -33,6 +33,14 @@ _VARIABLES = (
     Variable("breakaway_time", "s", "time of the first break-away"),
     Variable("restick_time", "s", "time of the first re-stick"),
     Variable("restick_displacement", "m", "displacement at the first re-stick"),
+    Variable(
+        "restick_margin",
+        "m s-1",
+        "least slip speed of the last slip after a break-away; below 0 where it re-sticks",
+        comment="By how much that slip misses standstill; the belt speed where it settles without a trough. Where it "
+        "re-sticks, -a^2 m/(2 k |v_belt|), a being the deceleration at standstill: the depth of the trough that the "
+        "stick phase replaces. 0 where it comes to standstill without sticking; NaN without a break-away.",
+    ),
     Variable("period", "s", "period of the limit cycle"),
     Variable("frequency", "s-1", "frequency of the limit cycle"),
     Variable("stick_fraction", "1", "share of the period spent sticking"),
