@@ -268,9 +268,21 @@ def borders():
     return stickslip.border(pair, "belt_speed", (0.1, 1.0), scan=4, tolerance=1e-3)
 
 
-@pytest.mark.parametrize(
-    "make", [plane, labelled, cells, borders, make_map], ids=["plane", "labelled", "cells", "borders", "one cell"]
-)
+def attractors():
+    pair = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+    return stickslip.attractors(pair | {"belt_speed": [0.2, 0.5, 1.0]}, {"displacement": (0, 2), "velocity": (-1, 1)})
+
+
+def ramp():
+    pair = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+    return stickslip.ramp(pair, "belt_speed", (0.2, 1.0), 9)
+
+
+MADE = {"plane": plane, "labelled": labelled, "cells": cells, "borders": borders, "one cell": make_map}
+MADE |= {"attractors": attractors, "ramp": ramp}
+
+
+@pytest.mark.parametrize("make", MADE.values(), ids=MADE)
 def test_files_pass_the_cf_checker_without_a_single_remark(make, cf_checker, tmp_path, monkeypatch):
     def no_network(*arguments):
         raise AssertionError("the checker wanted the network")
