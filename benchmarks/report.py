@@ -161,6 +161,35 @@ def p3_table(row: dict[str, Any]) -> str:
     return markdown(header, [[*cells, f"{row['worst_energy_error']:.0e}"]])
 
 
+def p4_table(row: dict[str, Any] | None) -> str:
+    if row is None:
+        return "Not measured in this run.\n"
+    cells = [f"{row['lines']:,}", number(row["borders_per_second"]), number(row["bisection_per_second"])]
+    cells += [number(row["scipy_per_second"]), number(row["ratio"]), f"{row['worst_difference']:.0e}"]
+    header = ["lines", "borders per CPU second", "the same by bisection", f"SciPy, {row['scipy_lines']} lines"]
+    return markdown([*header, "over SciPy, core against core", "largest difference"], [cells])
+
+
+def refinement_table(rows: list[dict[str, Any]]) -> str:
+    """Refined maps beside their full grids."""
+    lines = [
+        [
+            row["curve"],
+            f"{row['size']:,} x {row['size']:,}",
+            f"{row['computed']:,}",
+            number(row["cells"] / row["computed"]),
+            f"{row['wrong']:,}",
+            f"{100 * row['bound']:.2g} %",
+            f"{row['seconds']:.2f}",
+            number(row["seconds_full"]),
+            number(row["seconds_full"] / row["seconds"]),
+        ]
+        for row in rows
+    ]
+    header = ["curve", "map", "cells computed", "times fewer", "cells wrong", "bound of the audit (95 %)", "seconds"]
+    return markdown([*header, "seconds, full grid", "over the full grid"], lines)
+
+
 def targets(results: dict[str, Any]) -> str:
     """The targets, beside what this run measured."""
     rows: list[list[str]] = []
@@ -198,6 +227,10 @@ def targets(results: dict[str, Any]) -> str:
         add(f"ns per event, rtol {row['rtol']:g}", row["ns_per_event"], 60, least=False)
     per_cell = [row["us_per_cell"] for row in results["cost"]]
     add("cost per cell, most expensive map size over cheapest", max(per_cell) / min(per_cell), 1.2, least=False)
+    for row in results["refinement"]:
+        name = f"refined {row['curve']} map, {row['size']:,} x {row['size']:,}"
+        add(f"{name}: times fewer cells", row["cells"] / row["computed"], 100 if row["size"] == 4096 else None)
+        add(f"{name}: share of cells wrong", row["wrong"] / row["cells"], 1e-4, least=False)
     memory = [row["memory"] for row in results["cost"] if "memory" in row]
     if memory:
         most = max(memory, key=lambda row: row["cells"])
@@ -265,9 +298,18 @@ Two strokes of 5 mm at 1 to 30 mm/s, with different springs and friction curves,
 second.
 
 {p3_table(results["p3"])}
+## P4, borders to 1e-9
+
+{p4_table(results.get("p4"))}
 ## Cost of many cells (plain map, all threads)
 
 {cost}
+## Refined maps at the defaults of `refine`, all threads
+
+`python benchmarks/refinement.py --size {results["refinement"][0]["size"]}`; the full grid is computed once, to compare.
+Measured {results["refinement"][0]["measured"]} before it, on {results["refinement"][0]["threads"]} threads.
+
+{refinement_table(results["refinement"])}
 ## Start-up
 
 Quickstart, kernels compiled before: {startup["first_block"]["seconds"]:.2f} s from the shell to the first block. First

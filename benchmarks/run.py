@@ -3,7 +3,7 @@
     python benchmarks/run.py [--repeats N] [--only TEXT] [--large] [--out FOLDER]      (or: make bench)
 
 --repeats : at most this many repetitions of each. --only : only peers whose name contains TEXT. --large : a map of 1e7
-cells as well. Takes about five minutes on two cores.
+cells and refined ones of 4096 x 4096 as well. Takes about five minutes on two cores.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ from time import perf_counter, process_time
 import numpy as np
 from scipy.integrate import solve_ivp
 
+import borders
 import floor
 import problem
+import refinement
 import report
 import rigs
 import startup
@@ -299,6 +301,10 @@ def main() -> None:
     results["p2"] = regime_map(options.repeats, 40)
     say("P3, test rigs")
     results["p3"] = rigs.measure()
+    say("P4, borders")
+    results["p4"] = borders.measure()
+    say("refined maps")
+    results["refinement"] = refinement.measure(4096 if options.large else 1024)
     results["cost"] = cost_of_cells(options.large, options.repeats)
     results["quickstart"] = quickstart(options.repeats)
     results["bench_seconds"] = perf_counter() - began

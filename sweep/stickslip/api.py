@@ -259,10 +259,10 @@ def border(
     A configuration with a section `border` asks for the same of `run`, which resumes and uses clusters.
 
     Returns a dataset over the lines and `crossing`, in ascending order: border (NaN where a line has fewer),
-    regime_below, regime_above, border_width, and scan_undecided per line. Where cells at a border are unresolved or
-    failed, border_width is the stretch of them. No crossing is no error: `crossing` has length 0, and the attribute
-    border_found says so. Raises TypeError or ValueError for bad input before anything is computed, ConfigError for a
-    bad configuration.
+    regime_below, regime_above, border_width, method, and scan_undecided per line. Where cells at a border are
+    unresolved or failed, border_width is the stretch of them. No crossing is no error: `crossing` has length 0, and the
+    attribute border_found says so. Raises TypeError or ValueError for bad input before anything is computed,
+    ConfigError for a bad configuration.
     """
     limits = borders.Limits(scan, tolerance)
     title = "Borders of regimes"

@@ -5,10 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from math import prod
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from stickslip.engine import Options, Results, StopFlag
 
@@ -43,6 +45,14 @@ class Study(ABC):
     options: Options
     columns: Mapping[str, np.dtype[Any]]
 
+    def described(self) -> str:
+        """`57,600 cells: stiffness (240) x belt_speed (240)`."""
+        size = prod(self.shape)
+        axes = " x ".join(f"{dim} ({length})" for dim, length in zip(self.dims, self.shape, strict=True))
+        return f"{size:,} {self.counted if size != 1 else self.counted.removesuffix('s')}" + (
+            f": {axes}" if axes else ""
+        )
+
     @abstractmethod
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The results of a range of items, by the calling thread alone.
@@ -56,9 +66,16 @@ class Study(ABC):
 
     @abstractmethod
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
-        """The labelled result from ranges of items, in order and without gaps."""
+        """The labelled result from ranges of items, in order and without gaps.
+
+        parts : each is read when it is asked for, so that going through them once holds one at a time.
+        """
 
 
 def joined(parts: Sequence[Results]) -> Results:
     """Columns of several ranges, end to end."""
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    columns: dict[str, list[NDArray[Any]]] = {}
+    for part in parts:
+        for name, values in part.items():
+            columns.setdefault(name, []).append(values)
+    return {name: np.concatenate(values) for name, values in columns.items()}

@@ -51,8 +51,21 @@ PYTHON = {name: text for name, text in blocks("python").items() if not name.star
 
 
 def test_pages_have_blocks_to_try():
-    assert {name.split()[0] for name in YAML} >= {"README.md", "rig.md", "borders.md", "attractors.md"}
-    assert {name.split()[0] for name in PYTHON} == {"README.md", "attractors.md", "borders.md", "rig.md", "runs.md"}
+    assert {name.split()[0] for name in YAML} >= {
+        "README.md",
+        "rig.md",
+        "attractors.md",
+        "borders.md",
+        "uncertainty.md",
+    }
+    assert {name.split()[0] for name in PYTHON} >= {
+        "README.md",
+        "attractors.md",
+        "borders.md",
+        "rig.md",
+        "runs.md",
+        "uncertainty.md",
+    }
 
 
 @pytest.mark.parametrize("name", YAML)

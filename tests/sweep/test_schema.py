@@ -73,13 +73,21 @@ def test_the_starter_is_valid():
         ({"execution": {"dask": "head:8786"}}, "execution/dask"),
         ({"output": {"file": "map.csv"}}, "output/file"),
         ({"title": 3}, "title"),
+        ({"uncertain": {}}, "uncertain"),
+        ({"uncertain": {"quantities": {"oil": {"uniform": [1, 2]}}}}, "uncertain/quantities"),
+        ({"uncertain": {"quantities": {"mass": {"gauss": [1, 2]}}}}, "uncertain/quantities/mass"),
+        ({"uncertain": {"fit": "p.csv", "subset": {"samples": 1}}}, "uncertain/subset/samples"),
     ],
 )
 def test_what_the_reader_refuses_an_editor_marks(data, where):
     assert complaints(data) == [where]
 
 
-REQUIRED = {"border": {"along": "mass"}, "attractors": {"displacement": [0, 1], "velocity": [0, 1]}}
+REQUIRED = {
+    "border": {"along": "mass"},
+    "attractors": {"displacement": [0, 1], "velocity": [0, 1]},
+    "uncertain": {"quantities": {"belt_speed": {"normal": {"mean": 1, "std": 0.1}}}},
+}
 
 
 def beyond_bounds():

@@ -13,6 +13,7 @@ import xarray as xr
 
 import stickslip
 from helpers.maps import axis, make_map, plane
+from stickslip.config.reader import parse_config
 from stickslip.dataset.build import cell_dataset, trace_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.errors import StoreError
@@ -268,6 +269,13 @@ def borders():
     return stickslip.border(pair, "belt_speed", (0.1, 1.0), scan=4, tolerance=1e-3)
 
 
+def scatter():
+    text = "system: {mass: 1, normal_load: 1}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
+    text += "axes: {stiffness: [1, 2]}\n"
+    speed = "belt_speed: {normal: {mean: 0.78, std: 0.05}}"
+    return stickslip.run(parse_config(f"{text}uncertain: {{draws: 16, quantities: {{{speed}}}}}\n"))
+
+
 def attractors():
     pair = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
     return stickslip.attractors(pair | {"belt_speed": [0.2, 0.5, 1.0]}, {"displacement": (0, 2), "velocity": (-1, 1)})
@@ -278,7 +286,14 @@ def ramp():
     return stickslip.ramp(pair, "belt_speed", (0.2, 1.0), 9)
 
 
-MADE = {"plane": plane, "labelled": labelled, "cells": cells, "borders": borders, "one cell": make_map}
+MADE = {
+    "plane": plane,
+    "labelled": labelled,
+    "cells": cells,
+    "borders": borders,
+    "scatter": scatter,
+    "one cell": make_map,
+}
 MADE |= {"attractors": attractors, "ramp": ramp}
 
 

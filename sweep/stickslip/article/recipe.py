@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stickslip.api import border as find_border
 from stickslip.api import evaluate, simulate
-from stickslip.borders import Scan, search_lines
+from stickslip.borders import Looked, Scan, search_lines
 from stickslip.config.examples import config_path
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
@@ -146,9 +146,9 @@ def border_of_tendency(
 ) -> float:
     """Where along a parameter Eq. (3), evaluated for what occurred in one cell, changes its sign."""
 
-    def signs(_: NDArray[np.int64], place: Floats) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
+    def signs(_: NDArray[np.int64], place: Floats) -> Looked:
         found = evaluate({**some, along: place}, rtol=rtol)["tendency"].values
-        return (found > 0).astype(np.int8), np.isfinite(found)
+        return Looked((found >= 0).astype(np.int8), np.isfinite(found), found)
 
     found, _ = search_lines(1, Scan.over(*between, 2), 1e-11, signs)
     if found.size != 1:

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.borders.lines import Lines, lines_of_config
-from stickslip.borders.search import Brackets, Floats, Integers, Labels, Scan, search_lines
+from stickslip.borders.search import Brackets, Floats, Integers, Looked, Scan, search_lines
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.config.studies import Border
@@ -22,11 +22,12 @@ from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study, joined
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.flags import METHODS, REGIMES
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import BORDER
 
 _LANES_FED = 8  # blocks of so many times more lines than their cells call for: a round of bisection has one cell a line
+_METHOD = METHODS.index("bisection"), METHODS.index("restick_margin")  # by whether the margin led to the border
 UNDECIDED = [REGIMES.index(name) for name in ("not_computed", "unresolved", "failed")]
 
 
@@ -55,7 +56,7 @@ class BorderStudy(Study):
     columns: Mapping[str, np.dtype[Any]] = {
         "found": np.dtype(np.int32), "undecided": np.dtype(np.int32),  # by line; the others by border
         "low": np.dtype(np.float64), "high": np.dtype(np.float64),
-        "below": np.dtype(np.int8), "above": np.dtype(np.int8),
+        "below": np.dtype(np.int8), "above": np.dtype(np.int8), "guided": np.dtype(np.int8),
     }  # fmt: skip
 
     def __init__(self, lines: Lines, limits: Limits, options: Options) -> None:
@@ -79,7 +80,7 @@ class BorderStudy(Study):
             moved(len(items))
         counts = np.bincount(found["line"], minlength=len(items))
         results = {"found": counts, "undecided": undecided} | {
-            name: found[name] for name in ("low", "high", "below", "above")
+            name: found[name] for name in ("low", "high", "below", "above", "guided")
         }
         return Finished({name: results[name].astype(dtype) for name, dtype in self.columns.items()})
 
@@ -114,7 +115,7 @@ def _search(
     """The brackets of some lines, counted from the first of them. Raises StoppedError."""
     others = lines.others(items.start, items.stop)
 
-    def regimes(line: Integers, place: Floats) -> tuple[Labels, NDArray[np.bool_]]:
+    def regimes(line: Integers, place: Floats) -> Looked:
         def cells(start: int, stop: int) -> Cells:
             taken = {name: values[line[start:stop]] for name, values in others.items()}
             return lines.complete(taken | {lines.along: place[start:stop]})
@@ -123,7 +124,7 @@ def _search(
         if not computed.complete:
             raise StoppedError
         found = computed.results["regime"]
-        return found, ~np.isin(found, UNDECIDED)
+        return Looked(found, ~np.isin(found, UNDECIDED), computed.results["restick_margin"])
 
     return search_lines(len(items), scan, limits.tolerance, regimes)
 
@@ -136,7 +137,7 @@ def _table(found: Results) -> dict[str, NDArray[np.float64]]:
     low, high = found["low"], found["high"]
     columns = {
         "border": low + (high - low) / 2, "regime_below": found["below"], "regime_above": found["above"],
-        "border_width": high - low,
+        "border_width": high - low, "method": np.take(_METHOD, found["guided"]),
     }  # fmt: skip
     tables = {name: np.full((counts.size, int(counts.max(initial=0))), np.nan) for name in columns}
     for name, values in columns.items():
@@ -167,7 +168,8 @@ def _told(found: Results, lines: Lines, scan: Scan, limits: Limits, options: Opt
         "border_scan": f"{scan.points} points, {scan.spacing} spacing, {apart} apart: a regime that begins and ends "
         "between two of them can be missed",
         "border_scan_points": scan.points,
-        "border_method": "bisection of the regime",
+        "border_method": "restick_margin where it passes zero at the border, by a bracketed secant (ITP), else "
+        "bisection of the regime: see `method`",
         "border_tolerance": limits.tolerance,
         "border_rtol": options.rtol,
         "border_found": result,

@@ -2,30 +2,51 @@
 
 A line is a number, a place on it a float, a label a small integer. Some places have no label that can be believed; they
 are `undecided`. A bracket is a pair of decided places with different labels and only undecided ones known between.
+
+Beside its label a place may have a number, the guide, whose zero is where the labels change. Where it has opposite
+signs at the ends of a bracket, a secant of it says where to look next (`secant.py`), else the middle is. Which
+part is kept the labels alone decide; so a guide that contradicts them has the same sign at both ends from then on.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.borders.secant import first_reach, guess
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Labels = NDArray[np.int8]
-LabelsAt = Callable[[Integers, Floats], tuple[Labels, NDArray[np.bool_]]]
+Flags = NDArray[np.bool_]
 
-# gap_low, gap_high: the outermost undecided places between low and high; NaN where there are none.
+
+class Looked(NamedTuple):
+    """What is known of places: labels, whether to believe them, and the guide (NaN: none there)."""
+
+    labels: Labels
+    decided: Flags
+    guide: Floats | None = None
+
+
+LabelsAt = Callable[[Integers, Floats], Looked]
+
+# gap_low, gap_high: the outermost undecided places between low and high; NaN where there are none. at_low, at_high: the
+# guide. first, change, reach: width of the bracket and change of the guide when it began to lead, 0 before, and what
+# `secant.py` says of it. guided: whether it led to the end.
 BRACKET = np.dtype(
     [("line", np.int64), ("low", np.float64), ("high", np.float64), ("below", np.int8), ("above", np.int8),
-     ("gap_low", np.float64), ("gap_high", np.float64)]
+     ("gap_low", np.float64), ("gap_high", np.float64), ("at_low", np.float64), ("at_high", np.float64),
+     ("first", np.float64), ("change", np.float64), ("reach", np.float64), ("guided", np.bool_)]
 )  # fmt: skip
 Brackets = NDArray[Any]  # of dtype BRACKET
 _NEAR_ZERO = 1e-3  # of the larger end of a range: places closer to 0 have no scale of their own
 _FAR = 10.0  # ends further apart than this factor are scanned, and halved, by ratio
+_JUMP = 0.01  # share of its change that the guide may keep at the end; one that keeps more jumps and has no zero
 
 
 @dataclass(frozen=True)
@@ -58,22 +79,21 @@ class Scan:
 def search_lines(lines: int, scan: Scan, tolerance: float, labels_at: LabelsAt) -> tuple[Brackets, Integers]:
     """The brackets of all lines, by line and place, and how many places of the scan were undecided, per line.
 
-    labels_at : gives (labels, decided) of places on lines; called with all of them at once, once for the scan and once
-        per round of halving.
+    labels_at : what is known of places on lines; called with all of them at once, once for the scan and once per round.
     Brackets are no wider than `tolerance` of the place (`Scan.width`), unless places inside could not be decided. What
     changes and changes back between two places of the scan is missed.
     """
     places = scan.places
     line, place = np.repeat(np.arange(lines), places.size), np.tile(places, lines)
-    labels, decided = labels_at(line, place)
-    undecided = np.count_nonzero(~decided.reshape(lines, places.size), axis=1)
-    found = _narrowed(_brackets(line, place, labels, decided), scan, tolerance, labels_at)
+    looked = labels_at(line, place)
+    undecided = np.count_nonzero(~looked.decided.reshape(lines, places.size), axis=1)
+    found = _narrowed(_brackets(line, place, looked), scan, tolerance, labels_at)
     return _without_slivers(found, scan, tolerance), undecided
 
 
-def _brackets(line: Integers, place: Floats, labels: Labels, decided: NDArray[np.bool_]) -> Brackets:
-    """The brackets of labelled places in order of line and place."""
-    known = np.flatnonzero(decided)
+def _brackets(line: Integers, place: Floats, looked: Looked) -> Brackets:
+    """The brackets of places in order of line and place."""
+    known, labels = np.flatnonzero(looked.decided), looked.labels
     low, high = known[:-1], known[1:]
     changes = (line[low] == line[high]) & (labels[low] != labels[high])
     low, high = low[changes], high[changes]
@@ -83,11 +103,13 @@ def _brackets(line: Integers, place: Floats, labels: Labels, decided: NDArray[np
     apart = high > low + 1
     found["gap_low"] = np.where(apart, place[np.where(apart, low + 1, 0)], np.nan)
     found["gap_high"] = np.where(apart, place[np.where(apart, high - 1, 0)], np.nan)
+    guide = np.full(place.size, np.nan) if looked.guide is None else looked.guide
+    found["at_low"], found["at_high"] = guide[low], guide[high]
     return found
 
 
 def _narrowed(found: Brackets, scan: Scan, tolerance: float, labels_at: LabelsAt) -> Brackets:
-    """Halve all brackets until they are narrow enough; a third label on the way splits one into two.
+    """Narrow all brackets until they are narrow enough; a third label on the way splits one into two.
 
     A bracket with undecided places is narrowed from both sides towards them.
     """
@@ -96,6 +118,7 @@ def _narrowed(found: Brackets, scan: Scan, tolerance: float, labels_at: LabelsAt
         width, gap = scan.width(tolerance, found["low"], found["high"]), ~np.isnan(found["gap_low"])
         left = _middle(found["low"], np.where(gap, found["gap_low"], found["high"]), width)
         right = np.where(gap, _middle(found["gap_high"], found["high"], width), np.nan)
+        _follow_guide(found, left, right, width)
         narrow = np.isnan(left) & np.isnan(right)
         done.append(found[narrow])
         found, left, right = found[~narrow], left[~narrow], right[~narrow]
@@ -105,25 +128,62 @@ def _narrowed(found: Brackets, scan: Scan, tolerance: float, labels_at: LabelsAt
 
 def _middle(low: Floats, high: Floats, width: Floats) -> Floats:
     """A place between two, by ratio where they are far apart; NaN where they are near enough or neighbours."""
-    far = (low > 0) & (high >= _FAR * low)
     with np.errstate(invalid="ignore"):
-        middle = np.where(far, np.sqrt(low) * np.sqrt(high), low + (high - low) / 2)
+        middle = np.where(_far_apart(low, high), np.sqrt(low) * np.sqrt(high), low + (high - low) / 2)
     return np.where((high - low > width) & (low < middle) & (middle < high), middle, np.nan)
+
+
+def _far_apart(low: Floats, high: Floats) -> Flags:
+    return np.asarray((low > 0) & (high >= _FAR * low))
+
+
+def _follow_guide(found: Brackets, left: Floats, right: Floats, width: Floats) -> None:
+    """Let the guide, where there is one, say which places inside each bracket are looked at next, in place of middles.
+
+    It may have led right to the border, where places tend to be undecided: then both sides of these are next.
+    left, right : the middles, NaN where it is narrow enough; changed, as the notes on the guide in `found` are.
+    """
+    low, high, at_low, at_high = (found[name] for name in ("low", "high", "at_low", "at_high"))
+    leads = ((at_low < 0) != (at_high < 0)) & np.isfinite(at_low) & np.isfinite(at_high)
+    begins = leads & (found["first"] == 0) & ~_far_apart(low, high)
+    for name, values in {"first": high - low, "change": np.abs(at_high - at_low)}.items():
+        found[name][begins] = values[begins]
+    found["reach"][begins] = first_reach(high[begins] - low[begins], width[begins])
+    leads &= found["first"] > 0
+    found["guided"] = leads & (np.abs(at_high - at_low) <= _JUMP * found["change"])
+    gap = ~np.isnan(found["gap_low"])
+    at = np.flatnonzero(leads & gap)
+    aside = np.maximum(width[at] / 4, found["gap_high"][at] - found["gap_low"][at])
+    left[at] = np.maximum(left[at], found["gap_low"][at] - aside)  # NaN stays NaN
+    right[at] = np.minimum(right[at], found["gap_high"][at] + aside)
+    at = np.flatnonzero(leads & ~gap & ~np.isnan(left))
+    ends = low[at] + width[at] / 2, high[at] - width[at] / 2  # so that both ends close in
+    there = guess(low[at], high[at], at_low[at], at_high[at], found["first"][at], found["reach"][at])
+    there = np.clip(there, *ends)
+    left[at] = np.where((low[at] < there) & (there < high[at]), there, left[at])
+    found["reach"] /= 2
 
 
 def _looked_at(found: Brackets, left: Floats, right: Floats, labels_at: LabelsAt) -> Brackets:
     """The brackets within these once the places `left` and `right` (NaN: none) have labels."""
     places = np.stack([found["low"], left, found["gap_low"], found["gap_high"], right, found["high"]], axis=1)
     labels, decided = np.zeros(places.shape, np.int8), np.zeros(places.shape, np.bool_)
+    guide = np.full(places.shape, np.nan)
     labels[:, 0], labels[:, -1] = found["below"], found["above"]
+    guide[:, 0], guide[:, -1] = found["at_low"], found["at_high"]
     decided[:, [0, -1]] = True
     new = np.zeros(places.shape, np.bool_)
     new[:, [1, 4]] = ~np.isnan(places[:, [1, 4]])
     bracket = np.broadcast_to(np.arange(found.size)[:, np.newaxis], places.shape)
-    labels[new], decided[new] = labels_at(found["line"][bracket[new]], places[new])
+    looked = labels_at(found["line"][bracket[new]], places[new])
+    labels[new], decided[new] = looked.labels, looked.decided
+    if looked.guide is not None:
+        guide[new] = looked.guide
     there = ~np.isnan(places)
-    inner = _brackets(bracket[there], places[there], labels[there], decided[there])
-    inner["line"] = found["line"][inner["line"]]
+    inner = _brackets(bracket[there], places[there], Looked(labels[there], decided[there], guide[there]))
+    outer = found[inner["line"]]
+    for name in ("line", "first", "change", "reach"):
+        inner[name] = outer[name]
     return inner
 
 
@@ -138,5 +198,6 @@ def _without_slivers(found: Brackets, scan: Scan, tolerance: float) -> Brackets:
         if not near.any():
             break
         first["high"][near], first["above"][near] = second["high"][near], second["above"][near]
+        first["guided"][near] &= second["guided"][near]
         found = np.delete(found, np.flatnonzero(near) + 1)
     return found

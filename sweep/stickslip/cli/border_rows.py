@@ -31,7 +31,7 @@ def _rows(ds: xr.Dataset) -> Iterator[str]:
 
     from stickslip.dataset.axis import MapAxis
     from stickslip.vocabulary import units
-    from stickslip.vocabulary.flags import REGIMES
+    from stickslip.vocabulary.flags import METHODS, REGIMES
 
     axes = [MapAxis(ds, dim, plain=True) for dim in ds["border"].dims[:-1]]
     unit = units.spelled(ds["border"].attrs["units"])
@@ -40,4 +40,5 @@ def _rows(ds: xr.Dataset) -> Iterator[str]:
         where = ", ".join(axis.heading(int(i)) for axis, i in zip(axes, place, strict=False))
         below, above = (REGIMES[int(one[name])] for name in ("regime_below", "regime_above"))
         value = f"{float(one['border']):.12g} {unit}".rstrip()
-        yield f"{where}{': ' if where else ''}{below} -> {above} at {value} (width {float(one['border_width']):.2g})"
+        how = f"width {float(one['border_width']):.2g}, by {METHODS[int(one['method'])]}"
+        yield f"{where}{': ' if where else ''}{below} -> {above} at {value} ({how})"

@@ -37,7 +37,7 @@ def run_request(request: Request, plot: Path | None, keep: list[str]) -> None:
     if plot is not None:
         check_plot(plot)
     work = Work(request.config)
-    screen.terminal().print(f"{request.config.title}\n{screen.describe(work.study)}", markup=False)
+    screen.terminal().print(f"{request.config.title}\n{work.study.described()}", markup=False)
     if request.output is None and request.place is None:
         if request.shard is not None:
             fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")

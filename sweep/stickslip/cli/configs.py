@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import screen
 from stickslip.cli.common import DONE, WRONG_INPUT, config_file, fail
 
 if TYPE_CHECKING:
@@ -34,7 +33,7 @@ def validate(configs: tuple[Path, ...]) -> None:
     for path in map(config_file, configs):
         try:
             config = load_rig(path).config if is_rig(path) else load_config(path)
-            click.echo(f"{path}: valid, {screen.describe(study_of(config))}")
+            click.echo(f"{path}: valid, {study_of(config).described()}")
             _show(config)
         except ConfigError as error:
             click.echo(str(error), err=True)

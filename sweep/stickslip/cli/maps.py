@@ -103,23 +103,28 @@ def plan(config: Path) -> None:
     from stickslip.runs.assembly import IN_MEMORY
     from stickslip.runs.probe import probe
     from stickslip.runs.work import Work
+    from stickslip.uncertainty import sample_study
 
     loaded = load_config(config)
     work = Work(loaded)
     study, blocks, options = work.study, work.blocks, work.options
     prepare_kernels(loaded.friction.law)
-    tried = probe(build_grid(loaded), options)
+    grid = build_grid(loaded)
+    tried = probe(grid if loaded.uncertain is None else sample_study(loaded), options)
     each, cells = engine.bytes_per_cell(options), study.cells_each * work.size
     console = screen.terminal()
-    console.print(f"{loaded.title}\n{screen.describe(study)}", markup=False)
+    console.print(f"{loaded.title}\n{study.described()}", markup=False)
     largest = min(blocks.length, work.size)
     console.print(f"blocks   {blocks.count:,} of up to {largest:,} {study.counted}, {tried.threads} at a time")
-    together = _MEMORY_OF_BLOCK * tried.threads * largest * study.weight + 2 * min(work.size, IN_MEMORY)
+    together = _MEMORY_OF_BLOCK * tried.threads * largest * study.weight + 2 * min(grid.size, IN_MEMORY)
     needed = screen.memory(together * each)
-    if study.counted == "cells":
-        whole = screen.memory(work.size * each)
+    if study.name == "map":
+        whole, stored = screen.memory(grid.size * each), screen.memory(cells * each)
+        if loaded.refine is not None:
+            console.print(f"cells    about {cells:,} are computed; more if the borders between regimes are long")
         console.print(f"memory   about {needed} besides the program ({whole} without a file)")
-        console.print(f"disk     up to {whole} for finished blocks, and as much for the {study.name}")
+        map_size = "as much" if stored == whole else f"{whole}, before compression,"
+        console.print(f"disk     up to {stored} for finished blocks, and {map_size} for the map")
     console.print(
         f"time     about {screen.duration_text(tried.seconds_per_cell * cells)} "
         f"({1 / tried.seconds_per_cell:,.0f} cells/s, from {tried.cells:,} cells spread over the map)"

@@ -35,7 +35,7 @@ Examples:
 )
 @reports_wrong_input
 def plot(file: Path, variable: str | None, select: tuple[str, ...], no_borders: bool, output: Path | None) -> None:
-    """Plot a result: a map, a trajectory, attractors, or a ramp."""
+    """Plot a result: a map, probabilities, a trajectory, attractors, or a ramp."""
     from stickslip import plots
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError
@@ -59,11 +59,15 @@ def plot(file: Path, variable: str | None, select: tuple[str, ...], no_borders: 
 def _drawn(ds: xr.Dataset, variable: str | None, places: dict[str, str], borders: bool) -> Figure:
     """The plot that suits the kind of result."""
     from stickslip import plots
+    from stickslip.dataset import select as selection
 
     if "time" in ds.dims:
         return plots.plot_trace(ds)
     if "direction" in ds.dims:
         return plots.plot_ramp(ds, variable or "velocity_amplitude", select=places)
+    if "probability" in ds and variable is None:
+        state = places.pop("state", "stick_slip")
+        return plots.plot_probability(selection.selected(ds, places)[0], state)
     if "settling_share" in ds and variable is None:
         left = set(ds["settling_share"].dims) - set(places)
         if len(left) == 1:

@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import prod
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from stickslip.engine import Options
-    from stickslip.study import Study
 
 _WIDE = 1000  # characters, wider than any table
 
@@ -60,13 +58,6 @@ def duration_text(seconds: float) -> str:
 def share_text(fraction: float) -> str:
     """A share, for people; a few cells of very many are not "0.0%"."""
     return "<0.1%" if 0.0 < fraction < 0.0005 else f"{fraction:.1%}"
-
-
-def describe(study: Study) -> str:
-    """`57,600 cells: stiffness (240) x belt_speed (240)`."""
-    size, counted = prod(study.shape), study.counted
-    axes = " x ".join(f"{dim} ({length})" for dim, length in zip(study.dims, study.shape, strict=True))
-    return f"{size:,} {counted if size != 1 else counted.removesuffix('s')}" + (f": {axes}" if axes else "")
 
 
 @contextmanager
@@ -119,8 +110,10 @@ class Done:
 
 def rate(done: Done) -> str:
     """`57,600 cells in 0.1 s, 576,000 cells/s on 2 threads`."""
-    each = f"{done.computed / max(done.seconds, 1e-9):,.0f} {done.counted}/s"
-    return f"{done.computed:,} {done.counted} in {duration_text(done.seconds)}, {each} on {done.machines}"
+    per_second = done.computed / max(done.seconds, 1e-9)
+    each = f"{per_second:,.0f} {done.counted}/s" if per_second >= 10.0 else f"{per_second:.2g} {done.counted}/s"
+    counted = done.counted if done.computed != 1 else done.counted.removesuffix("s")
+    return f"{done.computed:,} {counted} in {duration_text(done.seconds)}, {each} on {done.machines}"
 
 
 def show_map(ds: xr.Dataset, output: Path | None) -> None:

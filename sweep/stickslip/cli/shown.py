@@ -1,4 +1,4 @@
-"""What the command says of a result: a map, borders, attractors; each knows what is worth a line, and its plot."""
+"""What the command says of a result: a map, borders, ...; each kind knows what is worth a line, and how it is drawn."""
 
 from __future__ import annotations
 
@@ -27,8 +27,15 @@ def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> 
         from stickslip.cli.attractor_rows import show_attractors
 
         show_attractors(ds)
+    elif "probability" in ds:
+        from stickslip.cli.probability_rows import show_probabilities
+
+        show_probabilities(ds)
     else:
         screen.show_map(ds, output)
+    if "audit" in ds.attrs:
+        click.echo(f"refined  {ds.attrs['refine_cells_computed']:,} cells computed for {ds['regime'].size:,}")
+        click.echo(f"audit    {ds.attrs['audit']}")
     click.echo(screen.rate(done))
     if output is not None:
         name = "map" if "regime" in ds else "written"
@@ -39,7 +46,7 @@ def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> 
 
 def is_drawn(ds: xr.Dataset) -> bool:
     """Whether there is a plot of this result."""
-    return any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
+    return "probability" in ds or any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
 
 
 def figure(ds: xr.Dataset) -> Figure:
@@ -48,5 +55,5 @@ def figure(ds: xr.Dataset) -> Figure:
 
     if "settling_share" in ds:
         return plots.plot_attractors(ds) if ds["settling_share"].ndim == 1 else plots.plot_map(ds, "settling_share")
-    drawn: Callable[[xr.Dataset], Figure] = plots.plot_map
+    drawn: Callable[[xr.Dataset], Figure] = plots.plot_probability if "probability" in ds else plots.plot_map
     return drawn(ds)

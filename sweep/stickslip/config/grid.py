@@ -83,9 +83,16 @@ class Grid:
         """The same as they are given, before a1 to a3 follow from what is measured of the curve."""
         if not 0 <= start <= stop <= self.size:
             raise IndexError(f"cells {start} to {stop} of a grid of {self.size}")
-        flat = np.arange(start, stop, dtype=np.int64)
-        points = np.unravel_index(flat, self.shape) if self.shape else ()
-        known = {name: np.full(flat.size, value) for name, value in (self.fixed | self._measured).items()}
+        return self.quantities_at(np.arange(start, stop, dtype=np.int64))
+
+    def at(self, cells: NDArray[np.int64]) -> dict[str, Floats]:
+        """The parameters of the cells of these numbers, in any order."""
+        return parameters_of(self.quantities_at(cells))
+
+    def quantities_at(self, cells: NDArray[np.int64]) -> dict[str, Floats]:
+        """The same as they are given."""
+        points = np.unravel_index(cells, self.shape) if self.shape else ()
+        known = {name: np.full(cells.size, value) for name, value in (self.fixed | self._measured).items()}
         return known | {name: column.values[points[column.dimension]] for name, column in self._columns.items()}
 
 

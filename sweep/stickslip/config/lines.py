@@ -28,6 +28,9 @@ def line_along(config: Config, along: str, between: Between | None) -> Line:
     """The lines along a parameter; without a range, over that of its axis. Raises ArgumentError."""
     if config.drive is not None:
         raise ArgumentError("along", "the configuration has a drive: cells of a rig have no regime to search for")
+    if config.uncertain is not None:
+        what = "the configuration has uncertain quantities, and a border is that of known ones; leave uncertain out"
+        raise ArgumentError("along", what)
     names = {member.name for axis in config.axes for member in members(axis)} | set(config.fixed())
     forms = ((REPLACED, tuple(MEASURED)), (tuple(MEASURED), REPLACED))
     for own_form, other in forms:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import (
     Drive,
     Execution,
@@ -28,7 +29,7 @@ from stickslip.config.sections import (
     one_of,
     refused,
 )
-from stickslip.config.studies import Attractors, Border
+from stickslip.config.studies import Attractors, Border, Refine
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -160,7 +161,8 @@ class Config(Section):
 
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
     drive, sensor : of a test rig; None where the belt moves at a constant speed.
-    border, attractors : what is asked for instead of a map, at most one of them; None for a map.
+    border, attractors, refine, uncertain : what is asked for instead of a map of all cells, at most one of them.
+    Quantities that are uncertain are neither fixed nor along an axis.
     """
 
     title: str
@@ -175,6 +177,8 @@ class Config(Section):
     sensor: Sensor | None = None
     border: Border | None = None
     attractors: Attractors | None = None
+    refine: Refine | None = None
+    uncertain: Uncertain | None = None
 
     def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; `quantities.MEASURED` among them where they were given."""

@@ -101,7 +101,7 @@ def value_of(name: str, text: str, option: str) -> float:
 def _plain(recipe: Recipe) -> dict[str, Any]:
     """The recipe as plain data with every section that holds quantities."""
     if isinstance(recipe, Config):
-        return recipe.resolved()
+        return recipe.model_copy(update={"uncertain": None}).resolved()  # its quantities need values as axes do
     sections: dict[str, Any] = {quantity.section: {} for quantity in QUANTITIES.values() if quantity.name not in DRIVE}
     sections["axes"] = {}
     given = {name: {key: value for key, value in keys.items() if value is not None} for name, keys in recipe.items()}

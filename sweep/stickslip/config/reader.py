@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from stickslip.config import examples, kinds, rules
+from stickslip.config import examples, kinds, refined, rules
 from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
@@ -33,11 +33,12 @@ from stickslip.config.sections import (
 )
 from stickslip.config.states import STATES_IN_BOX, state_axes
 from stickslip.config.studies import STUDIES
+from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ArgumentError, ConfigError, Path, dotted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.results import MAP_VARIABLES
 from stickslip.vocabulary.words import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
@@ -111,16 +112,16 @@ class _Reader(Complaints):
         raw_axes = self._mapping_of(data.get("axes"), ("axes",))
         sections = {key: self._section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
         axes = [axis for name, value in raw_axes.items() if (axis := self._axis(name, value)) is not None]
-        given = self._given(raw, raw_axes)
+        studies = self._studies(data, sections["solver"])  # type: ignore[arg-type]
+        given = self._given(raw, raw_axes, data.get("uncertain"))
         self._check_once(given)
         self._check_curve(given)
         self._check_law(sections["friction"], given)
         for found in kinds.ramp_of_no_use(sections["drive"], given):  # type: ignore[arg-type]
             self.add(found.path, found.message, found.hint, at_key=True)
-        studies = self._studies(data)
         fixed = _fixed(sections[key] for key in QUANTITY_SECTIONS)
         fixed = kinds.with_ramp(self._rig, fixed, sections["drive"], "ramp" in given)  # type: ignore[arg-type]
-        for finding in rules.findings(rules.Space(fixed, axes)):
+        for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"))):
             got = finding.got or self.text(finding.path)
             self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
         self.raise_any()
@@ -129,21 +130,25 @@ class _Reader(Complaints):
             absent = {name: QUANTITIES[name].default for name in own if name not in given}
             sections[key] = sections[key].model_copy(update=absent)
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
-        config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})  # type: ignore[arg-type]
+        config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})
         self._check_lines(config)
         self._check_states(config)
+        self._check_boxes(config)
         self.raise_any()
         return config
 
     # --- something else than a map ------------------------------------------------------------------------------------
 
-    def _studies(self, data: Mapping[str, Any]) -> dict[str, Section]:
+    def _studies(self, data: Mapping[str, Any], solver: Solver) -> dict[str, Any]:
         """The section that asks for something else than a map, if there is one; there cannot be two."""
         keys = [key for key in data if key in STUDIES]
         for key in keys[1:]:
             self.add((key,), f"got {key} besides {keys[0]}{self.line((keys[0],))}, expected one of them", at_key=True)
-        found = {}
+        found: dict[str, Any] = {}
         for key in keys:
+            if key == "uncertain":
+                found[key] = read_uncertain(self, data[key], self._section, solver.early_stop)
+                continue
             known = self.known_keys(self._mapping_of(data[key], (key,)), (key,), STUDIES[key].model_fields)
             if (section := self._valid(STUDIES[key], known, (key,))) is not None:
                 found[key] = section
@@ -168,6 +173,12 @@ class _Reader(Complaints):
             return
         for path in state_axes(config):
             self.add(path, STATES_IN_BOX, at_key=True)
+
+    def _check_boxes(self, config: Config) -> None:
+        """There is an axis along which a map can be refined."""
+        for finding in refined.broken_rules(config.axes, config.refine) if config.refine else ():
+            got = finding.got or self.text(finding.path)
+            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint, at_key=bool(finding.got))
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
 
@@ -265,7 +276,7 @@ class _Reader(Complaints):
     def _group(self, path: Path, raw: Mapping[str, Any]) -> Group | None:
         """Quantities that vary together, under a name of their own."""
         name, before = str(path[-1]), len(self.problems)
-        if name in QUANTITIES or name in VARIABLES or not _GROUP_NAME.fullmatch(name):
+        if name in QUANTITIES or name in MAP_VARIABLES or not _GROUP_NAME.fullmatch(name):
             expected = "a name of its own for the group: a word that is no quantity and no result"
             self.add(path, f"got the name {name}, expected {expected}", at_key=True)
         lists = raw.get("zip")
@@ -308,10 +319,14 @@ class _Reader(Complaints):
 
     # --- every quantity exactly once ----------------------------------------------------------------------------------
 
-    def _given(self, raw: Mapping[str, Mapping[str, Any]], axes: Mapping[str, Any]) -> dict[str, list[Path]]:
+    def _given(
+        self, raw: Mapping[str, Mapping[str, Any]], axes: Mapping[str, Any], uncertain: object
+    ) -> dict[str, list[Path]]:
         """Where each quantity is given, rightly or wrongly."""
         paths: list[Path] = [(key, name) for key, model in QUANTITY_SECTIONS.items()
                              for name in raw[key] if name in model.model_fields and name in QUANTITIES]  # fmt: skip
+        scattered = uncertain.get("quantities") if isinstance(uncertain, dict) else None
+        paths += [(*QUANTITIES_PATH, name) for name in scattered or () if name in QUANTITIES]
         given: dict[str, list[Path]] = {}
         for path in [*paths, *kinds.varied_paths(axes)]:
             given.setdefault(str(path[-1]), []).append(path)

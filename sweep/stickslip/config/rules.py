@@ -10,18 +10,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.config.model import Axis, Group, Range, Values
+from stickslip.config.scatter import Uncertain
 from stickslip.errors import Path
 from stickslip.vocabulary.curve import coefficients
 from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
 
 MOST_CELLS = 10_000_000_000
 _ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
+_TRIED_DRAWS = 2**12  # what is rarer is met while computing, and such draws are `failed` there
 
 Floats = NDArray[np.float64]
 
@@ -29,7 +32,7 @@ Floats = NDArray[np.float64]
 class Finding(NamedTuple):
     """One inconsistency: the value at `path` does not fit the rest.
 
-    got : what was found, where that is not the value itself.
+    got : what was found, where that is not the value itself: of uncertain quantities, the worst of their draws.
     """
 
     path: Path
@@ -40,14 +43,28 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Space:
-    """The quantities that were read without problems: what is fixed (NaN for words), and the axes."""
+    """The quantities that were read without problems: what is fixed (NaN for words), varied, and uncertain."""
 
     fixed: Mapping[str, float]
     axes: Sequence[Axis]
+    uncertain: Uncertain | None = None
+
+    @cached_property
+    def drawn(self) -> Mapping[str, Floats]:
+        """Some draws of the uncertain quantities, as many of each, to hold the rules against."""
+        if self.uncertain is None:
+            return {}
+        normals = np.random.default_rng(1).standard_normal((_TRIED_DRAWS, len(self.uncertain.names)))
+        return self.uncertain.values(normals)
+
+    @property
+    def draws_per_cell(self) -> int:
+        """Cells computed for each cell of the axes."""
+        return 1 if self.uncertain is None else self.uncertain.draws_per_cell
 
     def names(self) -> set[str]:
-        """All quantities, fixed or varied."""
-        return set(self.fixed) | {member.name for axis in self.axes for member in members(axis)}
+        """All quantities, fixed, varied or uncertain."""
+        return set(self.fixed) | set(self.drawn) | {member.name for axis in self.axes for member in members(axis)}
 
 
 def members(axis: Axis) -> tuple[Range | Values, ...]:
@@ -57,9 +74,10 @@ def members(axis: Axis) -> tuple[Range | Values, ...]:
 
 def findings(space: Space) -> Iterator[Finding]:
     """Everything that is wrong between the quantities of `space`. Rules about absent quantities are left out."""
-    cells = math.prod(axis.size for axis in space.axes)
+    cells = math.prod(axis.size for axis in space.axes) * space.draws_per_cell
     if cells > MOST_CELLS:
         shape = " x ".join(str(axis.size) for axis in space.axes)
+        shape += f" x {space.draws_per_cell} draws" if space.draws_per_cell > 1 else ""
         number = f"{cells:.3g}" if cells < 10**15 else f"10^{len(str(cells)) - 1}"  # no float is as large as some grids
         got = f"{number} cells ({shape})"
         yield Finding(("axes",), f"at most {MOST_CELLS:.0e}", "use fewer points, or fewer axes", got)
@@ -99,7 +117,7 @@ def _start(space: Space) -> Iterator[Finding]:
     cell = _worst(space, {"a1": -1, "a3": -1}, lambda p: p["a1"] + p["a3"])
     if cell and cell.margin < -_ROUNDING * cell.values["a1"]:
         hint = "the curve starts at mu_start = a1 + a3, which is the static friction"
-        yield Finding(cell.paths["a3"], f"at least -a1 = {-cell.values['a1']:.6g}", hint)
+        yield Finding(cell.paths["a3"], f"at least -a1 = {-cell.values['a1']:.6g}", cell.hint(hint), cell.got("a3"))
 
 
 def _stop(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
@@ -107,7 +125,8 @@ def _stop(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
     cell = _worst(space, {"mu_stop": 1, **{name: -1 for name in curve}}, lambda p: _total(p, curve) - p["mu_stop"])
     if cell and cell.margin < -_ROUNDING * cell.values["mu_stop"]:
         hint = "friction at standstill cannot exceed that at break-away"
-        yield Finding(cell.paths["mu_stop"], f"at most {_start_text(cell.values, curve)}", hint)
+        expected = f"at most {_start_text(cell.values, curve)}"
+        yield Finding(cell.paths["mu_stop"], expected, cell.hint(hint), cell.got("mu_stop"))
 
 
 def _static(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
@@ -115,7 +134,8 @@ def _static(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
     cell = _worst(space, {"mu_static": -1, **curve}, lambda p: p["mu_static"] - _total(p, curve))
     if cell and cell.margin < -_ROUNDING * _total(cell.values, curve):
         hint = "static friction is at least that of the curve; leave mu_static out for mu_start"
-        yield Finding(cell.paths["mu_static"], f"at least {_start_text(cell.values, curve)}", hint)
+        expected = f"at least {_start_text(cell.values, curve)}"
+        yield Finding(cell.paths["mu_static"], expected, cell.hint(hint), cell.got("mu_static"))
 
 
 def _measured(space: Space) -> Iterator[Finding]:
@@ -123,14 +143,16 @@ def _measured(space: Space) -> Iterator[Finding]:
     cell = _worst(space, {"mu_reversal": 1, "mu_start": -1}, lambda p: p["mu_start"] - p["mu_reversal"])
     if cell and cell.margin <= 0:
         hint = "a curve without a minimum is given by a1, a2, a3 and a4, with a3: 0"
-        yield Finding(cell.paths["mu_reversal"], f"less than mu_start = {cell.values['mu_start']:.6g}", hint)
+        expected = f"less than mu_start = {cell.values['mu_start']:.6g}"
+        yield Finding(cell.paths["mu_reversal"], expected, cell.hint(hint), cell.got("mu_reversal"))
         return
     cell = _worst(space, {"mu_start": 1, "mu_reversal": -1, "v_reversal": -1, "a4": 1}, _constant_part)
     if cell and cell.margin < 0:
         v = cell.values
         rest = ", ".join(f"{name} = {v[name]:.6g}" for name in ("mu_start", "mu_reversal", "a4"))
         expected = f"more: with {rest} it makes a1 = {cell.margin:.3g}, which is below 0"
-        yield Finding(cell.paths["v_reversal"], expected, "raise v_reversal or lower a4")
+        hint = cell.hint("raise v_reversal or lower a4")
+        yield Finding(cell.paths["v_reversal"], expected, hint, cell.got("v_reversal"))
 
 
 def _drive(space: Space) -> Iterator[Finding]:
@@ -172,11 +194,25 @@ def _start_text(p: Mapping[str, float], curve: Mapping[str, int]) -> str:
 
 @dataclass(frozen=True)
 class _Cell:
-    """One cell: the margin there, the values it comes from, and their positions in the file."""
+    """One cell: the margin there, the values it comes from, and their positions in the file.
+
+    wrong_draws : share of the draws with a margin below 0 in some cell; None where nothing uncertain is involved.
+    """
 
     margin: float
     values: Mapping[str, float]
     paths: Mapping[str, Path]
+    wrong_draws: float | None = None
+
+    def got(self, name: str) -> str | None:
+        """What was found, where that is not what the file says but a draw of it, or of what it is compared with."""
+        if self.wrong_draws is None:
+            return None
+        return f"{self.values[name]:.6g} in the worst draw ({100 * self.wrong_draws:.2g} % of them are impossible)"
+
+    def hint(self, otherwise: str) -> str:
+        """The next step."""
+        return otherwise if self.wrong_draws is None else f"{otherwise}; truncate the distribution"
 
 
 def _worst(space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str, Floats]], Floats]) -> _Cell | None:
@@ -190,12 +226,15 @@ def _worst(space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str
     columns: dict[str, Floats] = {n: np.asarray(space.fixed[n], np.float64) for n in worse if n in space.fixed}
     indices: dict[str, tuple[Axis, int, NDArray[np.intp]]] = {}
     involved = [axis for axis in space.axes if any(m.name in worse for m in members(axis))]
+    drawn = {name: values for name, values in space.drawn.items() if name in worse}
+    dimensions = len(involved) + bool(drawn)
     for number, axis in enumerate(involved):
         here = {m.name: m.points() for m in members(axis) if m.name in worse}
         chosen = _candidates(here, worse)
         for name, points in here.items():
-            columns[name] = points[chosen].reshape([-1 if i == number else 1 for i in range(len(involved))])
+            columns[name] = points[chosen].reshape([-1 if i == number else 1 for i in range(dimensions)])
             indices[name] = (axis, number, chosen)
+    columns |= drawn  # along the last dimension
     margins = np.atleast_1d(margin(columns))
     if np.isnan(margins).all():
         return None
@@ -205,7 +244,9 @@ def _worst(space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str
         n: _path(indices[n][0], n, int(indices[n][2][at[indices[n][1]]])) if n in indices else _section_path(n)
         for n in worse
     }
-    return _Cell(float(margins[at]), values, paths)
+    paths |= {name: ("uncertain", "quantities", name) for name in drawn}
+    wrong = float((margins < 0).any(axis=tuple(range(margins.ndim - 1))).mean()) if drawn else None
+    return _Cell(float(margins[at]), values, paths, wrong)
 
 
 def _candidates(points: Mapping[str, Floats], worse: Mapping[str, int]) -> NDArray[np.intp]:

@@ -11,6 +11,7 @@ from typing import Any
 
 from stickslip.config.addresses import LOCAL, PATTERN
 from stickslip.config.reader import DEFAULT_TITLE, SECTIONS
+from stickslip.config.scatter import ARGUMENTS, MAY_SCATTER, METRICS, Sampling, Subset, Uncertain
 from stickslip.config.sections import OUTPUT_SUFFIXES, PLOT_SUFFIXES, Section
 from stickslip.config.studies import STUDIES
 from stickslip.vocabulary import units
@@ -40,10 +41,47 @@ def json_schema() -> Schema:
                 "description": "what the map shows",
             },
             "axes": _axes(),
-            **{key: _section(model) for key, model in (SECTIONS | STUDIES).items()},
+            **{key: _section(model) for key, model in (SECTIONS | STUDIES).items() if key != "uncertain"},
+            "uncertain": _uncertain(),
             **{key: _judged(key) for key in _JUDGED},
         },
     }
+
+
+def _uncertain() -> Schema:
+    """Quantities that scatter, and how they are drawn."""
+    forms = [
+        {name: {"type": "number", "exclusiveMinimum": 1} if name == "factor" else _VALUE for name in arguments}
+        for arguments in ARGUMENTS.values()
+    ]
+    kinds: Schema = {
+        kind: {"type": "object", "additionalProperties": False, "properties": form, "minProperties": 1}
+        for kind, form in zip(ARGUMENTS, forms, strict=True)
+    }
+    pair = {"type": "array", "minItems": 2, "maxItems": 2, "items": _VALUE}
+    kinds["uniform"] = {"anyOf": [kinds["uniform"], pair]}
+    ends = {"type": "object", "additionalProperties": False, "properties": {"low": _VALUE, "high": _VALUE}}
+    one = {"type": "object", "additionalProperties": False, "properties": {**kinds, "truncated": ends}}
+    quantities = {
+        name: {"description": _described(row)["description"], **one, "minProperties": 1}
+        for name, row in MAY_SCATTER.items()
+    }
+    matrix = _object(
+        {
+            "between": {"type": "array", "minItems": 2, "uniqueItems": True, "items": {"enum": list(MAY_SCATTER)}},
+            "matrix": {"type": "array", "minItems": 2, "items": {"type": "array", "items": {"type": "number"}}},
+        },
+        "some of the quantities, and a row of numbers for each",
+    )
+    matrices = {"anyOf": [matrix, {"type": "array", "items": matrix}]}
+    own: Schema = {
+        "quantities": {"type": "object", "additionalProperties": False, "properties": quantities},
+        "correlation": matrices | {"description": "of the normal deviates of quantities (a Gaussian copula)"},
+        "covariance": matrices | {"description": "of normal quantities, in SI; it says their standard deviations"},
+        "subset": _section(Subset),
+    }
+    found = _object({**_section(Sampling)["properties"], **own}, str(Uncertain.__doc__).splitlines()[0])
+    return found | {"anyOf": [{"required": ["quantities"]}, {"required": ["fit"]}]}
 
 
 def _judged(key: str) -> Schema:
@@ -152,7 +190,7 @@ def _section(model: type[Section]) -> Schema:
             continue
         properties[name] = {"description": field.description, **_OTHERS[name]}
         if field.default is not None and not field.is_required():
-            properties[name]["default"] = field.default
+            properties[name]["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
     required = [name for name, field in model.model_fields.items() if field.is_required()]
     return _object(properties, str(model.__doc__)) | ({"required": required} if required else {})
 
@@ -169,9 +207,13 @@ _OTHERS: Schema = {  # what is not a number
     "displacement": _RANGE,
     "velocity": _RANGE,
     "law": {"enum": list(LAWS)},
+    "interpolate": {"type": "boolean"},
     "fit": _file_name(".csv"),
     "profile": {"enum": list(PROFILES)},
     "early_stop": {"type": "boolean"},
+    "indices": {"type": "boolean"},
+    "metrics": {"type": "array", "uniqueItems": True, "items": {"enum": list(METRICS)}},
+    "quantiles": {"type": "array", "uniqueItems": True, "items": {"exclusiveMinimum": 0, "exclusiveMaximum": 1}},
     "dask": {"type": "string", "pattern": PATTERN, "examples": ["tcp://host:8786", LOCAL]},
     "file": _file_name(*OUTPUT_SUFFIXES),
     "plot": _file_name(*PLOT_SUFFIXES),

@@ -7,9 +7,10 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
+from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Section, number, of_row, refused
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import ATTRACTORS, BORDER, RANDOMISATIONS
+from stickslip.vocabulary.settings import ATTRACTORS, BORDER, RANDOMISATIONS, REFINE
 from stickslip.vocabulary.words import listed, nearest
 
 
@@ -118,7 +119,28 @@ class Attractors(Section):
         return super().resolved() | {"displacement": list(self.displacement), "velocity": list(self.velocity)}
 
 
-STUDIES: dict[str, type[Section]] = {"border": Border, "attractors": Attractors}
+class Refine(Section):
+    """A map of which cells are computed only where regimes meet, and at few points elsewhere."""
+
+    rows = REFINE
+    depth: int = of_row(REFINE["depth"])
+    audit: float = of_row(REFINE["audit"])
+    interpolate: bool = Field(False, description="whether cells that are not computed get metrics between others")
+
+    @field_validator("interpolate", mode="before")
+    @classmethod
+    def _interpolate(cls, value: object) -> bool:
+        if not isinstance(value, bool):
+            raise refused("true or false")
+        return value
+
+
+STUDIES: dict[str, type[Section]] = {
+    "border": Border,
+    "attractors": Attractors,
+    "refine": Refine,
+    "uncertain": Uncertain,
+}
 
 
 def parameter(value: object) -> str:

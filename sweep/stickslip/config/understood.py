@@ -7,7 +7,9 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from stickslip.config.model import Config, Range, Values
+from stickslip.config.refined import refined_axes
 from stickslip.config.rules import members
+from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Sensor
 from stickslip.config.studies import Attractors, Border
 from stickslip.vocabulary import units
@@ -44,6 +46,10 @@ def understood(config: Config) -> Iterator[Row]:
         yield _border(config.border)
     if config.attractors is not None:
         yield from _box(config.attractors)
+    if config.refine is not None:
+        yield _refine(config)
+    if config.uncertain is not None:
+        yield from _uncertain(config.uncertain)
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))
@@ -67,6 +73,25 @@ def _box(asked: Attractors) -> Iterator[Row]:
         unit = units.spelled(QUANTITIES[name].units)
         yield Row(f"attractors from {name}", f"{low:.6g} to {high:.6g} {unit}", f"starting states: {name}")
     yield Row("samples", f"{asked.samples:,}", "starting states per cell where the share is not exact")
+
+
+def _refine(config: Config) -> Row:
+    """How few cells of a map are computed."""
+    assert config.refine is not None
+    names = [config.axes[i].name for i in refined_axes(config.axes, config.refine.depth)]
+    meaning = f"audit {config.refine.audit:g}; other metrics " + (
+        "interpolated" if config.refine.interpolate else "only where they were computed"
+    )
+    return Row("refine", f"boxes of 2^{config.refine.depth} + 1 cells along {', '.join(names)}", meaning)
+
+
+def _uncertain(asked: Uncertain) -> Iterator[Row]:
+    """What scatters, and how it is sampled."""
+    for one in asked.quantities:
+        yield Row(one.name, "uncertain", one.in_words)
+    if asked.correlation is not None:
+        yield Row("correlation", "of uncertain quantities", asked.correlation_in_words)
+    yield Row("sampling", "subset simulation" if asked.subset else "Sobol points", asked.method_in_words)
 
 
 def _drive(config: Config) -> Iterator[Row]:

@@ -90,8 +90,12 @@ class MapAxis:
 
 def short_name(array: xr.DataArray) -> str:
     """The name of a quantity as people write it: `belt speed`, but `mu_stop` as in a configuration."""
-    name = quantity_of(str(array.name))
-    return name if name.startswith(_SYMBOLS) else name.replace("_", " ")
+    return spoken(quantity_of(str(array.name)))
+
+
+def spoken(quantity: str) -> str:
+    """The name of a quantity as `short_name` writes it."""
+    return quantity if quantity.startswith(_SYMBOLS) else quantity.replace("_", " ")
 
 
 def title(array: xr.DataArray) -> str:

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES, Variable
+from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES, Variable
 
 if TYPE_CHECKING:
     from stickslip.config.grid import Coordinate, Grid
@@ -38,13 +38,13 @@ _NO_FILL = {"_FillValue": None}
 def map_dataset(grid: Grid, results: Mapping[str, ArrayLike], attributes: Mapping[str, Any]) -> xr.Dataset:
     """The map over a grid.
 
-    results : by names of `VARIABLES`, each of length grid.size with the last dimension running fastest.
+    results : by names of `MAP_VARIABLES`, each of length grid.size with the last dimension running fastest.
     Axes become coordinates, and so do the parameters that are equal in every cell (scalar coordinates). Axes that vary
     together share a dimension; if they have labels, the labels are its index.
     """
     variables = {
         variable.name: variable_of(variable, grid.dims, np.asarray(results[variable.name]).reshape(grid.shape))
-        for variable in _known(results, VARIABLES)
+        for variable in _known(results, MAP_VARIABLES)
     }
     return xr.Dataset(variables, grid_coordinates(grid), dict(attributes))
 
@@ -63,12 +63,12 @@ def grid_coordinates(grid: Grid) -> dict[str, xr.Variable]:
 def map_template(grid: Grid, columns: Mapping[str, np.dtype[Any]], attributes: Mapping[str, Any]) -> xr.Dataset:
     """The dataset `map_dataset` would make, without its values: they are lazy, and to be written piece by piece.
 
-    columns : names of `VARIABLES` and their types.
+    columns : names of `MAP_VARIABLES` and their types.
     """
     import dask.array  # takes its time, and only large maps need it
 
     whole = {}
-    for variable in _known(columns, VARIABLES):
+    for variable in _known(columns, MAP_VARIABLES):
         one = variable_of(variable, (), np.zeros((), columns[variable.name]))
         values = dask.array.zeros(grid.shape, dtype=one.dtype, chunks=-1)
         whole[variable.name] = xr.Variable(grid.dims, values, one.attrs, one.encoding)

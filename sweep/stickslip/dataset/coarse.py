@@ -77,11 +77,33 @@ def numbers(array: xr.DataArray, pixel: Pixel) -> Coarse:
 
 def centres(array: xr.DataArray, pixel: Pixel) -> NDArray[np.float64]:
     """The value at the cell in the middle of every pixel (`middles`): exact, where a mean would be blurred."""
-    values = _blank(array.shape, pixel, np.dtype(np.float64))
-    for place, cells in _chunks(array, pixel):
-        rows, columns = (middles(n, step) for n, step in zip(cells.shape, pixel, strict=True))
-        values[place] = cells[np.ix_(rows, columns)]
+    return picked(array, *(middles(n, step) for n, step in zip(array.shape, pixel, strict=True)))
+
+
+def picked(array: xr.DataArray, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.float64]:
+    """The values where these rows and columns cross."""
+    values = np.zeros((rows.size, columns.size))
+    for (down, across), cells in _chunks(array, (1, 1)):  # every cell a pixel
+        here = [(down.start <= rows) & (rows < down.stop), (across.start <= columns) & (columns < across.stop)]
+        inside = np.ix_(rows[here[0]] - down.start, columns[here[1]] - across.start)
+        values[np.ix_(*here)] = cells[inside]
     return values
+
+
+def between(array: xr.DataArray, pixel: Pixel, box: int) -> NDArray[np.float64]:
+    """A smooth quantity of a refined map at the middles of pixels, by splines through cells that are computed anyhow.
+
+    box : cells along a side of the largest boxes, whose corners these cells are. NaN if one of them has no value.
+    """
+    from scipy.interpolate import RectBivariateSpline  # type: ignore[import-untyped]
+
+    known = [np.unique(np.append(np.arange(0, n, box if n > box else 1), n - 1)) for n in array.shape]
+    values = picked(array, *known)
+    wanted = [middles(n, step) for n, step in zip(array.shape, pixel, strict=True)]
+    if not np.isfinite(values).all():
+        return np.full([along.size for along in wanted], np.nan)
+    orders = [min(3, along.size - 1) for along in known]
+    return np.asarray(RectBivariateSpline(*known, values, kx=orders[0], ky=orders[1])(*wanted), np.float64)
 
 
 def middles(length: int, step: int) -> NDArray[np.intp]:

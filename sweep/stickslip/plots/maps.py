@@ -216,13 +216,15 @@ def _strip(ds: xr.Dataset, variable: str, title: str) -> Figure:
 def _draw_borders(ax: Axes, panel: xr.Dataset, x: MapAxis, y: MapAxis, pixel: Pixel) -> set[float]:
     """Contours of the linear damping ratio; returns the levels that lie inside the panel.
 
-    They go through the values at single cells, so that pixels do not blur or shift them.
+    They go through the values at single cells, so that pixels do not blur or shift them; if the map is refined, between
+    those that are computed in any case.
     """
     if not (x.is_numeric and y.is_numeric and "damping_ratio" in panel.data_vars):
         return set()
     if min(x.length, y.length) < 2:
         return set()
-    ratio = np.ma.masked_invalid(coarse.centres(panel["damping_ratio"].transpose(y.dim, x.dim), pixel))
+    cells, box = panel["damping_ratio"].transpose(y.dim, x.dim), panel.attrs.get("refine_box")
+    ratio = np.ma.masked_invalid(coarse.between(cells, pixel, box) if box else coarse.centres(cells, pixel))
     points = x.pixel_points(pixel[1]), y.pixel_points(pixel[0])
     inside = _levels_inside(ratio)
     for level in inside:

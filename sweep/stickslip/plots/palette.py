@@ -51,6 +51,7 @@ FLAG_COLOURS: dict[str, dict[str, str]] = {
         "too_slow_to_tell": "#8c8c8c",
         "negative_friction": "#5c2a4d",
     },
+    "computed": {"inferred": WHITE, "computed": BLACK},
 }
 FLAG_COLOURS |= {
     "regime_from_stick": FLAG_COLOURS["regime"],

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,14 @@ import netCDF4
 import numpy as np
 
 from stickslip import engine
+from stickslip.config.grid import Grid
 from stickslip.dataset.build import map_template
 from stickslip.dataset.provenance import INCOMPLETE, provenance
-from stickslip.engine import Progress, Results
+from stickslip.engine import Options, Progress, Results
 from stickslip.errors import DamagedBlockError
 from stickslip.files import writing
 from stickslip.files.netcdf_lock import NETCDF_LOCK
+from stickslip.refinement import RefinedMap
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.regions import aligned, extent, regions
 from stickslip.runs.work import Work
@@ -28,6 +31,29 @@ from stickslip.runs.workdir.parts import Parts
 IN_MEMORY = 2**20  # cells; smaller maps are written at once, which spares loading dask
 _REMEMBERED = 2  # blocks; a chunk may begin in one and end in the next
 _zarr_config = threading.Lock()  # settings of Zarr are those of all threads, and are read when a group is opened
+
+
+@dataclass(frozen=True)
+class Canvas:
+    """A map to be written range by range. columns : names and types of its variables. cells : results of a range."""
+
+    grid: Grid
+    columns: Mapping[str, np.dtype[Any]]
+    cells: Callable[[range], Results]
+
+
+@dataclass(frozen=True)
+class _Loaded(Sequence[Results]):
+    """The results of blocks, none of which is held."""
+
+    load: Callable[[int], Results]
+    size: int
+
+    def __len__(self) -> int:
+        return self.size
+
+    def __getitem__(self, number: Any) -> Any:
+        return self.load(range(self.size)[number])
 
 
 class Gathered:
@@ -43,9 +69,14 @@ class Gathered:
         self._remembered: OrderedDict[int, Results] = OrderedDict()
         self.missing: dict[int, int] = {}
 
-    def blocks(self) -> list[Results]:
-        """The results of all blocks, in order."""
-        return [self._load(number) for number in range(self._parts.blocks.count)]
+    def item(self, number: int) -> tuple[Results, int]:
+        """The block of an item, and the number of the item in it."""
+        block, at = divmod(number, self._parts.blocks.length)
+        return self._block(block), at
+
+    def blocks(self) -> Sequence[Results]:
+        """The results of all blocks, in order, each read when it is asked for."""
+        return _Loaded(self._load, self._parts.blocks.count)
 
     def cells(self, cells: range) -> Results:
         """The results of a range of items that have one value each in every column."""
@@ -90,25 +121,44 @@ def assemble(gathered: Gathered, parts: Parts, work: Work, output: Path, progres
     kernels = parts.manifest.kernels
     action = "run" if len(kernels) == 1 else f"run, by kernels {' and '.join(kernels)}"
     attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
-    if not isinstance(work.study, MapStudy) or work.size <= IN_MEMORY:
-        found = gathered.blocks()
-        missing = sum(gathered.missing.values())
-        if missing and not isinstance(work.study, MapStudy):  # whose cells say it themselves
-            attributes[INCOMPLETE] = f"{missing:,} of {work.size:,} {work.study.counted} are not computed"
-        writing.write(work.study.dataset(found, attributes), output)
+    canvas = _canvas(gathered, work)
+    if canvas is None or canvas.grid.size <= IN_MEMORY:
+        dataset = work.study.dataset(gathered.blocks(), attributes)
+        dataset.attrs |= _lacking(gathered, work)
+        writing.write(dataset, output)
         return
-    template = map_template(work.map.grid, work.study.columns, attributes)
+    if isinstance(work.study, RefinedMap):
+        attributes |= work.study.findings(gathered.blocks())
+    template = map_template(canvas.grid, canvas.columns, attributes | _lacking(gathered, work))
     fill = _fill_zarr if output.suffix == ".zarr" else _fill_netcdf
-    writing.write(template, output, lambda file: fill(file, gathered, work, progress))
+    writing.write(template, output, lambda file: fill(file, canvas, work.options, progress))
+
+
+def _canvas(gathered: Gathered, work: Work) -> Canvas | None:
+    """The map that a study makes, if it makes one."""
+    study = work.study
+    if isinstance(study, MapStudy):
+        return Canvas(study.grid, study.columns, gathered.cells)
+    if isinstance(study, RefinedMap):
+        return Canvas(study.grid, study.map_columns, study.painter(gathered.item).cells)
+    return None
+
+
+def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:
+    """What is to be said of missing items; the cells of a plain map say it themselves."""
+    missing = sum(gathered.missing.values())
+    if not missing or isinstance(work.study, MapStudy):
+        return {}
+    return {INCOMPLETE: f"{missing:,} of {work.size:,} {work.study.counted} are not computed"}
 
 
 def _by_region(
-    gathered: Gathered, work: Work, chunks: tuple[int, ...], progress: Progress | None
+    canvas: Canvas, chunks: tuple[int, ...], progress: Progress | None
 ) -> Iterator[tuple[tuple[slice, ...], str, np.ndarray[Any, Any]]]:
     """Regiones of the map with their values, variable by variable, chunk after chunk."""
-    shape, size = work.study.shape, work.size
+    shape, size = canvas.grid.shape, canvas.grid.size
     for cells in aligned(shape, chunks):
-        results = gathered.cells(cells)
+        results = canvas.cells(cells)
         for region in regions(cells.start, cells.stop, shape):
             first = int(np.ravel_multi_index([side.start for side in region], shape)) - cells.start if shape else 0
             count = int(np.prod(extent(region)))
@@ -118,16 +168,16 @@ def _by_region(
             progress(cells.stop, size)
 
 
-def _fill_netcdf(file: Path, gathered: Gathered, work: Work, progress: Progress | None) -> None:
+def _fill_netcdf(file: Path, canvas: Canvas, options: Options, progress: Progress | None) -> None:
     with NETCDF_LOCK:
         target = netCDF4.Dataset(file, "a")
     try:
         with NETCDF_LOCK:
             target.set_auto_maskandscale(False)
             chunks = tuple(target["regime"].chunking())
-            for name in work.study.columns:
+            for name in canvas.columns:
                 target[name].set_var_chunk_cache(0)  # whole chunks are written once; a cache would hold 16 MiB of each
-        for region, name, values in _by_region(gathered, work, chunks, progress):
+        for region, name, values in _by_region(canvas, chunks, progress):
             with NETCDF_LOCK:
                 target[name][region] = values
     finally:
@@ -135,18 +185,18 @@ def _fill_netcdf(file: Path, gathered: Gathered, work: Work, progress: Progress 
             target.close()
 
 
-def _fill_zarr(file: Path, gathered: Gathered, work: Work, progress: Progress | None) -> None:
+def _fill_zarr(file: Path, canvas: Canvas, options: Options, progress: Progress | None) -> None:
     """Chunks are files of their own, so that threads compress several at a time."""
     import zarr
 
     with _zarr_config, zarr.config.set({"array.write_empty_chunks": True}):  # a chunk that is not there is a lost one
         target = zarr.open_group(file, mode="r+")
-        arrays: dict[str, Any] = {name: target[name] for name in work.study.columns}
-    threads = work.options.threads or engine.processors()
+        arrays: dict[str, Any] = {name: target[name] for name in canvas.columns}
+    threads = options.threads or engine.processors()
     chunks = tuple(arrays["regime"].chunks)
     with ThreadPoolExecutor(threads) as pool:
         pending = []
-        for region, name, values in _by_region(gathered, work, chunks, progress):
+        for region, name, values in _by_region(canvas, chunks, progress):
             pending.append(pool.submit(arrays[name].__setitem__, region, values))
             if len(pending) > 2 * len(arrays) + threads:
                 pending.pop(0).result()

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Protocol
 
 import numpy as np
 
-from stickslip.config.grid import Grid
 from stickslip.engine import Options, compute, processors, warm_up
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import STATUSES
@@ -25,7 +25,18 @@ class Probe:
     at_step_limit: int
 
 
-def probe(grid: Grid, options: Options, most: int = 8192) -> Probe:
+class HasCells(Protocol):
+    """Numbered cells: those of a grid, or draws."""
+
+    @property
+    def size(self) -> int:
+        """How many there are."""
+
+    def cells(self, start: int, stop: int) -> Cells:
+        """Their parameters."""
+
+
+def probe(grid: HasCells, options: Options, most: int = 8192) -> Probe:
     """Compute about `most` cells, in short runs spread evenly over the grid. Raises KeyboardInterrupt on Ctrl-C."""
     sample = _spread_out(grid, most)
     count = sample["mass"].size
@@ -39,7 +50,7 @@ def probe(grid: Grid, options: Options, most: int = 8192) -> Probe:
     return Probe(count, seconds / count, options.threads or processors(), limited)
 
 
-def _spread_out(grid: Grid, most: int) -> Cells:
+def _spread_out(grid: HasCells, most: int) -> Cells:
     """Parameters of about `most` cells from all over the grid."""
     runs = max(min(most, grid.size) // _TOGETHER, 1)
     starts = np.linspace(0, max(grid.size - _TOGETHER, 0), runs).astype(int)

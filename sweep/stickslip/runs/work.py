@@ -14,10 +14,12 @@ from stickslip.borders import border_study
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.engine import Options, Results, StopFlag, stop_flag
+from stickslip.refinement import RefinedMap
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.reuse import KnownCells
 from stickslip.study import Moved, Study
+from stickslip.uncertainty import rare_study, sample_study
 
 
 def study_of(config: Config) -> Study:
@@ -26,6 +28,11 @@ def study_of(config: Config) -> Study:
         return border_study(config, config.border)
     if config.attractors is not None:
         return attractor_study(config, config.attractors)
+    if config.refine is not None:
+        return RefinedMap(config, config.refine, options_of(config))
+    if config.uncertain is not None:
+        subset = config.uncertain.subset
+        return sample_study(config) if subset is None else rare_study(config, subset)
     return MapStudy(config, options_of(config))
 
 

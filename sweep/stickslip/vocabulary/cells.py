@@ -44,6 +44,16 @@ def as_cells(given: Mapping[str, Any] | xr.Dataset) -> Cells:
     return cells
 
 
+def impossible(cells: Cells) -> NDArray[np.bool_]:
+    """Which cells `as_cells` would refuse: a parameter out of its bounds, or two that do not fit together."""
+    allowed = [np.asarray(row.allows(cells[name])) for name, row in PARAMETERS.items()]
+    mu_start = cells["a1"] + cells["a3"]
+    slack = np.abs(mu_start) * _ROUNDING
+    with np.errstate(invalid="ignore"):
+        wrong = (mu_start < -_ROUNDING * cells["a1"]) | (cells["mu_static"] < mu_start - slack)
+        return np.asarray(~np.logical_and.reduce(allowed) | wrong | (cells["mu_stop"] > mu_start + slack))
+
+
 def _from_dataset(ds: xr.Dataset) -> dict[str, Any]:
     names = [name for name in ds.variables if name in PARAMETERS]
     return {str(name): values.values for name, values in zip(names, xr.broadcast(*(ds[n] for n in names)), strict=True)}

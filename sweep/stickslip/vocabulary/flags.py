@@ -43,13 +43,23 @@ SHARE_MESSAGES = {
     "exact": "the area inside the unstable cycle, or a theorem of the plane (see the attribute share_exact)",
     "sampled": "scrambled Sobol points in the box; the error is the standard error of their randomisations",
 }
+METHOD_MESSAGES = {
+    "not_computed": "there is no border",
+    "bisection": "the regime was bisected",
+    "restick_margin": "stick-slip ends by grazing there: restick_margin passes zero, and a bracketed secant led to it",
+}
+COMPUTED_MESSAGES = {
+    "inferred": "not computed itself: its regime is that of the computed cells around it",
+    "computed": "computed itself",
+}
 REGIMES = tuple(REGIME_MESSAGES)
 STATUSES = tuple(STATUS_MESSAGES)
 MODES = tuple(MODE_MESSAGES)
 SHARE_METHODS = tuple(SHARE_MESSAGES)
+METHODS = tuple(METHOD_MESSAGES)
 FLAGS: dict[str, dict[str, str]] = {
-    "regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES,
-    "regime_below": REGIME_MESSAGES, "regime_above": REGIME_MESSAGES,
+    "regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES, "computed": COMPUTED_MESSAGES,
+    "regime_below": REGIME_MESSAGES, "regime_above": REGIME_MESSAGES, "method": METHOD_MESSAGES,
     "regime_from_stick": REGIME_MESSAGES, "regime_from_sliding": REGIME_MESSAGES, "share_method": SHARE_MESSAGES,
 }  # fmt: skip
 

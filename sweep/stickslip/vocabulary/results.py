@@ -1,10 +1,11 @@
 """Every quantity that comes out of the engine, declared once.
 
-`VARIABLES` are those of a cell, `TRACE_VARIABLES` those of one trajectory over time, `BORDER_VARIABLES` those of the
-borders between regimes (`border` and its width in the units of the parameter searched), `ATTRACTOR_VARIABLES` those
-of the attractors of a cell, `RAMP_VARIABLES` those followed along a ramp. Datasets, plots and
-documentation read these tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS requires
-(``m s-1``).
+`VARIABLES` are those of a cell, `MAP_VARIABLES` those that a map may have (`computed` where it is refined),
+`TRACE_VARIABLES` those of one trajectory over time, `BORDER_VARIABLES` those of the borders between regimes (`border`
+and its width in the units of the parameter searched), `ATTRACTOR_VARIABLES` those of the attractors of a cell,
+`RAMP_VARIABLES` those followed along a ramp, `UNCERTAIN_VARIABLES` those of scatter (the names of metrics are
+put behind `STATISTICS`). Datasets, plots and documentation read these tables; nothing else repeats a unit or a long
+name. Units are spelled as UDUNITS requires (``m s-1``).
 """
 
 from __future__ import annotations
@@ -88,6 +89,7 @@ _BORDER_VARIABLES = (
     Variable("regime_below", "1", "regime just below the border"),
     Variable("regime_above", "1", "regime just above the border"),
     Variable("border_width", "1", "width of the last bracket of the border"),
+    Variable("method", "1", "how the border was found"),
     Variable("scan_undecided", "1", "cells of the scan that were unresolved or failed"),
 )
 
@@ -117,8 +119,37 @@ _ATTRACTOR_VARIABLES = (
     Variable("critical_shift_against", "m", "critical change of displacement, against the motion of the belt"),
     next(v for v in _VARIABLES if v.name == "damping_ratio"),
 )  # fmt: skip
+_ERROR = "standard error: scatter over independent scramblings"
+_UNCERTAIN_VARIABLES = (
+    Variable("probability", "1", "probability of a regime", comment="share of the draws whose regime is known"),
+    Variable("probability_error", "1", "standard error of the probability of a regime",
+             comment=f"{_ERROR}; at least that of one draw"),
+    Variable("probability_low", "1", "lower bound of the probability of a regime",
+             comment="no draw that is unresolved or failed has the regime; without the standard error"),
+    Variable("probability_high", "1", "upper bound of the probability of a regime",
+             comment="all draws that are unresolved or failed have the regime; without the standard error"),
+    Variable("undecided", "1", "share of draws that are unresolved or failed"),
+    Variable("sobol_first", "1", "first-order Sobol index of being in a regime",
+             comment="share of the variance of the indicator that a quantity explains by itself"),
+    Variable("sobol_first_error", "1", "standard error of the first-order Sobol index",
+             comment=f"{_ERROR}; and what undecided draws could change"),
+    Variable("sobol_total", "1", "total Sobol index of being in a regime",
+             comment="share of the variance of the indicator that would remain if all other quantities were known"),
+    Variable("sobol_total_error", "1", "standard error of the total Sobol index",
+             comment=f"{_ERROR}; and what undecided draws could change"),
+    Variable("levels", "1", "levels of the subset simulation, the most of all repetitions"),
+    Variable("evaluations", "1", "cells computed by all subset simulations of a cell"),
+)  # fmt: skip
+# What is told of a metric, as a name and a long name to put its own behind.
+STATISTICS = {
+    "mean": "mean", "mean_error": "standard error of the mean", "quantile": "quantile",
+    "quantile_error": "standard error of the quantile", "count": "draws that have",
+}  # fmt: skip
 
 VARIABLES: dict[str, Variable] = {v.name: v for v in _VARIABLES}
+COMPUTED = Variable("computed", "1", "whether a cell was computed or its regime was inferred")
+MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
+UNCERTAIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _UNCERTAIN_VARIABLES}
 TRACE_VARIABLES: dict[str, Variable] = {v.name: v for v in _TRACE_VARIABLES}
 BORDER_VARIABLES: dict[str, Variable] = {v.name: v for v in _BORDER_VARIABLES}
 ATTRACTOR_VARIABLES: dict[str, Variable] = {v.name: v for v in _ATTRACTOR_VARIABLES}

@@ -28,6 +28,24 @@ EXECUTION: dict[str, Parameter] = table(
 AXIS: dict[str, Parameter] = table(  # the values of axes are held in memory, those of cells are not
     Parameter("num", "1", "number of points", "axes", at_least=2, at_most=10_000_000, whole=True),
 )
+UNCERTAIN: dict[str, Parameter] = table(
+    Parameter(
+        "draws", "1", "draws per scrambling, a power of two; with Sobol indices, quantities + 2 times as many",
+        "uncertain", default=1024, at_least=2, at_most=2**30, whole=True,
+    ),
+    Parameter("scramblings", "1", "independent scramblings, whose spread is the standard error", "uncertain",
+              default=8, at_least=2, at_most=1000, whole=True),
+    Parameter("seed", "1", "seed of the scramblings: the same seed, the same draws", "uncertain",
+              default=1, at_least=0, at_most=2**32 - 1, whole=True),
+)  # fmt: skip
+SUBSET: dict[str, Parameter] = table(
+    Parameter("samples", "1", "samples of each level of a subset simulation, a multiple of 10", "uncertain",
+              default=2000, at_least=100, at_most=10_000_000, whole=True),
+    Parameter("repetitions", "1", "independent subset simulations, whose spread is the standard error", "uncertain",
+              default=8, at_least=2, at_most=1000, whole=True),
+    Parameter("seed", "1", "seed of the simulations: the same seed, the same samples", "uncertain",
+              default=1, at_least=0, at_most=2**32 - 1, whole=True),
+)  # fmt: skip
 
 BORDER: dict[str, Parameter] = table(
     Parameter("tolerance", "1", "width of the bracket of a border, over the border", "border",
@@ -36,6 +54,12 @@ BORDER: dict[str, Parameter] = table(
               default=64, at_least=2, at_most=10_000_000, whole=True),
     Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", "border",
               at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
+)  # fmt: skip
+REFINE: dict[str, Parameter] = table(
+    Parameter("depth", "1", "how often boxes may be halved: the largest have 2^depth + 1 cells a side", "refine",
+              default=5, at_least=0, at_most=18, whole=True),
+    Parameter("audit", "1", "random points tried, over the corners and centres of the largest boxes", "refine",
+              default=1.0, at_least=0.0, at_most=1000.0),
 )  # fmt: skip
 
 RANDOMISATIONS = 16  # of Sobol points: so many that their scatter is known to a fifth
@@ -121,6 +145,6 @@ AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", at_least=0), 
 
 # All numbers of a configuration that are not quantities, by section.
 SETTINGS: dict[str, dict[str, Parameter]] = {
-    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "attractors": ATTRACTORS, "drive": STROKES,
-    "sensor": SENSOR, "features": FEATURE_SETTINGS, "risk": RISK,
+    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "attractors": ATTRACTORS, "refine": REFINE,
+    "uncertain": UNCERTAIN, "drive": STROKES, "sensor": SENSOR, "features": FEATURE_SETTINGS, "risk": RISK,
 }  # fmt: skip

@@ -1,0 +1,211 @@
+"""What a configuration says of inputs that are not known exactly: distributions, correlation, and the sampling."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, field_validator
+
+from stickslip.config.sections import Section, refused
+from stickslip.theory.distributions import KINDS, Distribution, Truncated
+from stickslip.vocabulary import units
+from stickslip.vocabulary.quantities import MEASURED, PARAMETERS
+from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.settings import SUBSET, UNCERTAIN
+from stickslip.vocabulary.words import listed, nearest
+
+Floats = NDArray[np.float64]
+
+MAY_SCATTER = {**PARAMETERS, **MEASURED}
+# By kind of distribution: what describes it. All in the unit of the quantity, but for the pure number `factor`.
+ARGUMENTS: dict[str, tuple[str, ...]] = {
+    "normal": ("mean", "std"), "lognormal": ("median", "factor"), "uniform": ("low", "high"),
+    "triangular": ("low", "mode", "high"),
+}  # fmt: skip
+METRICS = tuple(name for name in VARIABLES if name not in ("regime", "status", "steps"))
+TENTH = 10  # one of so many samples of a level of subset simulation lies beyond it
+
+
+class Scatter(Section):
+    """One quantity with its distribution; `name` is its key in the file.
+
+    arguments : in the order of `ARGUMENTS`, in SI. low, high : where it is truncated; -inf and inf for nowhere.
+    """
+
+    name: str
+    kind: str
+    arguments: tuple[float, ...]
+    low: float = -math.inf
+    high: float = math.inf
+
+    @property
+    def distribution(self) -> Distribution:
+        """The map from standard normal deviates to values."""
+        whole = KINDS[self.kind](*self.arguments)
+        return Truncated(whole, self.low, self.high) if self.is_truncated else whole
+
+    @property
+    def is_truncated(self) -> bool:
+        """Whether a part of the distribution is cut off."""
+        return math.isfinite(self.low) or math.isfinite(self.high)
+
+    @property
+    def in_words(self) -> str:
+        """`normal, mean 0.8 m/s, std 0.05 m/s`."""
+        unit, numbers = units.spelled(MAY_SCATTER[self.name].units), []
+        for name, value in zip(ARGUMENTS[self.kind], self.arguments, strict=True):
+            numbers.append(f"{name} {value:.6g} {'' if name == 'factor' else unit}".rstrip())
+        if self.is_truncated:
+            numbers.append(f"truncated to {self.low:.6g} ... {self.high:.6g} {unit}".rstrip())
+        return f"{self.kind}, {', '.join(numbers)}"
+
+    def resolved(self) -> dict[str, Any]:
+        """The distribution as plain data, without the name."""
+        plain: dict[str, Any] = {self.kind: dict(zip(ARGUMENTS[self.kind], self.arguments, strict=True))}
+        ends = {name: end for name, end in (("low", self.low), ("high", self.high)) if math.isfinite(end)}
+        return plain | ({"truncated": ends} if ends else {})
+
+
+class Subset(Section):
+    """Subset simulation: rare stick-slip, one order of magnitude after the other."""
+
+    rows = SUBSET
+    samples: int = Field(int(SUBSET["samples"].default or 0), description=SUBSET["samples"].long_name)
+    repetitions: int = Field(int(SUBSET["repetitions"].default or 0), description=SUBSET["repetitions"].long_name)
+    seed: int = Field(int(SUBSET["seed"].default or 0), description=SUBSET["seed"].long_name)
+
+    @field_validator("samples", mode="after")
+    @classmethod
+    def _samples(cls, value: int) -> int:
+        if value % TENTH:
+            raise refused("a multiple of 10", "a tenth of the samples of a level start the next one")
+        return value
+
+
+class Sampling(Section):
+    """How uncertain inputs are drawn, and what is told of the results."""
+
+    rows = UNCERTAIN
+    draws: int = Field(int(UNCERTAIN["draws"].default or 0), description=UNCERTAIN["draws"].long_name)
+    scramblings: int = Field(int(UNCERTAIN["scramblings"].default or 0), description=UNCERTAIN["scramblings"].long_name)
+    seed: int = Field(int(UNCERTAIN["seed"].default or 0), description=UNCERTAIN["seed"].long_name)
+    metrics: tuple[str, ...] = Field(
+        ("period", "slip_speed_max"),
+        description="results whose mean and quantiles are told, of the draws that have them",
+    )
+    quantiles: tuple[float, ...] = Field((0.05, 0.5, 0.95), description="quantiles of the metrics, between 0 and 1")
+    indices: bool | None = Field(
+        None, description="whether Sobol indices are computed; unless given they are where inputs are independent"
+    )
+    fit: str | None = Field(
+        None,
+        description="CSV file of measured slip speeds and friction coefficients: a1 to a4 scatter as fitted",
+    )
+
+    @field_validator("draws", mode="after")
+    @classmethod
+    def _draws(cls, value: int) -> int:
+        if value & (value - 1):
+            near = 2 ** round(math.log2(value))
+            raise refused("a power of two", f"Sobol points are even in powers of two; the nearest is {near}")
+        return value
+
+    @field_validator("metrics", mode="before")
+    @classmethod
+    def _metrics(cls, value: object) -> tuple[str, ...]:
+        names = value if isinstance(value, list | tuple) else [value]
+        for name in names:
+            if name not in METRICS:
+                meant = nearest(str(name), METRICS)
+                hint = f"did you mean {meant}?" if meant else f"there are {listed(METRICS, 'and')}"
+                raise refused("a list of results", f"{name!r} is none of them; {hint}")
+        if len(set(names)) < len(names):
+            raise refused("a list without repetitions")
+        return tuple(names)
+
+    @field_validator("quantiles", mode="before")
+    @classmethod
+    def _quantiles(cls, value: object) -> tuple[float, ...]:
+        numbers = value if isinstance(value, list | tuple) else [value]
+        good = all(isinstance(q, int | float) and not isinstance(q, bool) and 0 < q < 1 for q in numbers)
+        if not good or list(numbers) != sorted(set(numbers)):
+            raise refused("a list of numbers between 0 and 1, rising")
+        return tuple(map(float, numbers))
+
+    @field_validator("indices", mode="before")
+    @classmethod
+    def _indices(cls, value: object) -> bool | None:
+        if value is not None and not isinstance(value, bool):
+            raise refused("true or false")
+        return value
+
+    @field_validator("fit", mode="before")
+    @classmethod
+    def _fit(cls, value: object) -> str | None:
+        if value is None:
+            return None
+        if not isinstance(value, str) or not value.lower().endswith(".csv") or "\0" in value:
+            raise refused("a file name that ends in .csv")
+        return value
+
+
+class Uncertain(Sampling):
+    """Inputs that are not known exactly, and how their scatter is carried to the result.
+
+    quantities : in the order of the file. correlation : of their normal deviates, in that order (a Gaussian copula;
+    for normal quantities it is their correlation); None where they are independent. subset : None for Sobol points.
+    """
+
+    quantities: tuple[Scatter, ...]
+    correlation: tuple[tuple[float, ...], ...] | None = None
+    subset: Subset | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The quantities."""
+        return tuple(one.name for one in self.quantities)
+
+    @property
+    def draws_per_cell(self) -> int:
+        """Cells computed for each cell of the axes: by one simulation of a subset simulation, one level."""
+        if self.subset is not None:
+            return self.subset.samples * self.subset.repetitions
+        return self.draws * self.scramblings * (len(self.quantities) + 2 if self.indices else 1)
+
+    @property
+    def correlation_in_words(self) -> str:
+        """Whether quantities are correlated, and what the numbers mean."""
+        if self.correlation is None:
+            return "none: the quantities are independent"
+        if all(one.kind == "normal" and not one.is_truncated for one in self.quantities):
+            return f"{listed(self.names, 'and')} are jointly normal"
+        return f"the normal deviates of {listed(self.names, 'and')} are correlated (a Gaussian copula)"
+
+    @property
+    def method_in_words(self) -> str:
+        """How the quantities are drawn."""
+        if (of := self.subset) is not None:
+            return f"subset simulation: {of.repetitions} repetitions with {of.samples} samples a level, seed {of.seed}"
+        words = f"scrambled Sobol points: {self.scramblings} scramblings of {self.draws} draws, seed {self.seed}"
+        return words + ("; Sobol indices by Saltelli (first order) and Jansen (total)" if self.indices else "")
+
+    def values(self, normals: Floats) -> dict[str, Floats]:
+        """Quantities in SI by name, each (n,), from independent standard normal deviates (n, quantities)."""
+        if self.correlation is not None:
+            normals = normals @ np.linalg.cholesky(np.array(self.correlation)).T
+        return {one.name: one.distribution.at(normals[:, i]) for i, one in enumerate(self.quantities)}
+
+    def resolved(self) -> dict[str, Any]:
+        """The section as plain data, which reads back as an equal one."""
+        settings = ("fit",) if self.subset else tuple(Sampling.model_fields)
+        plain = {name: value for name in settings if (value := getattr(self, name)) is not None}
+        plain = {name: list(value) if isinstance(value, tuple) else value for name, value in plain.items()}
+        if self.subset is not None:
+            plain["subset"] = self.subset.resolved()
+        plain["quantities"] = {one.name: one.resolved() for one in self.quantities}
+        if self.correlation is not None:
+            plain["correlation"] = {"between": list(self.names), "matrix": [list(row) for row in self.correlation]}
+        return plain

@@ -1,0 +1,71 @@
+"""The cells behind draws: what the configuration fixes or varies, and what it leaves to chance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.config.grid import Grid, build_grid, parameters_of
+from stickslip.config.model import Config
+from stickslip.config.scatter import Uncertain
+from stickslip.engine import Computed, Options, StopFlag, blank_results, compute_range
+from stickslip.vocabulary.cells import Cells, impossible
+from stickslip.vocabulary.flags import REGIMES
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Cells of a configuration with uncertain quantities."""
+
+    config: Config
+
+    @property
+    def uncertain(self) -> Uncertain:
+        """The quantities that scatter."""
+        if self.config.uncertain is None:
+            raise ValueError("this configuration has no section uncertain")
+        return self.config.uncertain
+
+    @cached_property
+    def grid(self) -> Grid:
+        """The cells of its axes, without what is uncertain."""
+        return build_grid(self.config)
+
+    def cells(self, numbers: NDArray[np.int64], normals: Floats) -> tuple[Cells, NDArray[np.bool_]]:
+        """Parameters of cells of the axes, their uncertain ones drawn; and which of the draws an oscillator can have.
+
+        numbers : of cells of the axes, (n,). normals : independent standard normal deviates, (n, quantities).
+        Others (a1 below 0, mu_stop above mu_start, ...) are `failed`; a configuration with more than one in some
+        thousand of them is refused when it is read.
+        """
+        drawn = self.uncertain.values(normals)
+        cells = parameters_of(self.grid.quantities_at(numbers) | drawn)
+        wrong = impossible(cells)
+        if "mu_start" in drawn or "mu_reversal" in drawn:
+            wrong |= ~(cells["a3"] > 0)  # mu_reversal is not below mu_start
+        return cells, ~wrong
+
+    def compute(
+        self,
+        numbers: NDArray[np.int64],
+        normals: Floats,
+        options: Options,
+        stop: StopFlag,
+        moved: Callable[[int], None] | None = None,
+    ) -> Computed:
+        """Their results, by the calling thread."""
+        cells, possible = self.cells(numbers, normals)
+        chosen = {name: values[possible] for name, values in cells.items()}
+        count = int(possible.sum())
+        found = compute_range(lambda a, b: {n: v[a:b] for n, v in chosen.items()}, 0, count, options, stop, moved)
+        results = blank_results(numbers.size, options)
+        results["regime"][:] = REGIMES.index("failed")
+        for name, values in results.items():
+            values[possible] = found.results[name]
+        return Computed(results, found.done + numbers.size - count)

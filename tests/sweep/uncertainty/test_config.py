@@ -1,0 +1,224 @@
+"""The section uncertain: what it may say, and what is refused with file, line and key."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from helpers.configs import message
+from stickslip.config.reader import load_config, parse_config
+from stickslip.errors import ConfigError, FitWarning
+from stickslip.fit import fit_curve
+
+HEAD = """\
+system: {mass: 1 kg, stiffness: 10 N/m, normal_load: 5 N}
+friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
+uncertain:
+"""
+SPEED = "belt_speed: {normal: {mean: 0.8 m/s, std: 50 mm/s}}"
+
+
+def text(quantities=SPEED, *more):
+    return HEAD + "\n".join([f"  quantities: {{{quantities}}}", *(f"  {line}" for line in more)]) + "\n"
+
+
+def read(*args):
+    return parse_config(text(*args))
+
+
+@pytest.mark.parametrize(
+    "args",
+    [
+        (),
+        (f"{SPEED}, damping: {{normal: {{mean: 0.01, std: 0.01}}, truncated: {{low: 0}}}}",),
+        (f"{SPEED}, mu_stop: {{triangular: {{low: 1, mode: 1.1, high: 1.2}}}}", "draws: 64", "indices: false"),
+        (f"{SPEED}, damping: {{uniform: [0, 1]}}",
+         "correlation: {between: [damping, belt_speed], matrix: [[1, .5], [.5, 1]]}"),
+        ("belt_speed: {normal: {mean: 1 m/s}}, displacement: {normal: {mean: 1 mm}}",
+         "covariance: {between: [belt_speed, displacement], matrix: [[0.01, 2e-5], [2e-5, 1e-6]]}"),
+        (f"{SPEED}, contact_time: {{lognormal: {{median: 1 min, factor: 2}}}}", "metrics: []"),
+        (SPEED, "subset: {samples: 1000}"),
+    ],
+)  # fmt: skip
+def test_a_section_as_it_was_understood_reads_back_equal(args):
+    config = read(*args)
+    assert parse_config(config.to_yaml()) == config
+
+
+def test_indices_are_computed_where_inputs_are_independent():
+    both = f"{SPEED}, damping: {{uniform: [0, 1]}}"
+    assert read(both).uncertain.indices
+    matrix = "correlation: {between: [damping, belt_speed], matrix: [[1, .5], [.5, 1]]}"
+    assert not read(both, matrix).uncertain.indices
+
+
+def test_a_covariance_says_the_standard_deviations():
+    quantities = "belt_speed: {normal: {mean: 1 m/s}}, displacement: {normal: {mean: 1 mm}}"
+    matrix = "covariance: {between: [displacement, belt_speed], matrix: [[1e-6, 2e-5], [2e-5, 0.01]]}"
+    said = read(quantities, matrix).uncertain
+    assert [one.arguments[1] for one in said.quantities] == pytest.approx([0.1, 0.001])
+    assert said.correlation[0][1] == pytest.approx(0.2)
+
+
+BAD = {
+    "a distribution that leaves the physical range": (
+        text(f"{SPEED}, damping: {{normal: {{mean: 0.1, std: 0.1}}}}"),
+        "map.yaml:4:69: uncertain.quantities.damping: got 15.9 % of the points below 0 N s/m, "
+        "expected a damping coefficient of at least 0 N s/m\n"
+        "  hint: truncate it: damping: {normal: ..., truncated: {low: 0}}",
+    ),
+    "draws that do not fit the rest": (
+        text(f"{SPEED}, mu_stop: {{uniform: [1.1, 1.35]}}"),
+        "map.yaml:4:78: uncertain.quantities.mu_stop: got 1.34993 in the worst draw (19 % of them are impossible), "
+        "expected at most mu_start = a1 + a3 = 1.3\n"
+        "  hint: friction at standstill cannot exceed that at break-away; truncate the distribution",
+    ),
+    "a quantity that is fixed as well": (
+        text("mass: {uniform: [1, 2]}, belt_speed: {uniform: [1, 2]}"),
+        "map.yaml:4:16: uncertain.quantities.mass: given twice, as system.mass on line 1 already, expected once\n"
+        "  hint: keep the one you mean",
+    ),
+    "a quantity on an axis as well": (
+        text() + "axes: {belt_speed: [1, 2]}\n",
+        "map.yaml:5:8: axes.belt_speed: given twice, as uncertain.quantities.belt_speed on line 4 already, "
+        "expected once\n  hint: keep the one you mean",
+    ),
+    "an unknown quantity": (
+        text(f"{SPEED}, dampin: {{uniform: [0, 1]}}"),
+        "map.yaml:4:69: uncertain.quantities.dampin: unknown quantity, expected mass, stiffness, damping, normal_load, "
+        "belt_speed, a1, a2, a3, a4, delta, mu_stop, mu_static, ageing_rate, ageing_time, displacement, velocity, "
+        "contact_time, mu_start, mu_reversal or v_reversal\n  hint: did you mean damping?",
+    ),
+    "an unknown distribution": (
+        text("belt_speed: {gauss: {mean: 1, std: 1}}"),
+        "map.yaml:4:29: uncertain.quantities.belt_speed.gauss: unknown key, "
+        "expected normal, lognormal, uniform, triangular or truncated",
+    ),
+    "no scatter": (
+        text("belt_speed: {normal: {mean: 1, std: 0}}"),
+        "map.yaml:4:52: uncertain.quantities.belt_speed.normal.std: got 0, expected more than 0 m/s\n"
+        "  hint: a quantity that does not scatter belongs in its section",
+    ),
+    "ends in the wrong order": (
+        text("belt_speed: {uniform: {low: 2 m/s, high: 1 m/s}}"),
+        "map.yaml:4:57: uncertain.quantities.belt_speed.uniform.high: got '1 m/s', expected more than low (2 m/s)\n"
+        "  hint: swap low and high",
+    ),
+    "a factor below one": (
+        text("belt_speed: {lognormal: {median: 1, factor: 0.5}}"),
+        "map.yaml:4:60: uncertain.quantities.belt_speed.lognormal.factor: got 0.5, expected more than 1\n"
+        "  hint: 68 % of the values lie within this factor of the median, up or down",
+    ),
+    "a wrong unit": (
+        text("belt_speed: {normal: {mean: 1 m, std: 0.1}}"),
+        "map.yaml:4:44: uncertain.quantities.belt_speed.normal.mean: got '1 m' (length), "
+        "expected a speed such as '10 mm/s' or a number in m/s",
+    ),
+    "a matrix that is not positive definite": (
+        text(f"{SPEED}, damping: {{uniform: [0, 1]}}",
+             "correlation: {between: [belt_speed, damping], matrix: [[1, 1.5], [1.5, 1]]}"),
+        "map.yaml:5:57: uncertain.correlation.matrix: got a matrix that is not positive definite "
+        "(smallest eigenvalue -0.5), expected one that is\n  hint: no quantities can be correlated like this",
+    ),
+    "a matrix that is not symmetric": (
+        text(f"{SPEED}, damping: {{uniform: [0, 1]}}",
+             "correlation: {between: [belt_speed, damping], matrix: [[1, 0.5], [0.4, 1]]}"),
+        "map.yaml:5:57: uncertain.correlation.matrix: got 0.5 and 0.4 for belt_speed with damping, "
+        "expected a symmetric matrix",
+    ),
+    "indices of correlated inputs": (
+        text(f"{SPEED}, damping: {{uniform: [0, 1]}}", "indices: true",
+             "correlation: {between: [belt_speed, damping], matrix: [[1, 0.5], [0.5, 1]]}"),
+        "map.yaml:5:12: uncertain.indices: got true, expected false: Sobol indices are defined for independent inputs\n"
+        "  hint: leave the correlation out to see which input matters",
+    ),
+    "a covariance of what is not normal": (
+        text("belt_speed: {normal: {mean: 1 m/s}}, damping: {uniform: [0, 1]}",
+             "covariance: {between: [belt_speed, damping], matrix: [[1, 0.5], [0.5, 1]]}"),
+        "map.yaml:5:25: uncertain.covariance.between: got damping, which is not normal, expected normal quantities\n"
+        "  hint: a correlation joins any distributions (their normal deviates: a Gaussian copula)",
+    ),
+    "not a power of two": (
+        text(SPEED, "draws: 1000"),
+        "map.yaml:5:10: uncertain.draws: got 1000, expected a power of two\n"
+        "  hint: Sobol points are even in powers of two; the nearest is 1024",
+    ),
+    "an unknown metric": (
+        text(SPEED, "metrics: [perriod]"),
+        "map.yaml:5:12: uncertain.metrics: got a list, expected a list of results\n"
+        "  hint: 'perriod' is none of them; did you mean period?",
+    ),
+    "more draws than a run can have": (
+        text(SPEED, "draws: 67108864", "scramblings: 512") ,
+        "map.yaml:5:10: uncertain.draws: got 1.03e+11 draws of every cell, expected at most 1e+10\n"
+        "  hint: use fewer draws or scramblings",
+    ),
+    "truncation that leaves nothing": (
+        text("belt_speed: {normal: {mean: 1, std: 0.1}, truncated: {low: 3}}"),
+        "map.yaml:4:58: uncertain.quantities.belt_speed.truncated: keeps 2.75e-87 % of the normal distribution, "
+        "expected at least 0.0001 %\n  hint: the distribution lies elsewhere; check its numbers",
+    ),
+    "no quantities": (
+        HEAD.replace("mass: 1 kg", "mass: 1 kg, belt_speed: 1") + "  draws: 64\n",
+        "map.yaml:3:1: uncertain.quantities: missing, expected quantities with distributions\n"
+        "  hint: quantities: {belt_speed: {normal: {mean: 0.8 m/s, std: 0.05 m/s}}}",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_what_is_wrong_is_said_with_its_place(case):
+    bad, said = BAD[case]
+    assert said in message(bad)
+
+
+def test_a_border_is_not_asked_for_beside_probabilities():
+    assert "expected one of them" in message(text() + "border: {along: stiffness, between: [1, 2]}\n")
+
+
+# --- fitted curves ----------------------------------------------------------------------------------------------------
+
+
+def write_points(folder, noise=0.005, count=60, above=0.005):
+    rng = np.random.default_rng(1)
+    speed = np.linspace(above, 1, count)
+    mu = 1 + 0.1 * speed + 0.3 * np.exp(-speed / 0.1) + rng.normal(0, noise, count)
+    rows = "\n".join(f"{w!r},{m!r}" for w, m in zip(speed.tolist(), mu.tolist(), strict=True))
+    (folder / "points.csv").write_text(f"speed (m/s),mu\n{rows}\n")
+    path = folder / "fitted.yaml"
+    path.write_text("system: {mass: 1, stiffness: 10, normal_load: 5, belt_speed: 0.5}\nuncertain: {fit: points.csv}\n")
+    return path, fit_curve(speed, mu)
+
+
+def test_the_coefficients_of_a_fitted_curve_scatter_as_its_points_leave_them(tmp_path):
+    path, fit = write_points(tmp_path)
+    config = load_config(path)
+    assert config.uncertain.names == ("a1", "a2", "a3", "a4")
+    assert not config.uncertain.indices
+    drawn = config.uncertain.values(np.random.default_rng(2).standard_normal((400_000, 4)))
+    values = np.array([drawn[name] for name in config.uncertain.names])
+    scale = np.sqrt(np.diag(fit.covariance))
+    assert np.cov(values) / np.outer(scale, scale) == pytest.approx(fit.covariance / np.outer(scale, scale), abs=0.01)
+    assert values.mean(1) == pytest.approx([fit.a1, fit.a2, fit.a3, fit.a4], abs=4e-5)
+
+
+def test_a_result_knows_the_scatter_of_its_curve_without_the_points(tmp_path):
+    path, _ = write_points(tmp_path)
+    config = load_config(path)
+    (tmp_path / "points.csv").unlink()
+    assert parse_config(config.to_yaml(), str(path)) == config
+
+
+def test_a_fitted_coefficient_may_be_truncated(tmp_path):
+    path, _ = write_points(tmp_path)
+    more = "fit: points.csv, quantities: {a2: {truncated: {low: 0}}}"
+    path.write_text(path.read_text().replace("fit: points.csv", more))
+    said = load_config(path).uncertain
+    assert {one.name: one.low for one in said.quantities}["a2"] == 0.0
+    assert said.correlation is not None
+
+
+def test_points_that_do_not_determine_the_curve_are_refused(tmp_path):
+    path, _ = write_points(tmp_path, above=0.9)
+    with pytest.raises(ConfigError, match="do not determine|of the points below"), pytest.warns(FitWarning):
+        load_config(path)

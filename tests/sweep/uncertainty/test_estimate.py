@@ -1,0 +1,99 @@
+"""Sobol indices against closed forms, SciPy, and a double loop; errors against what they are of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from stickslip.theory.distributions import Uniform
+from stickslip.uncertainty.design import Design
+from stickslip.uncertainty.estimate import index_sums, indices_of, ratio
+
+A, B = 7.0, 0.1  # of the Ishigami function
+
+
+def ishigami(x):
+    """(n, 3) to (n,)."""
+    return np.sin(x[:, 0]) + A * np.sin(x[:, 1]) ** 2 + B * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+
+def ishigami_indices():
+    """Closed form: Ishigami and Homma 1990; Saltelli et al. 2008, p. 179."""
+    first = np.array([0.5 * (1 + B * np.pi**4 / 5) ** 2, A**2 / 8, 0.0])
+    both = B**2 * np.pi**8 * 8 / 225
+    variance = first.sum() + both
+    return first / variance, np.array([first[0] + both, first[1], both]) / variance
+
+
+def values_of(design, function):
+    """(scramblings, matrices, draws) of a function of uniform numbers from -pi to pi."""
+    normals = design.normals(design.place(0, design.per_cell))
+    return function(Uniform(-np.pi, np.pi).at(normals)).reshape(design.scramblings, design.matrices, design.draws)
+
+
+def estimated(values):
+    return indices_of([index_sums(one[0], one[1], one[2:]) for one in values])
+
+
+def test_indices_of_the_ishigami_function_are_those_of_the_closed_form_within_their_errors():
+    found = estimated(values_of(Design(3, 4096, 8, 1, True), ishigami))
+    first, total = ishigami_indices()
+    assert (np.abs(found.first.value - first) < 3.5 * found.first.error).all()
+    assert (np.abs(found.total.value - total) < 3.5 * found.total.error).all()
+    assert (found.first.error < 0.01).all() and (found.total.error < 0.01).all()
+
+
+def test_errors_of_indices_are_as_large_as_the_indices_are_wrong():
+    first, total = ishigami_indices()
+    off = []
+    for seed in range(40):
+        found = estimated(values_of(Design(3, 256, 8, seed, True), ishigami))
+        off += [(found.first.value - first) / found.first.error, (found.total.value - total) / found.total.error]
+    # Student's t with 7 degrees of freedom has the variance 7/5; of 240 numbers that vary together, with some leeway.
+    assert 0.8 < np.std(off) < 1.6
+    assert np.abs(np.mean(off)) < 0.35
+
+
+def test_one_scrambling_gives_the_indices_of_scipy():
+    values = values_of(Design(3, 1024, 1, 3, True), ishigami)[0]
+    scipys = stats.sobol_indices(
+        func={"f_A": values[0][None], "f_B": values[1][None], "f_AB": values[2:, None]}, n=1024
+    )
+    found = estimated(values[None])
+    assert found.first.value == pytest.approx(scipys.first_order, rel=1e-9)
+    assert found.total.value == pytest.approx(scipys.total_order, rel=1e-9)
+    assert np.isnan(found.first.error).all()  # one scrambling has no error
+
+
+def test_indices_of_what_does_not_vary_are_not_a_number():
+    found = estimated(np.ones((4, 5, 16)))
+    assert np.isnan(found.first.value).all() and np.isnan(found.total.error).all()
+
+
+def test_indices_of_an_indicator_are_those_of_a_double_loop():
+    """An independent estimator: the variance over one input of the mean over the others, with NumPy's numbers."""
+
+    def indicator(x):
+        return (x[:, 0] + 0.3 * x[:, 1] * x[:, 2] > 1.0).astype(float)
+
+    found = estimated(values_of(Design(3, 4096, 8, 5, True), indicator))
+    rng = np.random.default_rng(2)
+    outer, inner = 1500, 1500
+    for i in range(3):
+        x = rng.uniform(-np.pi, np.pi, (outer, inner, 3))
+        x[:, :, i] = x[:, :1, i]
+        means = indicator(x.reshape(-1, 3)).reshape(outer, inner).mean(1)
+        variance = means.mean() * (1 - means.mean())
+        loop = (means.var() - variance / inner) / variance  # the scatter of the inner means, roughly, taken off
+        spread = 3.5 * np.hypot(found.first.error[i], 1.5 * means.var() / variance / np.sqrt(outer) + 0.001)
+        assert abs(found.first.value[i] - loop) < spread
+
+
+def test_a_ratio_of_sums_has_the_error_of_its_scatter():
+    rng, off = np.random.default_rng(3), []
+    for _ in range(400):
+        below = rng.uniform(50, 150, 8)
+        found = ratio(2.0 * below + rng.normal(0, 5, 8), below)
+        off.append((found.value - 2.0) / found.error)
+    assert 0.9 < np.std(off) < 1.5

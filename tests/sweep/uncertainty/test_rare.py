@@ -1,0 +1,69 @@
+"""Rare stick-slip by subset simulation on the margin, against borders in closed form and plain Monte Carlo."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import stickslip
+from stickslip.config.reader import parse_config
+
+PAD = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+TEXT = """\
+system: {{mass: 1 kg, normal_load: 1 N{more}}}
+friction: {{a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}}
+axes: {{{axes}}}
+uncertain:
+  quantities: {{{quantities}}}
+  subset: {{samples: {samples}, repetitions: 8}}
+"""
+SPEED = "belt_speed: {normal: {mean: 0.95 m/s, std: 0.03 m/s}}"
+
+
+def rare(quantities=SPEED, samples=1000, more=", stiffness: 1", axes=""):
+    config = parse_config(TEXT.format(quantities=quantities, samples=samples, more=more, axes=axes))
+    return stickslip.run(config)
+
+
+def test_one_uncertain_speed_gives_the_normal_distribution_at_the_border():
+    found = rare()
+    border = float(stickslip.border(PAD, "belt_speed", (0.6, 1.0))["border"][0, 0])
+    exact = stats.norm.cdf((border - 0.95) / 0.03)  # 2e-7
+    p, error = (float(found[name].sel(state="stick_slip")) for name in ("probability", "probability_error"))
+    assert 1e-7 < exact < 1e-6
+    assert abs(p - exact) < 4 * error and error < 0.4 * exact
+    assert int(found["evaluations"]) < 8 * 1000 * 9
+    assert float(found["undecided"]) == 0.0
+
+
+def test_two_inputs_give_the_border_integrated():
+    found = rare(f"{SPEED}, damping: {{uniform: [0, 0.005]}}")
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    speeds = stickslip.border(PAD | {"damping": 0.0025 * (1 + nodes)}, "belt_speed", (0.5, 1.0))["border"].values[:, 0]
+    exact = weights @ stats.norm.cdf((speeds - 0.95) / 0.03) / 2
+    p, error = (float(found[name].sel(state="stick_slip")) for name in ("probability", "probability_error"))
+    assert abs(p - exact) < 4 * error and error < 0.4 * exact
+
+
+def test_what_is_not_rare_is_that_of_sobol_points_in_every_cell():
+    quantities = "belt_speed: {normal: {mean: 0.85 m/s, std: 0.03 m/s}}"
+    given = {"more": "", "axes": "stiffness: [0.5, 1, 2]"}
+    found = rare(quantities, 1000, **given)
+    text = TEXT.replace("subset: {{samples: {samples}, repetitions: 8}}", "draws: {samples}")
+    plain = stickslip.run(parse_config(text.format(quantities=quantities, samples=1024, **given)))
+    p, q = (ds["probability"].sel(state="stick_slip").values for ds in (found, plain))
+    error = np.hypot(*(ds["probability_error"].sel(state="stick_slip").values for ds in (found, plain)))
+    assert found["probability"].dims == ("stiffness", "state")
+    assert (np.abs(p - q) < 4 * error).all() and (q > 0.001).all()
+
+
+@pytest.mark.slow
+def test_it_is_that_of_two_million_draws_where_those_see_it():
+    quantities = "belt_speed: {normal: {mean: 0.9 m/s, std: 0.03 m/s}}, damping: {uniform: [0, 0.01]}"
+    found = rare(quantities, 2000)
+    rng, n = np.random.default_rng(1), 2_000_000
+    cells = PAD | {"belt_speed": rng.normal(0.9, 0.03, n), "damping": rng.uniform(0, 0.01, n)}
+    met = int((stickslip.evaluate(cells)["regime"].values == 1).sum())
+    error = np.hypot(np.sqrt(met) / n, float(found["probability_error"][0]))
+    assert met > 50 and abs(float(found["probability"][0]) - met / n) < 4 * error
