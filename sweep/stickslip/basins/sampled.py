@@ -10,16 +10,18 @@ from scipy.stats import qmc  # type: ignore[import-untyped]
 
 from stickslip.basins.box import Box, Sampling
 from stickslip.basins.starts import Work, decided, settled
-from stickslip.borders.search import Scan, search_lines
-from stickslip.vocabulary.cells import Cells
+from stickslip.borders.search import Looked, Scan, search_lines
+from stickslip.vocabulary.cells import Cells, taken
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.settings import RANDOMISATIONS
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 SCAN = Scan(1e-4, 10.0, 48, "log")  # of a disturbance over the scale of the cell, see `disturbance_scale`
 TOLERANCE = 1e-6
-_UNSETTLED, _SETTLES = 0, 1
+_TOGETHER = 2**16  # motions that are held at once
+_LOST, _SETTLES = 0, 1
 
 
 @dataclass(frozen=True)
@@ -51,11 +53,13 @@ def sampled_shares(cells: Cells, box: Box, sampling: Sampling, work: Work) -> Sh
     mean; that of independent points (the binomial one) would be too large several times, since Sobol points fill the
     box evenly. Where all agree the error is that of one state in all of them.
     """
-    states = starting_states(box, sampling)
-    n, each = cells["mass"].size, states.shape[0] * states.shape[1]
-    flat = states.reshape(each, 2)
-    many = {name: np.repeat(values, each) for name, values in cells.items()}
-    regimes = work.regimes(many, np.tile(flat[:, 0], n), np.tile(flat[:, 1], n)).reshape(n, RANDOMISATIONS, -1)
+    states, each = starting_states(box, sampling).reshape(-1, 2), sampling.samples
+    total = cells["mass"].size * each
+    found = []
+    for first in range(0, total, _TOGETHER):
+        cell, state = divmod(np.arange(first, min(first + _TOGETHER, total)), each)
+        found.append(work.regimes(taken(cells, cell), states[state, 0], states[state, 1]))
+    regimes = np.concatenate(found).reshape(-1, RANDOMISATIONS, sampling.points)
     ends, known = settled(regimes), decided(regimes)
     with np.errstate(invalid="ignore"):
         share = ends.sum(axis=(1, 2)) / known.sum(axis=(1, 2))
@@ -79,34 +83,28 @@ def critical_disturbances(cells: Cells, steady: Floats, work: Work) -> dict[str,
     motion of the belt; 0 where the smallest of the scan is enough, inf where the largest is not, NaN where undecided
     states come before.
     """
-    n = steady.size
     speed, sign = disturbance_scale(cells), np.sign(cells["belt_speed"])
-    length = speed * np.sqrt(cells["mass"] / cells["stiffness"])
+    length, none = speed * np.sqrt(cells["mass"] / cells["stiffness"]), np.zeros(steady.size)
     found = {}
-    for name, turn in (("along", sign), ("against", -sign)):
-        for kind, unit in (("shock", speed * turn), ("shift", length * turn)):
-
-            def labels(
-                line: NDArray[np.int64], place: Floats, unit: Floats = unit, kind: str = kind
-            ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
-                some = {key: values[line] for key, values in cells.items()}
-                change = place * unit[line]
-                x, v = (change, np.zeros(line.size)) if kind == "shift" else (np.zeros(line.size), change)
-                regimes = work.regimes(some, steady[line] + x, v)
-                known = decided(regimes)
-                return np.where(settled(regimes), _SETTLES, _UNSETTLED).astype(np.int8), known
-
-            found[f"{kind}_{name}"] = _first(n, labels) * np.abs(unit)
+    for way, turn in (("along", sign), ("against", -sign)):
+        found[f"shock_{way}"] = speed * _first_lost(cells, steady, none, turn * speed, work)
+        found[f"shift_{way}"] = length * _first_lost(cells, steady, turn * length, none, work)
     return found
 
 
-def _first(lines: int, labels) -> Floats:  # type: ignore[no-untyped-def]
-    """The place on each line where settling first ends."""
-    ends = np.repeat(np.arange(lines), 2), np.tile([SCAN.low, SCAN.high], lines)
-    brackets, _ = search_lines(lines, SCAN, TOLERANCE, labels)
-    first, known = (part.reshape(lines, 2)[:, 0] for part in labels(*ends))
-    found = np.where(first == _SETTLES, np.inf, 0.0)
-    found[~known] = np.nan
+def _first_lost(cells: Cells, steady: Floats, shift: Floats, shock: Floats, work: Work) -> Floats:
+    """How many times a disturbance of displacement and velocity is enough, per cell."""
+
+    def looked(line: Integers, place: Floats) -> Looked:
+        x, v = steady[line] + place * shift[line], place * shock[line]
+        regimes = work.regimes(taken(cells, line), x, v)
+        return Looked(np.where(settled(regimes), _SETTLES, _LOST).astype(np.int8), decided(regimes))
+
+    lines = steady.size
+    brackets, _ = search_lines(lines, SCAN, TOLERANCE, looked)
+    start = looked(np.arange(lines), np.full(lines, SCAN.low))
+    found = np.where(start.labels == _SETTLES, np.inf, 0.0)
+    found[~start.decided] = np.nan
     for bracket in brackets[::-1]:  # the lowest of a line comes last
         line = bracket["line"]
         if bracket["below"] == _SETTLES and found[line] != 0.0:

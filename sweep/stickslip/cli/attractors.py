@@ -8,7 +8,7 @@ import click
 
 from stickslip.cli import screen
 from stickslip.cli.carried import run_request
-from stickslip.cli.common import CONFIG, DASK, check_plot, fail, incomplete, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import CONFIG, DASK, check_plot, fail, prepare_kernels, reports_wrong_input
 
 
 @click.command(
@@ -90,7 +90,7 @@ def ramp(
     """
     from stickslip import api_basins, plots
     from stickslip.config.reader import load_config
-    from stickslip.errors import Interrupted, PlotError
+    from stickslip.errors import PlotError
     from stickslip.files import writing
 
     if output is not None:
@@ -102,8 +102,6 @@ def ramp(
     prepare_kernels(one.friction.law)
     try:
         ds = api_basins.ramp(one, along, ends, points)
-    except Interrupted as error:
-        incomplete(error)
     except (TypeError, ValueError) as error:  # bad input, said before anything is computed
         fail(f"{config}: {error}")
     from stickslip.cli.attractor_rows import show_ramp

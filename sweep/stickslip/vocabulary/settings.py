@@ -65,7 +65,7 @@ REFINE: dict[str, Parameter] = table(
 RANDOMISATIONS = 16  # of Sobol points: so many that their scatter is known to a fifth
 ATTRACTORS: dict[str, Parameter] = table(
     Parameter("samples", "1", "starting states drawn per cell where the share that settles is not exact", "attractors",
-              default=1024, at_least=RANDOMISATIONS, at_most=2**24, whole=True),
+              default=1024, at_least=RANDOMISATIONS, at_most=2**20, whole=True),
     Parameter("seed", "1", "seed of the starting states: the same seed, the same states", "attractors",
               default=1, at_least=0, at_most=2**32 - 1, whole=True),
 )  # fmt: skip
