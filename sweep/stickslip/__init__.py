@@ -13,13 +13,14 @@ if TYPE_CHECKING:
     from .api_basins import attractors, ramp
     from .config.model import Config
     from .config.reader import load_config
+    from .designing import contours, margins
     from .engine import Options
     from .errors import ClusterError, ConfigError, IncompleteError, Interrupted
 
 __all__ = [
     "ClusterError", "Config", "ConfigError", "IncompleteError", "Interrupted", "Options", "__version__",
-    "attractors", "border", "collect", "evaluate", "load_config", "open", "ramp", "retry_failed", "run", "run_shard",
-    "simulate", "status",
+    "attractors", "border", "collect", "contours", "evaluate", "load_config", "margins", "open", "ramp", "retry_failed",
+    "run", "run_shard", "simulate", "status",
 ]  # fmt: skip
 
 _HOMES = {
@@ -28,6 +29,7 @@ _HOMES = {
     "attractors": "api_basins", "ramp": "api_basins",
     "border": "api", "collect": "api", "evaluate": "api", "open": "api", "retry_failed": "api", "run": "api",
     "run_shard": "api", "simulate": "api", "status": "api",
+    "contours": "designing", "margins": "designing",
 }  # fmt: skip
 
 

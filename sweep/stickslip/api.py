@@ -19,7 +19,7 @@ from .config.addresses import HERE
 from .config.model import Config
 from .config.options import options_of
 from .config.reader import load_config
-from .config.studies import Border
+from .config.studies import Border, alone
 from .dataset.build import cell_dataset, trace_dataset
 from .dataset.provenance import provenance
 from .engine import Options, Progress, compute, trajectory
@@ -276,7 +276,7 @@ def border(
         options = replace(options_of(config), early_stop=True, **given)
         lines = borders.lines_of_config(config, along, between)
         asked = Border.model_construct(along=along, between=between, tolerance=tolerance, scan=scan, rtol=rtol)
-        title, text = f"{title}: {config.title}", config.model_copy(update={"border": asked}).to_yaml()
+        title, text = f"{title}: {config.title}", config.model_copy(update=alone("border", asked)).to_yaml()
     else:
         options = Options(law=law or Options.law, **given)
         lines = borders.lines_of_cells(cells_or_config, along, between)

@@ -17,7 +17,7 @@ from . import basins, borders
 from .config.model import Config
 from .config.options import options_of
 from .config.reader import load_config
-from .config.studies import Attractors
+from .config.studies import Attractors, alone
 from .dataset.attractors import ramp_dataset
 from .dataset.provenance import provenance
 from .engine import Options, Progress, stop_flag, warm_up
@@ -79,7 +79,7 @@ def attractors(
     if config is not None:
         cells = basins.asked_of_config(config)
         title = f"Attractors: {config.title}"
-        text = config.model_copy(update={"border": None, "attractors": asked}).to_yaml()
+        text = config.model_copy(update=alone("attractors", asked)).to_yaml()
     else:
         assert isinstance(cells_or_config, Mapping | xr.Dataset)
         cells, title = basins.asked_of_cells(as_cells(cells_or_config)), "Attractors"

@@ -51,15 +51,10 @@ PYTHON = {name: text for name, text in blocks("python").items() if not name.star
 
 
 def test_pages_have_blocks_to_try():
-    assert {name.split()[0] for name in YAML} >= {
-        "README.md",
-        "rig.md",
-        "attractors.md",
-        "borders.md",
-        "uncertainty.md",
-    }
+    assert {name.split()[0] for name in YAML} >= {"README.md", "rig.md", "borders.md", "uncertainty.md"}
     assert {name.split()[0] for name in PYTHON} >= {
         "README.md",
+        "advise.md",
         "attractors.md",
         "borders.md",
         "rig.md",

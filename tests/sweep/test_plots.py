@@ -10,7 +10,10 @@ from matplotlib.colors import LogNorm, to_rgb
 
 from helpers.maps import axis, make_map, plane
 from stickslip.dataset.axis import MapAxis, title
+from stickslip.dataset.borders import border_dataset
+from stickslip.dataset.build import _axis as axis_variable
 from stickslip.dataset.build import cell_dataset, trace_dataset
+from stickslip.dataset.polylines import joined_crossings, matched
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
 from stickslip.plots import page, traces
@@ -447,3 +450,66 @@ def test_plotting_needs_no_pyplot():
     code = "import sys, stickslip.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0
+
+
+# --- exact borders over maps ------------------------------------------------------------------------------------------
+
+
+def border_lines_of(figure, panel=0):
+    """Coordinates of the white lines in a panel."""
+    return [line.get_xydata() for line in panels_of(figure)[panel].lines if line.get_color() == "white"]
+
+
+def borders_along(along, across, values, **regimes):
+    """A dataset of borders with a line per point of `across`."""
+    values = np.array(values)
+    below = np.where(np.isnan(values), 0, regimes.get("below", 1))
+    above = np.where(np.isnan(values), 0, regimes.get("above", 2))
+    lines = grid_coordinates_of(across)
+    table = {"border": values, "regime_below": below, "regime_above": above, "border_width": 0 * values,
+             "scan_undecided": np.zeros(len(values))}  # fmt: skip
+    return border_dataset(along, (across.dim,), (len(values),), lines, table, {"border_parameter": along})
+
+
+def grid_coordinates_of(coordinate):
+    return {coordinate.dim: axis_variable(coordinate)}
+
+
+def test_borders_along_either_axis_are_drawn_over_a_map():
+    ds = plane()
+    x, y = str(ds["regime"].dims[1]), str(ds["regime"].dims[0])
+    for along, across in ((x, y), (y, x)):
+        places = ds[across].values
+        middle = float(ds[along].values.mean())
+        figure = plot_map(ds, lines=borders_along(along, axis(across, places), [[middle]] * len(places)))
+        (line,) = border_lines_of(figure)
+        np.testing.assert_array_equal(line[:, 0 if across == x else 1], places)
+        assert (line[:, 1 if across == x else 0] == middle).all() and "border, exact" in legend_of(figure)
+
+
+def test_borders_of_other_cells_are_refused():
+    ds = plane()
+    x, y = str(ds["regime"].dims[1]), str(ds["regime"].dims[0])
+    lines = borders_along(x, axis(y, ds[y].values), [[1.0]] * ds.sizes[y]).assign_coords(mass=1234.5)
+    if "mass" not in ds.coords:
+        ds = ds.assign_coords(mass=1.0)
+    with pytest.raises(PlotError, match=r"those of other cells: mass is 1234\.5 there"):
+        plot_map(ds, lines=lines)
+
+
+def test_a_crossing_goes_on_where_regimes_agree_and_leaves_a_gap_where_they_do_not():
+    nan = np.nan
+    border = np.array([[0.1, 0.5], [0.2, 0.6], [0.6, nan], [0.2, 0.7]])
+    below = np.array([[1, 2], [1, 2], [2, 0], [1, 2]])
+    above = np.array([[2, 3], [2, 3], [3, 0], [2, 3]])
+    found = joined_crossings(np.arange(4.0), border, below, above)
+    told = sorted((kind, values.tolist(), places.tolist()) for places, values, kind in found)
+    assert told == [
+        ((1, 2), [0.1, 0.2], [0.0, 1.0]), ((1, 2), [0.2], [3.0]), ((2, 3), [0.5, 0.6, 0.6, 0.7], [0.0, 1.0, 2.0, 3.0])
+    ]  # fmt: skip
+
+
+def test_of_several_crossings_of_a_kind_the_nearest_go_on_and_lines_do_not_cross():
+    kinds, values = [(1, 2), (2, 1), (1, 2)], [0.1, 0.2, 0.9]
+    assert matched(kinds, values, [(1, 2)], [0.8]) == [(2, 0)]
+    assert matched(kinds, values, [(1, 2), (2, 1)], [0.1, 0.15]) == [(0, 0), (1, 1)]

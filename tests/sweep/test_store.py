@@ -1,5 +1,6 @@
 import errno
 import os
+import re
 import socket
 import stat
 import subprocess
@@ -36,7 +37,15 @@ def trace() -> xr.Dataset:
     return trace_dataset(np.linspace(0, 1, 5), samples, {"mass": 1.0}, provenance("", title="trace"))
 
 
-DATASETS = {"plane": plane, "labelled": labelled, "cells": cells, "trace": trace, "one cell": make_map}
+DATASETS = {
+    "plane": plane,
+    "labelled": labelled,
+    "cells": cells,
+    "trace": trace,
+    "one cell": make_map,
+    "attractors": attractors,
+    "ramp": ramp,
+}
 
 
 def files_in(folder):
@@ -276,6 +285,17 @@ def scatter():
     return stickslip.run(parse_config(f"{text}uncertain: {{draws: 16, quantities: {{{speed}}}}}\n"))
 
 
+def contours():
+    pair = {"mass": 1.0, "normal_load": 1.0, "damping": [0.0, 0.01], "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+    ranges = {"stiffness": (1.0, 2.0), "belt_speed": (0.1, 1.0)}
+    return stickslip.contours(pair, ("stiffness", "belt_speed"), ranges, 8, 1e-3)
+
+
+def margins():
+    pair = {"mass": 1.0, "stiffness": [1.0, 2.0], "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+    return stickslip.margins(pair | {"belt_speed": 0.7}, ("belt_speed", "damping"), tolerance=1e-3)
+
+
 def attractors():
     pair = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
     return stickslip.attractors(pair | {"belt_speed": [0.2, 0.5, 1.0]}, {"displacement": (0, 2), "velocity": (-1, 1)})
@@ -286,18 +306,17 @@ def ramp():
     return stickslip.ramp(pair, "belt_speed", (0.2, 1.0), 9)
 
 
-MADE = {
-    "plane": plane,
-    "labelled": labelled,
-    "cells": cells,
-    "borders": borders,
-    "scatter": scatter,
-    "one cell": make_map,
-}
-MADE |= {"attractors": attractors, "ramp": ramp}
+MAKERS = {"plane": plane, "labelled": labelled, "cells": cells, "borders": borders, "scatter": scatter,
+          "contours": contours, "margins": margins, "one cell": make_map, "attractors": attractors, "ramp": ramp}  # fmt: skip
 
 
-@pytest.mark.parametrize("make", MADE.values(), ids=MADE)
+# What the checker (6.1) holds against lines in a plane that is not that of longitude and latitude: it wants degrees of
+# whatever has an axis, which nodes must have. And it wants the dimension of nodes in what is said of lines, where the
+# conventions (7.5) want that of geometries, which `node_count` has; their example fails in this as well.
+MISTAKEN = re.compile(r"should define valid units for l|does not include geometry dimension 'node'")
+
+
+@pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
 def test_files_pass_the_cf_checker_without_a_single_remark(make, cf_checker, tmp_path, monkeypatch):
     def no_network(*arguments):
         raise AssertionError("the checker wanted the network")
@@ -312,4 +331,5 @@ def test_files_pass_the_cf_checker_without_a_single_remark(make, cf_checker, tmp
         results, crashes = cf_checker.run_all(file, [check])[check]
         file.close()
     assert not crashes
-    assert [message for result in results if not _is_full_score(result.value) for message in result.msgs] == []
+    remarks = [message for result in results if not _is_full_score(result.value) for message in result.msgs]
+    assert [message for message in remarks if make is not contours or not MISTAKEN.search(message)] == []

@@ -12,9 +12,11 @@ import click
 
 from stickslip._version import __version__
 from stickslip.cli import (
+    advice,
     attractors,
     borders,
     configs,
+    contours,
     inspection,
     maps,
     results,
@@ -30,7 +32,8 @@ COMMANDS = (
     *(configs.init, configs.schema, configs.validate),
     *(maps.plan, maps.run),
     *(stores.collect, stores.retry_failed, stores.status),
-    *(results.plot, inspection.inspect, trajectories.simulate, borders.border),
+    *(results.plot, inspection.inspect, trajectories.simulate),
+    *(borders.border, contours.contours, advice.advise),
     *(attractors.attractors, attractors.ramp),
     *(science.article, science.fit),
     *(rig_tests.rig, rig.rig_features, rig.calibrate),

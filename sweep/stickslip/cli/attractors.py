@@ -45,7 +45,7 @@ def attractors(
     """
     from stickslip.config.reader import load_config
     from stickslip.config.sections import Output
-    from stickslip.config.studies import Attractors
+    from stickslip.config.studies import Attractors, alone
     from stickslip.runs.request import Request
 
     one = load_config(config)
@@ -56,8 +56,8 @@ def attractors(
     asked = said | box | numbers
     if missing := [name for name in ends if name not in asked]:
         fail(f"{config}: --{missing[0]}: missing, expected LOW HIGH, or a section attractors in the configuration")
-    update = {"border": None, "attractors": Attractors.model_construct(**asked)}
-    one = one.model_copy(update=update | {"output": Output.model_construct(file=None, plot=None)})
+    update = alone("attractors", Attractors.model_construct(**asked))
+    one = one.model_copy(update={**update, "output": Output.model_construct(file=None, plot=None)})
     said_here = [word for name, pair in ends.items() if pair for word in (f"--{name}", *pair)]
     again = ["attractors", str(config), *said_here, "-o", "basins.nc"]
     try:

@@ -42,3 +42,58 @@ def _rows(ds: xr.Dataset) -> Iterator[str]:
         value = f"{float(one['border']):.12g} {unit}".rstrip()
         how = f"width {float(one['border_width']):.2g}, by {METHODS[int(one['method'])]}"
         yield f"{where}{': ' if where else ''}{below} -> {above} at {value} ({how})"
+
+
+def show_contours(ds: xr.Dataset) -> None:
+    """The first lines, how many there are, and what can be missed."""
+    for row in islice(_lines(ds), _MOST_ROWS):
+        click.echo(row)
+    if ds.sizes["line"] > _MOST_ROWS:
+        click.echo(f"... and {ds.sizes['line'] - _MOST_ROWS} more")
+    click.echo(f"lines    {ds.attrs['contour_found']}")
+    click.echo(f"grid     {ds.attrs['contour_grid']}")
+    click.echo(f"scan     {ds.attrs['contour_scan']}")
+    click.echo(f"looked   at {ds.attrs['contour_looked_at']}")
+
+
+def _lines(ds: xr.Dataset) -> Iterator[str]:
+    """A line of text per line."""
+    from stickslip.dataset.contours import plane_names, polylines
+    from stickslip.vocabulary import units
+    from stickslip.vocabulary.flags import REGIMES
+
+    names = plane_names(ds)
+    spelled = [units.spelled(ds[name].attrs["units"]) for name in names]
+    beside = [name for name, one in ds.coords.items() if one.dims == ("line",)]
+    for number, line in enumerate(polylines(ds)):
+        where = ", ".join(f"{name} = {ds[name].values[number]}" for name in beside)
+        ranges = ", ".join(
+            f"{name} {values.min():.6g} to {values.max():.6g} {unit}".rstrip()
+            for name, values, unit in zip(names, (line.x, line.y), spelled, strict=True)
+        )
+        kind = "loop" if line.closed else "line"
+        sides = f"{REGIMES[line.left]} | {REGIMES[line.right]}"
+        yield f"{where}{': ' if where else ''}{sides}: {kind} of {len(line.x)} points, {ranges}"
+
+
+def show_margins(ds: xr.Dataset) -> None:
+    """Of how many cells which parameter leads to a border, and how far it has to go."""
+    import numpy as np
+    from rich.table import Table
+
+    from stickslip.cli import screen
+
+    table = Table("parameter", box=None, pad_edge=False, header_style="bold")
+    for name in ("cells with a border", "nearest", "median", "farthest"):
+        table.add_column(name, justify="right")
+    for name in (str(one).removeprefix("margin_") for one in ds.data_vars if str(one).startswith("margin_")):
+        ratio, margin = ds[f"ratio_{name}"].values.ravel(), ds[f"margin_{name}"].values.ravel()
+        by_factor = bool(np.isfinite(ratio).any())
+        sizes = np.sort(np.exp(np.abs(np.log(ratio[ratio > 0]))) if by_factor else np.abs(margin[~np.isnan(margin)]))
+        spelled = [f"x {one:.3g}" if by_factor else f"{one:.3g}" for one in sizes]
+        told = [spelled[0], spelled[len(spelled) // 2], spelled[-1]] if spelled else ["-"] * 3
+        table.add_row(name, f"{np.count_nonzero(~np.isnan(margin)):,} of {margin.size:,}", *told)
+    screen.terminal().print(table)
+    click.echo(f"found    {ds.attrs['margin_found']}")
+    click.echo(f"within   {ds.attrs['margin_within']}")
+    click.echo(f"scan     {ds.attrs['margin_scan']}")

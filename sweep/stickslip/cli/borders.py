@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from stickslip.cli.backdrop import MAP, Extras
 from stickslip.cli.carried import run_request
 from stickslip.cli.common import CONFIG, DASK, fail, reports_wrong_input
 
@@ -24,6 +25,8 @@ Examples:
 @click.option("--tolerance", type=float, default=1e-9, show_default=True, help="Width to stop at, over the border.")
 @click.option("--scan", type=int, default=64, show_default=True, help="Places of each line to look at first.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: the borders over a map.")
+@MAP
 @click.option("--fresh", is_flag=True, help="Replace a file of another search.")
 @DASK
 @reports_wrong_input
@@ -34,6 +37,8 @@ def border(
     tolerance: float,
     scan: int,
     output: Path | None,
+    plot: Path | None,
+    map_file: Path | None,
     fresh: bool,
     dask: str | None,
 ) -> None:
@@ -44,17 +49,17 @@ def border(
     """
     from stickslip.config.reader import load_config
     from stickslip.config.sections import Output
-    from stickslip.config.studies import Border
+    from stickslip.config.studies import Border, alone
     from stickslip.runs.request import Request
 
     ends = _ends(along, between) if between else None
     asked = Border.model_construct(along=along, between=ends, tolerance=tolerance, scan=scan)
     one = load_config(config).model_copy(
-        update={"border": asked, "output": Output.model_construct(file=None, plot=None)}
+        update={**alone("border", asked), "output": Output.model_construct(file=None, plot=None)}
     )
     again = ["border", str(config), "--along", along, "-o", "borders.nc"]
     try:
-        run_request(Request(one, output, fresh=fresh, dask=dask), None, again)
+        run_request(Request(one, output, fresh=fresh, dask=dask), plot, again, Extras(map_file))
     except (TypeError, ValueError) as error:  # bad input, said before anything is computed
         fail(f"{config}: {error}")
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import click
 
 from stickslip.cli import screen, shown
+from stickslip.cli.backdrop import Extras
 from stickslip.cli.common import check_plot, fail, incomplete, prepare_kernels
 
 if TYPE_CHECKING:
@@ -23,10 +24,10 @@ if TYPE_CHECKING:
     from stickslip.study import Study
 
 
-def run_request(request: Request, plot: Path | None, keep: list[str]) -> None:
+def run_request(request: Request, plot: Path | None, keep: list[str], extras: Extras | None = None) -> None:
     """Carry out a run, or compute in memory what has no place to be kept, and tell the outcome.
 
-    keep : the words of the command that writes such a result to a file.
+    keep : the words of the command that writes such a result to a file. extras : of borders.
     """
     from stickslip.files import writing as files
     from stickslip.runs import session
@@ -41,10 +42,10 @@ def run_request(request: Request, plot: Path | None, keep: list[str]) -> None:
     if request.output is None and request.place is None:
         if request.shard is not None:
             fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")
-        return _run_in_memory(request, work.study, plot, keeping(keep))
+        return _run_in_memory(request, work.study, plot, keeping(keep), extras or Extras())
     outcome, seconds = carried_out(session.run, request, work.study)
     if outcome.output is not None:
-        return report(outcome, seconds, request, plot)
+        return report(outcome, seconds, request, plot, extras or Extras())
     _tell_blocks(outcome, request, work.study)
 
 
@@ -69,13 +70,13 @@ def _named_output(request: Request) -> list[str]:
     return ["-o", str(request.output or "map.nc")]
 
 
-def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str) -> None:
+def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str, extras: Extras) -> None:
     """A run that writes no file, and says so; `keep` is the command that does."""
     from stickslip import api
     from stickslip.errors import Interrupted
 
     api.check_in_memory(request.config, request.dask)
-    notice(f"no output is named: the {study.name} is shown and then discarded; to keep it: {keep}")
+    notice(f"no output is named: the {study.name} will be shown and then discarded; to keep it: {keep}")
     prepare_kernels(study.options.law)
     began = finished = perf_counter()
 
@@ -90,8 +91,9 @@ def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str)
     except Interrupted as interrupted:
         incomplete(interrupted)
     done = screen.Done(prod(study.shape), study.counted, finished - began, screen.threads(study.options))
-    shown.show(ds, done, None, plot if save_plot(ds, plot) else None)
-    notice(f"the {study.name} was not kept; to keep it: {keep}")
+    shown.show(ds, done, None, plot if save_plot(ds, plot, extras) else None)
+    extras.write_table(ds)
+    notice(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep it: {keep}")
 
 
 def carried_out(action: Callable[[Request], Outcome], request: Request, study: Study) -> tuple[Outcome, float]:
@@ -131,35 +133,38 @@ def notice(text: str) -> None:
     click.echo(text, err=True)
 
 
-def save_plot(ds: xr.Dataset, plot: Path | None) -> bool:
+def save_plot(ds: xr.Dataset, plot: Path | None, extras: Extras) -> bool:
     """Draw a result, if it can be drawn and a plot is asked for; whether it was."""
     if plot is None or not shown.is_drawn(ds):
         return False
     from stickslip import plots
 
-    plots.save(shown.figure(ds), plot)
+    plots.save(shown.figure(ds, extras), plot)
     return True
 
 
-def report(outcome: Outcome, seconds: float, request: Request, plot: Path | None) -> None:
+def report(outcome: Outcome, seconds: float, request: Request, plot: Path | None, extras: Extras | None = None) -> None:
     """The plot and the summary of a run that wrote its result; of one that had nothing to do, a missing plot."""
     from stickslip.files import reading
     from stickslip.runs.work import study_of
 
     if outcome.output is None:
         return
+    extras = extras or Extras()
     study = study_of(request.config)
     if outcome.up_to_date:
         click.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
-        if plot is None or plot.exists():
+        if (plot is None or plot.exists()) and extras.table is None:
             return
     with reading.open(outcome.output) as ds:
-        drawn = save_plot(ds, plot)
+        drawn = save_plot(ds, plot, extras)
         if outcome.up_to_date:
+            extras.write_table(ds)
             return click.echo(f"plot     {plot}") if drawn else None
         machines = outcome.machines or screen.threads(study.options)
         done = screen.Done(outcome.computed, study.counted, seconds, machines)
         shown.show(ds, done, outcome.output, plot if drawn else None)
+        extras.write_table(ds)
     if outcome.reused:
         click.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
     if outcome.where:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import screen
-from stickslip.cli.common import reports_wrong_input
+from stickslip.cli import screen, shown
+from stickslip.cli.common import fail, reports_wrong_input
 
 if TYPE_CHECKING:
     from stickslip.dataset.inspect import Survey
@@ -31,13 +31,18 @@ def inspect(file: Path, regimes: tuple[str, ...], statuses: tuple[str, ...], lim
     """Count the cells of a result, and list problem cells.
 
     These are cells that failed, are unresolved or were not computed, unless --regime or --status say which to list.
-    Each is listed as a command that computes it over time, ready to paste.
+    Each is listed as a command that computes it over time, ready to paste. Of results that are no maps it
+    says what was found.
     """
     from stickslip.config.pick import recipe_of
     from stickslip.dataset import inspect as inspection
     from stickslip.files import reading
 
     ds = reading.open(file)
+    if "status" not in ds and (tell := shown.teller(ds)):
+        if regimes or statuses:
+            fail(f"{file}: --regime and --status list the cells of a map; this file holds none")
+        return tell(ds)
     found = inspection.survey(ds, recipe_of(ds, str(file)), regimes=regimes, statuses=statuses, limit=limit)
     _table(found)
     what = "such cells" if regimes or statuses else "cells failed, are unresolved or were not computed"

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli.common import check_plot, fail, reports_wrong_input
+from stickslip.cli import shown
+from stickslip.cli.backdrop import MAP, Extras
+from stickslip.cli.common import check_plot, fail, prepare_kernels, reports_wrong_input
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 
 @click.command(
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 Examples:
   stickslip plot quickstart.nc
   stickslip plot quickstart.nc --variable spring_force_max -o force.svg
+  stickslip plot map.nc --lines borders.nc -o map-with-borders.png
   stickslip plot map.nc --select damping=0.1 --select stiffness="5 N/mm\""""
 )
 @click.argument("file", type=click.Path(path_type=Path))
@@ -26,6 +28,8 @@ Examples:
 @click.option(
     "--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension at the cell with this value, or label."
 )
+@click.option("--lines", type=click.Path(path_type=Path), help="File of borders or contours to draw over the map.")
+@MAP
 @click.option("--no-borders", is_flag=True, help="Leave out the borders of linear theory.")
 @click.option(
     "-o",
@@ -34,20 +38,38 @@ Examples:
     help="Plot to write.  [default: FILE.png, FILE-VARIABLE.png for other variables than regime]",
 )
 @reports_wrong_input
-def plot(file: Path, variable: str | None, select: tuple[str, ...], no_borders: bool, output: Path | None) -> None:
-    """Plot a result: a map, probabilities, a trajectory, attractors, or a ramp."""
+def plot(
+    file: Path, variable: str | None, select: tuple[str, ...], lines: Path | None, map_file: Path | None,
+    no_borders: bool, output: Path | None,
+) -> None:  # fmt: skip
+    """Plot a result: a map, a trajectory, probabilities, borders over a map, attractors, or a ramp."""
     from stickslip import plots
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
     ds = reading.open(file)
+    given, variable = variable, variable or ("settling_share" if "settling_share" in ds else "regime")
+    of_line = "settling_share" in ds and given is None
+    if shown.is_over_map(ds):
+        return _plot_borders(ds, file, output or file.with_suffix(".png"), map_file)
     is_map = "time" not in ds.dims
     target = output or _plot_of(file, variable if is_map else None)
     check_plot(target)
     places = _pairs(select) if is_map else {}
     try:
-        figure = _drawn(ds, variable, places, not no_borders)
+        if "probability" in ds and variable == "regime":
+            state = places.pop("state", "stick_slip")
+            figure = plots.plot_probability(selection.selected(ds, places)[0], state)
+        elif "direction" in ds.dims:
+            figure = plots.plot_ramp(ds, given or "velocity_amplitude", select=places)
+        elif of_line and len(set(ds["settling_share"].dims) - set(places)) == 1:
+            figure = plots.plot_attractors(ds, select=places)
+        elif is_map:
+            over = None if lines is None else reading.open(lines)
+            figure = plots.plot_map(ds, variable, select=places, borders=not no_borders, lines=over)
+        else:
+            figure = plots.plot_trace(ds)
     except PlotError as error:
         fail(f"{file}: {error}")
     for point in selection.told(ds, places):
@@ -56,24 +78,20 @@ def plot(file: Path, variable: str | None, select: tuple[str, ...], no_borders: 
     click.echo(f"plot     {target}")
 
 
-def _drawn(ds: xr.Dataset, variable: str | None, places: dict[str, str], borders: bool) -> Figure:
-    """The plot that suits the kind of result."""
+def _plot_borders(ds: xr.Dataset, file: Path, target: Path, map_file: Path | None) -> None:
+    """Borders over the map they lie in: that of a file, or a coarse one that is computed."""
     from stickslip import plots
-    from stickslip.dataset import select as selection
+    from stickslip.config.reader import parse_config
+    from stickslip.errors import PlotError
 
-    if "time" in ds.dims:
-        return plots.plot_trace(ds)
-    if "direction" in ds.dims:
-        return plots.plot_ramp(ds, variable or "velocity_amplitude", select=places)
-    if "probability" in ds and variable is None:
-        state = places.pop("state", "stick_slip")
-        return plots.plot_probability(selection.selected(ds, places)[0], state)
-    if "settling_share" in ds and variable is None:
-        left = set(ds["settling_share"].dims) - set(places)
-        if len(left) == 1:
-            return plots.plot_attractors(ds, select=places)
-        variable = "settling_share"
-    return plots.plot_map(ds, variable or "regime", select=places, borders=borders)
+    check_plot(target)
+    if map_file is None:
+        prepare_kernels(parse_config(str(ds.attrs["configuration"]), str(file)).friction.law)
+    try:
+        plots.save(shown.figure(ds, Extras(map_file)), target)
+    except PlotError as error:
+        fail(f"{file}: {error}")
+    click.echo(f"plot     {target}")
 
 
 def _plot_of(file: Path, variable: str | None) -> Path:

@@ -14,23 +14,14 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from stickslip.cli.backdrop import Extras
     from stickslip.cli.screen import Done
 
 
 def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> None:
     """The summary a run ends with: what came out, how long it took, and the files."""
-    if "border" in ds:
-        from stickslip.cli.border_rows import show_borders
-
-        show_borders(ds)
-    elif "settling_share" in ds:
-        from stickslip.cli.attractor_rows import show_attractors
-
-        show_attractors(ds)
-    elif "probability" in ds:
-        from stickslip.cli.probability_rows import show_probabilities
-
-        show_probabilities(ds)
+    if tell := teller(ds):
+        tell(ds)
     else:
         screen.show_map(ds, output)
     if "audit" in ds.attrs:
@@ -44,15 +35,39 @@ def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> 
         click.echo(f"plot     {plot}")
 
 
+def teller(ds: xr.Dataset) -> Callable[[xr.Dataset], None] | None:
+    """What says on screen what was found in a result; None for maps and lists of cells."""
+    from stickslip.cli import attractor_rows, border_rows, probability_rows
+
+    found = {"border_found": border_rows.show_borders, "contour_found": border_rows.show_contours,
+             "margin_found": border_rows.show_margins}  # fmt: skip
+    if "settling_share" in ds:
+        return attractor_rows.show_attractors
+    if "probability" in ds:
+        return probability_rows.show_probabilities
+    return next((tell for name, tell in found.items() if name in ds.attrs), None)
+
+
+def is_over_map(ds: xr.Dataset) -> bool:
+    """Whether a result is drawn over a map: borders of many lines, or contours."""
+    if "border_found" in ds.attrs:
+        return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
+    return "contour_found" in ds.attrs
+
+
 def is_drawn(ds: xr.Dataset) -> bool:
-    """Whether there is a plot of this result."""
-    return "probability" in ds or any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
+    """Whether there is a plot of this result: borders of single lines are no lines to draw."""
+    of_cells = any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
+    return is_over_map(ds) or "probability" in ds or of_cells
 
 
-def figure(ds: xr.Dataset) -> Figure:
-    """The plot of a result that `is_drawn`."""
+def figure(ds: xr.Dataset, extras: Extras | None = None) -> Figure:
+    """The plot of a result that `is_drawn`: a map; of borders, the map they lie in, with them over it."""
     from stickslip import plots
+    from stickslip.cli.backdrop import Extras
 
+    if is_over_map(ds):
+        return plots.plot_map((extras or Extras()).map_behind(ds), lines=ds, title=str(ds.attrs.get("title", "")))
     if "settling_share" in ds:
         return plots.plot_attractors(ds) if ds["settling_share"].ndim == 1 else plots.plot_map(ds, "settling_share")
     drawn: Callable[[xr.Dataset], Figure] = plots.plot_probability if "probability" in ds else plots.plot_map

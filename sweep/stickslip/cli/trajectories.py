@@ -41,7 +41,7 @@ def simulate(
     from stickslip.config.pick import cell_of, config_at, seconds
     from stickslip.files import writing
 
-    one = config_at(_recipe(config), at)
+    one = config_at(recipe_in(config), at)
     time, solver = seconds(duration), one.solver
     if output is None and plot is None:
         fail("nothing to do: name a file (--output trace.nc), a plot (--plot trace.png), or both")
@@ -61,7 +61,7 @@ def simulate(
         click.echo(f"plot        {plot}")
 
 
-def _recipe(path: Path) -> Recipe:
+def recipe_in(path: Path) -> Recipe:
     """The configuration in a YAML file, or the one in a result."""
     from stickslip.config.pick import recipe_of
     from stickslip.config.reader import load_config

@@ -13,6 +13,7 @@ import xarray as xr
 from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.reader import make_config, parse_config
+from stickslip.config.studies import STUDIES
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
@@ -52,6 +53,8 @@ def config_at(recipe: Recipe, settings: Iterable[str]) -> Config:
             _check_name(name, axes)
             data[QUANTITIES[name].section][name] = _number_or_text(value)
     axes = {name: axis for name, axis in axes.items() if not _is_settled(axis, given)}
+    for study in STUDIES:
+        data.pop(study, None)
     data["axes"] = {}
     if axes:
         raise ConfigError(_SOURCE, [_missing(axis) for axis in axes.values()])

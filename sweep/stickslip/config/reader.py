@@ -19,6 +19,7 @@ from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
 from stickslip.config.lines import broken_rules, line_along
 from stickslip.config.model import Axis, Config, Group, Range, Values
+from stickslip.config.planes import broken_in_plane, plane_along
 from stickslip.config.sections import (
     REFUSED,
     Drive,
@@ -134,6 +135,7 @@ class _Reader(Complaints):
         self._check_lines(config)
         self._check_states(config)
         self._check_boxes(config)
+        self._check_plane(config)
         self.raise_any()
         return config
 
@@ -179,6 +181,21 @@ class _Reader(Complaints):
         for finding in refined.broken_rules(config.axes, config.refine) if config.refine else ():
             got = finding.got or self.text(finding.path)
             self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint, at_key=bool(finding.got))
+
+    def _check_plane(self, config: Config) -> None:
+        """The plane in which borders are followed exists, and cells in it are possible."""
+        if config.contours is None:
+            return
+        try:
+            plane = plane_along(config, config.contours.axes, config.contours.between or {})
+        except ArgumentError as error:
+            self.add(("contours", error.key), error.what)
+            return
+        for finding in broken_in_plane(config, plane):
+            path = finding.path
+            if path[0] == "contours" and path[-1] not in (config.contours.between or {}):
+                path = ("axes", path[-1])
+            self.add(path, f"got {finding.got or self.text(path)}, expected {finding.expected}", finding.hint)
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from stickslip.config.addresses import LOCAL, PATTERN
 from stickslip.config.reader import DEFAULT_TITLE, SECTIONS
 from stickslip.config.scatter import ARGUMENTS, MAY_SCATTER, METRICS, Sampling, Subset, Uncertain
 from stickslip.config.sections import OUTPUT_SUFFIXES, PLOT_SUFFIXES, Section
-from stickslip.config.studies import STUDIES
+from stickslip.config.studies import STUDIES, Contours
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAWS
 from stickslip.vocabulary.parameter import Parameter
@@ -188,7 +188,7 @@ def _section(model: type[Section]) -> Schema:
         if name in model.rows:
             properties[name] = _described(model.rows[name])
             continue
-        properties[name] = {"description": field.description, **_OTHERS[name]}
+        properties[name] = {"description": field.description, **(_OTHERS | _OWN.get(model, {}))[name]}
         if field.default is not None and not field.is_required():
             properties[name]["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
     required = [name for name, field in model.model_fields.items() if field.is_required()]
@@ -217,6 +217,13 @@ _OTHERS: Schema = {  # what is not a number
     "dask": {"type": "string", "pattern": PATTERN, "examples": ["tcp://host:8786", LOCAL]},
     "file": _file_name(*OUTPUT_SUFFIXES),
     "plot": _file_name(*PLOT_SUFFIXES),
+}
+_NAMES: Schema = {"enum": list(SEARCHABLE)}
+_OWN: dict[type[Section], Schema] = {  # where a key means something else in one section
+    Contours: {
+        "axes": {"type": "array", "minItems": 2, "maxItems": 2, "uniqueItems": True, "items": _NAMES},
+        "between": {"type": "object", "propertyNames": _NAMES, "additionalProperties": _RANGE},
+    },
 }
 _JUDGED = {
     "features": (FEATURE_SETTINGS, "How the features of a record are read."),

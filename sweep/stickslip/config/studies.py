@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Section, number, of_row, refused
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import ATTRACTORS, BORDER, RANDOMISATIONS, REFINE
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.settings import ATTRACTORS, BORDER, CONTOURS, RANDOMISATIONS, REFINE
 from stickslip.vocabulary.words import listed, nearest
 
 
@@ -23,20 +25,6 @@ def _end(value: object, info: ValidationInfo) -> float:
     if math.isnan(found):
         raise refused(row.expected.removesuffix(row.otherwise))
     return found
-
-
-def pair(value: object) -> object:
-    """A list of two values."""
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        raise refused("a list of two values, the lower end first")
-    return value
-
-
-def in_order(value: tuple[float, float]) -> tuple[float, float]:
-    """A range whose lower end comes first."""
-    if not value[0] < value[1]:
-        raise refused("the lower end first and the upper above it", "swap the ends" if value[0] > value[1] else None)
-    return value
 
 
 End = Annotated[float, BeforeValidator(_end)]
@@ -62,61 +50,22 @@ class Border(Section):
     @field_validator("between", mode="before")
     @classmethod
     def _between(cls, value: object) -> object:
-        return pair(value)
+        if not isinstance(value, list | tuple) or len(value) != 2:
+            raise refused("a list of two values, the lower end first")
+        return value
 
     @field_validator("between")
     @classmethod
     def _order(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
-        return value if value is None or math.isnan(value[0]) else in_order(value)
+        if value is not None and not value[0] < value[1] and not math.isnan(value[0]):
+            hint = "swap the ends" if value[0] > value[1] else None
+            raise refused("the lower end first and the upper above it", hint)
+        return value
 
     def resolved(self) -> dict[str, Any]:
         """The section as plain data."""
         plain = super().resolved()
         return plain if self.between is None else plain | {"between": list(self.between)}
-
-
-def _state(value: object, info: ValidationInfo) -> float:
-    """One end of an interval of starting states."""
-    row = PARAMETERS[str(info.field_name)]
-    found = number(row, value)
-    if math.isnan(found):
-        raise refused(row.expected.removesuffix(row.otherwise))
-    return found
-
-
-State = Annotated[float, BeforeValidator(_state)]
-
-
-class Attractors(Section):
-    """Which attractors cells have: regimes by starting state, and the share of a box of states that settles."""
-
-    rows = ATTRACTORS
-    displacement: tuple[State, State] = Field(description="displacements of the box of starting states, [low, high]")
-    velocity: tuple[State, State] = Field(description="velocities of the box of starting states, [low, high]")
-    samples: int = of_row(ATTRACTORS["samples"])
-    seed: int = of_row(ATTRACTORS["seed"])
-
-    @field_validator("displacement", "velocity", mode="before")
-    @classmethod
-    def _interval(cls, value: object) -> object:
-        return pair(value)
-
-    @field_validator("displacement", "velocity")
-    @classmethod
-    def _order(cls, value: tuple[float, float]) -> tuple[float, float]:
-        return in_order(value)
-
-    @field_validator("samples")
-    @classmethod
-    def _samples(cls, value: int) -> int:
-        points, rest = divmod(value, RANDOMISATIONS)
-        if rest or points & (points - 1):
-            raise refused(f"{RANDOMISATIONS} times a power of 2")
-        return value
-
-    def resolved(self) -> dict[str, Any]:
-        """The section as plain data."""
-        return super().resolved() | {"displacement": list(self.displacement), "velocity": list(self.velocity)}
 
 
 class Refine(Section):
@@ -135,12 +84,92 @@ class Refine(Section):
         return value
 
 
+class Contours(Section):
+    """Where in planes of two parameters the regime changes, as lines; the other axes are the panels."""
+
+    rows = CONTOURS
+    axes: tuple[str, str] | None = Field(
+        None, description="the two parameters, y and x; the last two axes unless given"
+    )
+    between: dict[str, tuple[float, float]] | None = Field(
+        None, description="by parameter, both ends of its range, the lower one first; those of its axis unless given"
+    )
+    points: int = of_row(CONTOURS["points"])
+    tolerance: float = of_row(CONTOURS["tolerance"])
+    scan: int = of_row(CONTOURS["scan"])
+    rtol: float | None = of_row(CONTOURS["rtol"])
+
+    @field_validator("axes", mode="before")
+    @classmethod
+    def _axes(cls, value: object) -> object:
+        if not isinstance(value, list | tuple) or len(value) != 2 or value[0] == value[1]:
+            raise refused("a list of two different parameters, y and x")
+        return tuple(map(parameter, value))
+
+    @field_validator("between", mode="before")
+    @classmethod
+    def _between(cls, value: object) -> object:
+        if not isinstance(value, Mapping):
+            raise refused("a range for each of the two parameters: {belt_speed: [0.1, 1]}")
+        return {parameter(name): _range(QUANTITIES[name], ends) for name, ends in value.items()}
+
+    def resolved(self) -> dict[str, Any]:
+        """The section as plain data."""
+        plain = super().resolved()
+        if self.axes is not None:
+            plain["axes"] = list(self.axes)
+        if self.between is not None:
+            plain["between"] = {name: list(ends) for name, ends in self.between.items()}
+        return plain
+
+
+def _range(row: Parameter, value: object) -> tuple[float, float]:
+    """Both ends of a range of a parameter."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise refused("a list of two values, the lower end first")
+    low, high = (number(row, end) for end in value)
+    if math.isnan(low) or math.isnan(high):
+        raise refused(row.expected.removesuffix(row.otherwise))
+    if not low < high:
+        raise refused("the lower end first and the upper above it", "swap the ends" if low > high else None)
+    return low, high
+
+
+class Attractors(Section):
+    """Which attractors cells have: regimes by starting state, and the share of a box of states that settles."""
+
+    rows = ATTRACTORS
+    displacement: tuple[float, float] = Field(description="displacements of the box of starting states, [low, high]")
+    velocity: tuple[float, float] = Field(description="velocities of the box of starting states, [low, high]")
+    samples: int = of_row(ATTRACTORS["samples"])
+    seed: int = of_row(ATTRACTORS["seed"])
+
+    @field_validator("displacement", "velocity", mode="before")
+    @classmethod
+    def _interval(cls, value: object, info: ValidationInfo) -> object:
+        return _range(QUANTITIES[str(info.field_name)], value)
+
+    @field_validator("samples")
+    @classmethod
+    def _samples(cls, value: int) -> int:
+        points, rest = divmod(value, RANDOMISATIONS)
+        if rest or points & (points - 1):
+            raise refused(f"{RANDOMISATIONS} times a power of 2")
+        return value
+
+    def resolved(self) -> dict[str, Any]:
+        """The section as plain data."""
+        return super().resolved() | {"displacement": list(self.displacement), "velocity": list(self.velocity)}
+
+
 STUDIES: dict[str, type[Section]] = {
-    "border": Border,
-    "attractors": Attractors,
-    "refine": Refine,
-    "uncertain": Uncertain,
-}
+    "border": Border, "contours": Contours, "attractors": Attractors, "refine": Refine, "uncertain": Uncertain,
+}  # fmt: skip
+
+
+def alone(key: str, section: Section) -> dict[str, Section | None]:
+    """What to update a configuration with so that it asks for this and for nothing else."""
+    return {**dict.fromkeys(STUDIES), key: section}
 
 
 def parameter(value: object) -> str:

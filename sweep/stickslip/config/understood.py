@@ -11,7 +11,7 @@ from stickslip.config.refined import refined_axes
 from stickslip.config.rules import members
 from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Sensor
-from stickslip.config.studies import Attractors, Border
+from stickslip.config.studies import Attractors, Border, Contours
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAW_MESSAGES
 from stickslip.vocabulary.parameter import Parameter
@@ -50,6 +50,8 @@ def understood(config: Config) -> Iterator[Row]:
         yield _refine(config)
     if config.uncertain is not None:
         yield from _uncertain(config.uncertain)
+    if config.contours is not None:
+        yield _contours(config.contours)
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))
@@ -92,6 +94,13 @@ def _uncertain(asked: Uncertain) -> Iterator[Row]:
     if asked.correlation is not None:
         yield Row("correlation", "of uncertain quantities", asked.correlation_in_words)
     yield Row("sampling", "subset simulation" if asked.subset else "Sobol points", asked.method_in_words)
+
+
+def _contours(asked: Contours) -> Row:
+    """What is followed instead of computing a map."""
+    over = "the last two axes" if asked.axes is None else " and ".join(asked.axes)
+    meaning = f"a grid of {asked.points} points a side, {asked.scan} looked at first, tolerance {asked.tolerance:g}"
+    return Row("contours over", over, meaning)
 
 
 def _drive(config: Config) -> Iterator[Row]:

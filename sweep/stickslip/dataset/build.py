@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 _COUNTS = (
     "steps",
     "scan_undecided",
+    "node_count",
 )  # whole numbers defined in every cell; other counts are NaN where nothing was counted
 _NO_FILL = {"_FillValue": None}
 

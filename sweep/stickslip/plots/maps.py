@@ -27,6 +27,7 @@ from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.coarse import Pixel, pixel_for
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
+from stickslip.plots import overlays
 from stickslip.plots.axes import apply, wrapped
 from stickslip.plots.page import entitle, legend
 from stickslip.plots.palette import BLUE, FLAG_COLOURS, UNDEFINED_COLOUR, Entry, Paint, marked, paint
@@ -56,12 +57,14 @@ def plot_map(
     *,
     select: Mapping[str, Any] | None = None,
     borders: bool = True,
+    lines: xr.Dataset | None = None,
     title: str | None = None,
 ) -> Figure:
     """One variable of a map over its last two dimensions, small multiples over the others.
 
     select : fixes dimensions (`select.places` says how); the title names the points that are drawn.
-    borders : draw the borders of linear theory: of stability, and of overshoot.
+    borders : draw the borders of linear theory: of stability, and of overshoot. lines : exact borders to draw over maps
+        of two dimensions and more, what `border` or `contours` returned for the same cells.
     A map of one dimension becomes a strip of regimes with the variable below it (for a flag, the damping ratio).
     Maps of more cells than pixels are reduced to pixels (`coarse.py`), which a note below says; no cell is skipped,
     and memory stays small. Raises PlotError; StoreError where a file turns out to be damaged.
@@ -76,10 +79,10 @@ def plot_map(
         raise PlotError("nothing to map: every parameter is fixed\nhint: look at one cell over time with `simulate`")
     if len(dims) == 1:
         return _strip(ds, variable, title)
-    return _panels(ds, variable, title, borders)
+    return _panels(ds, variable, title, borders, lines)
 
 
-def _panels(ds: xr.Dataset, variable: str, title: str, borders: bool) -> Figure:
+def _panels(ds: xr.Dataset, variable: str, title: str, borders: bool, lines: xr.Dataset | None) -> Figure:
     """One panel for each combination of the leading dimensions; a single one if there are none."""
     *outer, y_dim, x_dim = ds[variable].dims
     x, y = MapAxis(ds, x_dim), MapAxis(ds, y_dim)
@@ -95,11 +98,13 @@ def _panels(ds: xr.Dataset, variable: str, title: str, borders: bool) -> Figure:
     edges = x.pixel_edges(pixel[1]), y.pixel_edges(pixel[0])
     headings = [MapAxis(ds, dim) for dim in outer]
     drawn: set[float] = set()
+    exact = False
     for ax, panel, cells, combination in zip(grid.flat, panels, values, combinations, strict=False):
         ax.set_facecolor(UNDEFINED_COLOUR)
         ax.pcolormesh(*edges, np.ma.masked_invalid(cells), cmap=painted.colours, norm=painted.norm, rasterized=True)
         if borders:
             drawn |= _draw_borders(ax, panel, x, y, pixel)
+        exact |= lines is not None and overlays.over_panel(ax, panel, lines, x, y, small=bool(outer))
         if outer:
             words = (wrapped(h.heading(i), _PANEL_WIDTH) for h, i in zip(headings, combination, strict=True))
             ax.set_title("\n".join(words), fontsize="small")
@@ -110,7 +115,7 @@ def _panels(ds: xr.Dataset, variable: str, title: str, borders: bool) -> Figure:
     if not is_flag:
         bar = figure.colorbar(ScalarMappable(painted.norm, painted.colours), ax=grid, pad=0.02)
         bar.set_label(fill(array_title(ds[variable]), _BAR_WIDTH))
-    handles = [*painted.handles(), *_border_handles(drawn)]
+    handles = [*painted.handles(), *_border_handles(drawn), *([overlays.entry()] if exact else [])]
     legend(figure, handles, at_right=is_flag and not outer, note=_note(pixel, is_flag))
     entitle(figure, grid.flat[0], title, above_all=bool(outer))
     return figure

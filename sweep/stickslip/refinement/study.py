@@ -90,14 +90,13 @@ class RefinedMap(Study):
         counts = np.array([[part[name].sum(dtype=np.int64) for name in _OF_TILE] for part in parts]).sum(axis=0)
         audit = Audit(*map(int, counts[1:]))
         wrong = audit.bound * audit.inferred / self.grid.size
-        said = f"{audit.tried:,} random points among the inferred cells, {audit.wrong:,} of them wrong"
         return {
             "refine_box": 2**self._asked.depth,
             "refine_cells_computed": int(counts[0]),
             "audit_points": audit.tried,
             "audit_wrong": audit.wrong,
             "audit_bound": wrong,
-            "audit": f"{said}: at most {100 * wrong:.3g} % of all cells ({100 * CONFIDENCE:g} %, Clopper-Pearson)",
+            "audit": _told(audit, wrong),
         }
 
     def painter(self, found: Callable[[int], tuple[Results, int]]) -> Painter:
@@ -116,6 +115,15 @@ class RefinedMap(Study):
 
     def _blank_cells(self, count: int) -> Results:
         return blank_results(count, self.options) | {"computed": np.zeros(count, np.int8)}
+
+
+def _told(audit: Audit, wrong: float) -> str:
+    """The audit for people. wrong : bound of the share of all cells that are wrong."""
+    if not audit.tried:
+        return "nothing was inferred" if not audit.inferred else "no random points were tried; nothing is known"
+    points = f"{audit.tried:,} random point{'s' * (audit.tried != 1)} among the inferred cells"
+    bound = f"at most {100 * wrong:.3g} % of all cells ({100 * CONFIDENCE:g} %, Clopper-Pearson)"
+    return f"{points}, {audit.wrong:,} of them wrong: {bound}"
 
 
 def _columns(refined: Refined, computed: Results) -> Results:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.basins import attractor_study
-from stickslip.borders import border_study
+from stickslip.borders import border_study, contour_study
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.engine import Options, Results, StopFlag, stop_flag
@@ -33,6 +33,8 @@ def study_of(config: Config) -> Study:
     if config.uncertain is not None:
         subset = config.uncertain.subset
         return sample_study(config) if subset is None else rare_study(config, subset)
+    if config.contours is not None:
+        return contour_study(config, config.contours)
     return MapStudy(config, options_of(config))
 
 

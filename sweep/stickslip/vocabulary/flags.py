@@ -61,6 +61,7 @@ FLAGS: dict[str, dict[str, str]] = {
     "regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES, "computed": COMPUTED_MESSAGES,
     "regime_below": REGIME_MESSAGES, "regime_above": REGIME_MESSAGES, "method": METHOD_MESSAGES,
     "regime_from_stick": REGIME_MESSAGES, "regime_from_sliding": REGIME_MESSAGES, "share_method": SHARE_MESSAGES,
+    "regime_left": REGIME_MESSAGES, "regime_right": REGIME_MESSAGES,
 }  # fmt: skip
 
 # What is said beside a flag that has another name in the field.

@@ -146,6 +146,36 @@ STATISTICS = {
     "quantile_error": "standard error of the quantile", "count": "draws that have",
 }  # fmt: skip
 
+_CONTOUR_VARIABLES = (
+    Variable("node_count", "1", "nodes of the line"),
+    Variable("closed", "1", "whether the line is a loop", comment="its last node is its first"),
+    Variable("regime_left", "1", "regime to the left of the line"),
+    Variable("regime_right", "1", "regime to the right of the line"),
+    Variable("node_width", "1", "width of the last bracket, over the side of the grid cell it lies on"),
+    Variable(
+        "node_along", "1", "parameter that was searched along at the node",
+        comment="the other one has the value of a grid point; junction: three or more regimes meet inside a grid cell",
+    ),
+)  # fmt: skip
+
+# Of cells, most of them once per parameter: `margin_stiffness`. Units: "parameter" stands for those of the parameter,
+# "flag" for those of a regime.
+_MARGIN_VARIABLES = (
+    Variable("margin", "parameter", "distance to the nearest border", comment="border minus value, with its sign"),
+    Variable("ratio", "1", "nearest border over the value", comment="NaN where the value is 0 or may change its sign"),
+    Variable("border", "parameter", "nearest border on either side"),
+    Variable("border_width", "parameter", "width of the last bracket of the border"),
+    Variable("beyond", "flag", "regime just past the border"),
+    Variable("proposed", "parameter", "value past the border that was simulated"),
+    Variable("checked", "flag", "regime of the simulation past the border"),
+    Variable("joint_cost", "1", "cost of the cheapest joint change", comment="root of the sum of (cost x change)^2; "
+             "changes are logarithms of ratios, or over a scale where the value is 0 or may change its sign"),
+    Variable("joint", "parameter", "value after the cheapest joint change"),
+    Variable("joint_share", "1", "share of the change in the square of the cost of the cheapest joint change"),
+    Variable("joint_proposed", "parameter", "value past the border that was simulated, of the cheapest joint change"),
+    Variable("joint_checked", "flag", "regime of the simulation past the border, of the cheapest joint change"),
+)  # fmt: skip
+
 VARIABLES: dict[str, Variable] = {v.name: v for v in _VARIABLES}
 COMPUTED = Variable("computed", "1", "whether a cell was computed or its regime was inferred")
 MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
@@ -155,3 +185,5 @@ BORDER_VARIABLES: dict[str, Variable] = {v.name: v for v in _BORDER_VARIABLES}
 ATTRACTOR_VARIABLES: dict[str, Variable] = {v.name: v for v in _ATTRACTOR_VARIABLES}
 _RAMP = ("regime", "status", "velocity_amplitude", "displacement_amplitude", "period", "stick_fraction")
 RAMP_VARIABLES: dict[str, Variable] = {name: VARIABLES[name] for name in _RAMP}
+CONTOUR_VARIABLES: dict[str, Variable] = {v.name: v for v in _CONTOUR_VARIABLES}
+MARGIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _MARGIN_VARIABLES}

@@ -62,6 +62,16 @@ REFINE: dict[str, Parameter] = table(
               default=1.0, at_least=0.0, at_most=1000.0),
 )  # fmt: skip
 
+CONTOURS: dict[str, Parameter] = table(
+    Parameter("points", "1", "points of the grid along both parameters, whose sides are crossed", "contours",
+              default=512, at_least=2, at_most=65_536, whole=True),
+    Parameter("tolerance", "1", "width of the bracket of a node, over the border", "contours",
+              default=1e-9, at_least=1e-15, at_most=0.1),
+    Parameter("scan", "1", "points of the grid along both parameters that are looked at first", "contours",
+              default=64, at_least=2, at_most=65_536, whole=True),
+    Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", "contours",
+              at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
+)  # fmt: skip
 RANDOMISATIONS = 16  # of Sobol points: so many that their scatter is known to a fifth
 ATTRACTORS: dict[str, Parameter] = table(
     Parameter("samples", "1", "starting states drawn per cell where the share that settles is not exact", "attractors",
@@ -145,6 +155,7 @@ AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", at_least=0), 
 
 # All numbers of a configuration that are not quantities, by section.
 SETTINGS: dict[str, dict[str, Parameter]] = {
-    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "attractors": ATTRACTORS, "refine": REFINE,
-    "uncertain": UNCERTAIN, "drive": STROKES, "sensor": SENSOR, "features": FEATURE_SETTINGS, "risk": RISK,
+    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "contours": CONTOURS, "attractors": ATTRACTORS,
+    "refine": REFINE, "uncertain": UNCERTAIN, "drive": STROKES, "sensor": SENSOR, "features": FEATURE_SETTINGS,
+    "risk": RISK,
 }  # fmt: skip

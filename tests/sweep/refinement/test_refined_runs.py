@@ -73,10 +73,21 @@ def test_the_audit_is_in_the_attributes(refined):
     )
 
 
+def test_without_an_audit_nothing_is_claimed():
+    found = stickslip.run(parse_config(PLANE + "refine: {depth: 3, audit: 0}"))
+    assert found.attrs["audit"] == "no random points were tried; nothing is known"
+    assert found.attrs["audit_bound"] == (found["computed"] == 0).mean()
+
+
+def test_borders_of_a_configuration_to_be_refined_ask_for_borders_alone():
+    found = stickslip.border(parse_config(REFINED), "belt_speed", (0.05, 1.2), 1e-3, scan=8)
+    assert parse_config(found.attrs["configuration"]).refine is None
+
+
 def test_a_depth_of_zero_is_the_full_map(whole):
     found = stickslip.run(parse_config(PLANE + "refine: {depth: 0}"))
     assert (found["computed"] == 1).all()
-    assert found.attrs["audit_bound"] == 0.0
+    assert (found.attrs["audit"], found.attrs["audit_bound"]) == ("nothing was inferred", 0.0)
     np.testing.assert_array_equal(found["period"], whole["period"])
     assert_refines(found, whole)
 

@@ -1,0 +1,130 @@
+"""Borders of lines side by side as polylines: which crossing of a line goes on as which of the next.
+
+A crossing goes on where the neighbouring line has one with the same regimes below and above, in the same order; where a
+line has more of a kind than its neighbour, those are taken that lie nearest. Where nothing agrees there is a gap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.dataset.axis import MapAxis
+from stickslip.dataset.contours import Polyline, is_contours, plane_names, polylines
+
+Floats = NDArray[np.float64]
+Kind = tuple[int, int]  # regimes below and above
+
+
+def border_lines(ds: xr.Dataset, x: MapAxis, y: MapAxis, at: Mapping[Hashable, object]) -> Iterator[Polyline]:
+    """The borders of a dataset of borders or of contours in a map over `x` and `y`.
+
+    at : values of the other dimensions of the map in the panel that is drawn. Nothing where the dataset says nothing of
+    such a map.
+    """
+    if is_contours(ds):
+        if {x.dim, y.dim} == set(plane_names(ds)):
+            yield from _contours(ds, x, at)
+        return
+    along = str(ds.attrs.get("border_parameter", ""))
+    across = next((axis for axis in (x, y) if axis.dim != along), x)
+    if {x.dim, y.dim} != {along, across.dim} or across.dim not in ds["border"].dims or not across.is_numeric:
+        return
+    one = _panel(ds, [dim for dim in ds["border"].dims if dim not in (across.dim, "crossing")], at)
+    if one is None:
+        return
+    one = one.transpose(across.dim, ...).sortby(across.dim)
+    for places, values, (below, above) in joined_crossings(
+        one[across.dim].values, one["border"].values, one["regime_below"].values, one["regime_above"].values
+    ):
+        # x grows to the right and y upwards: what is above a horizontal run of a line is to its left
+        if across is x:
+            yield Polyline(places, values, above, below, False)
+        else:
+            yield Polyline(values, places, below, above, False)
+
+
+def joined_crossings(
+    places: Floats, border: Floats, below: NDArray[np.int8], above: NDArray[np.int8]
+) -> list[tuple[Floats, Floats, Kind]]:
+    """Crossings (line, crossing) of neighbouring lines at `places` as polylines: places, borders, regimes.
+
+    A crossing that goes on nowhere is a polyline of one point.
+    """
+    finished: list[tuple[Kind, list[tuple[float, float]]]] = []
+    growing: list[tuple[Kind, list[tuple[float, float]]]] = []
+    for place, row, low, high in zip(places, border, below, above, strict=True):
+        new = [((int(b), int(a)), float(v)) for v, b, a in zip(row, low, high, strict=True) if not np.isnan(v)]
+        kept = matched([kind for kind, _ in growing], [points[-1][1] for _, points in growing],
+                       [kind for kind, _ in new], [value for _, value in new])  # fmt: skip
+        going_on = dict(kept)
+        following = {j: growing[i] for i, j in going_on.items()}
+        finished += [line for i, line in enumerate(growing) if i not in going_on]
+        growing = []
+        for j, (kind, value) in enumerate(new):
+            line = following.get(j, (kind, []))
+            line[1].append((float(place), value))
+            growing.append(line)
+    return [(*np.array(points).T, kind) for kind, points in finished + growing]
+
+
+def matched(
+    kinds: Sequence[Kind], values: Sequence[float], next_kinds: Sequence[Kind], next_values: Sequence[float]
+) -> list[tuple[int, int]]:
+    """Pairs of crossings of two lines with equal kinds, in order, as many as possible, as near as possible."""
+    best: dict[tuple[int, int], tuple[int, float, list[tuple[int, int]]]] = {}
+    for i in range(len(kinds), -1, -1):
+        for j in range(len(next_kinds), -1, -1):
+            if i == len(kinds) or j == len(next_kinds):
+                best[i, j] = (0, 0.0, [])
+                continue
+            choices = [best[i + 1, j], best[i, j + 1]]
+            if kinds[i] == next_kinds[j]:
+                count, away, pairs = best[i + 1, j + 1]
+                choices.append((count + 1, away + abs(values[i] - next_values[j]), [(i, j), *pairs]))
+            best[i, j] = max(choices, key=lambda one: (one[0], -one[1]))
+    return best[0, 0][2]
+
+
+def other_cells(ds: xr.Dataset, at: Mapping[Hashable, object]) -> str | None:
+    """What a dataset of borders and a map of other cells differ in, in words; None if they may belong together."""
+    for name, value in at.items():
+        if name in ds.coords and not ds[name].dims and not _equal(ds[name].values, value):
+            return f"{name} is {ds[name].values} there and {value} in the map"
+    return None
+
+
+def _equal(one: NDArray[np.generic], other: object) -> NDArray[np.bool_]:
+    """Whether values are the same; NaN, which stands for a word, is the same as itself."""
+    theirs = np.asarray(other)
+    if one.dtype.kind in "fiu" and theirs.dtype.kind in "fiu":
+        return np.asarray(np.isclose(one, theirs, rtol=1e-12, atol=0.0, equal_nan=True))
+    return np.asarray(one == theirs)
+
+
+def _contours(ds: xr.Dataset, x: MapAxis, at: Mapping[Hashable, object]) -> Iterator[Polyline]:
+    """The lines of one panel, with the axes of the map."""
+    wanted = np.ones(ds.sizes["line"], np.bool_)
+    for name, value in at.items():
+        if name in ds.coords and ds[name].dims == ("line",):
+            wanted &= _equal(ds[name].values, value)
+    for line in polylines(ds, wanted):
+        if plane_names(ds)[0] == x.dim:
+            yield line
+        else:  # what was to the left is to the right in a mirror
+            yield Polyline(line.y, line.x, line.right, line.left, line.closed)
+
+
+def _panel(ds: xr.Dataset, dims: Sequence[Hashable], at: Mapping[Hashable, object]) -> xr.Dataset | None:
+    """The borders at the values of a panel; None where there are none."""
+    for dim in dims:
+        if dim not in at or dim not in ds.coords:
+            return None
+        found = np.flatnonzero(_equal(ds[dim].values, at[dim]))
+        if not found.size:
+            return None
+        ds = ds.isel({dim: int(found[0])})
+    return ds

@@ -1,0 +1,10 @@
+"""How far cells are from a border: along each parameter by itself, and by the cheapest change of several.
+
+`reach.py` says how far each parameter may go, `single.py` looks along one parameter at a time, `joint.py` along rays in
+the space of all of them; `regimes.py` is what they ask the engine, `find.py` puts it together.
+"""
+
+from stickslip.distances.find import Asking, MarginStudy, Question
+from stickslip.distances.reach import CHANGEABLE, FACTOR, parameters_of
+
+__all__ = ["CHANGEABLE", "FACTOR", "Asking", "MarginStudy", "Question", "parameters_of"]

@@ -1,0 +1,167 @@
+"""The cheapest change of several parameters that leads to another regime.
+
+In the space of changes, each multiplied by its cost, a cell is the origin, and the cheapest change the nearest point
+beyond a border. Rays from the origin into many directions are searched together; around the best of them the search
+goes on in smaller and smaller steps of direction, every ray with its exact border.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import qmc  # type: ignore[import-untyped]
+
+from stickslip.borders.search import Looked, Scan, search_lines
+from stickslip.distances.reach import Reach
+from stickslip.distances.regimes import Asked, Floats, Integers, Labels, decided
+from stickslip.distances.single import first_entries
+
+_RAYS, _MOST_RAYS = 5, 9  # powers of two: rays for one parameter, and twice as many for every two more
+_STARTS = 3  # directions per cell from which the search goes on
+_FIRST, _SHRINK, _GROW = 0.3, 0.4, 1.5  # steps of direction (radians), and how they change
+_COARSE = 1e-3  # tolerance of the first rays
+_LAST = 3e-5  # the cost is stationary in the direction: its error is the square of this
+_OF_STEP = 0.01  # of the square of a step of direction, which the cost may change by: how exactly it is looked for
+_ROUNDS = 60
+_INNER = 8  # places of a ray looked at first, inside the best cost known
+
+
+@dataclass(frozen=True, eq=False)
+class Cheapest:
+    """Of n cells: cost (n,), inf where no ray met a border; the changes of each parameter there (n, k)."""
+
+    cost: Floats
+    changes: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Space:
+    """Changes times costs: what a ray is in. down, up : room (n, k) on both sides of each parameter."""
+
+    asked: Asked
+    reaches: Sequence[Reach]
+    costs: Floats
+    into: list[int] | None
+    down: Floats
+    up: Floats
+
+    def allowed(self, cell: Integers, direction: Floats) -> Floats:
+        """Directions (m, k) of length 1 without the parts for which there is no room; 0 where nothing is left."""
+        room = np.where(direction < 0, self.down[cell], self.up[cell])
+        kept = np.where(room > 0, direction, 0.0)
+        length = np.linalg.norm(kept, axis=1, keepdims=True)
+        return np.asarray(np.divide(kept, length, out=np.zeros_like(kept), where=length > 0))
+
+    def longest(self, cell: Integers, direction: Floats) -> Floats:
+        """How long rays are, until a parameter meets its end."""
+        room = np.where(direction < 0, self.down[cell], self.up[cell]) * self.costs
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.min(np.where(direction == 0, np.inf, room / np.abs(direction)), axis=1))
+
+    def entries(self, cell: Integers, direction: Floats, length: Floats, points: int, tolerance: float) -> Floats:
+        """Where rays of a length first enter another regime (of `into`); inf where they do not."""
+
+        def labels_at(line: Integers, place: Floats) -> Looked:
+            regimes = self.regimes(cell[line], direction[line] * (place * length[line])[:, np.newaxis])
+            known = decided(regimes)
+            return Looked(regimes if self.into is None else np.isin(regimes, self.into).astype(np.int8), known)
+
+        brackets, _ = search_lines(cell.size, Scan(0.0, 1.0, points + 1, "linear"), tolerance, labels_at)
+        first = first_entries(brackets, self.into)
+        found = np.full(cell.size, np.inf)
+        found[first["line"]] = first["high"] * length[first["line"]]
+        return found
+
+    def regimes(self, cell: Integers, place: Floats) -> Labels:
+        """Regimes at places (m, k) of this space."""
+        changes = place / self.costs
+        return self.asked.regimes(cell, {r.name: r.at(changes[:, i], cell) for i, r in enumerate(self.reaches)})
+
+
+def cheapest(
+    asked: Asked, reaches: Sequence[Reach], costs: Floats, home: Labels, into: list[int] | None, points: int,
+    tolerance: float,
+) -> Cheapest:  # fmt: skip
+    """The cheapest joint change of each cell; arguments as in `single.nearest`, costs (k,) per unit of change."""
+    rooms = [reach.room for reach in reaches]
+    down, up = (np.stack([room[i] for room in rooms], axis=1) for i in (0, 1))
+    space = _Space(asked, reaches, costs, into, down, up)
+    cell = np.flatnonzero(decided(home) & ((down > 0) | (up > 0)).any(axis=1))
+    size, k = home.size, len(reaches)
+    best = Cheapest(np.full(size, np.inf), np.full((size, k), np.nan))
+    if not cell.size:
+        return best
+    start_cell, direction, cost = _starts(space, cell, points)
+    cost, direction = _refined(space, start_cell, direction, cost, tolerance)
+    for one in np.argsort(-cost, kind="stable"):  # the cheapest of each cell is written last
+        if np.isfinite(cost[one]):
+            best.cost[start_cell[one]] = cost[one]
+            best.changes[start_cell[one]] = direction[one] * cost[one] / costs
+    return best
+
+
+def _starts(space: _Space, cell: Integers, points: int) -> tuple[Integers, Floats, Floats]:
+    """The best few directions of each cell out of many: cells, directions, costs."""
+    k = len(space.reaches)
+    many = 2 ** min(_RAYS + k // 2, _MOST_RAYS)
+    spread = qmc.MultivariateNormalQMC(np.zeros(k), seed=14).random(many) if k > 1 else np.zeros((0, k))
+    rays = np.concatenate([np.eye(k), -np.eye(k), spread])
+    cells = np.repeat(cell, len(rays))
+    directions = space.allowed(cells, np.tile(rays, (cell.size, 1)))
+    real = np.any(directions != 0, axis=1)
+    found = np.full(cells.size, np.inf)
+    lengths = space.longest(cells[real], directions[real])
+    found[real] = space.entries(cells[real], directions[real], lengths, points, _COARSE)
+    costs = found.reshape(cell.size, -1)
+    order = np.argsort(costs, axis=1, kind="stable")[:, : _STARTS if k > 1 else 2]
+    rows = np.arange(cell.size)[:, np.newaxis]
+    kept = directions.reshape(cell.size, -1, k)[rows, order].reshape(-1, k)
+    return np.repeat(cell, order.shape[1]), kept, costs[rows, order].ravel()
+
+
+def _refined(space: _Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> tuple[Floats, Floats]:
+    """Steps of direction to all sides, to wherever it is cheaper; smaller ones where it is nowhere."""
+    k = direction.shape[1]
+    met = np.isfinite(cost)
+    cost[met] = _exact(space, cell[met], direction[met], cost[met], tolerance)
+    step = np.where(np.isfinite(cost) & (k > 1), _FIRST, 0.0)
+    random = np.random.default_rng(14)
+    for _ in range(_ROUNDS):
+        active = np.flatnonzero(step > _LAST)
+        if not active.size:
+            break
+        sides = _across(direction[active], random)
+        tried = direction[active, np.newaxis] + step[active, np.newaxis, np.newaxis] * sides
+        each = tried.shape[1]
+        owner = np.repeat(active, each)
+        rays = space.allowed(cell[owner], tried.reshape(-1, k))
+        length = np.minimum(cost[owner] * (1 - tolerance), space.longest(cell[owner], rays))
+        real = np.any(rays != 0, axis=1)
+        found = np.full(owner.size, np.inf)
+        fine = max(tolerance, _OF_STEP * float(step[active].min()) ** 2)
+        found[real] = space.entries(cell[owner[real]], rays[real], length[real], _INNER, fine)
+        choice = np.argmin(found.reshape(-1, each), axis=1) + each * np.arange(active.size)
+        better = found[choice] < cost[active]
+        gained = active[better]
+        cost[gained], direction[gained] = found[choice[better]], rays[choice[better]]
+        step[active] *= np.where(better, _GROW, _SHRINK)
+        step[gained] = np.minimum(step[gained], _FIRST)
+    cost[met] = _exact(space, cell[met], direction[met], cost[met], tolerance)
+    return cost, direction
+
+
+def _exact(space: _Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> Floats:
+    """Costs of rays known roughly, to the tolerance."""
+    length = np.minimum(cost * (1 + 2 * _COARSE), space.longest(cell, direction))
+    return space.entries(cell, direction, length, _INNER, tolerance)
+
+
+def _across(direction: Floats, random: np.random.Generator) -> Floats:
+    """Unit vectors across directions (m, k), to both sides along a random basis: (m, 2 (k - 1), k)."""
+    m, k = direction.shape
+    basis = random.standard_normal((m, k, k))
+    basis[:, :, 0] = direction
+    across = np.linalg.qr(basis)[0][:, :, 1:].transpose(0, 2, 1)
+    return np.concatenate([across, -across], axis=1)

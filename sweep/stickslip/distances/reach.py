@@ -1,0 +1,154 @@
+"""How far each parameter of a cell may be changed, and what a change is measured in.
+
+A change is the logarithm of the ratio to the value that the cell has; where that is 0, or where a parameter may change
+its sign (the starting state), it is the difference over a scale of the cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.quantities import PARAMETERS
+
+Floats = NDArray[np.float64]
+Within = Mapping[str, float | tuple[float, float]]  # a factor, or a range in SI, by parameter
+
+CHANGEABLE = ("belt_speed", "stiffness", "damping", "normal_load", "mass", "mu_stop", "mu_static")
+_IF_GIVEN = ("mu_stop", "mu_static")  # changed where a cell has them
+FACTOR = 10.0
+_SIGNED = ("displacement", "velocity")  # changed by amounts, not by factors
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """One parameter in n cells: its value, how far down and up it may go, all in SI and (n,).
+
+    by_factor : whether changes are logarithms of ratios. scale : what other changes are divided by. A value of NaN
+    means that the cell does not have this parameter.
+    """
+
+    name: str
+    value: Floats
+    low: Floats
+    high: Floats
+    by_factor: NDArray[np.bool_]
+    scale: Floats
+
+    def at(self, change: Floats, cells: NDArray[np.int64]) -> Floats:
+        """Values after changes, one for each of `cells`, no further than the reach."""
+        value = self.value[cells]
+        with np.errstate(over="ignore"):
+            changed = np.where(self.by_factor[cells], value * np.exp(change), value + change * self.scale[cells])
+        return np.where(change == 0.0, value, np.clip(changed, self.low[cells], self.high[cells]))
+
+    def change(self, value: Floats) -> Floats:
+        """The changes (n,) that lead to values."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(self.by_factor, np.log(value / self.value), (value - self.value) / self.scale)
+
+    @property
+    def room(self) -> tuple[Floats, Floats]:
+        """The largest change against and with the sign of the value, both at least 0; 0 where there is no value."""
+        ends = self.change(self.low), self.change(self.high)
+        down, up = np.minimum(*ends), np.maximum(*ends)
+        return np.nan_to_num(np.maximum(-down, 0.0)), np.nan_to_num(np.maximum(up, 0.0))
+
+
+def parameters_of(cells: Cells) -> tuple[str, ...]:
+    """The parameters of `CHANGEABLE` that cells have."""
+    return tuple(name for name in CHANGEABLE if name not in _IF_GIVEN or not np.isnan(cells[name]).all())
+
+
+def within_of(within: float | Within, parameters: tuple[str, ...]) -> dict[str, float | tuple[float, float]]:
+    """A factor above 1, or a range (low, high) in SI, for each parameter. Raises TypeError or ValueError."""
+    for name in parameters:
+        if name not in PARAMETERS:
+            near = get_close_matches(str(name), PARAMETERS, 1)
+            hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
+            raise TypeError(f"parameters: {name!r} is not a parameter of a cell{hint}")
+    given = dict(within) if isinstance(within, Mapping) else dict.fromkeys(parameters, within)
+    if unknown := set(given) - set(parameters):
+        raise ValueError(f"within: got {sorted(unknown)[0]!r}, expected {', '.join(parameters)}")
+    checked: dict[str, float | tuple[float, float]] = {}
+    for name in parameters:
+        one = given.get(name, FACTOR)
+        if isinstance(one, int | float):
+            if not 1 < one < np.inf:
+                raise ValueError(f"within: got {one!r} for {name}, expected a factor above 1, or a range (low, high)")
+            checked[name] = float(one)
+        else:
+            low, high = map(float, one)
+            row = PARAMETERS[name]
+            if not (low < high and row.allows(low) and row.allows(high)):
+                expected = row.expected.removesuffix(row.otherwise)
+                raise ValueError(f"within: got {low:g} to {high:g} for {name}, expected two of {expected}, in order")
+            checked[name] = (low, high)
+    return checked
+
+
+def reach_of(name: str, cells: Cells, within: float | tuple[float, float]) -> Reach:
+    """How far a parameter may be changed: within a factor or a range, and within what is possible."""
+    value = _value(name, cells)
+    scale = np.broadcast_to(_scale(name, cells), value.shape).astype(np.float64)
+    by_factor = (value != 0) & ~np.isnan(value) & (name not in _SIGNED)
+    if isinstance(within, tuple):
+        low, high = (np.full_like(value, end) for end in within)
+        low, high = np.minimum(low, value), np.maximum(high, value)
+        low = np.where(by_factor & (value > 0), np.maximum(low, np.minimum(value, 1e-12 * np.abs(high))), low)
+        high = np.where(by_factor & (value < 0), np.minimum(high, np.maximum(value, -1e-12 * np.abs(low))), high)
+    else:
+        ends = np.where(by_factor, value / within, value - scale), np.where(by_factor, value * within, value + scale)
+        low, high = np.minimum(*ends), np.maximum(*ends)
+    least, most = _bounds(name, cells)
+    return Reach(name, value, np.minimum(np.maximum(low, least), value), np.maximum(np.minimum(high, most), value),
+                 by_factor, scale)  # fmt: skip
+
+
+def is_possible(cells: Cells) -> NDArray[np.bool_]:
+    """Whether cells could be computed: the bounds between parameters, as `as_cells` checks them."""
+    mu_start = cells["a1"] + cells["a3"]
+    return ~(
+        (mu_start < 0) | (cells["mu_static"] < mu_start * (1 - 1e-12)) | (cells["mu_stop"] > mu_start * (1 + 1e-12))
+    )
+
+
+def _value(name: str, cells: Cells) -> Floats:
+    """The value a parameter has; static friction that is not given is that at break-away."""
+    value = cells[name].astype(np.float64)
+    return np.where(np.isnan(value), cells["a1"] + cells["a3"], value) if name == "mu_static" else value
+
+
+def _scale(name: str, cells: Cells) -> Floats:
+    """What a change of a parameter that may be 0 is compared with."""
+    mu_start = cells["a1"] + cells["a3"]
+    slope = np.where(cells["a3"] > 0, cells["a3"], np.maximum(mu_start, 1.0)) / cells["a4"]
+    speed = np.where(cells["belt_speed"] != 0, np.abs(cells["belt_speed"]), cells["a4"])
+    scales: dict[str, Floats] = {
+        "damping": 2.0 * np.sqrt(cells["stiffness"] * cells["mass"]), "a2": slope, "belt_speed": speed,
+        "velocity": speed, "displacement": np.maximum(mu_start, 1e-3) * cells["normal_load"] / cells["stiffness"],
+        "contact_time": cells["ageing_time"],
+    }  # fmt: skip
+    return scales.get(name, np.maximum(mu_start, 1e-3))
+
+
+def _bounds(name: str, cells: Cells) -> tuple[Floats, Floats]:
+    """The least and the largest value, of the parameter itself and beside the others of the cell."""
+    row, like = PARAMETERS[name], np.ones_like(cells["a1"])
+    least = like * (-np.inf if row.at_least is None else row.at_least)
+    most = like * (np.inf if row.at_most is None else row.at_most)
+    mu_start = cells["a1"] + cells["a3"]
+    if name == "mu_static":
+        least = np.maximum(least, mu_start)
+    if name == "mu_stop":
+        most = np.minimum(most, mu_start)
+    if name in ("a1", "a3"):
+        rest = mu_start - cells[name]
+        least = np.maximum(least, np.nan_to_num(cells["mu_stop"], nan=0.0) - rest)
+        most = np.minimum(most, np.nan_to_num(cells["mu_static"], nan=np.inf) - rest)
+    return least, most

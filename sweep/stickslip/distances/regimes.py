@@ -1,0 +1,63 @@
+"""What margins ask the engine: labels of cells that were changed."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.borders.find import UNDECIDED
+from stickslip.distances.reach import is_possible
+from stickslip.engine import Options, StopFlag, compute_range
+from stickslip.errors import StoppedError
+from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.flags import REGIMES
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Labels = NDArray[np.int8]
+NOT_COMPUTED = REGIMES.index("not_computed")
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """Cells, by parameters of length n, and how they are computed, until `stop` is raised."""
+
+    cells: Cells
+    options: Options
+    stop: StopFlag
+
+    def regimes(self, which: Integers, changed: Cells) -> Labels:
+        """Regimes of the cells `which` (m,) with other values (m,) of some parameters; impossible ones are not
+        computed. Raises StoppedError."""
+        some = {name: values[which] for name, values in self.cells.items()} | changed
+        possible = np.flatnonzero(is_possible(some))
+        found = np.full(which.size, NOT_COMPUTED, np.int8)
+        if not possible.size:
+            return found
+        kept = {name: values[possible] for name, values in some.items()}
+
+        def cells(start: int, stop: int) -> Cells:
+            return {name: values[start:stop] for name, values in kept.items()}
+
+        done = compute_range(cells, 0, possible.size, self.options, self.stop)
+        if not done.complete:
+            raise StoppedError
+        found[possible] = done.results["regime"]
+        return found
+
+
+def decided(regimes: Labels) -> NDArray[np.bool_]:
+    """Which regimes say what the motion is."""
+    return ~np.isin(regimes, UNDECIDED)
+
+
+def codes(names: Collection[str]) -> list[int]:
+    """Codes of regimes by names; raises ValueError for others."""
+    for name in names:
+        if name not in REGIMES or REGIMES.index(name) in UNDECIDED:
+            allowed = [one for one in REGIMES if REGIMES.index(one) not in UNDECIDED]
+            raise ValueError(f"into: got {name!r}, expected {', '.join(allowed)}")
+    return [REGIMES.index(name) for name in names]

@@ -1,0 +1,107 @@
+"""The commands `contours` and `advise`, and what is said of their files."""
+
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import stickslip
+from stickslip.cli import main
+from stickslip.files import writing
+
+PAIR = """\
+title: Pair
+system: {mass: 1, normal_load: 1}
+friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
+axes:
+  stiffness: {start: 0.5, stop: 2, num: 4}
+  belt_speed: {start: 0.3, stop: 1, num: 8}
+"""
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pair.yaml").write_text(PAIR)
+    return tmp_path
+
+
+def said(*arguments, code=0):
+    done = CliRunner().invoke(main, list(map(str, arguments)))
+    assert done.exit_code == code, done.output
+    return done.output
+
+
+def test_contours_go_to_a_file_a_table_and_a_plot(here):
+    arguments = ("--points", "16", "--tolerance", "1e-4", "-o", "lines.nc", "--csv", "lines.csv", "--plot", "lines.png")
+    told = said("contours", "pair.yaml", *arguments)
+    assert re.search(r"^stick_slip \| damped: line of \d+ points, belt_speed", told, re.MULTILINE)
+    ds = stickslip.open("lines.nc")
+    table = np.genfromtxt("lines.csv", delimiter=",", names=True, dtype=None, encoding="utf-8", deletechars="")
+    assert table.dtype.names[-2:] == ("belt_speed_[m/s]", "stiffness_[N/m]")
+    np.testing.assert_array_equal(table["belt_speed_[m/s]"], ds["belt_speed"])
+    assert (table["line"] == np.repeat(np.arange(ds.sizes["line"]), ds["node_count"])).all()
+    assert (here / "lines.png").stat().st_size > 1000
+    assert "complete already" in said("contours", "pair.yaml", *arguments)
+
+
+def test_borders_are_drawn_over_the_map_of_a_file_or_a_coarse_one(here):
+    said("run", "pair.yaml", "-o", "map.nc")
+    said("border", "pair.yaml", "--along", "belt_speed", "--scan", "8", "--tolerance", "1e-4", "-o", "b.nc",
+         "--map", "map.nc", "--plot", "b.png")  # fmt: skip
+    said("border", "pair.yaml", "--along", "damping", "--between", "0", "1", "--scan", "4", "--tolerance", "1e-3",
+         "-o", "d.nc", "--plot", "d.png")  # fmt: skip
+    assert "plot     c.png" in said("plot", "b.nc", "-o", "c.png")
+    assert "plot     m.png" in said("plot", "map.nc", "--lines", "b.nc", "-o", "m.png")
+    for name in ("b", "c", "d", "m"):
+        assert (here / f"{name}.png").stat().st_size > 1000
+
+
+def test_inspect_says_what_was_found(here):
+    said("border", "pair.yaml", "--along", "belt_speed", "--scan", "8", "--tolerance", "1e-4", "-o", "b.nc")
+    said("contours", "pair.yaml", "--points", "8", "--tolerance", "1e-3", "-o", "c.nc")
+    assert "borders  " in said("inspect", "b.nc") and "lines    " in said("inspect", "c.nc")
+    writing.write(stickslip.margins("pair.yaml", ("belt_speed",), joint=False, tolerance=1e-3), "m.nc")
+    assert re.search(r"^belt_speed +\d+ of 32 +x", said("inspect", "m.nc"), re.MULTILINE)
+    assert "holds none" in said("inspect", "b.nc", "--regime", "damped", code=2)
+
+
+def test_advice_is_a_sentence_a_table_and_a_change_that_was_simulated(here):
+    told = said("advise", "pair.yaml", "--at", "stiffness=1", "--at", "belt_speed=0.7", "--parameter", "belt_speed",
+                "--parameter", "damping", "--cost", "damping=0.5", "-o", "advice.nc")  # fmt: skip
+    assert re.match(r"in stick_slip; leaves it with belt speed above 0\.7982 m/s \(\+14 %\), damping above \S+ N s/m "
+                    r"\(\+\S+ N s/m\); cheapest: ", told)  # fmt: skip
+    assert re.search(r"^belt_speed +above 0\.798175\d+ m/s +\+14 % +damped +damped", told, re.MULTILINE)
+    ds = stickslip.open("advice.nc")
+    assert float(ds["ratio_belt_speed"]) == pytest.approx(0.79817535635 / 0.7, rel=1e-8)
+    proposal = re.search(r"^cheapest damping (\S+) N s/m .* and belt speed (\S+) m/s", told, re.MULTILINE)
+    proposal = proposal or re.search(r"^cheapest (?:belt speed (\S+) m/s|damping (\S+) N s/m)", told, re.MULTILINE)
+    assert proposal and "simulated: damped; cost" in told
+
+
+def test_from_a_quiet_cell_the_way_back_is_told(here):
+    told = said("advise", "pair.yaml", "--at", "stiffness=1", "--at", "belt_speed=0.9", "--parameter", "belt_speed")
+    assert told.startswith("in damped; enters stick_slip or sustained with belt speed below 0.7982 m/s (-11.3 %)")
+
+
+def test_no_way_out_is_no_error(here):
+    told = said("advise", "pair.yaml", "--at", "stiffness=1", "--at", "belt_speed=0.3", "--parameter", "belt_speed",
+                "--within", "1.2")  # fmt: skip
+    assert told.startswith("in stick_slip; no single change within reach leaves it\nno border within reach along belt")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("advise", "pair.yaml"), "missing, expected a value for this axis"),
+        (("advise", "pair.yaml", "--at", "stiffness=1", "--at", "belt_speed=1", "--cost", "mass"), "expected NAME=NUM"),
+        (("advise", "pair.yaml", "--at", "stiffness=1", "--at", "belt_speed=1", "--within", "1"), "factor above 1"),
+        (("contours", "pair.yaml", "--over", "mass", "belt_speed"), "mass is no axis of the configuration"),
+        (("contours", "pair.yaml", "--between", "belt_speed", "2", "1"), "swap the ends"),
+        (("contours", "pair.yaml", "--csv", "lines.txt"), "tables end in .csv"),
+        (("contours", "pair.yaml", "--scan", "1"), "scan: got 1"),
+    ],
+)  # fmt: skip
+def test_wrong_input_is_said_before_anything_is_computed(here, arguments, message):
+    assert message in said(*arguments, code=2)

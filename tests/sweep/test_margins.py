@@ -1,0 +1,172 @@
+"""How far cells are from a border, against closed forms and SciPy's own minimisation over them."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+import stickslip
+from helpers.configs import write_config
+from stickslip import theory
+from stickslip.vocabulary.flags import REGIMES
+
+COULOMB = {"mass": 2.0, "stiffness": 50.0, "damping": 3.0, "normal_load": 3.0, "belt_speed": 0.01,
+           "a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0, "mu_static": 0.45}  # fmt: skip
+PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "belt_speed": 0.7,
+        "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}  # fmt: skip
+STICK_SLIP, DAMPED, CREEP = (REGIMES.index(name) for name in ("stick_slip", "damped", "creep"))
+DESIGN = ("belt_speed", "normal_load", "stiffness", "damping")
+
+
+def critical_speed(cell):
+    """The belt speed at which stick-slip of this Coulomb pair ends."""
+    return float(theory.critical_speed(
+        *(cell[name] for name in ("mass", "stiffness", "damping", "normal_load")), cell["mu_static"], cell["a1"]
+    ))  # fmt: skip
+
+
+def test_margins_along_single_parameters_end_at_the_critical_speed():
+    ds = stickslip.margins(COULOMB, joint=False)
+    one = ds.isel(cell=0)
+    at = {
+        str(name).removeprefix("margin_"): float(one[name]) for name in one.data_vars if str(name).startswith("margin_")
+    }
+    assert set(at) == {*DESIGN, "mass", "mu_static"}
+    speed = critical_speed(COULOMB)
+    assert at["belt_speed"] == pytest.approx(speed - 0.01, rel=1e-9)
+    assert float(one["ratio_belt_speed"]) == pytest.approx(speed / 0.01, rel=1e-9)
+    assert at["normal_load"] == pytest.approx(3.0 * 0.01 / speed - 3.0, rel=1e-9)
+    assert at["mu_static"] == pytest.approx(0.15 * 0.01 / speed - 0.15, rel=1e-8)
+    for name in ("damping", "stiffness", "mass"):
+        there = COULOMB | {name: COULOMB[name] + at[name]}
+        if not np.isnan(at[name]):
+            assert critical_speed(there) == pytest.approx(0.01, rel=1e-7)
+    assert at["damping"] > 0 and np.isnan(at["mass"])
+
+
+def test_the_cheapest_change_of_two_parameters_whose_ratio_decides_is_shared_by_their_costs():
+    """Speed over load is critical: minimise (a s)^2 + (b t)^2 with s - t = L, so t = -L a^2/(a^2 + b^2)."""
+    a, b = 1.0, 2.0
+    ds = stickslip.margins(COULOMB, ("belt_speed", "normal_load"), {"normal_load": b}).isel(cell=0)
+    length = np.log(critical_speed(COULOMB) / 0.01)
+    assert float(ds["joint_cost"]) == pytest.approx(length / np.sqrt(1 / a**2 + 1 / b**2), rel=1e-7)
+    assert float(ds["joint_belt_speed"]) == pytest.approx(0.01 * np.exp(length * b**2 / (a**2 + b**2)), rel=1e-4)
+    assert float(ds["joint_normal_load"]) == pytest.approx(3.0 * np.exp(-length * a**2 / (a**2 + b**2)), rel=1e-4)
+    assert int(ds["joint_checked"]) == DAMPED
+
+
+def test_the_cheapest_change_of_four_parameters_is_that_of_a_minimisation_over_the_closed_form():
+    """Also from damping 0.5 and a cost that makes stiffening twice as dear."""
+    cell, costs = COULOMB | {"damping": 0.5, "belt_speed": 0.03}, np.array([1.0, 1.0, 2.0, 1.0])
+
+    def changed(q):
+        return cell | {name: cell[name] * np.exp(x) for name, x in zip(DESIGN, q / costs, strict=True)}
+
+    def surplus(q):
+        one = changed(q)
+        return np.log(one["belt_speed"] / critical_speed(one))
+
+    starts = [np.array([1.0, 0.1, 0.1, 0.1]), np.array([0.1, 0.1, 0.1, 1.0]), np.array([0.3, -0.3, 0.3, 0.3])]
+    bounds = [(-2.3 * cost, 2.3 * cost) for cost in costs]
+    best = min(
+        (minimize(lambda q: q @ q, start, bounds=bounds, constraints={"type": "eq", "fun": surplus},
+                  method="SLSQP", options={"ftol": 1e-14, "maxiter": 300}) for start in starts),
+        key=lambda found: found.fun if found.success and abs(surplus(found.x)) < 1e-7 else np.inf,
+    )  # fmt: skip
+    ds = stickslip.margins(cell, DESIGN, {"stiffness": 2.0}).isel(cell=0)
+    assert float(ds["joint_cost"]) == pytest.approx(np.sqrt(best.fun), rel=1e-6)
+    for name in DESIGN:
+        assert float(ds[f"joint_{name}"]) == pytest.approx(changed(best.x)[name], rel=1e-3)
+    assert int(ds["joint_checked"]) == DAMPED
+
+
+def test_the_joint_change_is_no_dearer_than_any_single_one():
+    ds = stickslip.margins(PAIR, ("belt_speed", "stiffness", "damping")).isel(cell=0)
+    assert float(ds["joint_cost"]) <= np.log(float(ds["ratio_belt_speed"])) * (1 + 1e-8)
+    assert float(ds["joint_cost"]) <= float(ds["margin_damping"]) / 2 * (1 + 1e-8)  # critical damping is 2
+
+
+def test_a_parameter_at_zero_has_a_distance_and_no_factor():
+    ds = stickslip.margins(PAIR, ("damping",), joint=False).isel(cell=0)
+    assert np.isnan(ds["ratio_damping"]) and ds["margin_damping"].attrs["units"] == "N s m-1"
+    line = stickslip.border(PAIR, "damping", (0.0, 2.0))
+    assert float(ds["margin_damping"]) == pytest.approx(float(line["border"][0, 0]), rel=1e-8)
+    assert np.isnan(ds["border_damping"].sel(side="below"))
+
+
+def test_both_sides_are_told_where_the_regime_changes_on_both():
+    """Between the borders to stick-slip (below) and to creep or another regime along damping."""
+    ds = stickslip.margins(PAIR | {"damping": 0.1}, ("damping",), within=30, joint=False).isel(cell=0)
+    below, above = ds["border_damping"].values
+    assert below < 0.1 < above
+    assert ds["beyond_damping"].values.tolist() == [STICK_SLIP, CREEP]
+    assert float(ds["margin_damping"]) == pytest.approx(below - 0.1 if 0.1 / below < above / 0.1 else above - 0.1)
+    only = stickslip.margins(PAIR | {"damping": 0.1}, ("damping",), within=30, into=("stick_slip",), joint=False).isel(
+        cell=0
+    )
+    assert np.isnan(only["border_damping"].values[1]) and only["beyond_damping"].values.tolist() == [STICK_SLIP, 0]
+
+
+def test_proposals_are_simulated_a_little_past_the_border():
+    cells = PAIR | {"belt_speed": [0.5, 0.7, 0.9], "mu_stop": 1.0}
+    ds = stickslip.margins(cells, ("belt_speed", "mu_stop", "damping"))
+    for name in ("belt_speed", "mu_stop", "damping"):
+        for side in ("below", "above"):
+            values, found = ds[f"proposed_{name}"].sel(side=side), ds[f"checked_{name}"].sel(side=side).values
+            for i in np.flatnonzero(values.notnull().values):
+                one = {key: float(ds[key][i]) for key in ("belt_speed", "mu_stop", "damping")}
+                there = stickslip.evaluate(PAIR | one | {name: float(values[i])})
+                assert there["regime"].item() == found[i]
+            border = ds[f"border_{name}"].sel(side=side)
+            np.testing.assert_allclose(np.abs(values / border - 1), np.where(border.notnull(), 0.01, np.nan), rtol=0.02)
+    joint = {name: ds[f"joint_proposed_{name}"].values for name in ("belt_speed", "mu_stop", "damping")}
+    np.testing.assert_array_equal(stickslip.evaluate(PAIR | joint)["regime"], ds["joint_checked"])
+
+
+def test_no_border_within_reach_is_no_error_and_is_said():
+    ds = stickslip.margins(PAIR | {"belt_speed": 0.3}, ("stiffness", "mass"), within=1.5)
+    assert np.isnan(ds["margin_stiffness"]).all() and np.isnan(ds["joint_cost"]).all()
+    assert ds.attrs["margin_found"] == "no border within reach along stiffness, mass"
+    assert (ds["joint_checked"] == 0).all()
+
+
+def test_static_friction_goes_down_to_friction_at_breakaway_and_no_further():
+    ds = stickslip.margins(COULOMB | {"mu_stop": 0.2}, ("mu_static", "mu_stop", "a1"), joint=False).isel(cell=0)
+    assert ds["border_mu_static"].sel(side="below") > 0.3
+    proposed = ds["proposed_mu_static"].sel(side="below")
+    assert proposed >= 0.3
+
+
+def test_the_axes_of_a_configuration_are_the_dimensions(tmp_path):
+    config = stickslip.load_config(write_config(tmp_path, num=4))
+    ds = stickslip.margins(config, ("belt_speed",), joint=False, tolerance=1e-6)
+    assert ds["margin_belt_speed"].dims == tuple(axis.name for axis in config.axes)
+    assert ds["border_belt_speed"].dims == (*ds["regime"].dims, "side")
+    away = ds["margin_belt_speed"] + ds["belt_speed"]
+    np.testing.assert_allclose(away / ds["belt_speed"], ds["ratio_belt_speed"])
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        (
+            {"parameters": ("stifness",)},
+            TypeError,
+            "'stifness' is not a parameter of a cell; did you mean 'stiffness'?",
+        ),
+        ({"parameters": ()}, ValueError, "parameters: got (), expected different names, at least one"),
+        ({"costs": {"mass": 1.0}}, ValueError, "costs: got one for 'mass', expected belt_speed, damping"),
+        ({"costs": {"damping": 0.0}}, ValueError, "costs: got 0.0 for damping, expected a number above 0"),
+        ({"within": 1.0}, ValueError, "within: got 1.0 for belt_speed, expected a factor above 1"),
+        ({"within": {"damping": (2.0, 1.0)}}, ValueError, "within: got 2 to 1 for damping"),
+        ({"within": {"mass": 2.0}}, ValueError, "within: got 'mass', expected belt_speed, damping"),
+        ({"into": ("squeal",)}, ValueError, "into: got 'squeal', expected stick_slip, damped"),
+        ({"scan": 1}, ValueError, "scan: got 1"),
+        ({"beyond": 1.0}, ValueError, "beyond: got 1.0, expected a share"),
+    ],
+)
+def test_bad_input_is_named_with_what_is_allowed(change, error, message):
+    asked = {"cells_or_config": PAIR, "parameters": ("belt_speed", "damping")}
+    with pytest.raises(error, match=re.escape(message)):
+        stickslip.margins(**(asked | change))
