@@ -171,9 +171,7 @@ class _Reader(Complaints):
 
     def _check_states(self, config: Config) -> None:
         """Starting states come from the box, and from no axis."""
-        if config.attractors is None:
-            return
-        for path in state_axes(config):
+        for path in state_axes(config) if config.attractors else ():
             self.add(path, STATES_IN_BOX, at_key=True)
 
     def _check_boxes(self, config: Config) -> None:

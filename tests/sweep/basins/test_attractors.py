@@ -103,7 +103,7 @@ def test_bad_numbers_of_samples_are_refused(samples, seed):
     [
         ("attractors: {displacement: [0, 1]}", "attractors.velocity: missing, expected velocities of the box"),
         ("attractors: {displacement: [1, 0], velocity: [0, 1]}", "the lower end first and the upper above it"),
-        ("attractors: {displacement: [0, 1 m/s], velocity: [0, 1]}", "(a speed), expected a length|got '1 m/s'"),
+        ("attractors: {displacement: [0, 1 m/s], velocity: [0, 1]}", "got [0, 1 m/s] (speed), expected a length"),
         ("attractors: {displacement: [0, 1], velocity: [0, 1], samples: 100}", "16 times a power of 2"),
         ("attractors: {displacement: [0, 1], velocity: [0, 1], sample: 64}", "did you mean samples?"),
         ("attractors: {displacement: [0, 1], velocity: [0, sticking]}", "expected a"),
@@ -112,8 +112,7 @@ def test_bad_numbers_of_samples_are_refused(samples, seed):
 def test_bad_sections_are_refused_with_their_place(section, message):
     with pytest.raises(ConfigError) as caught:
         parse_config(PAIR + section, "my.yaml")
-    assert "my.yaml:6" in str(caught.value)
-    assert any(part in str(caught.value) for part in message.split("|"))
+    assert message in str(caught.value) and "my.yaml:6" in str(caught.value)
 
 
 def test_an_axis_of_starting_states_is_refused():
