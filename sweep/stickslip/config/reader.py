@@ -32,6 +32,7 @@ from stickslip.config.sections import (
     Start,
     System,
 )
+from stickslip.config.states import STATES_IN_BOX, state_axes
 from stickslip.config.studies import STUDIES
 from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
@@ -132,6 +133,7 @@ class _Reader(Complaints):
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
         config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})
         self._check_lines(config)
+        self._check_states(config)
         self._check_boxes(config)
         self._check_plane(config)
         self.raise_any()
@@ -166,6 +168,11 @@ class _Reader(Complaints):
         for finding in broken_rules(config, config.border.along, line):
             got = finding.got or self.text(finding.path)
             self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
+
+    def _check_states(self, config: Config) -> None:
+        """Starting states come from the box, and from no axis."""
+        for path in state_axes(config) if config.attractors else ():
+            self.add(path, STATES_IN_BOX, at_key=True)
 
     def _check_boxes(self, config: Config) -> None:
         """There is an axis along which a map can be refined."""
