@@ -20,6 +20,9 @@ axes:
 """
 
 
+AT = ("--at", "stiffness=1", "--at", "belt_speed=1")
+
+
 @pytest.fixture
 def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -95,8 +98,8 @@ def test_no_way_out_is_no_error(here):
     ("arguments", "message"),
     [
         (("advise", "pair.yaml"), "missing, expected a value for this axis"),
-        (("advise", "pair.yaml", "--at", "stiffness=1", "--at", "belt_speed=1", "--cost", "mass"), "expected NAME=NUM"),
-        (("advise", "pair.yaml", "--at", "stiffness=1", "--at", "belt_speed=1", "--within", "1"), "factor above 1"),
+        (("advise", "pair.yaml", *AT, "--cost", "mass"), "expected NAME=NUMBER"),
+        (("advise", "pair.yaml", *AT, "--within", "1"), "factor above 1"),
         (("contours", "pair.yaml", "--over", "mass", "belt_speed"), "mass is no axis of the configuration"),
         (("contours", "pair.yaml", "--between", "belt_speed", "2", "1"), "swap the ends"),
         (("contours", "pair.yaml", "--csv", "lines.txt"), "tables end in .csv"),

@@ -271,7 +271,7 @@ def test_three_regimes_meet_in_a_junction(monkeypatch):
         one = cells(start, size)
         angle = np.arctan2(one["stiffness"] - 1.53, one["belt_speed"] - 0.62)
         found = np.select([angle < -1.0, angle < 0.7], [1, 2], 3).astype(np.int8)
-        return Computed({"regime": found}, size)
+        return Computed({"regime": found, "restick_margin": np.full(size, np.nan)}, size)
 
     monkeypatch.setattr(contours, "compute_range", sectors)
     study = ContourStudy(plane, Limits(8, 1e-9), stickslip.Options())

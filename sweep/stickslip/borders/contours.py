@@ -143,12 +143,17 @@ class _Search:
 
     def labels(self, panel: Integers, x: Floats, y: Floats) -> Labels:
         """Regimes of cells; what is undecided is `OPEN`."""
+        return self.looked(panel, x, y)[0]
+
+    def looked(self, panel: Integers, x: Floats, y: Floats) -> tuple[Labels, Floats]:
+        """Regimes of cells, and the guide to where stick-slip ends by grazing."""
         found = compute_range(self.plane.cells(panel, x, y), 0, panel.size, self.options, self.stop)
         if not found.complete:
             raise StoppedError
         self.computed += panel.size
         regime = found.results["regime"]
-        return np.where(np.isin(regime, UNDECIDED), OPEN, regime).astype(np.int8)
+        labels = np.where(np.isin(regime, UNDECIDED), OPEN, regime).astype(np.int8)
+        return labels, np.asarray(found.results["restick_margin"], np.float64)
 
     def labels_in_cells(self, cells: Integers, x: Floats, y: Floats) -> Labels:
         """Regimes at shares of grid cells (n, 3) along both sides."""
@@ -179,13 +184,11 @@ class _Search:
         open_ended = (low == OPEN) | (high == OPEN)
 
         def labels_at(line: Integers, place: Floats) -> Looked:
-            labels = np.where(place == 0.0, low[line], high[line])
-            inner = (place > 0.0) & (place < 1.0)
-            one = line[inner]
-            x = self.plane.x.at(column[one], np.where(flat[one], place[inner], 0.0))
-            y = self.plane.y.at(row[one], np.where(flat[one], 0.0, place[inner]))
-            labels[inner] = self.labels(panel[one], x, y)
-            return Looked(labels, (labels != OPEN) | open_ended[line])
+            x = self.plane.x.at(column[line], np.where(flat[line], place, 0.0))
+            y = self.plane.y.at(row[line], np.where(flat[line], 0.0, place))
+            labels, guide = self.looked(panel[line], x, y)
+            labels = np.select([place == 0.0, place == 1.0], [low[line], high[line]], labels)  # as neighbours see them
+            return Looked(labels, (labels != OPEN) | open_ended[line], guide)
 
         shares = [_share(side, self.limits.tolerance) for side in (self.plane.x, self.plane.y)]
         found, _ = search_lines(len(sides), Scan(0.0, 1.0, 2, "linear"), min(shares), labels_at)

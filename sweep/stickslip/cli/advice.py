@@ -38,7 +38,7 @@ def advise(
     config: Path, at: tuple[str, ...], parameters: tuple[str, ...], costs: tuple[str, ...], within: float,
     into: tuple[str, ...], output: Path | None,
 ) -> None:  # fmt: skip
-    """Say how far one cell is from a border, and which change is the smallest.
+    """Say which changes take a cell over a border.
 
     CONFIG is a YAML file, or a result, which holds its configuration; the axes need a value each (--at). Every proposal
     is simulated 1 % past its border, and one that does not hold there is no cure. From a vibrating regime (stick_slip,

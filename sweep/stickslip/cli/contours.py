@@ -42,7 +42,7 @@ def contours(
     tolerance: float, scan: int, output: Path | None, table: Path | None, plot: Path | None, map_file: Path | None,
     fresh: bool, dask: str | None,
 ) -> None:  # fmt: skip
-    """Follow the borders between regimes in a plane of two parameters.
+    """Follow the borders of regimes in a plane.
 
     Lines, loops among them, whose points are found one by one to the tolerance. Only the surroundings of a line are
     computed, so that a fine grid costs no more than its lines are long. Other axes of CONFIG become panels.

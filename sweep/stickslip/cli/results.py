@@ -42,7 +42,7 @@ def plot(
     file: Path, variable: str | None, select: tuple[str, ...], lines: Path | None, map_file: Path | None,
     no_borders: bool, output: Path | None,
 ) -> None:  # fmt: skip
-    """Plot a result: a map, a trajectory, probabilities, borders over a map, attractors, or a ramp."""
+    """Plot a result: map, trajectory, probabilities, borders, attractors, ramp."""
     from stickslip import plots
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError

@@ -56,9 +56,10 @@ def is_over_map(ds: xr.Dataset) -> bool:
 
 
 def is_drawn(ds: xr.Dataset) -> bool:
-    """Whether there is a plot of this result: borders of single lines are no lines to draw."""
-    of_cells = any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
-    return is_over_map(ds) or "probability" in ds or of_cells
+    """Whether there is a plot of this result: borders of single lines, and one rare event, are no plots."""
+    if "probability" in ds:
+        return "levels" not in ds or ds["probability"].ndim > 1
+    return is_over_map(ds) or any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
 
 
 def figure(ds: xr.Dataset, extras: Extras | None = None) -> Figure:

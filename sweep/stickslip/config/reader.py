@@ -341,7 +341,8 @@ class _Reader(Complaints):
         paths: list[Path] = [(key, name) for key, model in QUANTITY_SECTIONS.items()
                              for name in raw[key] if name in model.model_fields and name in QUANTITIES]  # fmt: skip
         scattered = uncertain.get("quantities") if isinstance(uncertain, dict) else None
-        paths += [(*QUANTITIES_PATH, name) for name in scattered or () if name in QUANTITIES]
+        named = scattered if isinstance(scattered, dict) else ()
+        paths += [(*QUANTITIES_PATH, name) for name in named if name in QUANTITIES]
         given: dict[str, list[Path]] = {}
         for path in [*paths, *kinds.varied_paths(axes)]:
             given.setdefault(str(path[-1]), []).append(path)

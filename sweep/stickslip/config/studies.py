@@ -168,8 +168,11 @@ STUDIES: dict[str, type[Section]] = {
 
 
 def alone(key: str, section: Section) -> dict[str, Section | None]:
-    """What to update a configuration with so that it asks for this and for nothing else."""
-    return {**dict.fromkeys(STUDIES), key: section}
+    """What to update a configuration with so that it asks for this and for nothing else.
+
+    What is uncertain stays: without it quantities would be missing, and whoever needs known ones says so.
+    """
+    return {**dict.fromkeys(study for study in STUDIES if study != "uncertain"), key: section}
 
 
 def parameter(value: object) -> str:

@@ -64,20 +64,15 @@ class _Space:
         """Where rays of a length first enter another regime (of `into`); inf where they do not."""
 
         def labels_at(line: Integers, place: Floats) -> Looked:
-            regimes = self.regimes(cell[line], direction[line] * (place * length[line])[:, np.newaxis])
-            known = decided(regimes)
-            return Looked(regimes if self.into is None else np.isin(regimes, self.into).astype(np.int8), known)
+            changes = direction[line] * (place * length[line])[:, np.newaxis] / self.costs
+            changed = {r.name: r.at(changes[:, i], cell[line]) for i, r in enumerate(self.reaches)}
+            return self.asked.looked(cell[line], changed, self.into)
 
         brackets, _ = search_lines(cell.size, Scan(0.0, 1.0, points + 1, "linear"), tolerance, labels_at)
         first = first_entries(brackets, self.into)
         found = np.full(cell.size, np.inf)
         found[first["line"]] = first["high"] * length[first["line"]]
         return found
-
-    def regimes(self, cell: Integers, place: Floats) -> Labels:
-        """Regimes at places (m, k) of this space."""
-        changes = place / self.costs
-        return self.asked.regimes(cell, {r.name: r.at(changes[:, i], cell) for i, r in enumerate(self.reaches)})
 
 
 def cheapest(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.borders import Looked
 from stickslip.borders.find import UNDECIDED
 from stickslip.distances.reach import is_possible
 from stickslip.engine import Options, StopFlag, compute_range
@@ -32,21 +33,30 @@ class Asked:
     def regimes(self, which: Integers, changed: Cells) -> Labels:
         """Regimes of the cells `which` (m,) with other values (m,) of some parameters; impossible ones are not
         computed. Raises StoppedError."""
+        return self._computed(which, changed)[0]
+
+    def looked(self, which: Integers, changed: Cells, into: list[int] | None) -> Looked:
+        """The same as a search takes it: labels (with `into`, whether it is one of these regimes), and the guide to
+        where stick-slip ends by grazing."""
+        regimes, guide = self._computed(which, changed)
+        labels = regimes if into is None else np.isin(regimes, into).astype(np.int8)
+        return Looked(labels, decided(regimes), guide)
+
+    def _computed(self, which: Integers, changed: Cells) -> tuple[Labels, Floats]:
         some = {name: values[which] for name, values in self.cells.items()} | changed
         possible = np.flatnonzero(is_possible(some))
-        found = np.full(which.size, NOT_COMPUTED, np.int8)
-        if not possible.size:
-            return found
-        kept = {name: values[possible] for name, values in some.items()}
+        found, guide = np.full(which.size, NOT_COMPUTED, np.int8), np.full(which.size, np.nan)
+        if possible.size:
+            kept = {name: values[possible] for name, values in some.items()}
 
-        def cells(start: int, stop: int) -> Cells:
-            return {name: values[start:stop] for name, values in kept.items()}
+            def cells(start: int, stop: int) -> Cells:
+                return {name: values[start:stop] for name, values in kept.items()}
 
-        done = compute_range(cells, 0, possible.size, self.options, self.stop)
-        if not done.complete:
-            raise StoppedError
-        found[possible] = done.results["regime"]
-        return found
+            done = compute_range(cells, 0, possible.size, self.options, self.stop)
+            if not done.complete:
+                raise StoppedError
+            found[possible], guide[possible] = done.results["regime"], done.results["restick_margin"]
+        return found, guide
 
 
 def decided(regimes: Labels) -> NDArray[np.bool_]:

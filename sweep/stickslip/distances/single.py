@@ -39,9 +39,7 @@ def nearest(asked: Asked, reach: Reach, home: Labels, into: list[int] | None, po
         cell = line // 2
         up = line % 2
         change = place * room[up, cell] * np.where(up == 1, 1.0, -1.0)
-        regimes = asked.regimes(cell, {reach.name: reach.at(change, cell)})
-        known = decided(regimes)
-        return Looked(regimes if into is None else np.isin(regimes, into).astype(np.int8), known)
+        return asked.looked(cell, {reach.name: reach.at(change, cell)}, into)
 
     searched = np.flatnonzero(decided(home))
     lines = np.repeat(2 * searched, 2) + np.tile([0, 1], searched.size)

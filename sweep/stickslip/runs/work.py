@@ -30,11 +30,11 @@ def study_of(config: Config) -> Study:
         return attractor_study(config, config.attractors)
     if config.refine is not None:
         return RefinedMap(config, config.refine, options_of(config))
+    if config.contours is not None:
+        return contour_study(config, config.contours)
     if config.uncertain is not None:
         subset = config.uncertain.subset
         return sample_study(config) if subset is None else rare_study(config, subset)
-    if config.contours is not None:
-        return contour_study(config, config.contours)
     return MapStudy(config, options_of(config))
 
 
