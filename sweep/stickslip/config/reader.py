@@ -13,13 +13,11 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from stickslip.config import examples, kinds, refined, rules
+from stickslip.config import examples, kinds, rules, studied
 from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
-from stickslip.config.lines import broken_rules, line_along
 from stickslip.config.model import Axis, Config, Group, Range, Values
-from stickslip.config.planes import broken_in_plane, plane_along
 from stickslip.config.sections import (
     REFUSED,
     Drive,
@@ -32,11 +30,10 @@ from stickslip.config.sections import (
     Start,
     System,
 )
-from stickslip.config.states import STATES_IN_BOX, state_axes
 from stickslip.config.studies import STUDIES
 from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
-from stickslip.errors import MOST_PROBLEMS, ArgumentError, ConfigError, Path, dotted
+from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
 from stickslip.vocabulary.results import MAP_VARIABLES
@@ -132,10 +129,7 @@ class _Reader(Complaints):
             sections[key] = sections[key].model_copy(update=absent)
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
         config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})
-        self._check_lines(config)
-        self._check_states(config)
-        self._check_boxes(config)
-        self._check_plane(config)
+        studied.check(config, self)
         self.raise_any()
         return config
 
@@ -155,45 +149,6 @@ class _Reader(Complaints):
             if (section := self._valid(STUDIES[key], known, (key,))) is not None:
                 found[key] = section
         return found
-
-    def _check_lines(self, config: Config) -> None:
-        """The lines that are searched for borders exist, and cells on them are possible."""
-        if config.border is None:
-            return
-        try:
-            line = line_along(config, config.border.along, config.border.between)
-        except ArgumentError as error:
-            self.add(("border", error.key), error.what)
-            return
-        for finding in broken_rules(config, config.border.along, line):
-            got = finding.got or self.text(finding.path)
-            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
-
-    def _check_states(self, config: Config) -> None:
-        """Starting states come from the box, and from no axis."""
-        for path in state_axes(config) if config.attractors else ():
-            self.add(path, STATES_IN_BOX, at_key=True)
-
-    def _check_boxes(self, config: Config) -> None:
-        """There is an axis along which a map can be refined."""
-        for finding in refined.broken_rules(config.axes, config.refine) if config.refine else ():
-            got = finding.got or self.text(finding.path)
-            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint, at_key=bool(finding.got))
-
-    def _check_plane(self, config: Config) -> None:
-        """The plane in which borders are followed exists, and cells in it are possible."""
-        if config.contours is None:
-            return
-        try:
-            plane = plane_along(config, config.contours.axes, config.contours.between or {})
-        except ArgumentError as error:
-            self.add(("contours", error.key), error.what)
-            return
-        for finding in broken_in_plane(config, plane):
-            path = finding.path
-            if path[0] == "contours" and path[-1] not in (config.contours.between or {}):
-                path = ("axes", path[-1])
-            self.add(path, f"got {finding.got or self.text(path)}, expected {finding.expected}", finding.hint)
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
 
