@@ -15,7 +15,7 @@ from stickslip.cli.common import CONFIG, DASK, check_plot, fail, prepare_kernels
     epilog="""\b
 Examples:
   stickslip attractors configs/attractors.yaml
-  stickslip attractors configs/quickstart.yaml --displacement 0 "2 m" --velocity -1 "1 m/s" -o basins.nc"""
+  stickslip attractors configs/quickstart.yaml --displacement 0 "2 m" --velocity -1 1 -o basins.nc"""
 )
 @CONFIG
 @click.option("--displacement", nargs=2, metavar="LOW HIGH", help="Displacements of the box: SI, or with units.")
@@ -38,7 +38,9 @@ def attractors(
     fresh: bool,
     dask: str | None,
 ) -> None:
-    """Find which regimes coexist, and how much of a box of starting states settles.
+    """Find which regimes coexist, and what settles.
+
+    How large a share of a box of starting states settles, and how large a shock ends sliding.
 
     The box is that of the section `attractors` of CONFIG, unless it is given here. With an output the work survives
     interruption as a run does, and `stickslip run` does the same for a configuration with that section.
@@ -70,7 +72,7 @@ def attractors(
     epilog="""\b
 Examples:
   stickslip ramp configs/quickstart.yaml --along belt_speed --plot ramp.png
-  stickslip ramp configs/quickstart.yaml --along belt_speed --between 0.2 "1 m/s" --points 401 -o ramp.nc"""
+  stickslip ramp configs/quickstart.yaml --along belt_speed --between 0.2 "1 m/s" -o ramp.nc"""
 )
 @CONFIG
 @click.option("--along", required=True, metavar="NAME", help="Parameter that goes up and down.")
@@ -79,12 +81,12 @@ Examples:
 )
 @click.option("--points", type=int, default=200, show_default=True, help="Values to wait at, on each way.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write, .png, .svg or .pdf; of a single line.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write; of a single line.")
 @reports_wrong_input
 def ramp(
     config: Path, along: str, between: tuple[str, str] | None, points: int, output: Path | None, plot: Path | None
 ) -> None:
-    """Follow the attractors while a parameter goes slowly up and down again.
+    """Follow attractors up and down a parameter.
 
     Each value starts from where the motion at the one before ended. The other axes of CONFIG are lines of their own.
     """

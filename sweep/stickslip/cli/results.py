@@ -24,7 +24,7 @@ Examples:
   stickslip plot map.nc --select damping=0.1 --select stiffness="5 N/mm\""""
 )
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--variable", help="Variable to plot.  [default: regime; of attractors and ramps, what they are about]")
+@click.option("--variable", help="Variable to plot.  [default: regime, or what a result is about]")
 @click.option(
     "--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension at the cell with this value, or label."
 )
@@ -42,7 +42,7 @@ def plot(
     file: Path, variable: str | None, select: tuple[str, ...], lines: Path | None, map_file: Path | None,
     no_borders: bool, output: Path | None,
 ) -> None:  # fmt: skip
-    """Plot a result: map, trajectory, probabilities, borders, attractors, ramp."""
+    """Plot a result, whatever its kind."""
     from stickslip import plots
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError
