@@ -10,6 +10,7 @@ from ._version import __version__
 
 if TYPE_CHECKING:
     from .api import border, collect, evaluate, open, retry_failed, run, run_shard, simulate, status
+    from .api_basins import attractors, ramp
     from .config.model import Config
     from .config.reader import load_config
     from .designing import contours, margins
@@ -18,13 +19,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ClusterError", "Config", "ConfigError", "IncompleteError", "Interrupted", "Options", "__version__",
-    "border", "collect", "contours", "evaluate", "load_config", "margins", "open", "retry_failed", "run", "run_shard",
-    "simulate", "status",
+    "attractors", "border", "collect", "contours", "evaluate", "load_config", "margins", "open", "ramp", "retry_failed",
+    "run", "run_shard", "simulate", "status",
 ]  # fmt: skip
 
 _HOMES = {
     "Config": "config.model", "load_config": "config.reader", "Options": "engine",
     "ClusterError": "errors", "ConfigError": "errors", "IncompleteError": "errors", "Interrupted": "errors",
+    "attractors": "api_basins", "ramp": "api_basins",
     "border": "api", "collect": "api", "evaluate": "api", "open": "api", "retry_failed": "api", "run": "api",
     "run_shard": "api", "simulate": "api", "status": "api",
     "contours": "designing", "margins": "designing",

@@ -130,6 +130,8 @@ def margins(
         config = _config(cells_or_config)
         if config.drive is not None:
             raise ValueError("a configuration with a drive is that of a rig, whose cells have no regime")
+        if config.uncertain is not None:
+            raise ValueError("a configuration with uncertain quantities has no single margin; leave uncertain out")
         options, grid = _options_of(config, law, given), build_grid(config)
         asking = distances.Asking(grid.dims, grid.shape, grid_coordinates(grid), grid.cells)
         title, text = f"Margins: {config.title}", config.to_yaml()

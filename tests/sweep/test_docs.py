@@ -55,6 +55,7 @@ def test_pages_have_blocks_to_try():
     assert {name.split()[0] for name in PYTHON} >= {
         "README.md",
         "advise.md",
+        "attractors.md",
         "borders.md",
         "rig.md",
         "runs.md",

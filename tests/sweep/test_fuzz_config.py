@@ -10,6 +10,7 @@ import warnings
 from pathlib import Path
 from time import thread_time
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 
@@ -18,6 +19,7 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.reader import load_config, parse_config
 from stickslip.errors import ConfigError, FitWarning, UnitWarning
+from stickslip.uncertainty.inputs import Inputs
 from stickslip.vocabulary.quantities import PARAMETERS
 
 LONGEST = 5.0  # s of computing for one file; the usual is a hundredth
@@ -61,7 +63,11 @@ def use(config: Config) -> None:
     """What comes after reading: the grid, a cell at either end, and the text that results keep."""
     grid = build_grid(config)
     for start in (0, grid.size - 1):
-        assert set(grid.cells(start, start + 1)) == set(PARAMETERS)
+        if config.uncertain is None:
+            cells = grid.cells(start, start + 1)
+        else:  # at the medians of what is uncertain
+            cells, _ = Inputs(config).cells(np.array([start]), np.zeros((1, len(config.uncertain.names))))
+        assert set(cells) == set(PARAMETERS)
     assert parse_config(config.to_yaml()) == config
 
 

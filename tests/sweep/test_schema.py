@@ -85,6 +85,7 @@ def test_what_the_reader_refuses_an_editor_marks(data, where):
 
 REQUIRED = {
     "border": {"along": "mass"},
+    "attractors": {"displacement": [0, 1], "velocity": [0, 1]},
     "uncertain": {"quantities": {"belt_speed": {"normal": {"mean": 1, "std": 0.1}}}},
 }
 

@@ -288,8 +288,19 @@ def margins():
     return stickslip.margins(pair | {"belt_speed": 0.7}, ("belt_speed", "damping"), tolerance=1e-3)
 
 
+def attractors():
+    pair = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+    return stickslip.attractors(pair | {"belt_speed": [0.2, 0.5, 1.0]}, {"displacement": (0, 2), "velocity": (-1, 1)})
+
+
+def ramp():
+    pair = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+    return stickslip.ramp(pair, "belt_speed", (0.2, 1.0), 9)
+
+
 MAKERS = {"plane": plane, "labelled": labelled, "cells": cells, "borders": borders, "scatter": scatter,
-          "contours": contours, "margins": margins, "one cell": make_map}  # fmt: skip
+          "contours": contours, "margins": margins, "attractors": attractors, "ramp": ramp,
+          "one cell": make_map}  # fmt: skip
 
 
 # What the checker (6.1) holds against lines in a plane that is not that of longitude and latitude: it wants degrees of

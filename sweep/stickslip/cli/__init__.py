@@ -13,6 +13,7 @@ import click
 from stickslip._version import __version__
 from stickslip.cli import (
     advice,
+    attractors,
     borders,
     configs,
     contours,
@@ -33,6 +34,7 @@ COMMANDS = (
     *(stores.collect, stores.retry_failed, stores.status),
     *(results.plot, inspection.inspect, trajectories.simulate),
     *(borders.border, contours.contours, advice.advise),
+    *(attractors.attractors, attractors.ramp),
     *(science.article, science.fit),
     *(rig_tests.rig, rig.rig_features, rig.calibrate),
 )

@@ -24,7 +24,7 @@ Examples:
   stickslip plot map.nc --select damping=0.1 --select stiffness="5 N/mm\""""
 )
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--variable", default="regime", show_default=True, help="Variable to plot.")
+@click.option("--variable", help="Variable to plot.  [default: regime; of attractors and ramps, what they are about]")
 @click.option(
     "--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension at the cell with this value, or label."
 )
@@ -39,16 +39,18 @@ Examples:
 )
 @reports_wrong_input
 def plot(
-    file: Path, variable: str, select: tuple[str, ...], lines: Path | None, map_file: Path | None, no_borders: bool,
-    output: Path | None,
+    file: Path, variable: str | None, select: tuple[str, ...], lines: Path | None, map_file: Path | None,
+    no_borders: bool, output: Path | None,
 ) -> None:  # fmt: skip
-    """Plot a result: map, trajectory, probabilities, borders."""
+    """Plot a result: map, trajectory, probabilities, borders, attractors, ramp."""
     from stickslip import plots
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
     ds = reading.open(file)
+    given, variable = variable, variable or ("settling_share" if "settling_share" in ds else "regime")
+    of_line = "settling_share" in ds and given is None
     if shown.is_over_map(ds):
         return _plot_borders(ds, file, output or file.with_suffix(".png"), map_file)
     is_map = "time" not in ds.dims
@@ -59,6 +61,10 @@ def plot(
         if "probability" in ds and variable == "regime":
             state = places.pop("state", "stick_slip")
             figure = plots.plot_probability(selection.selected(ds, places)[0], state)
+        elif "direction" in ds.dims:
+            figure = plots.plot_ramp(ds, given or "velocity_amplitude", select=places)
+        elif of_line and len(set(ds["settling_share"].dims) - set(places)) == 1:
+            figure = plots.plot_attractors(ds, select=places)
         elif is_map:
             over = None if lines is None else reading.open(lines)
             figure = plots.plot_map(ds, variable, select=places, borders=not no_borders, lines=over)

@@ -37,10 +37,12 @@ def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> 
 
 def teller(ds: xr.Dataset) -> Callable[[xr.Dataset], None] | None:
     """What says on screen what was found in a result; None for maps and lists of cells."""
-    from stickslip.cli import border_rows, probability_rows
+    from stickslip.cli import attractor_rows, border_rows, probability_rows
 
     found = {"border_found": border_rows.show_borders, "contour_found": border_rows.show_contours,
              "margin_found": border_rows.show_margins}  # fmt: skip
+    if "settling_share" in ds:
+        return attractor_rows.show_attractors
     if "probability" in ds:
         return probability_rows.show_probabilities
     return next((tell for name, tell in found.items() if name in ds.attrs), None)
@@ -54,8 +56,10 @@ def is_over_map(ds: xr.Dataset) -> bool:
 
 
 def is_drawn(ds: xr.Dataset) -> bool:
-    """Whether there is a plot of this result: borders of single lines are no lines to draw."""
-    return is_over_map(ds) or "probability" in ds or ("regime" in ds and ds["regime"].ndim > 0)
+    """Whether there is a plot of this result: borders of single lines, and one rare event, are no plots."""
+    if "probability" in ds:
+        return "levels" not in ds or ds["probability"].ndim > 1
+    return is_over_map(ds) or any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
 
 
 def figure(ds: xr.Dataset, extras: Extras | None = None) -> Figure:
@@ -65,5 +69,7 @@ def figure(ds: xr.Dataset, extras: Extras | None = None) -> Figure:
 
     if is_over_map(ds):
         return plots.plot_map((extras or Extras()).map_behind(ds), lines=ds, title=str(ds.attrs.get("title", "")))
+    if "settling_share" in ds:
+        return plots.plot_attractors(ds) if ds["settling_share"].ndim == 1 else plots.plot_map(ds, "settling_share")
     drawn: Callable[[xr.Dataset], Figure] = plots.plot_probability if "probability" in ds else plots.plot_map
     return drawn(ds)

@@ -29,7 +29,7 @@ from stickslip.config.sections import (
     one_of,
     refused,
 )
-from stickslip.config.studies import Border, Contours, Refine
+from stickslip.config.studies import Attractors, Border, Contours, Refine
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -161,7 +161,7 @@ class Config(Section):
 
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
     drive, sensor : of a test rig; None where the belt moves at a constant speed.
-    border, contours, refine, uncertain : what is asked for instead of a map of all cells, at most one of them.
+    border, contours, attractors, refine, uncertain : what is asked for instead of a map of all cells, at most one.
     Quantities that are uncertain are neither fixed nor along an axis.
     """
 
@@ -177,6 +177,7 @@ class Config(Section):
     sensor: Sensor | None = None
     border: Border | None = None
     contours: Contours | None = None
+    attractors: Attractors | None = None
     refine: Refine | None = None
     uncertain: Uncertain | None = None
 

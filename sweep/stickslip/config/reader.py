@@ -13,13 +13,11 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from stickslip.config import examples, kinds, refined, rules
+from stickslip.config import examples, kinds, rules, studied
 from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
-from stickslip.config.lines import broken_rules, line_along
 from stickslip.config.model import Axis, Config, Group, Range, Values
-from stickslip.config.planes import broken_in_plane, plane_along
 from stickslip.config.sections import (
     REFUSED,
     Drive,
@@ -35,7 +33,7 @@ from stickslip.config.sections import (
 from stickslip.config.studies import STUDIES
 from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
-from stickslip.errors import MOST_PROBLEMS, ArgumentError, ConfigError, Path, dotted
+from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
 from stickslip.vocabulary.results import MAP_VARIABLES
@@ -131,9 +129,7 @@ class _Reader(Complaints):
             sections[key] = sections[key].model_copy(update=absent)
         of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
         config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})
-        self._check_lines(config)
-        self._check_boxes(config)
-        self._check_plane(config)
+        studied.check(config, self)
         self.raise_any()
         return config
 
@@ -153,40 +149,6 @@ class _Reader(Complaints):
             if (section := self._valid(STUDIES[key], known, (key,))) is not None:
                 found[key] = section
         return found
-
-    def _check_lines(self, config: Config) -> None:
-        """The lines that are searched for borders exist, and cells on them are possible."""
-        if config.border is None:
-            return
-        try:
-            line = line_along(config, config.border.along, config.border.between)
-        except ArgumentError as error:
-            self.add(("border", error.key), error.what)
-            return
-        for finding in broken_rules(config, config.border.along, line):
-            got = finding.got or self.text(finding.path)
-            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
-
-    def _check_boxes(self, config: Config) -> None:
-        """There is an axis along which a map can be refined."""
-        for finding in refined.broken_rules(config.axes, config.refine) if config.refine else ():
-            got = finding.got or self.text(finding.path)
-            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint, at_key=bool(finding.got))
-
-    def _check_plane(self, config: Config) -> None:
-        """The plane in which borders are followed exists, and cells in it are possible."""
-        if config.contours is None:
-            return
-        try:
-            plane = plane_along(config, config.contours.axes, config.contours.between or {})
-        except ArgumentError as error:
-            self.add(("contours", error.key), error.what)
-            return
-        for finding in broken_in_plane(config, plane):
-            path = finding.path
-            if path[0] == "contours" and path[-1] not in (config.contours.between or {}):
-                path = ("axes", path[-1])
-            self.add(path, f"got {finding.got or self.text(path)}, expected {finding.expected}", finding.hint)
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
 
@@ -334,7 +296,8 @@ class _Reader(Complaints):
         paths: list[Path] = [(key, name) for key, model in QUANTITY_SECTIONS.items()
                              for name in raw[key] if name in model.model_fields and name in QUANTITIES]  # fmt: skip
         scattered = uncertain.get("quantities") if isinstance(uncertain, dict) else None
-        paths += [(*QUANTITIES_PATH, name) for name in scattered or () if name in QUANTITIES]
+        named = scattered if isinstance(scattered, dict) else ()
+        paths += [(*QUANTITIES_PATH, name) for name in named if name in QUANTITIES]
         given: dict[str, list[Path]] = {}
         for path in [*paths, *kinds.varied_paths(axes)]:
             given.setdefault(str(path[-1]), []).append(path)

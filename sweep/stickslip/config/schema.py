@@ -204,6 +204,8 @@ _RANGE: Schema = {"type": "array", "minItems": 2, "maxItems": 2, "items": _VALUE
 _OTHERS: Schema = {  # what is not a number
     "along": {"enum": list(SEARCHABLE)},
     "between": _RANGE,
+    "displacement": _RANGE,
+    "velocity": _RANGE,
     "law": {"enum": list(LAWS)},
     "interpolate": {"type": "boolean"},
     "fit": _file_name(".csv"),

@@ -12,7 +12,7 @@ from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Section, number, of_row, refused
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import BORDER, CONTOURS, REFINE
+from stickslip.vocabulary.settings import ATTRACTORS, BORDER, CONTOURS, RANDOMISATIONS, REFINE
 from stickslip.vocabulary.words import listed, nearest
 
 
@@ -135,14 +135,44 @@ def _range(row: Parameter, value: object) -> tuple[float, float]:
     return low, high
 
 
+class Attractors(Section):
+    """Which attractors cells have: regimes by starting state, and the share of a box of states that settles."""
+
+    rows = ATTRACTORS
+    displacement: tuple[float, float] = Field(description="displacements of the box of starting states, [low, high]")
+    velocity: tuple[float, float] = Field(description="velocities of the box of starting states, [low, high]")
+    samples: int = of_row(ATTRACTORS["samples"])
+    seed: int = of_row(ATTRACTORS["seed"])
+
+    @field_validator("displacement", "velocity", mode="before")
+    @classmethod
+    def _interval(cls, value: object, info: ValidationInfo) -> object:
+        return _range(QUANTITIES[str(info.field_name)], value)
+
+    @field_validator("samples")
+    @classmethod
+    def _samples(cls, value: int) -> int:
+        points, rest = divmod(value, RANDOMISATIONS)
+        if rest or points & (points - 1):
+            raise refused(f"{RANDOMISATIONS} times a power of 2")
+        return value
+
+    def resolved(self) -> dict[str, Any]:
+        """The section as plain data."""
+        return super().resolved() | {"displacement": list(self.displacement), "velocity": list(self.velocity)}
+
+
 STUDIES: dict[str, type[Section]] = {
-    "border": Border, "contours": Contours, "refine": Refine, "uncertain": Uncertain,
+    "border": Border, "contours": Contours, "attractors": Attractors, "refine": Refine, "uncertain": Uncertain,
 }  # fmt: skip
 
 
 def alone(key: str, section: Section) -> dict[str, Section | None]:
-    """What to update a configuration with so that it asks for this and for nothing else."""
-    return {**dict.fromkeys(STUDIES), key: section}
+    """What to update a configuration with so that it asks for this and for nothing else.
+
+    What is uncertain stays: without it quantities would be missing, and whoever needs known ones says so.
+    """
+    return {**dict.fromkeys(study for study in STUDIES if study != "uncertain"), key: section}
 
 
 def parameter(value: object) -> str:

@@ -26,6 +26,7 @@ QUANTITIES_PATH: Path = (SECTION, "quantities")
 _KEYS = ("quantities", "correlation", "covariance", "subset", *Sampling.model_fields)
 _ALLOWED_OUTSIDE = 1e-6  # of the points: rarely met, and then such a draw is `failed`
 _LEAST_KEPT = 1e-6  # of a distribution that is truncated; from less, what is left has no digits
+_LARGEST = 1e100  # numbers of distributions and matrices, whose squares are to be finite
 _SMALLEST_EIGENVALUE = 1e-12  # of a correlation matrix
 _NOT_WITH_SUBSET = ("draws", "scramblings", "seed", "metrics", "quantiles", "indices")
 
@@ -156,6 +157,9 @@ def _number(to: Complaints, row: Parameter, name: str, raw: object, path: Path) 
     except QuantityError as error:
         to.refuse(path, error.expected, error.hint, error.found)
         return None
+    if not abs(value) < _LARGEST:
+        to.refuse(path, f"a number below {_LARGEST:g}")
+        return None
     least = {"std": 0.0, "median": 0.0, "factor": 1.0}.get(name)
     if least is not None and not value > least:
         hints = {"factor": "68 % of the values lie within this factor of the median, up or down",
@@ -245,7 +249,7 @@ def _block(to: Complaints, raw: object, path: Path, quantities: Mapping[str, Any
     data = to.known_keys(raw, path, ("between", "matrix"))
     names, rows = data.get("between"), data.get("matrix")
     known = isinstance(names, list) and len(names) > 1 and len(set(map(str, names))) == len(names)
-    if not known or not all(name in quantities for name in names):  # type: ignore[union-attr]
+    if not known or not all(isinstance(name, str) and name in quantities for name in names):  # type: ignore[union-attr]
         where = (*path, "between") if "between" in data else path
         to.add(where, f"expected two or more of the uncertain quantities: {listed(quantities)}", example)
     elif not _is_square(rows, len(names)):  # type: ignore[arg-type]
@@ -267,7 +271,7 @@ def _is_square(rows: object, size: int) -> bool:
         return False
     flat = [value for row in rows if isinstance(row, list) and len(row) == size for value in row]
     return len(flat) == size**2 and all(
-        isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) for value in flat
+        isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _LARGEST for value in flat
     )
 
 

@@ -11,7 +11,7 @@ from stickslip.config.refined import refined_axes
 from stickslip.config.rules import members
 from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Sensor
-from stickslip.config.studies import Border, Contours
+from stickslip.config.studies import Attractors, Border, Contours
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAW_MESSAGES
 from stickslip.vocabulary.parameter import Parameter
@@ -44,6 +44,8 @@ def understood(config: Config) -> Iterator[Row]:
             yield _along(member, "axis " if member is axis else "  with ")
     if config.border is not None:
         yield _border(config.border)
+    if config.attractors is not None:
+        yield from _box(config.attractors)
     if config.refine is not None:
         yield _refine(config)
     if config.uncertain is not None:
@@ -65,6 +67,14 @@ def _border(asked: Border) -> Row:
         between = f"{asked.between[0]:.6g} to {asked.between[1]:.6g} {unit}".rstrip()
     meaning = f"between {between}, {asked.scan} places first, tolerance {asked.tolerance:g}"
     return Row("border along", asked.along, meaning)
+
+
+def _box(asked: Attractors) -> Iterator[Row]:
+    """The starting states whose attractors are asked for, instead of a map."""
+    for name, (low, high) in (("displacement", asked.displacement), ("velocity", asked.velocity)):
+        unit = units.spelled(QUANTITIES[name].units)
+        yield Row(f"attractors from {name}", f"{low:.6g} to {high:.6g} {unit}", f"starting states: {name}")
+    yield Row("samples", f"{asked.samples:,}", "starting states per cell where the share is not exact")
 
 
 def _refine(config: Config) -> Row:

@@ -1,22 +1,24 @@
 """The seam to the kernels: SI outside, kernel units inside.
 
 Only this package knows the kernels. `scales.py` converts, `cells.py` has blocks of cells on a pool of threads
-(`threads.py`), `traces.py` one cell over time, `rigs.py` specimens on a belt that follows a drive; `compiled.py`
+(`threads.py`), `traces.py` cells over time, `rigs.py` specimens on a belt that follows a drive; `compiled.py`
 knows what is in the cache.
 """
 
 from stickslip.engine.cells import blank_results, blocks, bytes_per_cell, columns, compute, compute_range
 from stickslip.engine.compiled import kernels_digest, load, processor, warm_up, will_compile
+from stickslip.engine.curves import friction_at_belt_speed
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.rigs import RigRuns, Sampling, compute_rigs
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import processors, spread, stop_flag
-from stickslip.engine.traces import trajectory
+from stickslip.engine.traces import flows, trajectory
 from stickslip.errors import NotReachedError
 
 __all__ = [
     "Computed", "NotReachedError", "Options", "Progress", "Results", "RigRuns",
     "Sampling", "StopFlag", "blank_results", "blocks", "bytes_per_cell", "columns", "compute",
-    "compute_range", "compute_rigs", "kernels_digest", "load", "processor", "processors", "spread",
+    "compute_range", "compute_rigs", "flows", "friction_at_belt_speed",
+    "kernels_digest", "load", "processor", "processors", "spread",
     "stop_flag", "to_kernel", "to_si", "trajectory", "warm_up", "will_compile",
 ]  # fmt: skip

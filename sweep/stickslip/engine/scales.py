@@ -85,11 +85,14 @@ def to_si(rows: NDArray[np.float64], cells: Cells, full: bool) -> Results:
     return si
 
 
-def samples_to_si(signals: NDArray[np.float64], cell: Cells, column: NDArray[np.float64]) -> Results:
-    """The signals of one cell on a steady belt, in SI; column : the cell in kernel units."""
-    m, k, load, belt = (float(cell[name][0]) for name in ("mass", "stiffness", "normal_load", "belt_speed"))
+def signals_to_si(signals: NDArray[np.float64], cells: Cells, columns: NDArray[np.float64]) -> Results:
+    """Signals on steady belts, in SI, by names of `TRACE_VARIABLES`.
+
+    cells, columns : of each sample, in SI and in kernel units; those of a single cell serve all samples.
+    """
+    m, k, load, belt = (cells[name] for name in ("mass", "stiffness", "normal_load", "belt_speed"))
     xi, eta, friction, mode = signals
-    force, relative = xi * load, (column[layout.BELT] - eta) * load / np.sqrt(k * m)
+    force, relative = xi * load, (columns[layout.BELT] - eta) * load / np.sqrt(k * m)
     accelerating = (mode != layout.STICK) & (mode != layout.HOLD)
     return {
         "displacement": force / k,
@@ -97,6 +100,6 @@ def samples_to_si(signals: NDArray[np.float64], cell: Cells, column: NDArray[np.
         "relative_speed": relative,
         "friction_coefficient": friction,
         "spring_force": force,
-        "acceleration": np.where(accelerating, friction - xi - column[layout.GAMMA] * eta, 0.0) * load / m,
+        "acceleration": np.where(accelerating, friction - xi - columns[layout.GAMMA] * eta, 0.0) * load / m,
         "mode": mode,
     }

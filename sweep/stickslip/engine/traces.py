@@ -1,4 +1,4 @@
-"""One cell over time: a rig whose drive is a single segment."""
+"""Cells over time: rigs whose drive is a single segment."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from stickslip.engine.compiled import run, warm_up
 from stickslip.engine.options import Options, Results
-from stickslip.engine.scales import samples_to_si, to_kernel
+from stickslip.engine.scales import signals_to_si, to_kernel
 from stickslip.errors import NotReachedError
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
@@ -34,4 +34,26 @@ def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Res
         reached = np.max(times, where=np.isfinite(signals[layout.SIGNAL_XI]), initial=0.0)
         name = STATUSES[status]
         raise NotReachedError(f"the motion is known to {reached:g} s of {horizon:g} s, {name}: {STATUS_MESSAGES[name]}")
-    return samples_to_si(signals, cell, column[:, 0])
+    return signals_to_si(signals, cell, column)
+
+
+def flows(cells: Cells, durations: NDArray[np.float64], samples: int, options: Options) -> Results:
+    """The motions of many cells, each over its own duration (s), by names of `TRACE_VARIABLES`, shape (n, samples).
+
+    The samples of a cell are evenly spaced and include both ends. The cells may be any that the kernels can integrate,
+    with negative damping and friction as well. NaN from where the integration of a cell ended early. In this thread.
+    """
+    warm_up(options.law, signals=True)
+    n, rate = durations.size, np.sqrt(cells["stiffness"] / cells["mass"])
+    columns, rows = to_kernel(cells, 1.0), new_results(n)
+    columns[layout.HORIZON] = durations * rate
+    numbers = np.arange(n, dtype=np.float64)
+    segments = np.column_stack([columns[layout.HORIZON], columns[layout.BELT], np.zeros(n)])
+    belts = Segments(segments, np.column_stack([numbers, numbers + 1.0]))
+    signals = np.full((layout.SIGNAL_ROWS, n * samples), np.nan)
+    step = columns[layout.HORIZON] / max(samples - 1, 1)
+    wanted = np.column_stack([numbers * samples, (numbers + 1.0) * samples, np.zeros(n), step])
+    run(options.law, belts, Signals(rows, wanted, signals, NO_STOPS), columns, options.rtol, options.max_steps)
+    each = {name: np.repeat(values, samples) for name, values in cells.items()}
+    motion = signals_to_si(signals, each, np.repeat(columns, samples, axis=1))
+    return {name: values.reshape(n, samples) for name, values in motion.items()}

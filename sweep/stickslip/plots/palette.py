@@ -53,6 +53,11 @@ FLAG_COLOURS: dict[str, dict[str, str]] = {
     },
     "computed": {"inferred": WHITE, "computed": BLACK},
 }
+FLAG_COLOURS |= {
+    "regime_from_stick": FLAG_COLOURS["regime"],
+    "regime_from_sliding": FLAG_COLOURS["regime"],
+    "share_method": {"not_computed": WHITE, "exact": BLUE, "sampled": ORANGE},
+}
 UNDEFINED_COLOUR = "#dddddd"  # cells where a continuous variable has no value
 _LOG_FROM = 100.0  # ratio of largest to smallest value from which colours are logarithmic
 _PALENESS = 0.62  # how far the colour of a mixed pixel lies on the way to white

@@ -46,6 +46,8 @@ def plot_probability(ds: xr.Dataset, state: str = "stick_slip", *, title: str | 
         raise PlotError(f"holds no probability of {state}: it needs a result of a configuration with uncertain inputs")
     title = str(ds.attrs.get("title", "")) if title is None else title
     dims = [dim for dim in ds["probability"].dims if dim != "state"]
+    if not dims and "levels" in ds:
+        raise PlotError("nothing to draw: the probability of one rare event is a number")
     if not dims:
         return _cell(ds, state, title)
     one = ds.sel(state=state)
@@ -107,7 +109,8 @@ def _line(ds: xr.Dataset, state: str, title: str) -> Figure:
     figure = Figure(figsize=(7.6, 6.4 if with_indices else 4.2), layout="constrained")
     upper, *lower = figure.subplots(1 + with_indices, sharex=True, squeeze=False)[:, 0]
     value, error = ds["probability"].values, ds["probability_error"].values
-    low, high = ds["probability_low"].values, ds["probability_high"].values
+    bounded = "probability_low" in ds  # which one number per simulation is not
+    low, high = (ds[f"probability_{end}"].values if bounded else value for end in ("low", "high"))
     if (high > low).any():
         upper.fill_between(x.centres, low, high, color=GREY, label="bounds: unresolved or failed draws")
     band: dict[str, Any] = {"color": FLAG_COLOURS["regime"][state], "alpha": 0.4, "linewidth": 0}
@@ -137,7 +140,7 @@ def _index_lines(ax: Axes, ds: xr.Dataset, x: MapAxis) -> None:
         look |= {"color": _COLOURS[i % len(_COLOURS)], "markersize": 4, "linewidth": 1.0, "capsize": 2}
         value, error = one["sobol_total"].values, _ERRORS * one["sobol_total_error"].values
         ax.errorbar(x.centres, value, error, label=spoken(str(name)), **look)
-    ax.set(ylabel="total Sobol index", ylim=(-0.05, 1.3))
+    ax.set(ylabel="total Sobol index", ylim=(-0.05, 1.3), yticks=np.linspace(0, 1, 6))
     ax.legend(frameon=False, fontsize="small", loc="upper center", ncols=min(4, ds.sizes["quantity"]))
 
 

@@ -9,6 +9,7 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.basins import attractor_study
 from stickslip.borders import border_study, contour_study
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
@@ -25,13 +26,15 @@ def study_of(config: Config) -> Study:
     """What a configuration asks for: its map, unless a section names something else."""
     if config.border is not None:
         return border_study(config, config.border)
+    if config.attractors is not None:
+        return attractor_study(config, config.attractors)
     if config.refine is not None:
         return RefinedMap(config, config.refine, options_of(config))
+    if config.contours is not None:
+        return contour_study(config, config.contours)
     if config.uncertain is not None:
         subset = config.uncertain.subset
         return sample_study(config) if subset is None else rare_study(config, subset)
-    if config.contours is not None:
-        return contour_study(config, config.contours)
     return MapStudy(config, options_of(config))
 
 

@@ -31,6 +31,7 @@ from stickslip.theory.curve import (
     stribeck,
     stribeck_slope,
     tendency,
+    unstable_amplitude,
 )
 
 __all__ = [
@@ -38,4 +39,5 @@ __all__ = [
     "critical_strength", "cubic", "cubic_loss_of_stability", "cubic_pure_slip_speed", "cubic_slope",
     "cubic_stick_slip_limit", "damping_ratio", "groups", "loss_of_stability", "reversal_friction", "reversal_speed",
     "static_friction", "stick_slip_limit", "stribeck", "stribeck_slope", "tendency",
+    "unstable_amplitude",
 ]  # fmt: skip

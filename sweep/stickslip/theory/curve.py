@@ -143,6 +143,25 @@ def stick_slip_limit(
     return np.where(ends & (kappa > strongest * (1.0 + _ROUNDING)), np.nan, limit)
 
 
+def unstable_amplitude(
+    belt_speed: ArrayLike, a2: ArrayLike, a3: ArrayLike, a4: ArrayLike, damping: ArrayLike, normal_load: ArrayLike
+) -> Floats:
+    """Speed amplitude (m/s) of the unstable cycle about stable steady sliding, near-harmonically.
+
+    a4 r with 2 I1(r)/r = g e^z, z = v/a4: the vibration that gains on the decline of the curve what it loses to its
+    rise and to the damper. Smaller ones die out, larger ones grow. It is the cycle itself where friction is weak and
+    the amplitude is below the belt speed; above, slip would change its direction. NaN where steady sliding is unstable
+    or the curve does not decline.
+    """
+    decline, against, a4 = _slopes(a2, a3, a4, damping, normal_load)
+    z = np.abs(belt_speed) / a4
+    excess = z + np.log(_share(decline, against))
+    exists = (against > 0) & (against < decline) & (excess > 0)
+    excess = np.where(exists, excess, 1.0)
+    r = bisect(lambda r: excess - r - np.log(2.0 * i1e(r) / r), 1e-9 * excess, excess + 10.0 + 3.0 * np.log1p(excess))
+    return np.where(exists, a4 * r, np.nan)
+
+
 def _slopes(
     a2: ArrayLike, a3: ArrayLike, a4: ArrayLike, damping: ArrayLike, normal_load: ArrayLike
 ) -> tuple[Floats, Floats, Floats]:

@@ -55,7 +55,8 @@ class Lognormal:
 
     def at(self, z: ArrayLike) -> Floats:
         """The values at standard normal deviates."""
-        return np.asarray(self.median * np.exp(math.log(self.factor) * np.asarray(z, np.float64)))
+        with np.errstate(over="ignore"):  # far out, with a large factor: inf
+            return np.asarray(self.median * np.exp(math.log(self.factor) * np.asarray(z, np.float64)))
 
     def score(self, x: float) -> float:
         """The standard normal deviate of a value."""

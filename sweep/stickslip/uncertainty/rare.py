@@ -105,11 +105,11 @@ def rare_study(config: Config, subset: Subset) -> RareStudy:
 def limit_of(results: Results) -> Floats:
     """The limit-state function from results of cells: the margin, NaN where the regime is not known.
 
-    Its sign is made that of the regime, which is what is asked for. A contact that never breaks away has no slip and
-    no margin, and is as far from stick-slip as can be.
+    Its sign is made that of the regime, which is what is asked for. A motion without a break-away has no margin, and is
+    as far from stick-slip as can be.
     """
     margin, regime = results[MARGIN], results["regime"]
     sticks = regime == REGIMES.index("stick_slip")
-    signed = np.where(sticks, np.fmin(margin, -np.finfo(np.float64).tiny), np.fmax(margin, 0.0))
-    signed = np.where(regime == REGIMES.index("stuck"), np.inf, signed)
+    away = np.where(np.isnan(margin), np.inf, np.maximum(margin, 0.0))
+    signed = np.where(sticks, np.fmin(margin, -np.finfo(np.float64).tiny), away)
     return np.asarray(np.where(np.isin(regime, UNKNOWN), np.nan, signed))

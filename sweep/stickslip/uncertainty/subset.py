@@ -30,7 +30,8 @@ _MOST_LEVELS = 16  # 1e-16 is beyond what normal deviates from uniform numbers o
 class Rare:
     """What one simulation found.
 
-    probability : of g < 0; 0 where levels stopped moving, or after `_MOST_LEVELS`, before g < 0 was met.
+    probability : of g < 0; 0 where `_MOST_LEVELS` did not meet it, NaN where g was level before that: nothing then
+    tells which way to go.
     levels : how many were needed. evaluations : of g. unknown : share of them that were NaN, taken as not below any
     level, so that `probability` does not count them.
     """
@@ -68,8 +69,9 @@ def subset_simulation(
         if next_level <= 0:
             found = chance * float(np.mean(g < 0))
             return Rare(found, number, evaluations, unknown / evaluations)
-        if not next_level < level:  # a plateau of g: nothing tells which way to go
-            break
+        if not next_level < level:
+            met = chance * float(np.mean(g < 0))
+            return Rare(met if met > 0 else np.nan, number, evaluations, unknown / evaluations)
         level, chance = next_level, chance / _TENTH
         u, g, reach = _below(evaluate, level, u[order[:starts]], g[order[:starts]], reach, rng)
     return Rare(chance * float(np.mean(g < 0)), _MOST_LEVELS, evaluations, unknown / evaluations)

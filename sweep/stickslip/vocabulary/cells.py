@@ -101,3 +101,8 @@ def _check_between(cells: Cells) -> None:
             i = int(np.argmax(wrong))
             found = f"{name}[{i}]: got {cells[name][i]:g}, expected {bound} mu_start = a1 + a3 = {mu_start[i]:g}"
             raise ValueError(f"{found}: {why}")
+
+
+def taken(cells: Cells, which: NDArray[Any]) -> Cells:
+    """The cells of these numbers, or of this mask."""
+    return {name: values[which] for name, values in cells.items()}

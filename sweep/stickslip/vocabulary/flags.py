@@ -38,6 +38,11 @@ MODE_MESSAGES = {
     "fall": "slip on the straight line of a hysteretic curve",
     "hold": "slip at constant speed, friction between the line and the curve (Filippov sliding mode)",
 }
+SHARE_MESSAGES = {
+    "not_computed": "this cell was not computed",
+    "exact": "the area inside the unstable cycle, or a theorem of the plane (see the attribute share_exact)",
+    "sampled": "scrambled Sobol points in the box; the error is the standard error of their randomisations",
+}
 METHOD_MESSAGES = {
     "not_computed": "there is no border",
     "bisection": "the regime was bisected",
@@ -50,10 +55,12 @@ COMPUTED_MESSAGES = {
 REGIMES = tuple(REGIME_MESSAGES)
 STATUSES = tuple(STATUS_MESSAGES)
 MODES = tuple(MODE_MESSAGES)
+SHARE_METHODS = tuple(SHARE_MESSAGES)
 METHODS = tuple(METHOD_MESSAGES)
 FLAGS: dict[str, dict[str, str]] = {
     "regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES, "computed": COMPUTED_MESSAGES,
     "regime_below": REGIME_MESSAGES, "regime_above": REGIME_MESSAGES, "method": METHOD_MESSAGES,
+    "regime_from_stick": REGIME_MESSAGES, "regime_from_sliding": REGIME_MESSAGES, "share_method": SHARE_MESSAGES,
     "regime_left": REGIME_MESSAGES, "regime_right": REGIME_MESSAGES,
 }  # fmt: skip
 

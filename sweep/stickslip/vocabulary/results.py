@@ -2,7 +2,8 @@
 
 `VARIABLES` are those of a cell, `MAP_VARIABLES` those that a map may have (`computed` where it is refined),
 `TRACE_VARIABLES` those of one trajectory over time, `BORDER_VARIABLES` those of the borders between regimes (`border`
-and its width in the units of the parameter searched), `UNCERTAIN_VARIABLES` those of scatter (the names of metrics are
+and its width in the units of the parameter searched), `ATTRACTOR_VARIABLES` those of the attractors of a cell,
+`RAMP_VARIABLES` those followed along a ramp, `UNCERTAIN_VARIABLES` those of scatter (the names of metrics are
 put behind `STATISTICS`). Datasets, plots and documentation read these tables; nothing else repeats a unit or a long
 name. Units are spelled as UDUNITS requires (``m s-1``).
 """
@@ -92,6 +93,32 @@ _BORDER_VARIABLES = (
     Variable("scan_undecided", "1", "cells of the scan that were unresolved or failed"),
 )
 
+_ATTRACTOR_VARIABLES = (
+    Variable("coexisting", "1", "regimes reached from different starting states"),
+    Variable("regime_from_stick", "1", "regime reached from sticking, with no load on the contact"),
+    Variable("regime_from_sliding", "1", "regime reached from close to steady sliding"),
+    Variable("settling_share", "1", "share of the starting states in the box that settle to steady sliding"),
+    Variable("share_error", "1", "standard error of the share that settles; 0 where it is exact"),
+    Variable("settling_share_low", "1", "share that settles if no undecided starting state does"),
+    Variable("settling_share_high", "1", "share that settles if all undecided starting states do"),
+    Variable("share_method", "1", "how the share that settles was found"),
+    Variable("unstable_amplitude", "m", "half the range of displacement on the unstable cycle"),
+    Variable("unstable_velocity_amplitude", "m s-1", "half the range of velocity on the unstable cycle"),
+    Variable("unstable_period", "s", "period of the unstable cycle"),
+    Variable(
+        "critical_shock", "m s-1", "smallest change of velocity after which steady sliding does not come back",
+        comment="inf: no change does that; 0: any does",
+    ),
+    Variable("critical_shock_along", "m s-1", "critical change of velocity, along the motion of the belt"),
+    Variable("critical_shock_against", "m s-1", "critical change of velocity, against the motion of the belt"),
+    Variable(
+        "critical_shift", "m", "smallest change of displacement after which steady sliding does not come back",
+        comment="inf: no change does that; 0: any does",
+    ),
+    Variable("critical_shift_along", "m", "critical change of displacement, along the motion of the belt"),
+    Variable("critical_shift_against", "m", "critical change of displacement, against the motion of the belt"),
+    next(v for v in _VARIABLES if v.name == "damping_ratio"),
+)  # fmt: skip
 _ERROR = "standard error: scatter over independent scramblings"
 _UNCERTAIN_VARIABLES = (
     Variable("probability", "1", "probability of a regime", comment="share of the draws whose regime is known"),
@@ -155,5 +182,8 @@ MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
 UNCERTAIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _UNCERTAIN_VARIABLES}
 TRACE_VARIABLES: dict[str, Variable] = {v.name: v for v in _TRACE_VARIABLES}
 BORDER_VARIABLES: dict[str, Variable] = {v.name: v for v in _BORDER_VARIABLES}
+ATTRACTOR_VARIABLES: dict[str, Variable] = {v.name: v for v in _ATTRACTOR_VARIABLES}
+_RAMP = ("regime", "status", "velocity_amplitude", "displacement_amplitude", "period", "stick_fraction")
+RAMP_VARIABLES: dict[str, Variable] = {name: VARIABLES[name] for name in _RAMP}
 CONTOUR_VARIABLES: dict[str, Variable] = {v.name: v for v in _CONTOUR_VARIABLES}
 MARGIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _MARGIN_VARIABLES}

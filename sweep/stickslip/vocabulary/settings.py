@@ -72,6 +72,13 @@ CONTOURS: dict[str, Parameter] = table(
     Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", "contours",
               at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
 )  # fmt: skip
+RANDOMISATIONS = 16  # of Sobol points: so many that their scatter is known to a fifth
+ATTRACTORS: dict[str, Parameter] = table(
+    Parameter("samples", "1", "starting states drawn per cell where the share that settles is not exact", "attractors",
+              default=1024, at_least=RANDOMISATIONS, at_most=2**20, whole=True),
+    Parameter("seed", "1", "seed of the starting states: the same seed, the same states", "attractors",
+              default=1, at_least=0, at_most=2**32 - 1, whole=True),
+)  # fmt: skip
 
 # --- rigs -------------------------------------------------------------------------------------------------------------
 
@@ -148,6 +155,7 @@ AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", at_least=0), 
 
 # All numbers of a configuration that are not quantities, by section.
 SETTINGS: dict[str, dict[str, Parameter]] = {
-    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "contours": CONTOURS, "refine": REFINE,
-    "uncertain": UNCERTAIN, "drive": STROKES, "sensor": SENSOR, "features": FEATURE_SETTINGS, "risk": RISK,
+    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "contours": CONTOURS, "attractors": ATTRACTORS,
+    "refine": REFINE, "uncertain": UNCERTAIN, "drive": STROKES, "sensor": SENSOR, "features": FEATURE_SETTINGS,
+    "risk": RISK,
 }  # fmt: skip

@@ -7,7 +7,10 @@ import pytest
 from scipy import stats
 
 import stickslip
+from stickslip import plots
 from stickslip.config.reader import parse_config
+from stickslip.errors import PlotError
+from stickslip.uncertainty.rare import limit_of
 
 PAD = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 TEXT = """\
@@ -56,6 +59,22 @@ def test_what_is_not_rare_is_that_of_sobol_points_in_every_cell():
     error = np.hypot(*(ds["probability_error"].sel(state="stick_slip").values for ds in (found, plain)))
     assert found["probability"].dims == ("stiffness", "state")
     assert (np.abs(p - q) < 4 * error).all() and (q > 0.001).all()
+
+
+def test_a_motion_without_a_margin_is_far_from_stick_slip_and_an_unknown_one_is_unknown():
+    regime = np.array([1, 1, 2, 2, 5, 6, 7], np.int8)
+    margin = np.array([-0.1, np.nan, 0.2, np.nan, np.nan, 0.1, -0.1])
+    found = limit_of({"regime": regime, "restick_margin": margin})
+    assert found[:5].tolist() == [-0.1, -np.finfo(float).tiny, 0.2, np.inf, np.inf]
+    assert np.isnan(found[5:]).all()
+
+
+def test_it_is_drawn_over_an_axis_on_a_logarithmic_scale():
+    ds = rare(axes="stiffness: [0.9, 1]", more="", samples=200)
+    (ax,) = plots.plot_probability(ds).axes
+    assert ax.get_yscale() == "log" and ds.attrs["uncertain_method"].startswith("subset simulation: 8 repetitions")
+    with pytest.raises(PlotError, match="is a number"):
+        plots.plot_probability(rare(samples=200))
 
 
 @pytest.mark.slow

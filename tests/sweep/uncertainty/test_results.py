@@ -126,6 +126,11 @@ def test_probabilities_are_drawn_as_bars_a_line_or_a_map(tmp_path):
         plots.plot_probability(ds, "sustaind")
 
 
-def test_a_border_is_not_searched_among_uncertain_quantities(config):
+def test_borders_and_margins_are_not_searched_among_uncertain_quantities(config):
     with pytest.raises(ArgumentError, match="uncertain quantities"):
         stickslip.border(config, "stiffness")
+    with pytest.raises(ValueError, match="uncertain quantities"):
+        stickslip.margins(config, ["stiffness"])
+    for words in (["border", "--along", "stiffness"], ["contours", "--over", "stiffness", "belt_speed"]):
+        done = CliRunner().invoke(main, [words[0], str(config), *words[1:]])
+        assert done.exit_code == 2 and "uncertain quantities" in done.output

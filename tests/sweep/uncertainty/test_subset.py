@@ -52,7 +52,13 @@ def test_what_cannot_be_evaluated_is_not_counted_and_said():
     assert 0.05 < found.unknown < stats.norm.sf(1.0)  # chains that stay away from it meet it less
 
 
-def test_a_plateau_ends_with_probability_zero():
+def test_where_nothing_leads_to_the_event_there_is_no_number():
     found = subset_simulation(lambda u: np.ones(len(u)), 2, 100, np.random.default_rng(1))
-    assert found.probability == 0.0
-    assert found.evaluations < 2000
+    assert np.isnan(found.probability) and found.evaluations < 2000
+    half = subset_simulation(lambda u: np.where(u[:, 0] < -1.5, -1.0, np.inf), 2, 10_000, np.random.default_rng(1))
+    assert half.probability == pytest.approx(stats.norm.cdf(-1.5), rel=0.1)  # met before there was a level
+
+
+def test_an_event_that_cannot_happen_has_probability_zero():
+    found = subset_simulation(lambda u: 1.0 + np.exp(-u[:, 0]), 2, 100, np.random.default_rng(1))
+    assert found.probability == 0.0 and found.levels == 16

@@ -1,0 +1,153 @@
+"""The calls of Python users about attractors: attractors, ramp. `stickslip` offers them beside those of `api.py`."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from math import isinf
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from . import basins, borders
+from .config.model import Config
+from .config.options import options_of
+from .config.reader import load_config
+from .config.studies import Attractors, alone
+from .dataset.attractors import ramp_dataset
+from .dataset.provenance import provenance
+from .engine import Options, Progress, stop_flag, warm_up
+from .errors import ArgumentError
+from .runs.memory import compute_study
+from .vocabulary.cells import as_cells
+from .vocabulary.quantities import PARAMETERS
+from .vocabulary.settings import AXIS
+
+__all__ = ["attractors", "ramp"]
+
+CellsOrConfig = Mapping[str, ArrayLike] | xr.Dataset | Config | str | os.PathLike[str]
+
+
+def attractors(
+    cells_or_config: CellsOrConfig,
+    box: Mapping[str, tuple[float, float]] | None = None,
+    *,
+    samples: int = basins.Sampling.samples,
+    seed: int = basins.Sampling.seed,
+    rtol: float | None = None,
+    horizon: float | None = None,
+    threads: int | None = None,
+    law: str | None = None,
+    max_steps: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Which regimes cells have, by starting state, and the share of a box of starting states that settles.
+
+    cells_or_config : cells as `evaluate` takes them, the dimension of the result is `cell`; or a configuration, whose
+        axes are the dimensions. What they say of the state at the start is left out.
+    box : {"displacement": (low, high), "velocity": (low, high)}, in SI; None takes that of the section `attractors` of
+        the configuration, with its samples and seed.
+    samples : starting states drawn where the share is not exact, 16 times a power of 2. seed : of them.
+    rtol, horizon, threads, law, max_steps : of `evaluate`; None takes the defaults, or what the configuration says. A
+        configuration says its law itself. progress : called with (cells done, cells in all) from time to time.
+
+    A configuration with a section `attractors` asks for the same of `run`, which resumes and uses clusters.
+
+    Returns a dataset: coexisting (a bit per regime), regime_from_stick, regime_from_sliding, settling_share with
+    share_error, its bounds and share_method; of the unstable cycle (NaN where there is none, or it is not exact)
+    unstable_amplitude, unstable_velocity_amplitude, unstable_period; critical_shock and critical_shift, the smallest
+    changes of velocity and displacement at steady sliding after which it does not come back, and both in either
+    direction. Raises TypeError or ValueError for bad input before anything is computed, ConfigError for a bad
+    configuration.
+    """
+    config, options = _options(cells_or_config, law, rtol, horizon, threads, max_steps)
+    sampling = basins.Sampling(samples, seed)
+    if box is None:
+        if config is None or config.attractors is None:
+            raise ArgumentError("box", "missing, expected {'displacement': (low, high), 'velocity': (low, high)}")
+        states = basins.Box(config.attractors.displacement, config.attractors.velocity)
+        sampling = basins.Sampling(config.attractors.samples, config.attractors.seed)
+    else:
+        states = basins.Box.of(box)
+    asked = Attractors.model_construct(
+        displacement=states.displacement, velocity=states.velocity, samples=sampling.samples, seed=sampling.seed
+    )
+    if config is not None:
+        cells = basins.asked_of_config(config)
+        title = f"Attractors: {config.title}"
+        text = config.model_copy(update=alone("attractors", asked)).to_yaml()
+    else:
+        assert isinstance(cells_or_config, Mapping | xr.Dataset)
+        cells, title = basins.asked_of_cells(as_cells(cells_or_config)), "Attractors"
+        text = _text(options, {"attractors": asked.resolved()})
+    study = basins.AttractorStudy(cells, states, sampling, options)
+    return study.dataset(compute_study(study, progress), provenance(text, title=title, action="attractors"))
+
+
+def ramp(
+    cells_or_config: CellsOrConfig,
+    along: str,
+    between: tuple[float, float] | None = None,
+    points: int = 200,
+    *,
+    rtol: float | None = None,
+    horizon: float | None = None,
+    law: str | None = None,
+    max_steps: int | None = None,
+) -> xr.Dataset:
+    """Attractors while a parameter goes slowly up and down again: where vibration stops, and where it starts.
+
+    Every value starts from where the motion at the one before ended; the first, from sticking with an unloaded contact.
+    The ramp waits at each until the motion has come to its attractor, and steady sliding keeps a disturbance of 1e-4 of
+    the belt speed.
+
+    cells_or_config, along, between : as for `border`; every line is a ramp. points : values, evenly spaced.
+    rtol, horizon, law, max_steps : of `evaluate`; None takes the defaults, or what the configuration says.
+
+    Returns a dataset over the lines, `direction` ("up", "down") and the parameter: regime, status, velocity_amplitude,
+    displacement_amplitude, period, stick_fraction. Raises as `border` does.
+    """
+    if isinstance(points, bool) or not AXIS["num"].allows(points) or points != int(points):
+        raise ArgumentError("points", f"got {points!r}, expected {AXIS['num'].expected}")
+    config, options = _options(cells_or_config, law, rtol, horizon, None, max_steps)
+    if config is not None:
+        lines, text = borders.lines_of_config(config, along, between), config.to_yaml()
+    else:
+        assert isinstance(cells_or_config, Mapping | xr.Dataset)
+        lines, text = borders.lines_of_cells(cells_or_config, along, between), _text(options, {})
+    values = np.linspace(*lines.between, int(points))
+    title = f"Slow ramp: {PARAMETERS[along].long_name}" + (f": {config.title}" if config else "")
+    asked = basins.Ramp(lines, values)
+    warm_up(options.law)
+    found = basins.follow_ramp(asked, options, stop_flag())
+    shaped = {name: result.reshape(*lines.shape, *result.shape[1:]) for name, result in found.items()}
+    return ramp_dataset(
+        along, values, lines.dims, lines.coordinates, shaped, provenance(text, title=title, action=f"ramp of {along}")
+    )
+
+
+def _options(
+    cells_or_config: CellsOrConfig, law: str | None, rtol: float | None, horizon: float | None, threads: int | None,
+    max_steps: int | None,
+) -> tuple[Config | None, Options]:  # fmt: skip
+    """The configuration, if there is one, and how to integrate."""
+    given: dict[str, Any] = {"rtol": rtol, "horizon": horizon, "threads": threads, "max_steps": max_steps}
+    given = {name: value for name, value in given.items() if value is not None}
+    if not isinstance(cells_or_config, Config | str | os.PathLike):
+        return None, Options(law=law or Options.law, **given)
+    config = cells_or_config if isinstance(cells_or_config, Config) else load_config(cells_or_config)
+    if law is not None:
+        raise ValueError(f"law: got {law!r}, but a configuration says its law itself: {config.friction.law}")
+    return config, replace(options_of(config), early_stop=True, **given)
+
+
+def _text(options: Options, more: Mapping[str, Any]) -> str:
+    """What the result of a list of cells keeps as its configuration."""
+    solver = {"rtol": options.rtol, "horizon": None if isinf(options.horizon) else options.horizon}
+    return json.dumps(
+        {"friction": {"law": options.law}, "solver": solver | {"max_steps": options.max_steps}} | dict(more)
+    )

@@ -1,0 +1,97 @@
+"""Cells that slip on the plain Stribeck curve: what can be said of their phase plane for certain.
+
+Where a curve has no hysteresis (and a2, a3 are not negative, and the belt moves), slip is a flow in the plane of
+displacement and velocity, and orbits of a plane do not cross. In q = w - |b|, with the slip speed w > 0, it is a
+Lienard system, q'' + F'(q) q' + q = 0, where F' = gamma + mu' rises with w:
+
+- Where the damping of steady sliding is not positive, it repels, and nothing settles.
+- Where it is positive, F'(q)/q falls for q < 0 and for q > 0. So at most one cycle runs in w > 0, and it is unstable
+  (the theorem of Zhang Zhifen, in Ye Yanqian et al., Theory of Limit Cycles, AMS 1986, backwards in time). If it is
+  there, exactly the states inside it settle, whatever the contact does at w = 0: nothing crosses it.
+- It is there if and only if the slip that begins at w = 0 on the curve comes back to w = 0. Backwards in time, the
+  region between that slip and w = 0 is then entered and never left, and steady sliding repels (Poincare and Bendixson);
+  and a slip that spirals into steady sliding would have to cross the cycle.
+- If there is none, every state settles unless a cycle of slip in both directions surrounds everything: as long as
+  static friction is that of the curve and does not age, so that motions from w = 0 continue as the slip above. Such a
+  cycle is excluded by a motion from farther out than any cycle can be, which ends in steady sliding.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.theory import stribeck, stribeck_slope, unstable_amplitude
+from stickslip.vocabulary.cells import Cells
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+_INSIDE = 1.0 - 1e-6  # of the belt speed: larger amplitudes would reach w = 0
+_FAR = 10.0  # times belt speed and friction: friction feeds a loop of that size a hundredth of what it takes
+
+
+def slips_on_curve(cells: Cells, law: str) -> Flags:
+    """Of which cells all but the last of the theorems above holds."""
+    if law != "stribeck":
+        return np.zeros(cells["mass"].size, np.bool_)
+    plain = np.isnan(cells["mu_stop"]) & (cells["a2"] >= 0) & (cells["a3"] >= 0)
+    return np.asarray(plain & (cells["belt_speed"] != 0))
+
+
+def sticks_on_curve(cells: Cells) -> Flags:
+    """Whether static friction is where the curve begins, and stays there."""
+    begins = np.isnan(cells["mu_static"]) | (cells["mu_static"] == cells["a1"] + cells["a3"])
+    return np.asarray(begins & (cells["ageing_rate"] == 0))
+
+
+def forward(cells: Cells) -> Cells:
+    """The same cells with the belt in the positive direction: those of the mirrored plane where it is not."""
+    return cells | {"belt_speed": np.abs(cells["belt_speed"])}
+
+
+def steady_displacement(cells: Cells) -> Floats:
+    """Displacement of steady sliding (m), on the plain curve of the law stribeck."""
+    speed = np.abs(cells["belt_speed"])
+    friction = stribeck(speed, *(cells[name] for name in ("a1", "a2", "a3", "a4")))
+    return np.asarray(np.sign(cells["belt_speed"]) * friction * cells["normal_load"] / cells["stiffness"])
+
+
+def backwards(cells: Cells) -> Cells:
+    """Cells of which the slip w > 0 is that of `cells` backwards in time, their displacement changing sign.
+
+    With x -> -x and t -> -t the equation m x'' + c x' + k x = N mu(w) keeps its form: c and mu change their signs, the
+    velocity does not. The level of friction only shifts the displacement; it is raised until no slip speed of interest
+    has a negative friction coefficient.
+    """
+    turned = {name: -cells[name] for name in ("damping", "a2", "a3")}
+    level = cells["a3"] + _FAR * cells["a2"] * np.abs(cells["belt_speed"])
+    return cells | turned | {"a1": level, "mu_static": np.full_like(level, np.nan)}
+
+
+def start_on_cycle(cells: Cells) -> Floats:
+    """A guess of how far the unstable cycle goes beyond steady sliding (m), inside it unless friction is strong."""
+    given = (cells[name] for name in ("belt_speed", "a2", "a3", "a4", "damping", "normal_load"))
+    speed = np.minimum(unstable_amplitude(*given), _INSIDE * np.abs(cells["belt_speed"]))
+    return np.asarray(speed * np.sqrt(cells["mass"] / cells["stiffness"]))
+
+
+def beyond_all_cycles(cells: Cells) -> Floats:
+    """A displacement (m) at which, with the mass at rest, a state is outside of every cycle.
+
+    A loop of radius r (in speeds) is fed at most N a3 over the displacement it covers at 0 < w < b, 2 b^2/r. It loses
+    to friction beyond, at least N a1 over 2 r, or c + N a2 times pi r.
+    """
+    b, load = np.abs(cells["belt_speed"]), cells["normal_load"]
+    impedance = np.sqrt(cells["stiffness"] * cells["mass"])
+    viscous = cells["damping"] + load * cells["a2"]
+    fed = load * cells["a3"] * b**2
+    cube = np.divide(fed, viscous, out=np.zeros_like(fed), where=viscous > 0)
+    radius = _FAR * (b + load * (cells["a1"] + cells["a3"]) / impedance + np.cbrt(cube))
+    beyond = steady_displacement(cells) + np.sign(cells["belt_speed"]) * radius * impedance / cells["stiffness"]
+    return np.asarray(beyond)
+
+
+def damping(cells: Cells) -> Floats:
+    """c + N mu'(b) (N s/m): steady sliding is stable where it is positive."""
+    slope = stribeck_slope(np.abs(cells["belt_speed"]), *(cells[name] for name in ("a2", "a3", "a4")))
+    return np.asarray(cells["damping"] + cells["normal_load"] * slope)

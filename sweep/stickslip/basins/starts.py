@@ -1,0 +1,79 @@
+"""Where motions are started, and which regimes they reach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.engine import Options, Results, StopFlag, compute_range, friction_at_belt_speed
+from stickslip.errors import StoppedError
+from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.flags import REGIMES
+
+Floats = NDArray[np.float64]
+Regimes = NDArray[np.int8]
+
+DISTURBANCE = 1e-4  # of the belt speed: how far from steady sliding a motion is started that is to be near it
+SETTLED = (REGIMES.index("damped"), REGIMES.index("creep"))
+UNDECIDED = tuple(REGIMES.index(name) for name in ("not_computed", "unresolved", "failed"))
+
+
+def settled(regimes: Regimes) -> NDArray[np.bool_]:
+    """Whether a motion settles to steady sliding."""
+    return np.isin(regimes, SETTLED)
+
+
+def decided(regimes: Regimes) -> NDArray[np.bool_]:
+    """Whether it is known what becomes of a motion."""
+    return ~np.isin(regimes, UNDECIDED)
+
+
+@dataclass(frozen=True)
+class Work:
+    """How starting states of cells are computed.
+
+    Methods raise StoppedError once `stop` is raised: half of what belongs to a cell says nothing.
+    """
+
+    options: Options
+    stop: StopFlag
+
+    def regimes(self, cells: Cells, displacement: Floats, velocity: Floats) -> Regimes:
+        """The regime each cell reaches from a state."""
+        return np.asarray(self.results(cells, displacement, velocity)["regime"])
+
+    def results(self, cells: Cells, displacement: Floats, velocity: Floats) -> Results:
+        """All results of cells that start from a state."""
+        some = cells | {"displacement": displacement, "velocity": velocity}
+
+        def part(first: int, last: int) -> Cells:
+            return {name: values[first:last] for name, values in some.items()}
+
+        computed = compute_range(part, 0, displacement.size, self.options, self.stop)
+        if not computed.complete:
+            raise StoppedError
+        return computed.results
+
+
+def steady_state(cells: Cells, law: str) -> Floats:
+    """Displacement of steady sliding (m), under any law; NaN where the belt is at rest."""
+    turn, force = np.sign(cells["belt_speed"]), cells["normal_load"] * friction_at_belt_speed(cells, law)
+    return np.where(turn == 0, np.nan, turn * force / cells["stiffness"])
+
+
+def unloaded(cells: Cells) -> tuple[Floats, Floats]:
+    """The state that sticks with no load on the contact: displacement and velocity."""
+    x = -cells["damping"] * cells["belt_speed"] / cells["stiffness"]
+    return x, np.full_like(x, np.nan)
+
+
+def from_sliding(cells: Cells, steady: Floats, work: Work) -> Regimes:
+    """From close to steady sliding; not computed where the belt is at rest."""
+    moving = np.isfinite(steady)
+    found = np.zeros(steady.size, np.int8)
+    if moving.any():
+        some = {name: values[moving] for name, values in cells.items()}
+        found[moving] = work.regimes(some, steady[moving], DISTURBANCE * some["belt_speed"])
+    return found
