@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.optimize import minimize
 
 import stickslip
@@ -122,6 +123,15 @@ def test_proposals_are_simulated_a_little_past_the_border():
             np.testing.assert_allclose(np.abs(values / border - 1), np.where(border.notnull(), 0.01, np.nan), rtol=0.02)
     joint = {name: ds[f"joint_proposed_{name}"].values for name in ("belt_speed", "mu_stop", "damping")}
     np.testing.assert_array_equal(stickslip.evaluate(PAIR | joint)["regime"], ds["joint_checked"])
+
+
+def test_margins_of_a_cell_do_not_depend_on_the_others():
+    cells = PAIR | {"belt_speed": [0.5, 0.7, 0.9], "mu_stop": 1.0}
+    together = stickslip.margins(cells, ("belt_speed", "mu_stop", "damping"))
+    for i in range(3):
+        one = PAIR | {"belt_speed": cells["belt_speed"][i], "mu_stop": 1.0}
+        alone = stickslip.margins(one, ("belt_speed", "mu_stop", "damping"))
+        xr.testing.assert_equal(alone.isel(cell=0), together.isel(cell=i))
 
 
 def test_no_border_within_reach_is_no_error_and_is_said():

@@ -24,6 +24,7 @@ from stickslip.vocabulary.parameter import NAN
 _TOGETHER = 512  # cells whose rays are held at once
 _OF_JOINT_CHANGE = 20_000  # cells a joint change takes, about
 _LANES_FED = 8  # blocks of so many times more cells than their work calls for: rounds have few cells each
+_MOST_WEIGHT = 256  # no block has fewer than 16 cells, for the same reason
 _OF_JOINT = 1e-8  # tolerance of joint changes, whose cost is known no better
 
 
@@ -86,7 +87,7 @@ class MarginStudy(Study):
         self.options = replace(options, early_stop=True)
         each = 2 * (question.scan + int(-np.log2(question.tolerance))) * len(question.parameters)
         self.cells_each = each + (_OF_JOINT_CHANGE if question.joint else 0)
-        self.weight = max(self.cells_each // _LANES_FED, 1)
+        self.weight = min(max(self.cells_each // _LANES_FED, 1), _MOST_WEIGHT)
         self.columns = {name: np.dtype(np.int8 if flag else np.float64) for name, flag in _columns(question)}
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:

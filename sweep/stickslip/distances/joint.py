@@ -124,27 +124,42 @@ def _refined(space: _Space, cell: Integers, direction: Floats, cost: Floats, tol
     step = np.where(np.isfinite(cost) & (k > 1), _FIRST, 0.0)
     random = np.random.default_rng(14)
     for _ in range(_ROUNDS):
+        turns = random.standard_normal((k, k))  # the same for all, so that no cell depends on its neighbours in a block
         active = np.flatnonzero(step > _LAST)
         if not active.size:
             break
-        sides = _across(direction[active], random)
-        tried = direction[active, np.newaxis] + step[active, np.newaxis, np.newaxis] * sides
-        each = tried.shape[1]
-        owner = np.repeat(active, each)
-        rays = space.allowed(cell[owner], tried.reshape(-1, k))
-        length = np.minimum(cost[owner] * (1 - tolerance), space.longest(cell[owner], rays))
-        real = np.any(rays != 0, axis=1)
-        found = np.full(owner.size, np.inf)
-        fine = max(tolerance, _OF_STEP * float(step[active].min()) ** 2)
-        found[real] = space.entries(cell[owner[real]], rays[real], length[real], _INNER, fine)
-        choice = np.argmin(found.reshape(-1, each), axis=1) + each * np.arange(active.size)
-        better = found[choice] < cost[active]
-        gained = active[better]
-        cost[gained], direction[gained] = found[choice[better]], rays[choice[better]]
-        step[active] *= np.where(better, _GROW, _SHRINK)
-        step[gained] = np.minimum(step[gained], _FIRST)
+        fine = _fineness(step[active], tolerance)
+        for one in np.unique(fine):
+            _step(space, cell, direction, cost, step, active[fine == one], turns, float(one))
     cost[met] = _exact(space, cell[met], direction[met], cost[met], tolerance)
     return cost, direction
+
+
+def _step(
+    space: _Space, cell: Integers, direction: Floats, cost: Floats, step: Floats, active: Integers, turns: Floats,
+    tolerance: float,
+) -> None:  # fmt: skip
+    """One step of direction of those that are active, to the cheapest side, if that is cheaper."""
+    k = direction.shape[1]
+    sides = _across(direction[active], turns)
+    tried = direction[active, np.newaxis] + step[active, np.newaxis, np.newaxis] * sides
+    owner = np.repeat(active, tried.shape[1])
+    rays = space.allowed(cell[owner], tried.reshape(-1, k))
+    length = np.minimum(cost[owner] * (1 - tolerance), space.longest(cell[owner], rays))
+    real = np.any(rays != 0, axis=1)
+    found = np.full(owner.size, np.inf)
+    found[real] = space.entries(cell[owner[real]], rays[real], length[real], _INNER, tolerance)
+    choice = np.argmin(found.reshape(active.size, -1), axis=1) + tried.shape[1] * np.arange(active.size)
+    better = found[choice] < cost[active]
+    gained = active[better]
+    cost[gained], direction[gained] = found[choice[better]], rays[choice[better]]
+    step[active] *= np.where(better, _GROW, _SHRINK)
+    step[gained] = np.minimum(step[gained], _FIRST)
+
+
+def _fineness(step: Floats, tolerance: float) -> Floats:
+    """How exactly borders are needed: what the cost may change by in a step, in powers of ten."""
+    return np.asarray(np.maximum(10.0 ** np.round(np.log10(_OF_STEP * step**2)), tolerance))
 
 
 def _exact(space: _Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> Floats:
@@ -153,10 +168,10 @@ def _exact(space: _Space, cell: Integers, direction: Floats, cost: Floats, toler
     return space.entries(cell, direction, length, _INNER, tolerance)
 
 
-def _across(direction: Floats, random: np.random.Generator) -> Floats:
-    """Unit vectors across directions (m, k), to both sides along a random basis: (m, 2 (k - 1), k)."""
+def _across(direction: Floats, turns: Floats) -> Floats:
+    """Unit vectors across directions (m, k), to both sides along a basis turned at random: (m, 2 (k - 1), k)."""
     m, k = direction.shape
-    basis = random.standard_normal((m, k, k))
+    basis = np.repeat(turns[np.newaxis], m, axis=0)
     basis[:, :, 0] = direction
     across = np.linalg.qr(basis)[0][:, :, 1:].transpose(0, 2, 1)
     return np.concatenate([across, -across], axis=1)
