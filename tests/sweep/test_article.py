@@ -10,7 +10,7 @@ from matplotlib.image import imread, imsave
 
 import stickslip
 from stickslip import theory
-from stickslip.article import FIGURES, Written, gallery, make
+from stickslip.article import FIGURES, Written, borders, gallery, make
 from stickslip.article.recipe import cell, configuration, stick_slip_border
 from stickslip.config.examples import config_names
 from stickslip.errors import UnknownFigureError
@@ -53,6 +53,24 @@ def test_figure_2_stick_slip_ends_at_the_transition_point_only_if_it_starts_from
     near_harmonic = float(theory.stick_slip_limit(**CURVE, damping=0, normal_load=1))
     assert found("fig2")["edge_from_sticking"] == pytest.approx(near_harmonic, rel=0.01)
     assert found("fig2")["edge_from_sticking_over_v_min"] > 2
+
+
+def test_beyond_figure_2_stick_slip_ends_between_the_transition_point_and_the_near_harmonic_limit():
+    findings = found("borders")
+    ends = borders.end_of_stick_slip(made("borders").data)
+    assert findings["v_min"] == pytest.approx(0.1 * np.log(30), rel=1e-12)
+    assert (np.diff(ends) > 0).all() and (findings["v_min"] < ends).all() and (ends < findings["limit"]).all()
+    assert findings["end_stiff"] == pytest.approx(findings["limit"], rel=3e-5)  # 0.33 % kappa^2, kappa = 0.095
+    assert findings["width"] <= 1e-9
+
+
+def test_beyond_figure_2_both_are_possible_from_the_loss_of_stability_to_the_end_of_stick_slip():
+    findings, step = found("basins"), 0.005
+    assert findings["stable_from"] <= findings["both_from"] <= findings["stable_from"] + step
+    ends = found("fig2")["edge_from_sticking"]
+    assert ends - step <= findings["both_to"] <= ends
+    near_harmonic = float(theory.unstable_amplitude(0.5, 0.1, 0.3, 0.1, 0.0, 1.0))
+    assert findings["unstable_amplitude"] == pytest.approx(near_harmonic, rel=0.03)
 
 
 def test_figure_3_sticks_at_the_belt_speed_and_slips_in_turn():
@@ -206,7 +224,7 @@ def test_a_figure_becomes_a_plot_and_a_file_that_says_what_was_found(tmp_path):
 
 
 def test_an_unknown_figure_is_refused_before_anything_is_made(tmp_path):
-    with pytest.raises(UnknownFigureError, match="fig1; there are fig2, fig3"):
+    with pytest.raises(UnknownFigureError, match="fig1; there are fig2, borders"):
         make(["fig3", "fig1"], tmp_path / "new")
     assert not (tmp_path / "new").exists()
 

@@ -27,7 +27,8 @@ their data (netCDF) in about a minute:
 
 This page is written by `stickslip.article.gallery`, its numbers by the computation; tests check them
 ([tests/sweep/test_article.py](../tests/sweep/test_article.py)). Unless said otherwise mass 1 kg, load 1 N, no damper,
-the curve of Figure 2, and a start from sticking. Figures 12 to 18 show the rig and its measurements: not here.
+the curve of Figure 2, and a start from sticking. Figures 12 to 18 show the rig and its measurements: not here. What is
+headed *Beyond the article* answers what its sentences leave open.
 The [glossary](glossary.md) translates the article's words.
 """
 
@@ -72,10 +73,10 @@ def _entry(figure: Written, images: str) -> str:
 
 
 def heading(name: str) -> str:
-    """A figure's name as the article writes it: ``Figure 2``, ``Equation (3)``."""
+    """A figure's name as the article writes it, ``Figure 2`` or ``Equation (3)``; what it does not have is said."""
     if name.startswith("fig"):
         return f"Figure {name.removeprefix('fig')}"
-    return "Equation (3)"
+    return "Equation (3)" if name.startswith("eq3") else "Beyond the article"
 
 
 def _lowered(words: str) -> str:

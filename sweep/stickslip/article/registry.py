@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from stickslip.article import ageing, curves, motion, stiffness, tendency
+from stickslip.article import ageing, borders, curves, motion, stiffness, tendency
 from stickslip.article.recipe import Figure
 
 FIGURES: dict[str, Figure] = {
@@ -18,6 +18,30 @@ FIGURES: dict[str, Figure] = {
         "close to steady sliding, stick-slip ends at {edge_from_sliding:.4f} m/s, the transition point.",
         "Started from sticking, it persists up to {edge_from_sticking:.3f} m/s, {edge_from_sticking_over_v_min:.2f} "
         "times as fast: in the rising branch stick-slip and steady sliding coexist.",
+    ),
+    "borders": Figure(
+        "What becomes of the declining branch: exact borders",
+        borders.figure_borders,
+        ("borders",),
+        "Stick-slip occurs solely in the declining branch of the Stribeck curve.",
+        "In the declining branch, below {v_min:.4f} m/s, the mass stick-slips on all {lines:.0f} springs; on soft ones "
+        "stick-slip ends close to there ({stiffness_soft:.2g} N/m: {end_soft:.6f} m/s, {end_soft_over_v_min:.3f} times "
+        "as fast).",
+        "On stiff ones it goes far into the rising branch: at {stiffness_stiff:.4g} N/m to {end_stiff:.6f} m/s, "
+        "{end_stiff_over_v_min:.2f} times as fast, and no further than {limit:.4f} m/s, the near-harmonic limit. In "
+        "the hatched band steady sliding is stable as well: which one it is depends on the start. Each point of the "
+        "line is known to {width:.0e} of itself.",
+    ),
+    "basins": Figure(
+        "What depends on the start: shares and shocks",
+        borders.figure_basins,
+        ("basins",),
+        "Each curve has one outcome: stick-slip, a damped oscillation, or creep.",
+        "Up to {stable_from:.4f} m/s, in the declining branch, no starting state settles (1 N/m).",
+        "From there on to {both_to:.3f} m/s both are possible. At {belt_speed:g} m/s {share:.1%} of the starting "
+        "states in a box (displacement 0 to 2 m, velocity -1 to 1 m/s) settle to steady sliding, and a shock of "
+        "{shock:.4f} m/s ends it for ever; at {both_to:.3f} m/s {share_last:.1%} settle, and it takes "
+        "{shock_last:.4f} m/s. The border between the two is an unstable cycle, found backwards in time.",
     ),
     "fig3": Figure(
         "Displacement and velocity in stick-slip",
