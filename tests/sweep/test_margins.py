@@ -10,6 +10,8 @@ from scipy.optimize import minimize
 import stickslip
 from helpers.configs import write_config
 from stickslip import theory
+from stickslip.config.reader import parse_config
+from stickslip.errors import ConfigError
 from stickslip.vocabulary.flags import REGIMES
 
 COULOMB = {"mass": 2.0, "stiffness": 50.0, "damping": 3.0, "normal_load": 3.0, "belt_speed": 0.01,
@@ -180,3 +182,41 @@ def test_bad_input_is_named_with_what_is_allowed(change, error, message):
     asked = {"cells_or_config": PAIR, "parameters": ("belt_speed", "damping")}
     with pytest.raises(error, match=re.escape(message)):
         stickslip.margins(**(asked | change))
+
+
+SECTION = """
+system: {mass: 1, normal_load: 1, belt_speed: 0.7}
+friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
+axes: {stiffness: [0.5, 1, 2]}
+margins: {parameters: [belt_speed, damping], within: {belt_speed: [0.1, 2 m/s], damping: 5}, tolerance: 1e-6}
+"""
+
+
+def test_a_section_asks_for_what_the_call_computes(tmp_path):
+    (tmp_path / "margins.yaml").write_text(SECTION)
+    ds = stickslip.run(tmp_path / "margins.yaml", tmp_path / "margins.nc")
+    plain = parse_config(SECTION[: SECTION.index("margins")])
+    called = stickslip.margins(
+        plain, ("belt_speed", "damping"), within={"belt_speed": (0.1, 2.0), "damping": 5.0}, tolerance=1e-6, joint=False
+    )
+    xr.testing.assert_equal(ds.load(), called)
+    assert np.isfinite(ds["margin_belt_speed"]).all()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[belt_speed, damping]", "[belt_sped]", "did you mean belt_speed?"),
+        ("[belt_speed, damping]", "[belt_speed, belt_speed]", "expected a list of different parameters"),
+        ("damping: 5}", "damping: 0.5}", "margins.within: got a mapping, expected a number above 1"),
+        ("damping: 5}", "mass: 5}", "expected a parameter that may change: belt_speed or damping"),
+        ("[0.1, 2 m/s]", "[2, 1]", "expected the lower end first"),
+        ("tolerance: 1e-6", "costs: {damping: 0}", "expected a number above 0"),
+        ("tolerance: 1e-6", "into: [quiet]", "expected a regime: stick_slip"),
+        ("tolerance: 1e-6", "joint: maybe", "margins.joint: got 'maybe', expected true or false"),
+    ],
+)
+def test_bad_sections_are_refused_with_their_place(old, new, message):
+    with pytest.raises(ConfigError) as caught:
+        parse_config(SECTION.replace(old, new), "my.yaml")
+    assert message in str(caught.value) and "my.yaml:5" in str(caught.value)

@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from stickslip.engine import Options, Results, StopFlag, compute_range, friction_at_belt_speed
 from stickslip.errors import StoppedError
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.flags import REGIMES, UNDECIDED
 
 Floats = NDArray[np.float64]
 Regimes = NDArray[np.int8]
 
 DISTURBANCE = 1e-4  # of the belt speed: how far from steady sliding a motion is started that is to be near it
 SETTLED = (REGIMES.index("damped"), REGIMES.index("creep"))
-UNDECIDED = tuple(REGIMES.index(name) for name in ("not_computed", "unresolved", "failed"))
 
 
 def settled(regimes: Regimes) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.borders.find import UNDECIDED, Limits
+from stickslip.borders.find import Limits
 from stickslip.borders.junctions import meeting_points
 from stickslip.borders.plane import Plane, Side, plane_of_config
 from stickslip.borders.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
@@ -24,7 +24,7 @@ from stickslip.engine import Options, Results, StopFlag, compute_range
 from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study
 from stickslip.study import joined as end_to_end
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.flags import REGIMES, UNDECIDED
 
 OPEN = REGIMES.index("unresolved")  # what all that is undecided is called here: a region like any other
 _ALONG_X, _ALONG_Y, _JUNCTION = range(3)

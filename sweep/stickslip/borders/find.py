@@ -22,13 +22,12 @@ from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study, joined
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import METHODS, REGIMES
+from stickslip.vocabulary.flags import METHODS, UNDECIDED
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import BORDER
 
 _LANES_FED = 8  # blocks of so many times more lines than their cells call for: a round of bisection has one cell a line
 _METHOD = METHODS.index("bisection"), METHODS.index("restick_margin")  # by whether the margin led to the border
-UNDECIDED = [REGIMES.index(name) for name in ("not_computed", "unresolved", "failed")]
 
 
 @dataclass(frozen=True)

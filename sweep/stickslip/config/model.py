@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from stickslip.config.margins import Margins
 from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import (
     Drive,
@@ -161,7 +162,7 @@ class Config(Section):
 
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
     drive, sensor : of a test rig; None where the belt moves at a constant speed.
-    border, contours, attractors, refine, uncertain : what is asked for instead of a map of all cells, at most one.
+    border, contours, margins, attractors, refine, uncertain : what is asked for instead of a map, at most one of them.
     Quantities that are uncertain are neither fixed nor along an axis.
     """
 
@@ -177,6 +178,7 @@ class Config(Section):
     sensor: Sensor | None = None
     border: Border | None = None
     contours: Contours | None = None
+    margins: Margins | None = None
     attractors: Attractors | None = None
     refine: Refine | None = None
     uncertain: Uncertain | None = None

@@ -10,15 +10,17 @@ import re
 from typing import Any
 
 from stickslip.config.addresses import LOCAL, PATTERN
+from stickslip.config.margins import Margins
 from stickslip.config.reader import DEFAULT_TITLE, SECTIONS
 from stickslip.config.scatter import ARGUMENTS, MAY_SCATTER, METRICS, Sampling, Subset, Uncertain
 from stickslip.config.sections import OUTPUT_SUFFIXES, PLOT_SUFFIXES, Section
 from stickslip.config.studies import STUDIES, Contours
 from stickslip.vocabulary import units
+from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.laws import LAWS
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import PROFILES, QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import AXIS, FEATURE_SETTINGS, RISK
+from stickslip.vocabulary.quantities import PARAMETERS, PROFILES, QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.settings import AXIS, COST, FEATURE_SETTINGS, RISK
 
 Schema = dict[str, Any]
 
@@ -219,10 +221,27 @@ _OTHERS: Schema = {  # what is not a number
     "plot": _file_name(*PLOT_SUFFIXES),
 }
 _NAMES: Schema = {"enum": list(SEARCHABLE)}
+_FACTOR: Schema = {"type": "number", "exclusiveMinimum": 1}
 _OWN: dict[type[Section], Schema] = {  # where a key means something else in one section
     Contours: {
         "axes": {"type": "array", "minItems": 2, "maxItems": 2, "uniqueItems": True, "items": _NAMES},
         "between": {"type": "object", "propertyNames": _NAMES, "additionalProperties": _RANGE},
+    },
+    Margins: {
+        "parameters": {"type": "array", "minItems": 1, "uniqueItems": True, "items": {"enum": list(PARAMETERS)}},
+        "costs": {"type": "object", "propertyNames": {"enum": list(PARAMETERS)}, "additionalProperties": _number(COST)},
+        "within": {
+            "anyOf": [
+                _FACTOR,
+                {
+                    "type": "object",
+                    "propertyNames": {"enum": list(PARAMETERS)},
+                    "additionalProperties": {"anyOf": [_FACTOR, _RANGE]},
+                },
+            ]
+        },
+        "into": {"type": "array", "minItems": 1, "items": {"enum": list(DECIDED)}},
+        "joint": {"type": "boolean"},
     },
 }
 _JUDGED = {

@@ -45,6 +45,18 @@ def number(row: Parameter, value: object) -> float:
         raise refused(error.expected, error.hint or remedy, error.found) from None
 
 
+def interval(row: Parameter, value: object) -> tuple[float, float]:
+    """Both ends of a range of a row of the vocabulary, in SI and in order."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise refused("a list of two values, the lower end first")
+    low, high = (number(row, end) for end in value)
+    if low != low or high != high:
+        raise refused(row.expected.removesuffix(row.otherwise))
+    if not low < high:
+        raise refused("the lower end first and the upper above it", "swap the ends" if low > high else None)
+    return low, high
+
+
 def one_of(value: object, words: tuple[str, ...]) -> str:
     """One of some words."""
     if value not in words:

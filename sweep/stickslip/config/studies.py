@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
+from stickslip.config.margins import Margins
 from stickslip.config.scatter import Uncertain
-from stickslip.config.sections import Section, number, of_row, refused
-from stickslip.vocabulary.parameter import Parameter
+from stickslip.config.sections import Section, interval, number, of_row, refused
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.settings import ATTRACTORS, BORDER, CONTOURS, RANDOMISATIONS, REFINE
 from stickslip.vocabulary.words import listed, nearest
@@ -111,7 +111,7 @@ class Contours(Section):
     def _between(cls, value: object) -> object:
         if not isinstance(value, Mapping):
             raise refused("a range for each of the two parameters: {belt_speed: [0.1, 1]}")
-        return {parameter(name): _range(QUANTITIES[name], ends) for name, ends in value.items()}
+        return {parameter(name): interval(QUANTITIES[name], ends) for name, ends in value.items()}
 
     def resolved(self) -> dict[str, Any]:
         """The section as plain data."""
@@ -121,18 +121,6 @@ class Contours(Section):
         if self.between is not None:
             plain["between"] = {name: list(ends) for name, ends in self.between.items()}
         return plain
-
-
-def _range(row: Parameter, value: object) -> tuple[float, float]:
-    """Both ends of a range of a parameter."""
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        raise refused("a list of two values, the lower end first")
-    low, high = (number(row, end) for end in value)
-    if math.isnan(low) or math.isnan(high):
-        raise refused(row.expected.removesuffix(row.otherwise))
-    if not low < high:
-        raise refused("the lower end first and the upper above it", "swap the ends" if low > high else None)
-    return low, high
 
 
 class Attractors(Section):
@@ -147,7 +135,7 @@ class Attractors(Section):
     @field_validator("displacement", "velocity", mode="before")
     @classmethod
     def _interval(cls, value: object, info: ValidationInfo) -> object:
-        return _range(QUANTITIES[str(info.field_name)], value)
+        return interval(QUANTITIES[str(info.field_name)], value)
 
     @field_validator("samples")
     @classmethod
@@ -163,7 +151,8 @@ class Attractors(Section):
 
 
 STUDIES: dict[str, type[Section]] = {
-    "border": Border, "contours": Contours, "attractors": Attractors, "refine": Refine, "uncertain": Uncertain,
+    "border": Border, "contours": Contours, "margins": Margins, "attractors": Attractors, "refine": Refine,
+    "uncertain": Uncertain,
 }  # fmt: skip
 
 

@@ -52,6 +52,9 @@ def understood(config: Config) -> Iterator[Row]:
         yield from _uncertain(config.uncertain)
     if config.contours is not None:
         yield _contours(config.contours)
+    if config.margins is not None:
+        names = ", ".join(config.margins.parameters or ("what a designer chooses",))
+        yield Row("margins along", names, "with the cheapest joint change" if config.margins.joint else "one by one")
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))

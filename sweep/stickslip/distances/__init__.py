@@ -4,7 +4,7 @@
 the space of all of them; `regimes.py` is what they ask the engine, `find.py` puts it together.
 """
 
-from stickslip.distances.find import Asking, MarginStudy, Question
+from stickslip.distances.find import Asking, MarginStudy, Question, margin_study
 from stickslip.distances.reach import CHANGEABLE, FACTOR, parameters_of
 
-__all__ = ["CHANGEABLE", "FACTOR", "Asking", "MarginStudy", "Question", "parameters_of"]
+__all__ = ["CHANGEABLE", "FACTOR", "Asking", "MarginStudy", "Question", "margin_study", "parameters_of"]

@@ -10,9 +10,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stickslip.borders import Limits
+from stickslip.config.grid import build_grid
+from stickslip.config.margins import Margins
+from stickslip.config.model import Config
+from stickslip.config.options import options_of
+from stickslip.dataset.build import grid_coordinates
 from stickslip.dataset.margins import ON_SIDES, SIDES, margin_dataset
 from stickslip.distances.joint import Cheapest, cheapest
-from stickslip.distances.reach import FACTOR, Reach, reach_of, within_of
+from stickslip.distances.reach import FACTOR, Reach, parameters_of, reach_of, within_of
 from stickslip.distances.regimes import Asked, Floats, Labels, codes, decided
 from stickslip.distances.single import Borders, nearest
 from stickslip.engine import Options, Results, StopFlag
@@ -117,6 +123,18 @@ class MarginStudy(Study):
         return margin_dataset(
             self._question.parameters, asking.dims, asking.shape, asking.coordinates, whole, told
         )  # fmt: skip
+
+
+def margin_study(config: Config, asked: Margins) -> MarginStudy:
+    """The margins that a section of a configuration asks for. Raises TypeError or ValueError for what cannot be."""
+    grid = build_grid(config)
+    asking = Asking(grid.dims, grid.shape, grid_coordinates(grid), grid.cells)
+    names = asked.parameters or parameters_of(grid.cells(0, grid.size))
+    question = Question(
+        names, asked.costs, asked.within, asked.into, asked.scan, asked.tolerance, asked.beyond, asked.joint
+    )
+    rtol = Limits(asked.scan, asked.tolerance).rtol() if asked.rtol is None else asked.rtol
+    return MarginStudy(asking, question, replace(options_of(config), rtol=rtol))
 
 
 def _columns(question: Question) -> Iterator[tuple[str, bool]]:

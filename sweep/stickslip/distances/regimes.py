@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.borders import Looked
-from stickslip.borders.find import UNDECIDED
 from stickslip.distances.reach import is_possible
 from stickslip.engine import Options, StopFlag, compute_range
 from stickslip.errors import StoppedError
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.flags import DECIDED, REGIMES, UNDECIDED
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -67,7 +66,6 @@ def decided(regimes: Labels) -> NDArray[np.bool_]:
 def codes(names: Collection[str]) -> list[int]:
     """Codes of regimes by names; raises ValueError for others."""
     for name in names:
-        if name not in REGIMES or REGIMES.index(name) in UNDECIDED:
-            allowed = [one for one in REGIMES if REGIMES.index(one) not in UNDECIDED]
-            raise ValueError(f"into: got {name!r}, expected {', '.join(allowed)}")
+        if name not in DECIDED:
+            raise ValueError(f"into: got {name!r}, expected {', '.join(DECIDED)}")
     return [REGIMES.index(name) for name in names]

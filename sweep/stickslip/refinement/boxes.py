@@ -22,7 +22,7 @@ Places = NDArray[np.int64]
 Labels = NDArray[np.int8]
 
 _NOTHING = (127, -128)  # smallest and largest label of no point at all
-_UNDECIDED = (-128, 126)  # of a point that differs from itself
+_OPEN = (-128, 126)  # of a point that differs from itself
 
 
 class Boxes:
@@ -50,8 +50,8 @@ class Boxes:
         """Take in the labels of points."""
         at = np.unravel_index(places, self.shape)
         self.known[at], self._labels[at] = True, labels
-        self._low[at] = np.where(labels < 0, _UNDECIDED[0], labels)
-        self._high[at] = np.where(labels < 0, _UNDECIDED[1], labels)
+        self._low[at] = np.where(labels < 0, _OPEN[0], labels)
+        self._high[at] = np.where(labels < 0, _OPEN[1], labels)
 
     def wanted(self) -> Places:
         """The points that must be computed next, because boxes are split; none once all boxes are uniform."""

@@ -13,16 +13,15 @@ from numpy.typing import NDArray
 from stickslip.engine import Results
 from stickslip.refinement.boxes import Boxes, Labels, Places
 from stickslip.refinement.tiles import Tile, Tiles
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.flags import UNDECIDED
 
 COMPUTED = 1  # of the flag `computed`
 _COUNTS = ("equilibrium_crossings", "sticks")  # there is nothing between two of them
-_UNDECIDED = tuple(REGIMES.index(name) for name in ("not_computed", "unresolved", "failed"))
 
 
 def labels_of(regimes: NDArray[np.int8]) -> Labels:
     """Regimes as `Boxes` takes them: below 0 where nothing is decided, so that nothing is inferred from such cells."""
-    return np.where(np.isin(regimes, _UNDECIDED), -1 - regimes, regimes).astype(np.int8)
+    return np.where(np.isin(regimes, UNDECIDED), -1 - regimes, regimes).astype(np.int8)
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from stickslip.basins import attractor_study
 from stickslip.borders import border_study, contour_study
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
+from stickslip.distances import margin_study
 from stickslip.engine import Options, Results, StopFlag, stop_flag
 from stickslip.refinement import RefinedMap
 from stickslip.runs.blocks import Blocks, blocks_of
@@ -32,6 +33,8 @@ def study_of(config: Config) -> Study:
         return RefinedMap(config, config.refine, options_of(config))
     if config.contours is not None:
         return contour_study(config, config.contours)
+    if config.margins is not None:
+        return margin_study(config, config.margins)
     if config.uncertain is not None:
         subset = config.uncertain.subset
         return sample_study(config) if subset is None else rare_study(config, subset)

@@ -53,6 +53,9 @@ COMPUTED_MESSAGES = {
     "computed": "computed itself",
 }
 REGIMES = tuple(REGIME_MESSAGES)
+# Codes of regimes that do not say what the motion is, and names of those that do.
+UNDECIDED = tuple(REGIMES.index(name) for name in ("not_computed", "unresolved", "failed"))
+DECIDED = tuple(name for code, name in enumerate(REGIMES) if code not in UNDECIDED)
 STATUSES = tuple(STATUS_MESSAGES)
 MODES = tuple(MODE_MESSAGES)
 SHARE_METHODS = tuple(SHARE_MESSAGES)

@@ -72,6 +72,18 @@ CONTOURS: dict[str, Parameter] = table(
     Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", "contours",
               at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
 )  # fmt: skip
+MARGINS: dict[str, Parameter] = table(
+    Parameter("scan", "1", "places on either side of a cell that are looked at first", "margins",
+              default=32, at_least=2, at_most=65_536, whole=True),
+    Parameter("tolerance", "1", "width of the bracket of a border, over the border", "margins",
+              default=1e-9, at_least=1e-15, at_most=0.1),
+    Parameter("beyond", "1", "how far past a border each proposal is simulated, over the value", "margins",
+              default=0.01, at_least=0.0, at_most=0.5),
+    Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", "margins",
+              at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
+)  # fmt: skip
+COST = Parameter("cost", "1", "cost of changing a parameter by a factor", "margins", above=0)
+FACTOR = Parameter("within", "1", "factor up to which parameters are changed", "margins", default=10.0, above=1)
 RANDOMISATIONS = 16  # of Sobol points: so many that their scatter is known to a fifth
 ATTRACTORS: dict[str, Parameter] = table(
     Parameter("samples", "1", "starting states drawn per cell where the share that settles is not exact", "attractors",
@@ -155,7 +167,7 @@ AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", at_least=0), 
 
 # All numbers of a configuration that are not quantities, by section.
 SETTINGS: dict[str, dict[str, Parameter]] = {
-    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "contours": CONTOURS, "attractors": ATTRACTORS,
-    "refine": REFINE, "uncertain": UNCERTAIN, "drive": STROKES, "sensor": SENSOR, "features": FEATURE_SETTINGS,
-    "risk": RISK,
+    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "contours": CONTOURS, "margins": MARGINS,
+    "attractors": ATTRACTORS, "refine": REFINE, "uncertain": UNCERTAIN, "drive": STROKES, "sensor": SENSOR,
+    "features": FEATURE_SETTINGS, "risk": RISK,
 }  # fmt: skip

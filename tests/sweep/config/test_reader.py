@@ -101,8 +101,8 @@ BAD = {
     "a misspelt section": (
         with_line(1, "sistem: {}", text=GOOD),
         "map.yaml:1:1: sistem: unknown key, "
-        "expected title, system, friction, start, axes, solver, execution, output, border, contours, attractors, "
-        "refine or uncertain\n"
+        "expected title, system, friction, start, axes, solver, execution, output, border, contours, margins, "
+        "attractors, refine or uncertain\n"
         "  hint: did you mean system?",
     ),
     "a key of another section": (
