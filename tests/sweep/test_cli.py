@@ -463,7 +463,7 @@ def test_configurations_that_ship_are_listed_and_copied(here):
     assert done.stdout == "wrote my.yaml; next: stickslip rig my.yaml\n"
     assert (here / "my.yaml").read_bytes() == (ROOT / "configs" / "rig" / "materials.yaml").read_bytes()
     unknown = call("init", "other.yaml", "--from", "quickstrat")
-    assert unknown.exit_code == 2 and "there are article/eq3, " in unknown.stderr and not Path("other.yaml").exists()
+    assert unknown.exit_code == 2 and "there are article/basins, " in unknown.stderr and not Path("other.yaml").exists()
 
 
 @pytest.mark.parametrize("name", ["configs/article/fig3.yaml", "article/fig3"])

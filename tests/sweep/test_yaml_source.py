@@ -3,8 +3,10 @@
 import pytest
 
 from stickslip.config.reader import load_config, parse_config
+from stickslip.config.studies import STUDIES
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError
+from stickslip.vocabulary.words import listed
 
 GOOD = """\
 system: {mass: 1 kg, stiffness: 10, normal_load: 5 N, belt_speed: 10 mm/s}
@@ -26,7 +28,7 @@ YAML = {
     "a list": (
         b"- 1\n",
         "DIR/map.yaml:1:1: got a list, expected a mapping with the keys "
-        "title, system, friction, start, axes, solver, execution or output",
+        f"title, system, friction, start, axes, solver, execution, output, {listed(STUDIES)}",
     ),
     "a tab": (
         b"system:\n\tmass: 1\n",

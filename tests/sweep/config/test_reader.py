@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from helpers.configs import GOOD, message, with_line
 from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, make_config, parse_config
+from stickslip.config.studies import STUDIES
 from stickslip.errors import ConfigError
 from stickslip.rig.simulate.config import is_rig, load_rig, parse_rig
+from stickslip.vocabulary.words import listed
 
 
 def test_quantities_become_si():
@@ -101,8 +103,7 @@ BAD = {
     "a misspelt section": (
         with_line(1, "sistem: {}", text=GOOD),
         "map.yaml:1:1: sistem: unknown key, "
-        "expected title, system, friction, start, axes, solver, execution, output, border, contours, margins, "
-        "attractors, refine or uncertain\n"
+        f"expected title, system, friction, start, axes, solver, execution, output, {listed(STUDIES)}\n"
         "  hint: did you mean system?",
     ),
     "a key of another section": (
