@@ -111,7 +111,7 @@ def carried_out(action: Callable[[Request], Outcome], request: Request, study: S
 
     try:
         size, of = prod(study.shape), study.counted
-        with screen.progress_bar(size, of=of) as move, screen.progress_bar(size, " written", of) as write:
+        with screen.progress_bar(size, of=of) as move, screen.progress_bar(size, " written") as write:
 
             def note(done: int, of: int) -> None:
                 nonlocal began, finished, moving

@@ -75,13 +75,13 @@ def progress_bar(total: int, doing: str = "", of: str = "cells") -> Iterator[Cal
     task = bar.add_task("cells", total=total, rate=0.0)
     first: list[tuple[int, float]] = []
 
-    def move(done: int, _: int) -> None:
+    def move(done: int, total: int) -> None:
         if not first:
             first.append((done, perf_counter()))
             bar.reset(task, completed=done, rate=0.0)
             bar.start()
         found, began = first[0]
-        bar.update(task, completed=done, rate=(done - found) / max(perf_counter() - began, 1e-9))
+        bar.update(task, completed=done, total=total, rate=(done - found) / max(perf_counter() - began, 1e-9))
 
     try:
         yield move
