@@ -11,9 +11,10 @@ from stickslip.engine.curves import friction_at_belt_speed
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.rigs import RigRuns, Sampling, compute_rigs
 from stickslip.engine.scales import to_kernel, to_si
-from stickslip.engine.threads import processors, spread, stop_flag
+from stickslip.engine.threads import spread, stop_flag
 from stickslip.engine.traces import flows, trajectory
 from stickslip.errors import NotReachedError
+from stickslip.files.machine import processors
 
 __all__ = [
     "Computed", "NotReachedError", "Options", "Progress", "Results", "RigRuns",

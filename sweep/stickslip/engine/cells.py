@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from stickslip.engine.compiled import run, warm_up
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.scales import to_kernel, to_si
-from stickslip.engine.threads import processors, spread, stop_flag
+from stickslip.engine.threads import spread, stop_flag
+from stickslip.files.machine import processors
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.results import VARIABLES
 from stickslip_kernels import layout

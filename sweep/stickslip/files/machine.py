@@ -30,3 +30,8 @@ def is_alive(pid: int) -> bool:
     except OSError:
         return True
     return True
+
+
+def processors() -> int:
+    """Processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -62,7 +62,13 @@ class _NetcdfLock:
 
 NETCDF_LOCK = _NetcdfLock()
 
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(
-        before=NETCDF_LOCK.acquire, after_in_parent=NETCDF_LOCK.release, after_in_child=NETCDF_LOCK.release
-    )
+
+def hold_while_forking() -> None:
+    """Have `os.fork` wait for the lock. What is registered last is taken first, so again after libraries with locks."""
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(
+            before=NETCDF_LOCK.acquire, after_in_parent=NETCDF_LOCK.release, after_in_child=NETCDF_LOCK.release
+        )
+
+
+hold_while_forking()

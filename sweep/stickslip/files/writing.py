@@ -13,11 +13,12 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from math import prod
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 from xarray.backends import NetCDF4DataStore
 from xarray.backends.common import ArrayWriter
@@ -59,16 +60,47 @@ def write_netcdf(ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None
 
 def _create_netcdf(ds: xr.Dataset, path: Path, with_lazy: bool) -> None:
     """What `to_netcdf` does, which takes no lock. with_lazy : whether lazy values are computed and written as well."""
-    lazy = ArrayWriter()  # type: ignore[no-untyped-call]
+    encoding = _netcdf_encoding(ds)
+    later = _Later([name for name, options in encoding.items() if "chunksizes" in options])
     with NETCDF_LOCK:
         file = NetCDF4DataStore.open(path, mode="w", format="NETCDF4", lock=NETCDF_LOCK)  # type: ignore[no-untyped-call]
     try:
         with NETCDF_LOCK:
-            ds.dump_to_store(file, writer=lazy, encoding=_netcdf_encoding(ds))
-        if with_lazy:  # without the lock: dask's threads may read netCDF, and take it to write each chunk
-            lazy.sync(chunkmanager_store_kwargs={"scheduler": "threads"})  # type: ignore[no-untyped-call]
+            ds.dump_to_store(file, writer=later, encoding=encoding)
     finally:
         file.close()
+    later.write(path, with_lazy)
+
+
+class _Later(ArrayWriter):
+    """Writes what xarray gives it at once, but for variables in chunks, which it keeps for `chunks.py`."""
+
+    def __init__(self, in_chunks: Collection[str]) -> None:
+        super().__init__()  # type: ignore[no-untyped-call]
+        self._in_chunks = in_chunks
+        self._kept: dict[str, Any] = {}
+
+    def add(self, source: Any, target: Any, region: Any = None) -> None:
+        """Called by xarray with the values of a variable, and with what writes them into the file."""
+        if target.variable_name in self._in_chunks:
+            self._kept[target.variable_name] = source
+        else:
+            super().add(source, target, region)  # type: ignore[no-untyped-call]
+
+    def write(self, path: Path, with_lazy: bool) -> None:
+        """Write what was kept. Without the lock: dask's threads may read netCDF, and take it for each chunk."""
+        from stickslip.files.chunks import ChunkFile  # here: not all that write know h5py, which takes its time
+
+        lazy = {name: values for name, values in self._kept.items() if not isinstance(values, np.ndarray)}
+        with ChunkFile(path) as file:
+            for name, values in self._kept.items():
+                if name not in lazy:
+                    file.write(name, values)
+            if lazy and with_lazy:
+                from dask.array import store
+
+                whole = [values.rechunk(file.layout(name).chunks) for name, values in lazy.items()]
+                store(whole, [file[name] for name in lazy], lock=False, scheduler="threads")
 
 
 def write_zarr(ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None) -> Path:
@@ -139,7 +171,7 @@ def _netcdf_encoding(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
     encoding = _fill_encoding(ds)
     for name, options in encoding.items():
         if shape := ds[name].shape:
-            options |= {"zlib": True, "complevel": 4, "shuffle": True, "chunksizes": _chunks(shape)}
+            options |= {"zlib": True, "complevel": 4, "shuffle": True, "chunksizes": _chunks(shape)}  # see `filters.py`
             options["fletcher32"] = True  # HDF5 refuses to read a chunk that does not match
     return encoding
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import netCDF4
 import numpy as np
 
 from stickslip import engine
@@ -20,7 +19,6 @@ from stickslip.dataset.provenance import INCOMPLETE, provenance
 from stickslip.engine import Options, Progress, Results
 from stickslip.errors import DamagedBlockError
 from stickslip.files import writing
-from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.refinement import RefinedMap
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.regions import aligned, extent, regions
@@ -169,20 +167,11 @@ def _by_region(
 
 
 def _fill_netcdf(file: Path, canvas: Canvas, options: Options, progress: Progress | None) -> None:
-    with NETCDF_LOCK:
-        target = netCDF4.Dataset(file, "a")
-    try:
-        with NETCDF_LOCK:
-            target.set_auto_maskandscale(False)
-            chunks = tuple(target["regime"].chunking())
-            for name in canvas.columns:
-                target[name].set_var_chunk_cache(0)  # whole chunks are written once; a cache would hold 16 MiB of each
-        for region, name, values in _by_region(canvas, chunks, progress):
-            with NETCDF_LOCK:
-                target[name][region] = values
-    finally:
-        with NETCDF_LOCK:
-            target.close()
+    from stickslip.files.chunks import ChunkFile
+
+    with ChunkFile(file, options.threads) as target:
+        for region, name, values in _by_region(canvas, target.layout("regime").chunks, progress):
+            target.write(name, values, [side.start for side in region])
 
 
 def _fill_zarr(file: Path, canvas: Canvas, options: Options, progress: Progress | None) -> None:
