@@ -117,10 +117,9 @@ def _layout(dataset: Any) -> Layout:
     declared = dataset.id.get_create_plist()
     fill = np.empty((), dataset.dtype)
     declared.get_fill_value(fill)
-    pipeline = [declared.get_filter(i) for i in range(declared.get_nfilters())]
-    return Layout(
-        dataset, dataset.dtype, dataset.chunks, fill, tuple((code, values) for code, _, values, _ in pipeline)
-    )
+    filters = [declared.get_filter(i) for i in range(declared.get_nfilters())]
+    pipeline = tuple((number, parameters) for number, _, parameters, _ in filters)
+    return Layout(dataset, dataset.dtype, dataset.chunks, fill, pipeline)
 
 
 def _cut(values: NDArray[Any], chunks: tuple[int, ...]) -> Iterator[tuple[tuple[int, ...], NDArray[Any]]]:

@@ -100,7 +100,8 @@ class _Later(ArrayWriter):
                 from dask.array import store
 
                 whole = [values.rechunk(file.layout(name).chunks) for name, values in lazy.items()]
-                store(whole, [file[name] for name in lazy], lock=False, scheduler="threads")
+                targets: Any = [file[name] for name in lazy]
+                store(whole, targets, lock=False, scheduler="threads")
 
 
 def write_zarr(ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None) -> Path:

@@ -167,7 +167,7 @@ def _by_region(
 
 
 def _fill_netcdf(file: Path, canvas: Canvas, options: Options, progress: Progress | None) -> None:
-    from stickslip.files.chunks import ChunkFile
+    from stickslip.files.chunks import ChunkFile  # here, since it loads h5py
 
     with ChunkFile(file, options.threads) as target:
         for region, name, values in _by_region(canvas, target.layout("regime").chunks, progress):
