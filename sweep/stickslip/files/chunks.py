@@ -70,8 +70,8 @@ class ChunkFile:
                 self._store_first()
         finally:
             self._pool.shutdown(cancel_futures=True)
-            self._layouts.clear()
             with NETCDF_LOCK:
+                self._layouts.clear()
                 self._file.close()
 
     def layout(self, name: str) -> Layout:
