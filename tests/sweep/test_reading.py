@@ -82,8 +82,9 @@ def test_opened_results_do_whatever_results_in_memory_do(kind, small_chunks, tmp
         assert stickslip.evaluate(few.drop_vars(["breakaway_time", "period"]))["regime"].size == 4
 
 
-def test_nobody_pays_for_dask_who_opens_no_file():
-    code = "import sys, stickslip.api, stickslip.plots.maps, stickslip.files.writing; sys.exit('dask' in sys.modules)"
+def test_nobody_pays_for_dask_or_h5py_who_opens_and_writes_no_file():
+    code = "import sys, stickslip.api, stickslip.plots.maps, stickslip.runs.session, stickslip.files.writing\n"
+    code += "sys.exit(bool({'dask', 'h5py'} & set(sys.modules)))"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0
 

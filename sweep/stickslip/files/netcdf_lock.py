@@ -6,7 +6,7 @@ closing, the garbage collector) takes the same lock, because it was given to it.
 own lock: plain xarray in another thread waits wherever it locks at all.
 
 Never wait for other threads while holding it: dask's read our files. `os.fork` waits for it, so that the child finds
-the libraries idle and the lock free.
+the libraries idle and the lock free. h5py has a lock of its own, which is always taken after this one.
 """
 
 from __future__ import annotations
