@@ -107,7 +107,7 @@ def border_of(make, low, high, law="stribeck"):
         ("stribeck", {"mu_stop": 1.2, "gamma": 0.03}, (0.3, 2.0)),
         ("stribeck", {"curve": (1.0, 0.1, 0.3, 0.01)}, (0.05, 2.0)),
         ("stribeck", {"curve": (0.3, 0.0, 0.0, 1.0), "mu_static": 0.45, "gamma": 0.1}, (0.01, 3.0)),
-        ("stribeck_delta", {"delta": 2.0}, (0.05, 2.0)),
+        pytest.param("stribeck_delta", {"delta": 2.0}, (0.05, 2.0), marks=pytest.mark.slow),
         ("rational", {}, (0.05, 2.0)),
     ],
 )

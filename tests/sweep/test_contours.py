@@ -94,7 +94,7 @@ def test_the_upper_edge_of_stick_slip_follows_the_near_harmonic_form_where_frict
     np.testing.assert_allclose(line.x, theory.stick_slip_limit(0.1, 0.3, 0.1, line.y, 1.0), rtol=1e-5)
 
 
-@pytest.mark.parametrize("points", [8, 100])
+@pytest.mark.parametrize("points", [8, pytest.param(100, marks=pytest.mark.slow)])
 def test_the_loss_of_stability_lies_within_the_stretch_that_cannot_be_decided(points):
     """From close to steady sliding. Narrower than a side of the grid, the stretch is the width of nodes between two
     regimes; wider, it is a region with a border on either side."""

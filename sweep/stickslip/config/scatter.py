@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
 from stickslip.config.sections import Section, refused
-from stickslip.theory.distributions import KINDS, Distribution, Truncated
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import MEASURED, PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.settings import SUBSET, UNCERTAIN
 from stickslip.vocabulary.words import listed, nearest
+
+if TYPE_CHECKING:
+    from stickslip.theory.distributions import Distribution
 
 Floats = NDArray[np.float64]
 
@@ -44,6 +46,8 @@ class Scatter(Section):
     @property
     def distribution(self) -> Distribution:
         """The map from standard normal deviates to values."""
+        from stickslip.theory.distributions import KINDS, Truncated  # SciPy, which only this needs, takes its time
+
         whole = KINDS[self.kind](*self.arguments)
         return Truncated(whole, self.low, self.high) if self.is_truncated else whole
 

@@ -13,7 +13,6 @@ from stickslip.config.complaints import Complaints
 from stickslip.config.rules import MOST_CELLS
 from stickslip.config.scatter import ARGUMENTS, MAY_SCATTER, Sampling, Scatter, Subset, Uncertain
 from stickslip.errors import Path, QuantityError
-from stickslip.theory.distributions import share_outside
 from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.results import VARIABLES
@@ -210,6 +209,8 @@ def _check_inside(to: Complaints, found: Scatter, row: Parameter, path: Path) ->
     """The distribution stays where the parameter may be."""
     low = max((bound for bound in (row.above, row.at_least) if bound is not None), default=-math.inf)
     high = math.inf if row.at_most is None else row.at_most
+    from stickslip.theory.distributions import share_outside  # SciPy takes its time, and most have no use for it
+
     under, over = share_outside(found.distribution, low, high)
     outside = under + over
     if outside <= _ALLOWED_OUTSIDE:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,12 +19,14 @@ from stickslip.dataset.provenance import INCOMPLETE, provenance
 from stickslip.engine import Options, Progress, Results
 from stickslip.errors import DamagedBlockError
 from stickslip.files import writing
-from stickslip.refinement import RefinedMap
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.regions import aligned, extent, regions
 from stickslip.runs.work import Work
 from stickslip.runs.workdir.lock import Notice
 from stickslip.runs.workdir.parts import Parts
+
+if TYPE_CHECKING:
+    from stickslip.refinement import RefinedMap
 
 IN_MEMORY = 2**20  # cells; smaller maps are written at once, which spares loading dask
 _REMEMBERED = 2  # blocks; a chunk may begin in one and end in the next
@@ -125,8 +127,8 @@ def assemble(gathered: Gathered, parts: Parts, work: Work, output: Path, progres
         dataset.attrs |= _lacking(gathered, work)
         writing.write(dataset, output)
         return
-    if isinstance(work.study, RefinedMap):
-        attributes |= work.study.findings(gathered.blocks())
+    if refined := _refined(work):
+        attributes |= refined.findings(gathered.blocks())
     template = map_template(canvas.grid, canvas.columns, attributes | _lacking(gathered, work))
     fill = _fill_zarr if output.suffix == ".zarr" else _fill_netcdf
     writing.write(template, output, lambda file: fill(file, canvas, work.options, progress))
@@ -137,9 +139,19 @@ def _canvas(gathered: Gathered, work: Work) -> Canvas | None:
     study = work.study
     if isinstance(study, MapStudy):
         return Canvas(study.grid, study.columns, gathered.cells)
-    if isinstance(study, RefinedMap):
-        return Canvas(study.grid, study.map_columns, study.painter(gathered.item).cells)
+    if refined := _refined(work):
+        return Canvas(refined.grid, refined.map_columns, refined.painter(gathered.item).cells)
     return None
+
+
+def _refined(work: Work) -> RefinedMap | None:
+    """The study, if it is a map of which few cells are computed."""
+    if work.config.refine is None:
+        return None
+    from stickslip.refinement import RefinedMap
+
+    assert isinstance(work.study, RefinedMap)
+    return work.study
 
 
 def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:

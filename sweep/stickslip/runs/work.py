@@ -9,33 +9,43 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.basins import attractor_study
-from stickslip.borders import border_study, contour_study
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
-from stickslip.distances import margin_study
 from stickslip.engine import Options, Results, StopFlag, stop_flag
-from stickslip.refinement import RefinedMap
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.reuse import KnownCells
 from stickslip.study import Moved, Study
-from stickslip.uncertainty import rare_study, sample_study
 
 
 def study_of(config: Config) -> Study:
-    """What a configuration asks for: its map, unless a section names something else."""
+    """What a configuration asks for: its map, unless a section names something else.
+
+    Rooms are imported when they are asked for: a map waits for none of them.
+    """
     if config.border is not None:
+        from stickslip.borders import border_study
+
         return border_study(config, config.border)
+    if config.contours is not None:
+        from stickslip.borders import contour_study
+
+        return contour_study(config, config.contours)
     if config.attractors is not None:
+        from stickslip.basins import attractor_study
+
         return attractor_study(config, config.attractors)
     if config.refine is not None:
+        from stickslip.refinement import RefinedMap
+
         return RefinedMap(config, config.refine, options_of(config))
-    if config.contours is not None:
-        return contour_study(config, config.contours)
     if config.margins is not None:
+        from stickslip.distances import margin_study
+
         return margin_study(config, config.margins)
     if config.uncertain is not None:
+        from stickslip.uncertainty import rare_study, sample_study
+
         subset = config.uncertain.subset
         return sample_study(config) if subset is None else rare_study(config, subset)
     return MapStudy(config, options_of(config))

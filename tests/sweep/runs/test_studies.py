@@ -1,6 +1,8 @@
 """What a run computes besides maps goes through the same store: it resumes, and blocks may be computed anywhere."""
 
 import re
+import subprocess
+import sys
 
 import pytest
 import xarray as xr
@@ -143,3 +145,16 @@ def test_the_commands_name_what_is_counted(config, tmp_path):
     assert re.search(r"^borders  30 on 30 of 30 lines$", said, re.MULTILINE)
     assert re.search(r"^14 lines in .* lines/s on", said, re.MULTILINE)
     assert re.search(r"^written  .*borders.nc \(", said, re.MULTILINE)
+
+
+def test_a_map_waits_for_no_room_that_it_has_no_use_for(tmp_path):
+    path = tmp_path / "map.yaml"
+    path.write_text(PAIR.replace("mass: 1", "mass: 1, belt_speed: 1"))
+    program = (
+        "import sys; from stickslip.config.reader import load_config; from stickslip.runs import session\n"
+        f"from stickslip.runs.work import Work; Work(load_config({str(path)!r})).study\n"
+        "rooms = ['basins', 'borders', 'distances', 'refinement', 'uncertainty', 'theory.distributions']\n"
+        "print([name for name in [*(f'stickslip.{room}' for room in rooms), 'scipy.stats'] if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert done.stdout.strip() == "[]", done.stdout + done.stderr
