@@ -35,11 +35,13 @@ def fletcher32(data: Bytes) -> int:
     Sums of rows and of columns give both sums. They are taken over little-endian words: modulo 65,535, swapping the
     bytes of the words swaps those of the sums.
     """
-    words = -(-data.size // 2)
-    padded = np.zeros(-(-words // _ROW) * _ROW * 2, np.uint8)
-    padded[: data.size] = data
-    table = padded.view("<u2").reshape(-1, _ROW)
-    rows, columns = (table.sum(axis=axis, dtype=np.uint32 if len(table) < 2**16 else np.uint64) for axis in (1, 0))
+    words, whole = -(-data.size // 2), data.size // (2 * _ROW) * (2 * _ROW)
+    table = data[:whole].view("<u2").reshape(-1, _ROW)
+    last = np.zeros(2 * _ROW, np.uint8)
+    last[: data.size - whole] = data[whole:]
+    wide = np.uint32 if len(table) < 2**16 else np.uint64
+    rows = np.append(table.sum(axis=1, dtype=wide), last.view("<u2").sum(dtype=wide))
+    columns = table.sum(axis=0, dtype=wide) + last.view("<u2")
     simple = int(rows.sum(dtype=np.uint64))
     places = _ROW * _moment(rows) + _moment(columns)  # each word times how many are before it
     return _reduced(words * simple - places) << 16 | _reduced(simple)
