@@ -214,6 +214,7 @@ def test_third_party_imports_are_declared_dependencies():
         "".join(c for c in r.split(">")[0] if c.isalnum() or c in "._-").lower().split(".")[0] for r in requirements
     }
     declared |= {"ruamel", "llvmlite", "stickslip", "stickslip_kernels"}  # numba brings llvmlite
+    declared |= {"google_crc32c"}  # google-crc32c by its name on PyPI
     declared |= {"pydantic_core"}  # pydantic brings it, and has its validators raise errors from it
     undeclared = {
         (module, name)

@@ -23,7 +23,6 @@ from helpers.maps import plane
 from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
 from stickslip.files import writing
-from stickslip.runs import assembly
 
 KINDS = ["nc", "zarr"] if find_spec("zarr") else ["nc"]
 ROWS, COLUMNS = 60, 80
@@ -80,7 +79,6 @@ def tasks(folder: Path) -> dict[str, Callable[[], None]]:
     """What each thread does again and again."""
     expected = plane(ROWS, COLUMNS)
     few, many = stickslip.run(config(20)), stickslip.run(config(30))
-    assembly.IN_MEMORY = few["regime"].size  # the first is written at once, the other chunk by chunk
     found: dict[str, Callable[[], None]] = {}
     for kind in KINDS:
         path = writing.write(expected, folder / f"map.{kind}")

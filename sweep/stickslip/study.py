@@ -32,6 +32,7 @@ class Study(ABC):
     dims, shape : of the items, the last index running fastest. options : of the integration.
     cells_each : about how many cells an item takes. weight : blocks have so many times fewer items than those of a map.
     ragged : whether columns may have other lengths than the range has items.
+    is_array : whether its columns, of all items, are the variables of the result; then blocks are chunks of its file.
     columns : names and types of the results of a range: int8, int32 or float64, flat.
     """
 
@@ -40,6 +41,7 @@ class Study(ABC):
     cells_each: int = 1
     weight: int = 1
     ragged: bool = False
+    is_array: bool = False
     dims: tuple[str, ...]
     shape: tuple[int, ...]
     options: Options

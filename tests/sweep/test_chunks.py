@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers.maps import plane
-from stickslip.files import chunks, filters, reading, writing
-from stickslip.files.chunks import ChunkFile
+from stickslip.files import filters, netcdf_chunks, reading, writing
+from stickslip.files.netcdf_chunks import NetcdfChunks
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.seal import NOBODY_WROTE
 
@@ -71,7 +71,7 @@ def same_bits(a, b):
 def test_chunks_are_those_that_the_library_makes_but_for_deflate(kind, shape, pieces, tmp_path):
     values = values_of(kind, shape)
     theirs = create(tmp_path / "theirs.nc", kind, shape, pieces, values)
-    with ChunkFile(create(tmp_path / "ours.nc", kind, shape, pieces)) as file:
+    with NetcdfChunks(create(tmp_path / "ours.nc", kind, shape, pieces)) as file:
         file.write("v", values)
     assert same_bits(read(tmp_path / "ours.nc"), values)
     ours, theirs = raw_chunks(tmp_path / "ours.nc"), raw_chunks(theirs)
@@ -106,7 +106,7 @@ def test_filters_are_applied_in_the_order_the_file_declares(order, tmp_path):
     with h5py.File(tmp_path / "v.nc", "w") as file:
         space = h5py.h5s.create_simple(values.shape)
         h5py.h5d.create(file.id, b"v", h5py.h5t.IEEE_F64LE, space, declared)
-    with ChunkFile(tmp_path / "v.nc") as file:
+    with NetcdfChunks(tmp_path / "v.nc") as file:
         file.write("v", values)
     with h5py.File(tmp_path / "v.nc") as file:
         assert same_bits(file["v"][...], values)
@@ -129,7 +129,7 @@ def test_any_netcdf_reader_finds_every_value(engine, tmp_path, monkeypatch):
 def test_a_flipped_bit_anywhere_in_a_chunk_is_refused_by_the_library(kind, tmp_path):
     values = values_of(kind, (400,))
     path = create(tmp_path / "v.nc", kind, (400,), (400,))
-    with ChunkFile(path) as file:
+    with NetcdfChunks(path) as file:
         file.write("v", values)
     with h5py.File(path) as file:
         info = file["v"].id.get_chunk_info(0)
@@ -152,7 +152,7 @@ def test_a_flipped_bit_anywhere_in_a_chunk_is_refused_by_the_library(kind, tmp_p
 def test_a_file_does_not_depend_on_the_number_of_threads(tmp_path):
     values = values_of("f8", (1000, 60))
     for threads in (1, 2, 5):
-        with ChunkFile(create(tmp_path / f"{threads}.nc", "f8", (1000, 60), (30, 60)), threads) as file:
+        with NetcdfChunks(create(tmp_path / f"{threads}.nc", "f8", (1000, 60), (30, 60)), threads) as file:
             file.write("v", values[:600])
             file.write("v", values[600:], (600, 0))
     files = {(tmp_path / f"{threads}.nc").read_bytes() for threads in (1, 2, 5)}
@@ -169,14 +169,14 @@ def test_lazy_values_in_other_chunks_than_the_file_are_written_as_they_are(tmp_p
 
 def test_few_chunks_wait_for_threads_that_are_slow(tmp_path, monkeypatch):
     alive, most = threading.Semaphore(0), []
-    real = chunks.filtered
+    real = netcdf_chunks.filtered
 
     def slow(data, pipeline):
         alive.acquire(timeout=0.01)
         return real(data, pipeline)
 
-    monkeypatch.setattr(chunks, "filtered", slow)
-    with ChunkFile(create(tmp_path / "v.nc", "i4", (900,), (10,)), 2) as file:
+    monkeypatch.setattr(netcdf_chunks, "filtered", slow)
+    with NetcdfChunks(create(tmp_path / "v.nc", "i4", (900,), (10,)), 2) as file:
         for start in range(0, 900, 10):
             file.write("v", np.arange(start, start + 10, dtype="i4"), (start,))
             most.append(len(file._waiting))
@@ -189,12 +189,12 @@ def test_what_goes_wrong_in_a_thread_is_raised_and_the_file_is_closed(tmp_path, 
         raise MemoryError("no room")
 
     path = create(tmp_path / "v.nc", "i4", (900,), (10,))
-    monkeypatch.setattr(chunks, "filtered", full)
-    with pytest.raises(MemoryError, match="no room"), ChunkFile(path) as file:
+    monkeypatch.setattr(netcdf_chunks, "filtered", full)
+    with pytest.raises(MemoryError, match="no room"), NetcdfChunks(path) as file:
         file.write("v", np.arange(900, dtype="i4"))
     assert not NETCDF_LOCK.locked()
     monkeypatch.undo()
-    with ChunkFile(path) as file:  # HDF5 would refuse a file that is open for writing
+    with NetcdfChunks(path) as file:  # HDF5 would refuse a file that is open for writing
         file.write("v", np.arange(900, dtype="i4"))
     assert same_bits(read(path), np.arange(900, dtype="i4"))
 

@@ -156,7 +156,7 @@ def test_ctrl_c_stops_promptly_and_says_what_is_safe(here, kernels):
     )
     safe = int(told[1].replace(",", ""))
     blocks = [name for name in os.listdir("map.nc.parts") if name.startswith("block-")]
-    assert 0 < safe == 4096 * len(blocks) < 490_000
+    assert 0 < safe == 7000 * len(blocks) < 490_000  # ten rows a block
     assert not (here / "map.nc").exists()
 
 
@@ -221,7 +221,7 @@ def test_blocks_that_failed_are_shown_with_what_happened_and_computed_once_more(
     assert call("retry-failed", config).exit_code == 1
     broken.clear()
     done = call("retry-failed", config)
-    assert done.exit_code == 0 and "4,096 cells in" in done.stdout and (here / "map.nc").is_file(), done.output
+    assert done.exit_code == 0 and "3,400 cells in" in done.stdout and (here / "map.nc").is_file(), done.output
 
 
 def test_blocks_that_failed_in_a_shard_are_computed_without_the_others(here, monkeypatch):
@@ -230,7 +230,7 @@ def test_blocks_that_failed_in_a_shard_are_computed_without_the_others(here, mon
         broken.setattr(Work, "compute", lambda *_: 1 / 0)
         assert call("run", config, "--shard", "2/2").exit_code == 1
     done = call("retry-failed", config)
-    assert done.exit_code == 0 and "blocks   4,096 cells computed into map.nc.parts" in done.stdout, done.output
+    assert done.exit_code == 0 and "blocks   3,400 cells computed into map.nc.parts" in done.stdout, done.output
     assert not (here / "map.nc").exists()
 
 
@@ -259,12 +259,12 @@ def test_an_extended_axis_computes_only_what_is_new(here):
 def test_shards_are_computed_shown_and_collected(here):
     config = write_config(here, num=100, more="output: {file: a map µ.nc, plot: a.png}\n")
     first = call("run", config, "--shard", "1/2")
-    assert first.exit_code == 0 and "shard 1/2: 5,904 cells computed into a map µ.nc.parts" in first.stdout
+    assert first.exit_code == 0 and "shard 1/2: 6,600 cells computed into a map µ.nc.parts" in first.stdout
     shown = call("status", config)
-    assert "5,904 of 10,000 cells (59.0%)" in shown.stdout
+    assert "6,600 of 10,000 cells (66.0%)" in shown.stdout
     assert "2 finished, 1 missing, 0 failed, of 3" in shown.stdout and "held      by no process" in shown.stdout
     part = call("collect", config)
-    assert "missing  4,096 of 10,000 cells are not computed" in part.stdout
+    assert "missing  3,400 of 10,000 cells are not computed" in part.stdout
     assert call("run", config, "--shard", "2/2").exit_code == 0
     whole = call("collect", "a map µ.nc.parts")
     assert whole.exit_code == 0 and "missing" not in whole.stdout
@@ -283,9 +283,9 @@ def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options,
     done = call("run", config, "--shard", "1/2", *options)
     assert done.exit_code == 0, done.output
     status, collect = [shlex.split(line, comments=True) for line in done.stdout.splitlines()[-2:]]
-    assert call(*status[status.index("stickslip") + 1 :]).stdout.count("5,904 of 10,000 cells") == 1
+    assert call(*status[status.index("stickslip") + 1 :]).stdout.count("6,600 of 10,000 cells") == 1
     assert call(*collect[1:]).exit_code == 0
-    assert int((stickslip.open(map_file)["regime"] != 0).sum()) == 5904
+    assert int((stickslip.open(map_file)["regime"] != 0).sum()) == 6600
 
 
 @pytest.mark.parametrize(("arguments", "message"), [

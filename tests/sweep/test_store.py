@@ -103,7 +103,7 @@ def test_a_failing_write_leaves_the_good_file_as_it_was(failure, tmp_path, monke
     path = writing.write(plane(), tmp_path / "map.nc")
     before = path.read_bytes()
 
-    def half_written(ds, path, with_lazy):
+    def half_written(ds, encoding, later, path):
         path.write_bytes(b"half")
         raise failure
 

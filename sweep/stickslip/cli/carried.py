@@ -156,7 +156,7 @@ def report(outcome: Outcome, seconds: float, request: Request, plot: Path | None
         click.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
         if (plot is None or plot.exists()) and extras.table is None:
             return
-    with reading.open(outcome.output) as ds:
+    with reading.look_into(outcome.output) as ds:
         drawn = save_plot(ds, plot, extras)
         if outcome.up_to_date:
             extras.write_table(ds)

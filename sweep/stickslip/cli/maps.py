@@ -100,7 +100,6 @@ def plan(config: Path) -> None:
     from stickslip import engine
     from stickslip.config.grid import build_grid
     from stickslip.config.reader import load_config
-    from stickslip.runs.assembly import IN_MEMORY
     from stickslip.runs.probe import probe
     from stickslip.runs.work import Work
     from stickslip.uncertainty import sample_study
@@ -116,7 +115,7 @@ def plan(config: Path) -> None:
     console.print(f"{loaded.title}\n{study.described()}", markup=False)
     largest = min(blocks.length, work.size)
     console.print(f"blocks   {blocks.count:,} of up to {largest:,} {study.counted}, {tried.threads} at a time")
-    together = _MEMORY_OF_BLOCK * tried.threads * largest * study.weight + 2 * min(grid.size, IN_MEMORY)
+    together = _MEMORY_OF_BLOCK * tried.threads * largest * study.weight
     needed = screen.memory(together * each)
     if study.name == "map":
         whole, stored = screen.memory(grid.size * each), screen.memory(cells * each)

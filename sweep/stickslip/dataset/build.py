@@ -62,17 +62,16 @@ def grid_coordinates(grid: Grid) -> dict[str, xr.Variable]:
 
 
 def map_template(grid: Grid, columns: Mapping[str, np.dtype[Any]], attributes: Mapping[str, Any]) -> xr.Dataset:
-    """The dataset `map_dataset` would make, without its values: they are lazy, and to be written piece by piece.
+    """The dataset `map_dataset` would make, with one value in place of all: they are to be written piece by piece.
 
     columns : names of `MAP_VARIABLES` and their types.
     """
-    import dask.array  # takes its time, and only large maps need it
-
     whole = {}
     for variable in _known(columns, MAP_VARIABLES):
         one = variable_of(variable, (), np.zeros((), columns[variable.name]))
-        values = dask.array.zeros(grid.shape, dtype=one.dtype, chunks=-1)
-        whole[variable.name] = xr.Variable(grid.dims, values, one.attrs, one.encoding)
+        whole[variable.name] = xr.Variable(
+            grid.dims, np.broadcast_to(one.values, grid.shape), one.attrs, one.encoding, fastpath=True
+        )
     return xr.Dataset(whole, grid_coordinates(grid), dict(attributes))
 
 

@@ -20,6 +20,7 @@ Chunk = dict[Hashable, slice]
 def chunks(array: xr.DataArray, most: int = MOST_VALUES) -> Iterator[Chunk]:
     """Chunks of at most `most` values (or of one stored chunk) that make up the array, in the order of its cells."""
     stored = {dim: max(lengths) for dim, lengths in array.chunksizes.items()}
+    stored = stored or array.encoding.get("preferred_chunks", {})  # of a file that is read without dask
     steps = _steps(array.dims, array.sizes, stored, most)
     return cut(array.sizes, dict(zip(array.dims, steps, strict=True)))
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
 from typing import TypeVar
@@ -53,3 +54,19 @@ def spread(
             stop[0] = 1
             pool.shutdown(wait=True, cancel_futures=True)
             raise
+
+
+def in_order(work: Callable[[Item], T], items: Iterable[Item], threads: int | None) -> Iterator[T]:
+    """What `work` makes of the items, in their order, on threads (None: one per processor) that are a few ahead."""
+    threads = threads or processors()
+    waiting: deque[Future[T]] = deque()
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for item in items:
+                waiting.append(pool.submit(work, item))
+                if len(waiting) > 2 * threads:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)

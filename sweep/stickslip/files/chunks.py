@@ -1,84 +1,81 @@
-"""Values into a netCDF file chunk by chunk, compressed by threads (`filters.py`) and stored ready-made by h5py.
+"""A result file, in which all but its chunks is written: chunks compressed by threads and put where they belong.
 
-The file and all it says of itself are netCDF4's; only chunks are put in here, through the filters that it declares.
-netCDF4 and h5py may each bring an HDF5 library of their own, or share one: so h5py, too, is used under NETCDF_LOCK
-(`netcdf_lock.py`), and a file is open in one of them at a time.
+The file and all it says of itself are made by xarray with netCDF4 or Zarr; only chunks are put in here, as the file
+declares them. A chunk that is packed already (`packing.py`) goes in as it is.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.files import machine
-from stickslip.files.filters import Bytes, Filter, filtered
-from stickslip.files.netcdf_lock import NETCDF_LOCK, hold_while_forking
 
-hold_while_forking()  # h5py takes its own lock then, and ours is always taken before that
+Packed = Any  # bytes, or an array or view of them
+Origin = tuple[int, ...]
 
 
 @dataclass(frozen=True)
 class Layout:
-    """A variable as the file declares it. fill : one value, for what lies outside of the array in its last chunks."""
+    """A variable as the file declares it.
 
-    dataset: Any
+    fill : one value, for what lies outside of the array in its last chunks. pack : the bytes of the values of a chunk.
+    packing : the name of that in `packing.py`, None for what is not there. target : the variable, for who stores.
+    """
+
     dtype: np.dtype[Any]
     chunks: tuple[int, ...]
     fill: NDArray[Any]
-    pipeline: tuple[Filter, ...]
+    pack: Callable[[NDArray[Any]], Packed]
+    packing: str | None
+    target: Any
 
-    def ready(self, values: NDArray[Any]) -> Bytes:
+    def ready(self, values: NDArray[Any]) -> Packed:
         """The bytes of one chunk as they are in the file."""
         if values.shape != self.chunks:
             part = values
             values = np.full(self.chunks, self.fill, self.dtype)
             values[tuple(map(slice, part.shape))] = part
-        plain = np.ascontiguousarray(values, self.dtype)
-        return filtered(plain.reshape(-1).view(np.uint8), self.pipeline)
+        return self.pack(np.ascontiguousarray(values, self.dtype))
 
 
-class ChunkFile:
-    """A netCDF file that netCDF4 has created and closed, open for whole chunks. A context manager.
+class Chunks(ABC):
+    """A result file that was created and closed, open for whole chunks. A context manager.
 
     threads : that compress, all processors if None. Chunks wait in memory for them, a few for each thread.
     """
 
-    def __init__(self, path: Path, threads: int | None = None) -> None:
+    def __init__(self, threads: int | None = None) -> None:
         self._threads = threads or machine.processors()
         self._layouts: dict[str, Layout] = {}
-        self._waiting: deque[tuple[Layout, tuple[int, ...], Future[Bytes]]] = deque()
-        with NETCDF_LOCK:
-            self._file = h5py.File(path, "r+")
+        self._waiting: deque[Future[Callable[[], None]]] = deque()
         self._pool = ThreadPoolExecutor(self._threads)
 
-    def __enter__(self) -> ChunkFile:
+    def __enter__(self) -> Chunks:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
         try:
             while self._waiting and not error:
-                self._store_first()
+                self._finish_first()
         finally:
             self._pool.shutdown(cancel_futures=True)
-            with NETCDF_LOCK:
-                self._layouts.clear()
-                self._file.close()
+            self._layouts.clear()
+            self._close()
 
     def layout(self, name: str) -> Layout:
         """How a variable is stored."""
         if name not in self._layouts:
-            with NETCDF_LOCK:
-                self._layouts[name] = _layout(self._file[name])
+            self._layouts[name] = self._declared(name)
         return self._layouts[name]
 
     def write(self, name: str, values: NDArray[Any], start: Sequence[int] | None = None) -> None:
@@ -86,16 +83,34 @@ class ChunkFile:
         layout = self.layout(name)
         for place, part in _cut(values, layout.chunks):
             origin = tuple(map(sum, zip(place, start, strict=True))) if start else place
-            self._waiting.append((layout, origin, self._pool.submit(layout.ready, part)))
-            if len(self._waiting) > 2 * self._threads:
-                self._store_first()
+            self._submit(layout, origin, layout.ready, part)
+
+    def put(self, name: str, origin: Sequence[int], data: Packed) -> None:
+        """A chunk that is packed as the file has it."""
+        self._submit(self.layout(name), tuple(origin), _as_it_is, data)
 
     def __getitem__(self, name: str) -> _Target:
-        return _Target(self.layout(name))
+        return _Target(self.layout(name), self._place)
 
-    def _store_first(self) -> None:
-        layout, origin, data = self._waiting.popleft()
-        _store(layout, origin, data.result())
+    def _submit(self, layout: Layout, origin: Origin, pack: Callable[[Any], Packed], values: Any) -> None:
+        self._waiting.append(self._pool.submit(lambda: self._place(layout, origin, pack(values))))
+        if len(self._waiting) > 2 * self._threads:
+            self._finish_first()
+
+    def _finish_first(self) -> None:
+        self._waiting.popleft().result()()
+
+    @abstractmethod
+    def _declared(self, name: str) -> Layout:
+        """What the file says of a variable."""
+
+    @abstractmethod
+    def _place(self, layout: Layout, origin: Origin, data: Packed) -> Callable[[], None]:
+        """Store a chunk, by any thread; what is left to be done in the order in which chunks were given."""
+
+    @abstractmethod
+    def _close(self) -> None:
+        """Close the file."""
 
 
 @dataclass(frozen=True)
@@ -103,26 +118,17 @@ class _Target:
     """A variable as `dask.array.store` fills it, from threads of its own: a chunk at a time."""
 
     layout: Layout
+    place: Callable[[Layout, Origin, Packed], Callable[[], None]]
 
     def __setitem__(self, region: tuple[slice, ...], values: NDArray[Any]) -> None:
-        _store(self.layout, tuple(side.start for side in region), self.layout.ready(values))
+        self.place(self.layout, tuple(side.start for side in region), self.layout.ready(values))()
 
 
-def _store(layout: Layout, origin: tuple[int, ...], data: Bytes) -> None:
-    with NETCDF_LOCK:
-        layout.dataset.id.write_direct_chunk(origin, data)
+def _as_it_is(data: Packed) -> Packed:
+    return data
 
 
-def _layout(dataset: Any) -> Layout:
-    declared = dataset.id.get_create_plist()
-    fill = np.empty((), dataset.dtype)
-    declared.get_fill_value(fill)
-    filters = [declared.get_filter(i) for i in range(declared.get_nfilters())]
-    pipeline = tuple((number, parameters) for number, _, parameters, _ in filters)
-    return Layout(dataset, dataset.dtype, dataset.chunks, fill, pipeline)
-
-
-def _cut(values: NDArray[Any], chunks: tuple[int, ...]) -> Iterator[tuple[tuple[int, ...], NDArray[Any]]]:
+def _cut(values: NDArray[Any], chunks: tuple[int, ...]) -> Iterator[tuple[Origin, NDArray[Any]]]:
     """The values chunk by chunk, and where each begins."""
     for place in product(*(range(0, length, step) for length, step in zip(values.shape, chunks, strict=True))):
         yield place, values[tuple(slice(first, first + step) for first, step in zip(place, chunks, strict=True))]

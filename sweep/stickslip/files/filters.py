@@ -29,6 +29,13 @@ def filtered(data: Bytes, pipeline: Sequence[Filter]) -> Bytes:
     return data
 
 
+def unfiltered(data: Bytes, pipeline: Sequence[Filter]) -> Bytes:
+    """What `filtered` was given. Raises ValueError for what it cannot have made."""
+    for number, parameters in reversed(pipeline):
+        data = _INVERSES[number](data, parameters)
+    return data
+
+
 def fletcher32(data: Bytes) -> int:
     """HDF5's checksum: Fletcher's over 16-bit big-endian words, modulo 65,535, an odd byte at the end padded with 0.
 
@@ -77,4 +84,28 @@ def _deflated(data: Bytes, parameters: tuple[int, ...]) -> Bytes:
     return np.frombuffer(isal_zlib.compress(data, _LEVEL), np.uint8)
 
 
+def _without_checksum(data: Bytes, parameters: tuple[int, ...]) -> Bytes:
+    rest = data[:-4]
+    if data.size < 4 or fletcher32(rest) != int.from_bytes(data[-4:].tobytes(), "little"):
+        raise ValueError("a checksum that does not match")
+    return rest
+
+
+def _unshuffled(data: Bytes, parameters: tuple[int, ...]) -> Bytes:
+    size = parameters[0]
+    whole = data.size // size * size
+    out = np.empty_like(data)
+    out[:whole].reshape(-1, size)[...] = data[:whole].reshape(size, -1).T
+    out[whole:] = data[whole:]
+    return out
+
+
+def _inflated(data: Bytes, parameters: tuple[int, ...]) -> Bytes:
+    try:
+        return np.frombuffer(isal_zlib.decompress(data), np.uint8)
+    except isal_zlib.error as error:  # type: ignore[misc]
+        raise ValueError(str(error)) from error
+
+
 _FILTERS = {1: _deflated, 2: _shuffled, 3: _with_checksum}
+_INVERSES = {1: _inflated, 2: _unshuffled, 3: _without_checksum}

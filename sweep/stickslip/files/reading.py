@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -19,13 +19,24 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from xarray.backends import BackendArray
+from xarray.core.indexing import (
+    ExplicitIndexer,
+    IndexingSupport,
+    LazilyIndexedArray,
+    explicit_indexing_adapter,
+)
 
 from stickslip.errors import StoreError, reason
+from stickslip.files.duck_arrays import import_no_more
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.seal import SEAL, digest, is_unwritten
 
+import_no_more()
+
 _LABEL = "_label"
 _REMEDY = "hint: copy it again, or compute it again"
+Lazily = Callable[[xr.Variable, "_Guarded"], xr.Variable]
 
 
 def open(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -33,21 +44,30 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:
 
     Coordinates are in memory, data variables are dask arrays. Raises StoreError; so does reading a corrupt chunk later.
     """
+    return _open(path, _by_dask)
+
+
+def look_into(path: str | os.PathLike[str]) -> xr.Dataset:
+    """The same without dask, whose import takes longer than a look: what is asked of a variable is read each time."""
+    return _open(path, _by_xarray)
+
+
+def _open(path: str | os.PathLike[str], lazily: Lazily) -> xr.Dataset:
     source = _source(path)
     if _is_zarr(source):
         require_zarr(path)
-        return _checked(path, source, "zarr")
+        return _checked(path, source, "zarr", lazily)
     with NETCDF_LOCK:
-        return _checked(path, source, "netcdf4")
+        return _checked(path, source, "netcdf4", lazily)
 
 
-def _checked(path: str | os.PathLike[str], source: Path | str, engine: str) -> xr.Dataset:
+def _checked(path: str | os.PathLike[str], source: Path | str, engine: str, lazily: Lazily) -> xr.Dataset:
     """The dataset as people use it; a file that is refused is closed."""
     with ExitStack() as to_close:
         try:
             opened = _opened(source, engine, to_close)
             objection = _objection(source, opened, engine)
-            ds = _labels_as_index(_with_plain_flags(_in_chunks(opened, str(path))))
+            ds = _labels_as_index(_with_plain_flags(_in_chunks(opened, str(path), lazily)))
         except Exception as error:  # a damaged file can make these libraries raise whatever there is
             kind = "Zarr" if engine == "zarr" else "netCDF"
             raise StoreError(f"{path}: cannot be read as {kind} ({reason(error)})") from error
@@ -109,14 +129,20 @@ def _native(dtype: np.dtype[Any]) -> np.dtype[Any]:
 # --- chunks -----------------------------------------------------------------------------------------------------------
 
 
-class _Guarded:
-    """A variable of a file as dask reads it: chunk by chunk, errors in the words of StoreError."""
+class _Guarded(BackendArray):
+    """A variable of a file as dask and xarray read it: a part at a time, errors in the words of StoreError."""
 
     def __init__(self, variable: xr.Variable, name: str, path: str) -> None:
-        self.shape, self.ndim, self.dtype = variable.shape, variable.ndim, _native(variable.dtype)
+        self.shape, self.dtype = variable.shape, _native(variable.dtype)
         self._variable, self._name, self._path = variable, name, path
 
-    def __getitem__(self, key: tuple[slice | int, ...]) -> NDArray[Any]:
+    def __getitem__(self, key: tuple[slice | int, ...] | ExplicitIndexer) -> NDArray[Any]:
+        if isinstance(key, ExplicitIndexer):
+            found: NDArray[Any] = explicit_indexing_adapter(key, self.shape, IndexingSupport.BASIC, self._read)
+            return found
+        return self._read(key)
+
+    def _read(self, key: tuple[slice | int, ...]) -> NDArray[Any]:
         # Steps are taken in memory: the HDF5 library takes them one value at a time.
         whole, inside = zip(*(_hull(part, length) for part, length in zip(key, self.shape, strict=True)), strict=True)
         try:
@@ -143,20 +169,29 @@ def _hull(part: slice | int, length: int) -> tuple[slice, slice | int]:
     return slice(start, stop + 1), slice(None, None, chosen.step)
 
 
-def _in_chunks(ds: xr.Dataset, path: str) -> xr.Dataset:
-    """The dataset with dask arrays in place of what waits in the file."""
+def _in_chunks(ds: xr.Dataset, path: str, lazily: Lazily) -> xr.Dataset:
+    """The dataset with what reads values when they are needed in place of what waits in the file."""
+    guarded = {
+        name: lazily(variable, _Guarded(variable, str(name), path))
+        for name, variable in ((name, ds.variables[name]) for name in ds.data_vars)
+        if variable.ndim
+    }
+    return ds.assign(guarded)
+
+
+def _by_dask(variable: xr.Variable, guarded: _Guarded) -> xr.Variable:
     from dask.array import from_array  # here, so that nobody pays for dask who opens no file
 
-    chunked = {}
-    for name in ds.data_vars:
-        variable = ds.variables[name]
-        if variable.ndim:
-            lengths = _chunk_lengths(variable)
-            blank = np.empty((0,) * variable.ndim, _native(variable.dtype))
-            guarded = _Guarded(variable, str(name), path)
-            array = from_array(guarded, chunks=lengths, name=False, meta=blank, lock=False, fancy=False)
-            chunked[name] = xr.Variable(variable.dims, array, variable.attrs)
-    return ds.assign(chunked)
+    blank = np.empty((0,) * variable.ndim, guarded.dtype)
+    lengths = _chunk_lengths(variable)
+    array = from_array(guarded, chunks=lengths, name=False, meta=blank, lock=False, fancy=False)
+    return xr.Variable(variable.dims, array, variable.attrs)
+
+
+def _by_xarray(variable: xr.Variable, guarded: _Guarded) -> xr.Variable:
+    lengths = dict(zip(variable.dims, _chunk_lengths(variable), strict=True))
+    encoding = {"preferred_chunks": lengths}
+    return xr.Variable(variable.dims, LazilyIndexedArray(guarded), variable.attrs, encoding)
 
 
 def _without_threads() -> None:

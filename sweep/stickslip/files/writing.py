@@ -25,6 +25,7 @@ from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
 from stickslip.files.atomic import neighbour, replaced
+from stickslip.files.chunks import Chunks
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.reading import open, require_zarr
 from stickslip.files.seal import NOBODY_WROTE, sealed
@@ -35,33 +36,65 @@ _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small 
 _ZARR_MARKERS = ("zarr.json", ".zgroup")
 _LABEL = "_label"
 Fill = Callable[[Path], None]
-# Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
-_WHOLE: dict[str, Any] = {"zarr_format": 3, "write_empty_chunks": True}
+Encoding = dict[str, dict[str, Any]]
 
 
-def write(ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None) -> Path:
+def write(
+    ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None, chunks: tuple[int, ...] | None = None
+) -> Path:
     """Write to `path`: Zarr if it ends in ``.zarr``, netCDF if in ``.nc``. Returns the path.
 
-    fill : writes the values of a dataset that is lazy and has none yet; called with the temporary file, in which all
-        else is written.
+    fill : writes the values of the variables in chunks, whatever they are in the dataset; called with the temporary
+        file, in which all else is written.
+    chunks : of variables that have so many dimensions; by default such that a chunk takes 1 MiB.
     """
-    return _writer(Path(path))(ds, path, fill)
+    return _writer(Path(path))(ds, path, fill, chunks)
 
 
-def write_netcdf(ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None) -> Path:
+def write_netcdf(
+    ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None, chunks: tuple[int, ...] | None = None
+) -> Path:
     """Write a compressed netCDF-4 file, replacing `path` only once the new file is whole and on the disk."""
     target = _target(path)
     with replaced(target) as temporary:
-        _create_netcdf(sealed(_labels_beside_dimensions(ds.drop_encoding())), temporary, with_lazy=fill is None)
-        if fill:
-            fill(temporary)
+        _created(ds, chunks, _netcdf_encoding, _create_netcdf, temporary, fill)
     return Path(path)
 
 
-def _create_netcdf(ds: xr.Dataset, path: Path, with_lazy: bool) -> None:
-    """What `to_netcdf` does, which takes no lock. with_lazy : whether lazy values are computed and written as well."""
-    encoding = _netcdf_encoding(ds)
-    later = _Later([name for name, options in encoding.items() if "chunksizes" in options])
+def write_zarr(
+    ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None, chunks: tuple[int, ...] | None = None
+) -> Path:
+    """Write a Zarr store, a folder.
+
+    Replacing an older one takes two renames. A crash between them leaves both, the old one named ``.NAME....old``.
+    """
+    require_zarr(path)
+    target = _target(path, zarr=True)
+    with replaced(target, _replace_folder) as temporary:
+        _created(ds, chunks, _zarr_encoding, _create_zarr, temporary, fill)
+    return Path(path)
+
+
+def _created(
+    ds: xr.Dataset,
+    chunks: tuple[int, ...] | None,
+    encode: Callable[[xr.Dataset, tuple[int, ...] | None], Encoding],
+    create: Callable[[xr.Dataset, Encoding, _Later, Path], None],
+    file: Path,
+    fill: Fill | None,
+) -> None:
+    """A new file with all that the dataset holds; by `fill` what is in chunks."""
+    plain = sealed(_labels_beside_dimensions(ds.drop_encoding()))
+    later = _Later({str(name) for name, v in plain.variables.items() if v.dtype.kind in "fiu" and v.ndim})
+    create(plain, encode(plain, chunks), later, file)
+    in_memory = {name for name in later.kept if fill is None or name not in plain.data_vars}
+    later.write(file, in_memory)
+    if fill:
+        fill(file)
+
+
+def _create_netcdf(ds: xr.Dataset, encoding: Encoding, later: _Later, path: Path) -> None:
+    """What `to_netcdf` does, which takes no lock."""
     with NETCDF_LOCK:
         file = NetCDF4DataStore.open(path, mode="w", format="NETCDF4", lock=NETCDF_LOCK)  # type: ignore[no-untyped-call]
     try:
@@ -69,7 +102,16 @@ def _create_netcdf(ds: xr.Dataset, path: Path, with_lazy: bool) -> None:
             ds.dump_to_store(file, writer=later, encoding=encoding)
     finally:
         file.close()
-    later.write(path, with_lazy)
+
+
+def _create_zarr(ds: xr.Dataset, encoding: Encoding, later: _Later, path: Path) -> None:
+    """What `to_zarr` does, which would write placeholders, too."""
+    from xarray.backends import ZarrStore
+
+    # Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
+    store = ZarrStore.open_group(path, mode="w-", consolidated=False, zarr_format=3, write_empty=True)
+    ds.dump_to_store(store, writer=later, encoding=encoding)
+    store.close()
 
 
 class _Later(ArrayWriter):
@@ -78,46 +120,29 @@ class _Later(ArrayWriter):
     def __init__(self, in_chunks: Collection[str]) -> None:
         super().__init__()  # type: ignore[no-untyped-call]
         self._in_chunks = in_chunks
-        self._kept: dict[str, Any] = {}
+        self.kept: dict[str, Any] = {}
 
     def add(self, source: Any, target: Any, region: Any = None) -> None:
         """Called by xarray with the values of a variable, and with what writes them into the file."""
-        if target.variable_name in self._in_chunks:
-            self._kept[target.variable_name] = source
+        name = getattr(target, "variable_name", None) or target.basename  # netCDF4, Zarr
+        if name in self._in_chunks:
+            self.kept[name] = source
         else:
             super().add(source, target, region)  # type: ignore[no-untyped-call]
 
-    def write(self, path: Path, with_lazy: bool) -> None:
-        """Write what was kept. Without the lock: dask's threads may read netCDF, and take it for each chunk."""
-        from stickslip.files.chunks import ChunkFile  # here: not all that write know h5py, which takes its time
-
-        lazy = {name: values for name, values in self._kept.items() if not isinstance(values, np.ndarray)}
-        with ChunkFile(path) as file:
-            for name, values in self._kept.items():
-                if name not in lazy:
-                    file.write(name, values)
-            if lazy and with_lazy:
+    def write(self, path: Path, names: Collection[str]) -> None:
+        """Write some of what was kept. Without the lock: dask's threads may read netCDF, and take it for each chunk."""
+        lazy = {name: self.kept[name] for name in names if not isinstance(self.kept[name], np.ndarray)}
+        with open_chunks(path) as file:
+            for name in self.kept:
+                if name in names and name not in lazy:
+                    file.write(name, self.kept[name])
+            if lazy:
                 from dask.array import store
 
                 whole = [values.rechunk(file.layout(name).chunks) for name, values in lazy.items()]
                 targets: Any = [file[name] for name in lazy]
                 store(whole, targets, lock=False, scheduler="threads")
-
-
-def write_zarr(ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None) -> Path:
-    """Write a Zarr store, a folder.
-
-    Replacing an older one takes two renames. A crash between them leaves both, the old one named ``.NAME....old``.
-    """
-    require_zarr(path)
-    target = _target(path, zarr=True)
-    plain = sealed(_labels_beside_dimensions(ds.drop_encoding()))
-    with replaced(target, _replace_folder) as temporary:
-        options = {"mode": "w-", "consolidated": False, "encoding": _zarr_encoding(plain), **_WHOLE}
-        plain.to_zarr(temporary, compute=fill is None, **options)  # type: ignore[call-overload]
-        if fill:
-            fill(temporary)
-    return Path(path)
 
 
 def _replace_folder(temporary: Path, target: Path) -> None:
@@ -152,10 +177,21 @@ def _labels_beside_dimensions(ds: xr.Dataset) -> xr.Dataset:
     return ds
 
 
+def open_chunks(path: Path, threads: int | None = None) -> Chunks:
+    """The chunks of a netCDF file, or of a Zarr store, that has been written but for them."""
+    if path.is_dir():
+        from stickslip.files.zarr_chunks import ZarrChunks
+
+        return ZarrChunks(path, threads)
+    from stickslip.files.netcdf_chunks import NetcdfChunks  # here: not all that write know h5py, which takes its time
+
+    return NetcdfChunks(path, threads)
+
+
 # --- how values are laid out ------------------------------------------------------------------------------------------
 
 
-def _fill_encoding(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
+def _fill_encoding(ds: xr.Dataset) -> Encoding:
     """Fill values: a NaN for float data, none for flags, counts and coordinates (CF forbids the last).
 
     The NaN has bits of its own (`seal.NOBODY_WROTE`), which tell values of a lost chunk from undefined ones.
@@ -167,31 +203,40 @@ def _fill_encoding(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
     }
 
 
-def _netcdf_encoding(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
+def _netcdf_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
     """Fill values, compression and chunks. Text and scalars are stored as they are."""
     encoding = _fill_encoding(ds)
     for name, options in encoding.items():
         if shape := ds[name].shape:
-            options |= {"zlib": True, "complevel": 4, "shuffle": True, "chunksizes": _chunks(shape)}  # see `filters.py`
-            options["fletcher32"] = True  # HDF5 refuses to read a chunk that does not match
+            options |= {"zlib": True, "complevel": 4, "shuffle": True}  # see `filters.py`
+            options |= {"chunksizes": _chunks(shape, chunks), "fletcher32": True}  # HDF5 refuses damaged chunks
     return encoding
 
 
-def _zarr_encoding(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Fill values, chunks, and compression with a checksum over what it made."""
+def _zarr_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
+    """Fill values, chunks, and compression with a checksum over what it made: of numbers that of `zarr_chunks.py`."""
     from zarr.codecs import BloscCodec, Crc32cCodec, ZstdCodec
 
-    encoding: dict[str, dict[str, Any]] = {str(name): {} for name in ds.variables} | _fill_encoding(ds)
+    from stickslip.files.zarr_chunks import LEVEL
+
+    encoding: Encoding = {str(name): {} for name in ds.variables} | _fill_encoding(ds)
     for name, options in encoding.items():
         variable = ds.variables[name]
-        is_number = variable.dtype.kind in "fiu"
-        squeeze = BloscCodec(cname="zstd", clevel=5, typesize=variable.dtype.itemsize) if is_number else ZstdCodec()
-        options |= {"compressors": (squeeze, Crc32cCodec()), "chunks": _chunks(variable.shape)}
+        size, is_number = variable.dtype.itemsize, variable.dtype.kind in "fiu"
+        shuffle: Any = "shuffle" if size > 1 else "bitshuffle"
+        blosc = BloscCodec(cname="zstd", clevel=LEVEL, typesize=size, shuffle=shuffle)
+        options |= {"compressors": (blosc if is_number else ZstdCodec(), Crc32cCodec())}
+        options |= {"chunks": _chunks(variable.shape, chunks)}
     return encoding
 
 
-def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Chunk sizes of at most `_CHUNK_VALUES` values, whole along the last dimensions: maps are looked at in planes."""
+def _chunks(shape: tuple[int, ...], asked: tuple[int, ...] | None = None) -> tuple[int, ...]:
+    """Chunk sizes: those asked for so many dimensions, else of at most `_CHUNK_VALUES` values.
+
+    These are whole along the last dimensions: maps are looked at in planes.
+    """
+    if asked and len(asked) == len(shape):
+        return asked
     chunks: list[int] = []
     for i, length in enumerate(shape):
         below = max(1, prod(shape[i + 1 :]))  # a dimension may be empty: borders of lines that have none
@@ -202,7 +247,7 @@ def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
-def _writer(path: Path) -> Callable[[xr.Dataset, str | os.PathLike[str], Fill | None], Path]:
+def _writer(path: Path) -> Callable[[xr.Dataset, str | os.PathLike[str], Fill | None, tuple[int, ...] | None], Path]:
     """The function that writes this kind of file."""
     if path.suffix == ".zarr":
         return write_zarr

@@ -1,36 +1,38 @@
-"""Blocks put together into one dataset on disk, a chunk at a time: memory does not grow with the map."""
+"""Blocks put together into one dataset on disk, a chunk at a time: memory does not grow with the map.
+
+A block of a plain map is a chunk of the file, packed as the file wants it: it is checked, and put in as it is.
+"""
 
 from __future__ import annotations
 
-import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip import engine
 from stickslip.config.grid import Grid
 from stickslip.dataset.build import map_template
 from stickslip.dataset.provenance import INCOMPLETE, provenance
-from stickslip.engine import Options, Progress, Results
+from stickslip.engine import Progress, Results, in_order
 from stickslip.errors import DamagedBlockError
 from stickslip.files import writing
+from stickslip.files.chunks import Chunks
+from stickslip.runs.blocks import Blocks, blocks_of_chunks, chunks_of
 from stickslip.runs.maps import MapStudy
-from stickslip.runs.regions import aligned, extent, regions
+from stickslip.runs.regions import extent, regions
 from stickslip.runs.work import Work
+from stickslip.runs.workdir.encoding import Column, column
 from stickslip.runs.workdir.lock import Notice
 from stickslip.runs.workdir.parts import Parts
 
 if TYPE_CHECKING:
     from stickslip.refinement import RefinedMap
 
-IN_MEMORY = 2**20  # cells; smaller maps are written at once, which spares loading dask
 _REMEMBERED = 2  # blocks; a chunk may begin in one and end in the next
-_zarr_config = threading.Lock()  # settings of Zarr are those of all threads, and are read when a group is opened
 
 
 @dataclass(frozen=True)
@@ -71,8 +73,8 @@ class Gathered:
 
     def item(self, number: int) -> tuple[Results, int]:
         """The block of an item, and the number of the item in it."""
-        block, at = divmod(number, self._parts.blocks.length)
-        return self._block(block), at
+        block = self._parts.blocks.at(number)
+        return self._block(block), number - self._parts.blocks.cells(block).start
 
     def blocks(self) -> Sequence[Results]:
         """The results of all blocks, in order, each read when it is asked for."""
@@ -80,9 +82,8 @@ class Gathered:
 
     def cells(self, cells: range) -> Results:
         """The results of a range of items that have one value each in every column."""
-        length = self._parts.blocks.length
         found = []
-        for number in range(cells.start // length, -(-cells.stop // length)):
+        for number in range(self._parts.blocks.at(cells.start), self._parts.blocks.at(cells.stop - 1) + 1):
             of_block = self._parts.blocks.cells(number)
             start, stop = max(cells.start, of_block.start), min(cells.stop, of_block.stop)
             part = slice(start - of_block.start, stop - of_block.start)
@@ -99,14 +100,27 @@ class Gathered:
         return self._remembered[number]
 
     def _load(self, number: int) -> Results:
+        return {name: column.values() for name, column in self.columns(number, self.read(number)).items()}
+
+    def read(self, number: int) -> Mapping[str, Column] | Exception:
+        """The columns of a block as they are stored, or why it must not be used; by any thread."""
         try:
-            return self._parts.load(number, self._work)
-        except FileNotFoundError:
-            pass
-        except DamagedBlockError as damage:
+            return self._parts.stored(number, self._work)
+        except (FileNotFoundError, DamagedBlockError) as why:
+            return why
+
+    def columns(self, number: int, found: Mapping[str, Column] | Exception) -> Mapping[str, Column]:
+        """What was `read`, or what stands for it."""
+        if not isinstance(found, Exception):
+            return found
+        if isinstance(found, DamagedBlockError):
             again = "computed again" if self._repair else "left out"
-            self._notice(f"block {number} of {self._parts.where} is damaged: {damage}; {again}")
+            self._notice(f"block {number} of {self._parts.where} is damaged: {found}; {again}")
             self._parts.drop(number)
+        return {name: column(values) for name, values in self._made_up(number).items()}
+
+    def _made_up(self, number: int) -> Results:
+        """What stands for a block that is not there."""
         if self._repair:
             return self._repair(number)
         results = self._work.known_only(number)
@@ -122,7 +136,7 @@ def assemble(gathered: Gathered, parts: Parts, work: Work, output: Path, progres
     action = "run" if len(kernels) == 1 else f"run, by kernels {' and '.join(kernels)}"
     attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
     canvas = _canvas(gathered, work)
-    if canvas is None or canvas.grid.size <= IN_MEMORY:
+    if canvas is None or not canvas.grid.shape:
         dataset = work.study.dataset(gathered.blocks(), attributes)
         dataset.attrs |= _lacking(gathered, work)
         writing.write(dataset, output)
@@ -130,8 +144,18 @@ def assemble(gathered: Gathered, parts: Parts, work: Work, output: Path, progres
     if refined := _refined(work):
         attributes |= refined.findings(gathered.blocks())
     template = map_template(canvas.grid, canvas.columns, attributes | _lacking(gathered, work))
-    fill = _fill_zarr if output.suffix == ".zarr" else _fill_netcdf
-    writing.write(template, output, lambda file: fill(file, canvas, work.options, progress))
+    copied = not refined and output.suffix == ".nc"
+    chunks = chunks_of(parts.blocks, canvas.grid.shape) if copied else None
+    threads = work.options.threads
+
+    def fill(file: Path) -> None:
+        with writing.open_chunks(file, threads) as target:
+            if chunks:
+                _copy_blocks(gathered, parts.blocks, canvas.grid, target, threads, progress)
+            else:
+                _write_by_region(canvas, target, progress)
+
+    writing.write(template, output, fill, chunks)
 
 
 def _canvas(gathered: Gathered, work: Work) -> Canvas | None:
@@ -162,44 +186,39 @@ def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:
     return {INCOMPLETE: f"{missing:,} of {work.size:,} {work.study.counted} are not computed"}
 
 
-def _by_region(
-    canvas: Canvas, chunks: tuple[int, ...], progress: Progress | None
-) -> Iterator[tuple[tuple[slice, ...], str, np.ndarray[Any, Any]]]:
-    """Regiones of the map with their values, variable by variable, chunk after chunk."""
+def _write_by_region(canvas: Canvas, target: Chunks, progress: Progress | None) -> None:
+    """The map chunk after chunk, all variables of each."""
     shape, size = canvas.grid.shape, canvas.grid.size
-    for cells in aligned(shape, chunks):
-        results = canvas.cells(cells)
-        for region in regions(cells.start, cells.stop, shape):
-            first = int(np.ravel_multi_index([side.start for side in region], shape)) - cells.start if shape else 0
-            count = int(np.prod(extent(region)))
-            for name, values in results.items():
-                yield region, name, values[first : first + count].reshape(extent(region))
+    chunks = blocks_of_chunks(target.layout("regime").chunks, shape)
+    for number in range(chunks.count):
+        cells = chunks.cells(number)
+        (region,) = regions(cells.start, cells.stop, shape)
+        for name, values in canvas.cells(cells).items():
+            target.write(name, values.reshape(extent(region)), [side.start for side in region])
         if progress:
             progress(cells.stop, size)
 
 
-def _fill_netcdf(file: Path, canvas: Canvas, options: Options, progress: Progress | None) -> None:
-    from stickslip.files.chunks import ChunkFile  # here, since it loads h5py
+def _copy_blocks(
+    gathered: Gathered, blocks: Blocks, grid: Grid, target: Chunks, threads: int | None, progress: Progress | None
+) -> None:
+    """Blocks that are chunks, in their order, read and checked by threads."""
 
-    with ChunkFile(file, options.threads) as target:
-        for region, name, values in _by_region(canvas, target.layout("regime").chunks, progress):
-            target.write(name, values, [side.start for side in region])
+    @lru_cache(maxsize=64)  # NaN and the like: a chunk that is packed once
+    def of_one_value(name: str, value: bytes) -> Any:
+        layout = target.layout(name)
+        return layout.pack(np.full(layout.chunks, np.frombuffer(value, layout.dtype)))
 
-
-def _fill_zarr(file: Path, canvas: Canvas, options: Options, progress: Progress | None) -> None:
-    """Chunks are files of their own, so that threads compress several at a time."""
-    import zarr
-
-    with _zarr_config, zarr.config.set({"array.write_empty_chunks": True}):  # a chunk that is not there is a lost one
-        target = zarr.open_group(file, mode="r+")
-        arrays: dict[str, Any] = {name: target[name] for name in canvas.columns}
-    threads = options.threads or engine.processors()
-    chunks = tuple(arrays["regime"].chunks)
-    with ThreadPoolExecutor(threads) as pool:
-        pending = []
-        for region, name, values in _by_region(canvas, chunks, progress):
-            pending.append(pool.submit(arrays[name].__setitem__, region, values))
-            if len(pending) > 2 * len(arrays) + threads:
-                pending.pop(0).result()
-        for future in pending:
-            future.result()
+    for number, found in enumerate(in_order(gathered.read, range(blocks.count), threads)):
+        cells = blocks.cells(number)
+        (region,) = regions(cells.start, cells.stop, grid.shape)
+        origin = [side.start for side in region]
+        for name, stored in gathered.columns(number, found).items():
+            if stored.is_one_value():
+                target.put(name, origin, of_one_value(name, bytes(stored.data)))
+            elif stored.packing == target.layout(name).packing:
+                target.put(name, origin, stored.data)
+            else:
+                target.write(name, stored.values().reshape(extent(region)), origin)
+        if progress:
+            progress(cells.stop, grid.size)

@@ -1,29 +1,48 @@
-"""How the cells of a run are cut into blocks: one file, one thread and one unit of loss each."""
+"""How the cells of a run are cut into blocks: one file, one thread and one unit of loss each.
+
+A block of a map is a chunk of its file too, so that what a thread has compressed goes into the file as it is.
+"""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from math import prod
 
 _FEWEST, _MOST = 4096, 131_072  # cells; below, files cost more than cells; above, a thread takes memory and is missed
-_BLOCKS = 256  # aimed at, so that many threads and shards find work to the end
+_BLOCKS = 64  # aimed at, so that many threads and shards find work to the end; a large map has more
 
 
 @dataclass(frozen=True)
 class Blocks:
-    """The cells from 0 to `size` in blocks of `length`, the last one shorter."""
+    """The items from 0 to `size`, plane after plane of `plane` items, each in blocks of `length`, the last one shorter.
+
+    size : a multiple of `plane`.
+    """
 
     size: int
     length: int
+    plane: int
 
     @property
     def count(self) -> int:
         """Number of blocks."""
-        return -(-self.size // self.length)
+        return self.size // self.plane * self._in_plane
 
     def cells(self, number: int) -> range:
-        """The cells of a block."""
-        return range(number * self.length, min((number + 1) * self.length, self.size))
+        """The items of a block."""
+        plane, part = divmod(number, self._in_plane)
+        start, end = plane * self.plane + part * self.length, (plane + 1) * self.plane
+        return range(start, min(start + self.length, end))
+
+    def at(self, item: int) -> int:
+        """The block an item is in."""
+        plane, place = divmod(item, self.plane)
+        return plane * self._in_plane + place // self.length
+
+    @property
+    def _in_plane(self) -> int:
+        return -(-self.plane // self.length)
 
 
 @dataclass(frozen=True)
@@ -41,13 +60,40 @@ class Shard:
         return f"{self.number}/{self.count}"
 
 
-def blocks_of(size: int, weight: int = 1) -> Blocks:
-    """The blocks of a run of this many items, each of which takes about `weight` cells.
+def blocks_of(shape: tuple[int, ...], weight: int = 1) -> Blocks:
+    """The blocks of an array of items of this shape, each of which takes about `weight` cells.
 
-    Nothing else enters, so that every machine cuts alike.
+    A block is one long along some dimensions, cut along the next, whole along those after it. Nothing but the shape
+    enters, so that every machine cuts alike.
     """
+    size = prod(shape)
     fewest, most = max(_FEWEST // weight, 1), max(_MOST // weight, 1)
-    return Blocks(size, min(max(-(-size // _BLOCKS), fewest), most))
+    wanted, below = min(max(-(-size // _BLOCKS), fewest), most), 1
+    for length in reversed(shape):
+        if below * length > wanted:
+            parts = -(-length // (wanted // below))
+            return Blocks(size, -(-length // parts) * below, length * below)
+        below *= length
+    return Blocks(size, size, size)
+
+
+def chunks_of(blocks: Blocks, shape: tuple[int, ...]) -> tuple[int, ...] | None:
+    """The chunks of a file whose chunks are blocks of an array of this shape; None if blocks are not of that kind."""
+    below, chunks = 1, list[int]()
+    for length in reversed(shape):
+        cut = blocks.length // below if below < blocks.length else 1
+        chunks.insert(0, min(cut, length))
+        below *= length
+    return tuple(chunks) if blocks_of_chunks(tuple(chunks), shape) == blocks else None
+
+
+def blocks_of_chunks(chunks: tuple[int, ...], shape: tuple[int, ...]) -> Blocks:
+    """The blocks that are these chunks."""
+    cuts = [i for i, (chunk, length) in enumerate(zip(chunks, shape, strict=True)) if chunk < length]
+    size = prod(shape)
+    if not cuts:
+        return Blocks(size, size, size)
+    return Blocks(size, prod(chunks), prod(shape[cuts[-1] :]))
 
 
 def parse_shard(text: str) -> Shard:

@@ -43,7 +43,7 @@ def collect(request: Request) -> Collected:
     if not store.finished():
         raise StoreError(f"{store.where}: no finished blocks there, so there is nothing to collect")
     with earlier.result(request.output, request.config, request.fresh) as old:
-        work = Work(request.config, old.known if old else None)
+        work = Work(request.config, old.known if old else None, store.blocks)
         gathered = Gathered(store, work, None, request.notice)
         assemble(gathered, store, work, request.output, request.assembling)
     missing = sum(gathered.missing.values())

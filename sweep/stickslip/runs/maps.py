@@ -20,7 +20,7 @@ from stickslip.vocabulary.cells import Cells
 class MapStudy(Study):
     """Every cell of the grid of a configuration."""
 
-    name, counted = "map", "cells"
+    name, counted, is_array = "map", "cells", True
 
     def __init__(self, config: Config, options: Options) -> None:
         self.grid: Grid = build_grid(config)

@@ -17,7 +17,7 @@ def compute_study(study: Study, progress: Progress | None = None) -> list[Result
     """
     warm_up(study.options.law)
     size = prod(study.shape)
-    blocks, stop, done = blocks_of(size, study.weight), stop_flag(), 0
+    blocks, stop, done = blocks_of((size,), study.weight), stop_flag(), 0
     found: dict[int, Results] = {}
 
     def compute(number: int) -> int:

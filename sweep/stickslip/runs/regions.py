@@ -33,20 +33,3 @@ def _at(index: int, inner: list[Region]) -> list[Region]:
 def extent(region: Region) -> tuple[int, ...]:
     """Shape of a region."""
     return tuple(side.stop - side.start for side in region)
-
-
-def aligned(shape: tuple[int, ...], chunks: tuple[int, ...]) -> list[range]:
-    """The cells of an array of this shape in ranges that are a chunk each, so that each chunk is compressed once.
-
-    Chunks are those that are written: cut along one dimension, whole along those after it, one long along those before.
-    """
-    cuts = [i for i, (length, chunk) in enumerate(zip(shape, chunks, strict=True)) if chunk < length]
-    if not cuts:
-        return [range(0, prod(shape))]
-    below = prod(shape[cuts[-1] + 1 :])
-    step, plane = chunks[cuts[-1]] * below, shape[cuts[-1]] * below
-    return [
-        range(start, min(start + step, origin + plane))
-        for origin in range(0, prod(shape), plane)
-        for start in range(origin, origin + plane, step)
-    ]

@@ -106,7 +106,8 @@ def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines
     with held(folder, request.shard, lost, request.notice) as lock:
         with earlier.result(request.output, request.config, request.fresh) as old:
             work = Work(request.config, old.known if old else None)
-            store = parts.prepare(folder, work, request.fresh, request.notice)
+            store = parts.prepare(folder, work, request.fresh, request.notice, work.packing(request.output))
+            work = replace(work, cut=store.blocks)
             outcome = _computed(request, store, work, choose, machines, stop)
         _require_lock(lock, store, work)
         _require_none_failed(store, work, _asked(store, request) & store.failed())
@@ -173,7 +174,7 @@ def _require_none_failed(store: Parts, work: Work, failed: Collection[int]) -> N
 
 def _assembled(request: Request, store: Parts, output: Path) -> None:
     """Write the result; blocks that turn out damaged are computed again."""
-    work = Work(request.config)
+    work = Work(request.config, cut=store.blocks)
 
     def repair(number: int) -> Results:
         block = work.compute(number)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +15,7 @@ from numpy.typing import NDArray
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.engine import Options, Results, StopFlag, stop_flag
+from stickslip.files.packing import NETCDF, PLAIN
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.reuse import KnownCells
@@ -65,10 +69,14 @@ class Block:
 
 @dataclass(frozen=True)
 class Work:
-    """The blocks of a configuration; `known` are cells that an older map holds."""
+    """The blocks of a configuration.
+
+    known : cells that an older map holds. cut : the blocks, where a store that was begun has others than a new one.
+    """
 
     config: Config
     known: KnownCells | None = None
+    cut: Blocks | None = None
 
     @cached_property
     def study(self) -> Study:
@@ -88,7 +96,13 @@ class Work:
     @cached_property
     def blocks(self) -> Blocks:
         """How they are cut."""
-        return blocks_of(self.size, self.study.weight)
+        study = self.study
+        return self.cut or blocks_of(study.shape if study.is_array else (self.size,), study.weight)
+
+    def packing(self, output: Path | None) -> str:
+        """How blocks are packed: as chunks of the file, if they are to be these; of a netCDF file if none is named."""
+        of_netcdf = output is None or output.suffix == ".nc"
+        return NETCDF if self.study.is_array and of_netcdf else PLAIN
 
     def compute(self, number: int, stop: StopFlag | None = None, moved: Moved | None = None) -> Block:
         """A block by the calling thread: the numbers of an undivided run, bit for bit.
@@ -137,10 +151,8 @@ class Work:
                 column[have] = values[name]
         return results
 
-    def fits(self, number: int, results: Results) -> bool:
-        """Whether results have the columns of a block of this study."""
+    def fits(self, number: int, types: Mapping[str, np.dtype[Any]], sizes: Collection[int]) -> bool:
+        """Whether columns of these types and sizes are those of a block of this study."""
         size = None if self.study.ragged else len(self.blocks.cells(number))
         wanted = {name: dtype.newbyteorder("<") for name, dtype in self.study.columns.items()}
-        return {name: values.dtype for name, values in results.items()} == wanted and all(
-            size in (None, values.size) for values in results.values()
-        )
+        return types == wanted and all(size in (None, found) for found in sizes)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Cells = dict[str, NDArray[np.float64]]
 _ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
@@ -24,7 +27,7 @@ def as_cells(given: Mapping[str, Any] | xr.Dataset) -> Cells:
         variables and coordinates that carry names of parameters.
     Raises TypeError for names or values of the wrong kind, ValueError for missing or impossible values.
     """
-    named = _from_dataset(given) if isinstance(given, xr.Dataset) else dict(given)
+    named = _named(given)
     _check_names(named)
     arrays = {name: _numbers(name, value) for name, value in named.items()}
     for name, parameter in PARAMETERS.items():
@@ -54,7 +57,15 @@ def impossible(cells: Cells) -> NDArray[np.bool_]:
         return np.asarray(~np.logical_and.reduce(allowed) | wrong | (cells["mu_stop"] > mu_start + slack))
 
 
+def _named(given: Mapping[str, Any] | xr.Dataset) -> dict[str, Any]:
+    """Values by name; xarray is known where there is a Dataset."""
+    xarray = sys.modules.get("xarray")
+    return _from_dataset(given) if xarray and isinstance(given, xarray.Dataset) else dict(given)  # type: ignore[arg-type]
+
+
 def _from_dataset(ds: xr.Dataset) -> dict[str, Any]:
+    import xarray as xr
+
     names = [name for name in ds.variables if name in PARAMETERS]
     return {str(name): values.values for name, values in zip(names, xr.broadcast(*(ds[n] for n in names)), strict=True)}
 

@@ -1,16 +1,14 @@
 """Quantities: a number in SI, or a text with a unit such as "10 mm/s".
 
 Pint knows the units, behind a guard that is stricter than its parser, which reads "1,5 mm" as 15 mm: this module splits
-number and unit itself and asks pint for single unit names only. Pint is imported when the first text is met, and its
-registry is read when a unit is met that is not among the plainest, because each takes longer than reading a
-configuration.
+number and unit itself and asks pint for single unit names only. The plainest units are a table here, which says what
+pint says: importing pint and reading its registry take longer than a map of many thousand cells.
 
 Units are spelled as in `quantities.py` ("m s-1").
 """
 
 from __future__ import annotations
 
-import contextlib
 import math
 import re
 from fractions import Fraction
@@ -39,15 +37,12 @@ _KINDS = {  # by unit: what such a quantity is, and how one writes it
     "m s-2": ("an acceleration", "50 mm/s2"),
     "s-1": ("a frequency", "2 kHz"),
 }
-_PLAIN = [  # in pint's words
-    "kilo- = 1e3 = k-",
-    "milli- = 1e-3 = m-",
-    "meter = [length] = m = metre",
-    "second = [time] = s",
-    "gram = [mass] = g",
-    "hertz = 1 / second = Hz",
-    "newton = kilogram * meter / second ** 2 = N",
-]
+_MILLI, _ONE, _KILO = Fraction(1, 1000), Fraction(1), Fraction(1000)
+_PLAIN = {  # in SI base units: the factor; powers of metre, kilogram and second
+    "m": (_ONE, (1, 0, 0)), "mm": (_MILLI, (1, 0, 0)), "km": (_KILO, (1, 0, 0)),
+    "g": (_MILLI, (0, 1, 0)), "kg": (_ONE, (0, 1, 0)), "s": (_ONE, (0, 0, 1)), "ms": (_MILLI, (0, 0, 1)),
+    "N": (_ONE, (1, 1, -2)), "kN": (_KILO, (1, 1, -2)), "Hz": (_ONE, (0, 0, -1)), "kHz": (_KILO, (0, 0, -1)),
+}  # fmt: skip
 _OTHER_KINDS = {  # what else people may write by mistake
     "m2": "an area",
     "Pa": "a pressure",
@@ -161,10 +156,9 @@ def _factors(units: str) -> list[tuple[str, int]]:
 def _factor(unit: str, units: str) -> Fraction:
     """What a number in `unit`, as people write it, is multiplied with to be in the SI `units`."""
     powers = _written_factors(unit, units)
-    with contextlib.suppress(*_NO_UNIT):
-        written, wanted = _product(_plain_units(), powers), _product(_plain_units(), _factors(units))
-        if written.dimensionality == wanted.dimensionality:
-            return _ratio(_plain_units(), written, wanted)
+    plain, asked = _plain_product(powers), _plain_product(_factors(units))
+    if plain and asked and plain[1] == asked[1]:
+        return plain[0] / asked[0]
     try:
         written = _product(_all_units(), powers)
     except _NO_UNIT:
@@ -176,13 +170,20 @@ def _factor(unit: str, units: str) -> Fraction:
     import pint
 
     try:
-        return _ratio(_all_units(), written, wanted)
+        return Fraction(_all_units().Quantity(Fraction(1), written).to(wanted).magnitude)
     except pint.PintError:  # a temperature that cancels, say: its scale has an offset
         raise QuantityError(expected(units), f"'{unit}' is not a plain multiple of {spelled(units)}") from None
 
 
-def _ratio(registry: Any, written: Any, wanted: Any) -> Fraction:
-    return Fraction(registry.Quantity(Fraction(1), written).to(wanted).magnitude)
+def _plain_product(powers: list[tuple[str, int]]) -> tuple[Fraction, tuple[int, ...]] | None:
+    """Factor and base units of names with powers; None if one of them is not among the plainest."""
+    if any(name not in _PLAIN for name, _ in powers):
+        return None
+    factor, base = _ONE, tuple[int, ...]((0, 0, 0))
+    for name, power in powers:
+        one, of = _PLAIN[name]
+        factor, base = factor * one**power, tuple(n + power * m for n, m in zip(base, of, strict=True))
+    return factor, base
 
 
 def _written_factors(unit: str, units: str) -> list[tuple[str, int]]:
@@ -212,16 +213,6 @@ def _all_units() -> Any:
     import pint
 
     return pint.UnitRegistry(non_int_type=Fraction)
-
-
-@lru_cache(maxsize=1)
-def _plain_units() -> Any:
-    """The units that suffice for most configurations: a subset of `_all_units` that loads at once."""
-    import pint
-
-    registry: Any = pint.UnitRegistry(None, non_int_type=Fraction)
-    registry.load_definitions(_PLAIN)
-    return registry
 
 
 def _is_known(name: str) -> bool:

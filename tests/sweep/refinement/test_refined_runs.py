@@ -17,7 +17,7 @@ from stickslip.config.reader import parse_config
 from stickslip.dataset import coarse
 from stickslip.errors import ConfigError, StoreError
 from stickslip.refinement import tiles
-from stickslip.runs import assembly, blocks
+from stickslip.runs import blocks
 
 PLANE = """\
 system: {mass: 1, normal_load: 1}
@@ -137,6 +137,7 @@ def test_the_numbers_do_not_depend_on_where_and_when_tiles_are_computed(tmp_path
     """Many small tiles; blocks in a store, in shards, in memory; written at once and region by region."""
     monkeypatch.setattr(tiles, "_TILE", 8)  # 16 x 16 cells a tile
     monkeypatch.setattr(blocks, "_FEWEST", 1)  # and each a block
+    monkeypatch.setattr(blocks, "_BLOCKS", 10**9)
     config = tmp_path / "map.yaml"
     config.write_text(REFINED)
     memory = stickslip.run(parse_config(REFINED))
@@ -144,7 +145,6 @@ def test_the_numbers_do_not_depend_on_where_and_when_tiles_are_computed(tmp_path
     for number in (1, 2, 3):
         stickslip.run_shard(config, f"{number}/3", tmp_path / "store")
     assert len(block_files(tmp_path / "store")) == 130
-    monkeypatch.setattr(assembly, "IN_MEMORY", 1000)
     same(stickslip.collect(tmp_path / "store", tmp_path / "map.zarr"), memory)
     same(stickslip.run(config, tmp_path / "map.nc"), memory)
     assert opened(tmp_path / "map.nc").attrs["audit"] == memory.attrs["audit"]

@@ -6,7 +6,7 @@ import stickslip
 from helpers.configs import write_config
 from stickslip.runs import blocks, maps
 
-SIDE, BLOCK = 30, 64  # 900 cells in 15 blocks
+SIDE, BLOCK = 30, 64  # 900 cells in 15 blocks of two rows
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ from hypothesis.extra import numpy as arrays
 
 from stickslip.config.reader import make_config
 from stickslip.errors import DamagedBlockError, DamagedManifestError
+from stickslip.files.packing import PACKINGS
 from stickslip.runs.blocks import blocks_of
 from stickslip.runs.workdir import manifest as manifests
 from stickslip.runs.workdir.encoding import MAGIC, decode, encode
@@ -23,9 +24,14 @@ columns = st.dictionaries(
 )
 
 
-@given(columns, st.dictionaries(st.text(max_size=5).filter(lambda k: k != "columns"), st.integers()))
-def test_a_block_comes_back_to_the_bit(given_columns, header):
-    found_header, found = decode(encode(header, given_columns))
+@given(
+    columns,
+    st.dictionaries(st.text(max_size=5).filter(lambda k: k != "columns"), st.integers()),
+    st.sampled_from(PACKINGS),
+    st.integers(0, 30),
+)
+def test_a_block_comes_back_to_the_bit(given_columns, header, packing, length):
+    found_header, found = decode(encode(header, given_columns, packing, length))
     assert found_header == header and list(found) == list(given_columns)
     for name, values in given_columns.items():
         assert found[name].dtype == values.dtype
@@ -37,6 +43,19 @@ def test_a_column_of_one_value_takes_one_value():
     assert len(many) - len(few) < 10
     mixed = np.array([0.0, -0.0, 0.0])
     assert decode(encode({}, {"a": mixed}))[1]["a"].tobytes() == mixed.tobytes()
+
+
+def test_blocks_as_they_were_written_before_are_read():
+    columns = [
+        {"name": "regime", "type": "|i1", "cells": 3, "shared": False},
+        {"name": "period", "type": "<f8", "cells": 3, "shared": True},
+    ]
+    header = json.dumps({"block": 7, "columns": columns}).encode()
+    data = b"stickslip block 1\n" + len(header).to_bytes(4, "little") + header + bytes([1, 2, 3])
+    data += np.array([0.5]).tobytes()
+    found, values = decode(data + hashlib.sha256(data).digest())
+    assert found == {"block": 7}
+    assert values["regime"].tolist() == [1, 2, 3] and values["period"].tolist() == [0.5, 0.5, 0.5]
 
 
 @settings(max_examples=300)
@@ -68,8 +87,12 @@ def test_arbitrary_bytes_with_a_good_checksum_are_refused_or_read(body):
 
 
 @pytest.mark.parametrize(("columns", "said"), [
-    ([{"name": "a", "type": "<f4", "cells": 1, "shared": False}], "a column of type '<f4'"),
-    ([{"name": "a", "type": "|i1", "cells": 2, "shared": False}], "more data than columns"),
+    ([{"name": "a", "type": "<f4", "cells": 1, "packing": "plain", "bytes": 4}], "a column of type '<f4'"),
+    ([{"name": "a", "type": "|i1", "cells": 2, "packing": "plain", "bytes": 2}], "more data than columns"),
+    ([{"name": "a", "type": "|i1", "cells": 5, "packing": "plain", "bytes": 5}], "more columns than data"),
+    ([{"name": "a", "type": "|i1", "cells": 9, "packing": "plain", "bytes": 4}], "more cells than data"),
+    ([{"name": "a", "type": "|i1", "cells": 9, "packing": "rot13", "bytes": 4}], "a packing 'rot13'"),
+    ([{"name": "a", "type": "|i1", "cells": 9, "packing": "netcdf", "bytes": 4}], "its columns are invalid"),
     ([{"name": "a"}], "its header is invalid"),
     (3, "its header is invalid"),
 ])  # fmt: skip
@@ -82,7 +105,7 @@ def test_a_header_that_does_not_describe_the_columns_is_refused(columns, said):
 
 def manifest():
     config = make_config({**PAIR, "axes": {"belt_speed": [0.1, 0.2]}, "title": "µ"})
-    return manifests.make(config, (2,), blocks_of(2), "abc", "numpy")
+    return manifests.make(config, (2,), blocks_of((2,)), "abc", "numpy")
 
 
 def test_a_manifest_comes_back():

@@ -146,8 +146,7 @@ def test_folders_that_cannot_be_written_are_told_before_computing(tmp_path, wher
 def test_memory_does_not_grow_with_the_map(tmp_path):
     """Four times the cells, the same peak, within a few megabytes of noise: no array is as long as the map."""
     code = (
-        "import resource, sys; from stickslip.runs import assembly; from stickslip.cli import main\n"
-        "assembly.IN_MEMORY = 0\n"
+        "import resource, sys; from stickslip.cli import main\n"
         "main(['run', sys.argv[1], '-o', sys.argv[2], '--no-plot'], standalone_mode=False)\n"
         "print('PEAK', resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     )

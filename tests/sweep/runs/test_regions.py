@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.files import writing
-from stickslip.runs.blocks import Shard, blocks_of
-from stickslip.runs.regions import aligned, extent, regions
+from stickslip.runs.blocks import Shard, blocks_of, blocks_of_chunks, chunks_of
+from stickslip.runs.regions import extent, regions
 
 shapes = st.lists(st.integers(1, 7), max_size=4).map(tuple)
 
@@ -27,33 +27,53 @@ def test_regions_are_the_cells_of_the_range_in_their_order(shape, data):
 
 
 @given(st.lists(st.integers(1, 60), min_size=1, max_size=3).map(tuple), st.integers(1, 500))
-def test_aligned_ranges_are_one_chunk_each(shape, most):
-    chunks = tuple(min(n, max(1, most // prod(shape[i + 1 :]))) for i, n in enumerate(shape))  # as store._chunks
-    ranges = aligned(shape, chunks)
-    np.testing.assert_array_equal(np.concatenate(list(ranges)), np.arange(prod(shape)))
-    for cells in ranges:
-        (region,) = regions(cells.start, cells.stop, shape)
+def test_the_chunks_of_any_file_are_blocks(shape, most):
+    chunks = tuple(min(n, max(1, most // prod(shape[i + 1 :]))) for i, n in enumerate(shape))  # as writing._chunks
+    blocks = blocks_of_chunks(chunks, shape)
+    check(blocks, shape)
+    for number in range(blocks.count):
+        (region,) = regions(blocks.cells(number).start, blocks.cells(number).stop, shape)
         for side, chunk, length in zip(region, chunks, shape, strict=True):
             assert side.start % chunk == 0 and side.stop in (side.start + chunk, length)
 
 
+def check(blocks, shape):
+    """Blocks are all cells in order, each is a hyper-rectangle, and each cell is in its block."""
+    ranges = [blocks.cells(number) for number in range(blocks.count)]
+    np.testing.assert_array_equal(np.concatenate(ranges), np.arange(prod(shape)))
+    assert all(len(regions(cells.start, cells.stop, shape)) == 1 for cells in ranges)
+    assert all(blocks.at(cells[0]) == blocks.at(cells[-1]) == number for number, cells in enumerate(ranges))
+
+
 def test_the_chunks_of_files_are_of_that_kind():
     for shape in [(50, 1000, 1000), (3, 7), (10**6, 2), (5, 131_073), (2, 2, 2, 99_999)]:
-        assert all(len(regions(r.start, r.stop, shape)) == 1 for r in aligned(shape, writing._chunks(shape)))
+        blocks = blocks_of_chunks(writing._chunks(shape), shape)
+        ranges = map(blocks.cells, range(blocks.count))
+        assert all(len(regions(r.start, r.stop, shape)) == 1 for r in ranges)
 
 
-@given(st.integers(1, 10**12))
-def test_blocks_are_neither_too_small_nor_too_large_nor_too_few(size):
-    blocks = blocks_of(size)
-    assert blocks.count * blocks.length >= size > (blocks.count - 1) * blocks.length
-    assert 4096 <= blocks.length <= 131_072
-    assert blocks.count <= 256 or blocks.length == 131_072
+lengths = st.one_of(st.integers(1, 9), st.integers(1, 3000))
+
+
+@given(st.lists(lengths, max_size=4).map(tuple).filter(lambda shape: prod(shape) < 300_000), st.integers(1, 300))
+def test_the_blocks_of_a_map_are_chunks(shape, weight):
+    blocks = blocks_of(shape, weight)
+    check(blocks, shape)
+    chunks = chunks_of(blocks, shape)
+    assert chunks is not None and blocks_of_chunks(chunks, shape) == blocks
+
+
+@given(st.lists(st.integers(1, 3000), max_size=5).map(tuple))
+def test_blocks_are_neither_too_small_nor_too_large_nor_too_few(shape):
+    size, blocks = prod(shape), blocks_of(shape)
+    assert blocks.length <= 131_072 and (blocks.length >= 4096 // 3 or blocks.count == 1 or blocks.plane < 3 * 4096)
     assert blocks.cells(blocks.count - 1).stop == size
+    assert blocks.count <= 4 * 64 or blocks.length > 131_072 // 4
 
 
 @given(st.integers(1, 10**8), st.integers(1, 50))
 def test_shards_share_out_every_block_once(size, count):
-    blocks = blocks_of(size)
+    blocks = blocks_of((size,))
     shared = [set(Shard(i, count).blocks(blocks)) for i in range(1, count + 1)]
     assert set().union(*shared) == set(range(blocks.count)) and sum(map(len, shared)) == blocks.count
     assert max(map(len, shared)) - min(map(len, shared)) <= 1

@@ -1,9 +1,11 @@
 """Runs in parts, in one process: resumed, refused, mended."""
 
+import json
 import os
 import re
 import sys
 
+import h5py
 import numpy as np
 import pytest
 
@@ -11,9 +13,13 @@ import stickslip
 from helpers.configs import write_config
 from helpers.runs import block_files, same, stop_early
 from stickslip.errors import StoreError
-from stickslip.files import writing
-from stickslip.runs import assembly
+from stickslip.files import netcdf_chunks, writing
+from stickslip.runs import work
+from stickslip.runs.blocks import Blocks
+from stickslip.runs.workdir import manifest as manifests
 from stickslip.runs.workdir import parts
+
+SIDE = 30  # cells along an axis; two rows are a block
 
 # --- what is asked ----------------------------------------------------------------------------------------------------
 
@@ -37,34 +43,76 @@ def test_a_store_without_an_output_is_refused(config, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
-@pytest.mark.parametrize("streamed", [False, True])
-def test_a_run_in_parts_gives_the_dataset_of_a_run_in_memory(config, whole, tmp_path, monkeypatch, suffix, streamed):
+@pytest.mark.parametrize("values", [100, 2**17])
+def test_a_run_in_parts_gives_the_dataset_of_a_run_in_memory(config, whole, tmp_path, monkeypatch, suffix, values):
     if suffix == ".zarr":
         pytest.importorskip("zarr")
-    if streamed:
-        monkeypatch.setattr(assembly, "IN_MEMORY", 0)
-        monkeypatch.setattr("stickslip.files.writing._CHUNK_VALUES", 100)
+    monkeypatch.setattr("stickslip.files.writing._CHUNK_VALUES", values)
     target = tmp_path / f"map{suffix}"
     same(stickslip.run(config, target), whole)
     assert {p.name for p in tmp_path.iterdir()} == {config.name, target.name}
 
 
-def test_streamed_files_are_laid_out_like_files_written_at_once(config, whole, tmp_path, monkeypatch):
+def test_the_chunks_of_a_map_are_its_blocks_and_all_else_is_as_written_at_once(config, whole, tmp_path):
     import netCDF4
 
-    monkeypatch.setattr("stickslip.files.writing._CHUNK_VALUES", 100)
-    stickslip.run(config, tmp_path / "at_once.nc").close()
-    monkeypatch.setattr(assembly, "IN_MEMORY", 0)
-    stickslip.run(config, tmp_path / "streamed.nc").close()
-    with netCDF4.Dataset(tmp_path / "at_once.nc") as a, netCDF4.Dataset(tmp_path / "streamed.nc") as b:
+    stickslip.run(config, tmp_path / "in_parts.nc", keep_parts=True).close()
+    writing.write(whole, tmp_path / "at_once.nc")
+    with netCDF4.Dataset(tmp_path / "at_once.nc") as a, netCDF4.Dataset(tmp_path / "in_parts.nc") as b:
         assert list(a.variables) == list(b.variables)
         for name in a.variables:
-            assert a[name].chunking() == b[name].chunking() and a[name].filters() == b[name].filters()
-            assert a[name].dtype == b[name].dtype and a[name].ncattrs() == b[name].ncattrs()
+            assert a[name].filters() == b[name].filters() and a[name].dtype == b[name].dtype
+            assert a[name].ncattrs() == b[name].ncattrs()
+        assert b["regime"].chunking() == b["period"].chunking() == [2, SIDE]
+    assert len(block_files(tmp_path / "in_parts.nc.parts")) == SIDE / 2
+
+
+def test_a_packed_chunk_goes_into_the_file_as_the_thread_made_it(config, tmp_path, monkeypatch):
+    """Nothing is compressed once more but what is one value in all cells of a chunk, and axes."""
+    compressed = []
+    pack = netcdf_chunks.filtered
+    monkeypatch.setattr(netcdf_chunks, "filtered", lambda data, filters: compressed.append(data) or pack(data, filters))
+    stickslip.run(config, tmp_path / "map.nc", keep_parts=True).close()
+    assert all(np.unique(data.reshape(-1, 8), axis=0).shape[0] == 1 for data in compressed if data.size == 16 * SIDE)
+    blocks = block_files(tmp_path / "map.nc.parts")
+    in_store = b"".join((tmp_path / "map.nc.parts" / name).read_bytes() for name in blocks)
+    assert sum(chunk in in_store for chunk in chunks_of(tmp_path / "map.nc", "breakaway_time")) == SIDE / 2
+
+
+def chunks_of(path, name):
+    """The bytes of all chunks of a variable."""
+    with h5py.File(path) as file:
+        found = file[name].id
+        places = [found.get_chunk_info(i).chunk_offset for i in range(found.get_num_chunks())]
+        return [found.read_direct_chunk(place)[1] for place in places]
+
+
+def test_blocks_for_another_kind_of_file_are_packed_anew(config, whole, tmp_path):
+    pytest.importorskip("zarr")
+    store = tmp_path / "store"
+    stickslip.run_shard(config, "1/2", store)
+    same(stickslip.run(config, tmp_path / "map.zarr", store=store, keep_parts=True), whole)
+    same(stickslip.run(config, tmp_path / "map.nc", store=store), whole)
+
+
+def test_a_store_whose_blocks_are_cut_as_before_is_resumed_as_it_is(config, whole, output, computed, monkeypatch):
+    """Stores of 0.1.0 have blocks of so many cells, whatever the shape."""
+    old = Blocks(SIDE * SIDE, 64, SIDE * SIDE)
+    with monkeypatch.context() as before:
+        before.setattr(work, "blocks_of", lambda *_: old)
+        stickslip.run_shard(config, "1/2", parts.beside(output))
+    manifest = output.with_name("map.nc.parts") / "manifest.json"
+    plain = json.loads(manifest.read_text())
+    del plain["plane"], plain["checksum"]
+    manifest.write_text(json.dumps({**plain, "checksum": manifests._checksum(plain)}))
+    assert manifests.decode(manifest.read_bytes()).blocks == old
+    found = len(block_files(output.with_name("map.nc.parts")))
+    del computed[:]
+    same(stickslip.run(config, output), whole)
+    assert found == 8 and sum(computed) == SIDE * SIDE - 7 * 64 - 4
 
 
 def test_labels_and_words_survive_streaming(tmp_path, small_blocks, monkeypatch):
-    monkeypatch.setattr(assembly, "IN_MEMORY", 0)
     config = tmp_path / "pads.yaml"
     config.write_text(
         "system: {mass: 1, stiffness: 1}\nfriction: {a2: 0.1, a3: 0.3, a4: 0.1}\naxes:\n"
@@ -125,8 +173,8 @@ def test_the_same_call_goes_on_where_ctrl_c_stopped_it(config, output, whole, co
     stopped = stop_early(config, output)
     folder = f"{output}.parts"
     assert stopped.kept == folder and not output.exists()
-    safe = len(block_files(folder)) * 64
-    assert 0 < stopped.done <= safe <= stopped.done + 4 and stopped.cells == 900
+    safe = len(block_files(folder)) * 2 * SIDE
+    assert 0 < stopped.done <= safe and stopped.cells == 900
     del computed[:]
     said = []
     same(stickslip.run(config, output, notice=said.append), whole)
@@ -233,10 +281,7 @@ def broken(data, how):
 
 
 @pytest.mark.parametrize("how", ["flipped", "cut", "empty", "foreign"])
-@pytest.mark.parametrize("streamed", [False, True])
-def test_a_damaged_block_is_said_and_computed_again(config, output, whole, computed, monkeypatch, how, streamed):
-    if streamed:
-        monkeypatch.setattr(assembly, "IN_MEMORY", 0)
+def test_a_damaged_block_is_said_and_computed_again(config, output, whole, computed, how):
     stickslip.run(config, output, keep_parts=True).close()
     output.unlink()
     block = output.with_name("map.nc.parts") / "block-00000003"
@@ -244,7 +289,7 @@ def test_a_damaged_block_is_said_and_computed_again(config, output, whole, compu
     del computed[:]
     said = []
     same(stickslip.run(config, output, notice=said.append), whole)
-    assert sum(computed) == 64
+    assert sum(computed) == 2 * SIDE
     assert len(said) == 1 and "block 3 of" in said[0] and "damaged" in said[0]
 
 
@@ -268,11 +313,11 @@ def test_collecting_leaves_a_damaged_block_out_and_a_run_computes_it(config, out
     block.write_bytes(b"")
     said = []
     part = stickslip.collect(config, output, notice=said.append)
-    assert int((part["regime"] == 0).sum()) == 64 and "left out" in said[0]
+    assert int((part["regime"] == 0).sum()) == 2 * SIDE and "left out" in said[0]
     part.close()
     del computed[:]
     same(stickslip.run(config, output), whole)
-    assert sum(computed) == 64
+    assert sum(computed) == 2 * SIDE
 
 
 @pytest.mark.parametrize("kept", [0, 100, -30])

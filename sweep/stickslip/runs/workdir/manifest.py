@@ -42,12 +42,13 @@ class Manifest:
     stickslip: str
     software: str
     created: str
+    plane: int = 0  # of `Blocks`; 0 for all of them, which is what stores had before
     format: int = FORMAT
 
     @property
     def blocks(self) -> Blocks:
         """How the cells are cut."""
-        return Blocks(self.size, self.block)
+        return Blocks(self.size, self.block, self.plane or self.size)
 
     def config(self, where: str) -> Config:
         """The configuration, read again; `where` names the store in messages. Raises ConfigError."""
@@ -59,7 +60,7 @@ def make(config: Config, shape: tuple[int, ...], blocks: Blocks, kernels: str, s
     created = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return Manifest(
         fingerprint(config), config.to_yaml(), shape, blocks.size, blocks.length, blocks.count, (kernels,),
-        __version__, software, created,
+        __version__, software, created, blocks.plane,
     )  # fmt: skip
 
 
@@ -75,7 +76,9 @@ def decode(data: bytes) -> Manifest:
         plain = json.loads(data.decode())
         if plain.pop("checksum") != _checksum(plain):
             raise ValueError("its checksum does not match")
-        known = {field.name: plain[field.name] for field in fields(Manifest)}
+        known = {
+            field.name: plain[field.name] for field in fields(Manifest) if field.name in plain or field.name != "plane"
+        }
         known |= {name: tuple(known[name]) for name in ("shape", "kernels")}
         return Manifest(**known)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

@@ -17,12 +17,12 @@ from stickslip import engine
 from stickslip._version import __version__
 from stickslip.config.model import Config
 from stickslip.dataset.provenance import software
-from stickslip.engine import Results
 from stickslip.errors import ConfigError, DamagedBlockError, DamagedManifestError, StoreError
+from stickslip.files.packing import PLAIN
 from stickslip.runs.settings import differences, fingerprint, told
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir import manifest as manifests
-from stickslip.runs.workdir.encoding import decode, encode
+from stickslip.runs.workdir.encoding import Column, encode, opened
 from stickslip.runs.workdir.folder import TEMPORARY, Folder
 from stickslip.runs.workdir.lock import PREFIX, Notice
 from stickslip.runs.workdir.manifest import Manifest
@@ -47,10 +47,10 @@ class Failure:
 
 
 class Parts:
-    """An open working store."""
+    """An open working store. packing : how its blocks are packed from now on."""
 
-    def __init__(self, folder: Folder, manifest: Manifest) -> None:
-        self.folder, self.manifest, self.blocks = folder, manifest, manifest.blocks
+    def __init__(self, folder: Folder, manifest: Manifest, packing: str = PLAIN) -> None:
+        self.folder, self.manifest, self.blocks, self.packing = folder, manifest, manifest.blocks, packing
 
     @property
     def where(self) -> str:
@@ -71,26 +71,27 @@ class Parts:
 
     def save(self, number: int, block: Block) -> None:
         """Put a computed block on the disk."""
-        self.folder.write(_block_name(number), encoded(self.manifest, number, block))
+        self.folder.write(_block_name(number), encoded(self.manifest, number, block, self.packing))
 
     def accept(self, number: int, data: bytes, work: Work) -> None:
         """Put a block on the disk that was computed and `encoded` elsewhere. Raises DamagedBlockError."""
         self._checked(number, data, work)
         self.folder.write(_block_name(number), data)
 
-    def load(self, number: int, work: Work) -> Results:
-        """The results of a block. Raises FileNotFoundError, or DamagedBlockError for what must not be used."""
+    def stored(self, number: int, work: Work) -> dict[str, Column]:
+        """The columns of a block. Raises FileNotFoundError, or DamagedBlockError for what must not be used."""
         return self._checked(number, self.folder.read(_block_name(number)), work)
 
-    def _checked(self, number: int, data: bytes, work: Work) -> Results:
-        header, results = decode(data)
+    def _checked(self, number: int, data: bytes, work: Work) -> dict[str, Column]:
+        header, columns = opened(data)
         cells = self.blocks.cells(number)
         wanted = {"run": self.manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
         if wrong := [name for name, value in wanted.items() if header.get(name) != value]:
             raise DamagedBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
-        if not work.fits(number, results):
+        types = {name: column.dtype for name, column in columns.items()}
+        if not work.fits(number, types, [column.cells for column in columns.values()]):
             raise DamagedBlockError("its columns are not those of this run")
-        return results
+        return columns
 
     def drop(self, number: int) -> None:
         """Remove a block, finished or failed, so that it counts as missing."""
@@ -129,14 +130,14 @@ class Parts:
         return {number for number in found if number < self.blocks.count}
 
 
-def encoded(manifest: Manifest, number: int, block: Block) -> bytes:
+def encoded(manifest: Manifest, number: int, block: Block, packing: str) -> bytes:
     """What the file of a block holds."""
     cells = manifest.blocks.cells(number)
     header = {
         "run": manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop,
         "reused": block.reused, "stickslip": __version__, "kernels": manifest.kernels[-1],
     }  # fmt: skip
-    return encode(header, block.results)
+    return encode(header, block.results, packing, manifest.blocks.length)
 
 
 def _block_name(number: int) -> str:
@@ -195,11 +196,19 @@ def find(folder: Folder) -> Parts:
     return Parts(folder, manifest)
 
 
-def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice) -> Parts:
+def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice, packing: str = PLAIN) -> Parts:
     """The store of this work in a folder that is locked: created, resumed, or begun again if `fresh`.
+
+    packing : of the blocks that are computed now. The blocks of a store that is resumed are cut as it says.
 
     Raises StoreError for a store of another configuration, or of another major version.
     """
+    store = _prepared(folder, work, fresh, notice)
+    store.packing = packing
+    return store
+
+
+def _prepared(folder: Folder, work: Work, fresh: bool, notice: Notice) -> Parts:
     if fresh:
         clear(folder)
         return _new(folder, work)
@@ -229,7 +238,7 @@ def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: N
     parts = Parts(folder, manifest_of(work))
     for number in sorted(parts.finished())[:_LOOKED_AT]:
         try:
-            parts.load(number, work)
+            parts.stored(number, work)
         except DamagedBlockError as other:
             raise StoreError(
                 f"{folder.where}/{manifests.NAME}: damaged, {damaged}; and block {number} is not one of this "
@@ -254,7 +263,7 @@ def _gone_on_with(parts: Parts, work: Work, notice: Notice) -> Parts:
 def check_same(parts: Parts, work: Work) -> None:
     """Raise StoreError unless a store holds blocks of this work."""
     there = parts.manifest
-    if there.fingerprint != fingerprint(work.config) or parts.blocks != work.blocks:
+    if there.fingerprint != fingerprint(work.config) or there.size != work.size:
         refuse(parts.where, config_of(parts), work.config)
 
 
@@ -268,7 +277,7 @@ def config_of(parts: Parts) -> Config:
 
 def refuse(where: str, there: Config, here: Config) -> None:
     """Raise StoreError: `where` was made from another configuration."""
-    keys = told(differences(there, here)) or "  the size of its blocks"
+    keys = told(differences(there, here)) or "  the number of its cells"
     raise StoreError(
         f"{where}: made from another configuration, which differs in\n{keys}\n"
         "hint: --fresh starts over and replaces it; --output names another file"

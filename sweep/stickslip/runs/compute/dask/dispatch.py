@@ -6,6 +6,7 @@ import uuid
 from collections import deque
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from dataclasses import astuple
 from queue import Empty, SimpleQueue
 from time import monotonic, sleep
 from typing import TYPE_CHECKING
@@ -44,8 +45,13 @@ def compute_blocks(
     """Compute these blocks on a cluster: as `threads.compute_blocks`, and raises ClusterError if that is lost."""
     with _token(parts) as token:
         job = Job(
-            configuration=work.config.to_yaml(), place=parts.folder.absolute, token=token, versions=versions()
-        )  # fmt: skip
+            configuration=work.config.to_yaml(),
+            blocks=astuple(work.blocks),
+            packing=parts.packing,
+            place=parts.folder.absolute,
+            token=token,
+            versions=versions(),
+        )
         flight = _Flight(cluster, parts, work, job, tally, stop, stop_on_error, progress)
         try:
             flight.send_all(sorted(numbers))

@@ -27,11 +27,14 @@ if TYPE_CHECKING:
 class Job(TypedDict):
     """What all blocks of a run have in common.
 
-    configuration : resolved, as YAML text. place : path or URL of the store. token : a name that exists in the store
-    while the run lasts. versions : those of the process that runs it.
+    configuration : resolved, as YAML text. blocks : how the items are cut, as arguments of `Blocks`. packing : of them.
+    place : path or URL of the store. token : a name that exists in the store while the run lasts. versions : those of
+    the process that runs it.
     """
 
     configuration: str
+    blocks: tuple[int, int, int]
+    packing: str
     place: str
     token: str
     versions: dict[str, str]
@@ -105,12 +108,12 @@ def _computed(job: Job, number: int, wanted: bytes | None) -> bytes | None:
     from stickslip.runs.workdir.encoding import encode
     from stickslip.runs.workdir.parts import encoded
 
-    work, manifest = _loaded(job["configuration"])
+    work, manifest = _loaded(job["configuration"], job["blocks"])
     engine.warm_up(work.options.law)
     if wanted is not None:
         return encode({}, work.compute_some(number, flags(wanted, len(work.blocks.cells(number)))))
     block = work.compute(number)
-    return None if _written(job, manifest, number, block) else encoded(manifest, number, block)
+    return None if _written(job, manifest, number, block) else encoded(manifest, number, block, job["packing"])
 
 
 def bits(flags: NDArray[np.bool_]) -> bytes:
@@ -128,13 +131,14 @@ def flags(bits: bytes, count: int) -> NDArray[np.bool_]:
 
 
 @lru_cache(maxsize=2)
-def _loaded(configuration: str) -> tuple[Work, Manifest]:
+def _loaded(configuration: str, blocks: tuple[int, int, int]) -> tuple[Work, Manifest]:
     """The work of a configuration, read once per process."""
     from stickslip.config.reader import parse_config
+    from stickslip.runs.blocks import Blocks
     from stickslip.runs.work import Work
     from stickslip.runs.workdir.parts import manifest_of
 
-    work = Work(parse_config(configuration))
+    work = Work(parse_config(configuration), cut=Blocks(*blocks))
     return work, manifest_of(work)
 
 
@@ -151,7 +155,7 @@ def _written(job: Job, manifest: Manifest, number: int, block: Block) -> bool:
     try:
         folder = folder_at(job["place"])
         folder.read(job["token"])
-        Parts(folder, manifest).save(number, block)
+        Parts(folder, manifest, job["packing"]).save(number, block)
     except (FileNotFoundError, StoreError):  # whatever keeps this machine from it may not keep the other
         return False
     return True

@@ -1,0 +1,41 @@
+"""xarray without the libraries that nobody has imported.
+
+Of every variable xarray asks whether it holds an array of dask, pint, cupy or sparse, and imports these to know: most
+of a second with dask and pint, which are always there with us. But no array is one of a library that nobody has
+imported. So what xarray keeps of each library (`xarray.namedarray.pycompat`, private; seen in 2026.9) says so.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from xarray.namedarray import pycompat
+
+_CLASSES = {"dask": ("dask.array", "Array"), "pint": ("pint", "Quantity")}
+
+
+class _Unless:
+    """What `pycompat.DuckArrayModule` is, of a library that may never be imported."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    @property
+    def type(self) -> tuple[type[Any], ...]:
+        """The class of its arrays, in a tuple; an empty one before the library is imported."""
+        module, name = _CLASSES[self._name]
+        found = getattr(sys.modules.get(module), name, None)
+        return () if found is None else (found,)
+
+    def __getattr__(self, name: str) -> Any:
+        """Everything else as xarray has it, for which it imports the library."""
+        return getattr(pycompat.DuckArrayModule(self._name), name)  # type: ignore[arg-type]
+
+
+def import_no_more() -> None:
+    """Have xarray wait for others to import these libraries; where it has become another one, it goes on as before."""
+    known = getattr(pycompat, "_cached_duck_array_modules", None)
+    if isinstance(known, dict) and hasattr(pycompat, "DuckArrayModule"):
+        for name in _CLASSES:
+            known.setdefault(name, _Unless(name))

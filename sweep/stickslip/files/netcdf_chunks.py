@@ -1,0 +1,64 @@
+"""The chunks of a netCDF-4 file, stored ready-made by h5py.
+
+netCDF4 and h5py may each bring an HDF5 library of their own, or share one: so h5py, too, is used under NETCDF_LOCK
+(`netcdf_lock.py`), and a file is open in one of them at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.files.chunks import Chunks, Layout, Origin, Packed
+from stickslip.files.filters import Bytes, Filter, filtered
+from stickslip.files.netcdf_lock import NETCDF_LOCK, hold_while_forking
+from stickslip.files.packing import NETCDF, netcdf_filters
+
+hold_while_forking()  # h5py takes its own lock then, and ours is always taken before that
+
+
+class NetcdfChunks(Chunks):
+    """A netCDF file. Chunks are stored by the thread that gives them, in their order: equal files for any threads."""
+
+    def __init__(self, path: Path, threads: int | None = None) -> None:
+        super().__init__(threads)
+        with NETCDF_LOCK:
+            self._file = h5py.File(path, "r+")
+
+    def _declared(self, name: str) -> Layout:
+        with NETCDF_LOCK:
+            dataset = self._file[name]
+            declared = dataset.id.get_create_plist()
+            fill = np.empty((), dataset.dtype)
+            declared.get_fill_value(fill)
+            filters = [declared.get_filter(i) for i in range(declared.get_nfilters())]
+            pipeline = tuple((number, parameters) for number, _, parameters, _ in filters)
+            known = NETCDF if _alike(pipeline, netcdf_filters(dataset.dtype)) else None
+            return Layout(dataset.dtype, dataset.chunks, fill, partial(_packed, pipeline), known, dataset)
+
+    def _place(self, layout: Layout, origin: Origin, data: Packed) -> Callable[[], None]:
+        return lambda: _store(layout.target, origin, data)
+
+    def _close(self) -> None:
+        with NETCDF_LOCK:
+            self._file.close()
+
+
+def _packed(pipeline: tuple[Filter, ...], values: NDArray[Any]) -> Bytes:
+    return filtered(values.reshape(-1).view(np.uint8), pipeline)
+
+
+def _alike(one: tuple[Filter, ...], other: tuple[Filter, ...]) -> bool:
+    """Whether filters make the same of a chunk: a shuffle of single bytes does nothing."""
+    return [f for f in one if f != (2, (1,))] == [f for f in other if f != (2, (1,))]
+
+
+def _store(dataset: Any, origin: Origin, data: Packed) -> None:
+    with NETCDF_LOCK:
+        dataset.id.write_direct_chunk(origin, data)
