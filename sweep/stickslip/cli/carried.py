@@ -5,9 +5,12 @@ from __future__ import annotations
 import shlex
 import signal
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
+from importlib import import_module
 from math import prod
 from pathlib import Path
+from threading import Thread
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -43,7 +46,7 @@ def run_request(request: Request, plot: Path | None, keep: list[str], extras: Ex
         if request.shard is not None:
             fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")
         return _run_in_memory(request, work.study, plot, keeping(keep), extras or Extras())
-    outcome, seconds = carried_out(session.run, request, work.study)
+    outcome, seconds = carried_out(session.run, request, work.study, drawn=plot is not None)
     if outcome.output is not None:
         return report(outcome, seconds, request, plot, extras or Extras())
     _tell_blocks(outcome, request, work.study)
@@ -96,8 +99,13 @@ def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str,
     notice(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep it: {keep}")
 
 
-def carried_out(action: Callable[[Request], Outcome], request: Request, study: Study) -> tuple[Outcome, float]:
-    """The outcome of `action`, and the seconds it computed. Ctrl-C and SIGTERM end the command."""
+def carried_out(
+    action: Callable[[Request], Outcome], request: Request, study: Study, drawn: bool = False
+) -> tuple[Outcome, float]:
+    """The outcome of `action`, and the seconds it computed. Ctrl-C and SIGTERM end the command.
+
+    drawn : whether a plot will follow.
+    """
     from stickslip.errors import Interrupted
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # what schedulers send before they kill
@@ -107,6 +115,7 @@ def carried_out(action: Callable[[Request], Outcome], request: Request, study: S
     def prepare(law: str) -> None:
         nonlocal began, finished
         prepare_kernels(law)
+        Thread(target=_import_what_follows, args=(request.output, drawn)).start()
         began = finished = perf_counter()
 
     try:
@@ -126,6 +135,15 @@ def carried_out(action: Callable[[Request], Outcome], request: Request, study: S
     except Interrupted as interrupted:
         incomplete(interrupted)
     return outcome, finished - began
+
+
+def _import_what_follows(output: Path | None, drawn: bool) -> None:
+    """What writes and draws, imported while the kernels compute: half a second."""
+    of_file = "zarr_chunks" if output is not None and output.suffix == ".zarr" else "netcdf_chunks"
+    with suppress(ImportError):  # whoever needs it will say so
+        import_module(f"stickslip.files.{of_file}")
+        if drawn:
+            import_module("stickslip.plots")
 
 
 def notice(text: str) -> None:
