@@ -43,7 +43,7 @@ class Extras:
         if self.map is not None:
             from stickslip.files import reading
 
-            return reading.open(self.map)
+            return reading.look_into(self.map)
         from stickslip import api
         from stickslip.config.reader import parse_config
 

@@ -38,7 +38,7 @@ def inspect(file: Path, regimes: tuple[str, ...], statuses: tuple[str, ...], lim
     from stickslip.dataset import inspect as inspection
     from stickslip.files import reading
 
-    ds = reading.open(file)
+    ds = reading.look_into(file)
     if "status" not in ds and (tell := shown.teller(ds)):
         if regimes or statuses:
             fail(f"{file}: --regime and --status list the cells of a map; this file holds none")

@@ -48,7 +48,7 @@ def plot(
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
-    ds = reading.open(file)
+    ds = reading.look_into(file)
     given, variable = variable, variable or ("settling_share" if "settling_share" in ds else "regime")
     of_line = "settling_share" in ds and given is None
     if shown.is_over_map(ds):
@@ -66,7 +66,7 @@ def plot(
         elif of_line and len(set(ds["settling_share"].dims) - set(places)) == 1:
             figure = plots.plot_attractors(ds, select=places)
         elif is_map:
-            over = None if lines is None else reading.open(lines)
+            over = None if lines is None else reading.look_into(lines)
             figure = plots.plot_map(ds, variable, select=places, borders=not no_borders, lines=over)
         else:
             figure = plots.plot_trace(ds)

@@ -70,5 +70,5 @@ def recipe_in(path: Path) -> Recipe:
 
     if path.suffix.lower() not in OUTPUT_SUFFIXES:
         return load_config(path)
-    with reading.open(path) as ds:
+    with reading.look_into(path) as ds:
         return recipe_of(ds, str(path))
