@@ -56,8 +56,8 @@ def grid(n: int) -> Cells:
 
 
 def compute(cells: Cells, **options) -> dict[str, np.ndarray]:
-    """Ours, with no dataset around it. options : those of `engine.Options`, and mu_stop and damping of all cells."""
-    fixed = {"mu_stop": options.pop("mu_stop", np.nan), "damping": options.pop("damping", 0.0)}
+    """Ours, with no dataset around it. options : those of `engine.Options`, and parameters that all cells share."""
+    fixed = {name: options.pop(name) for name in ("mu_stop", "damping", "delta", "a4") if name in options}
     full = as_cells(CURVE | fixed | {"stiffness": cells.k, "belt_speed": cells.belt})
     computed = engine.compute(
         lambda start, stop: {name: values[start:stop] for name, values in full.items()},

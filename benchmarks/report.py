@@ -190,6 +190,39 @@ def refinement_table(rows: list[dict[str, Any]]) -> str:
     return markdown([*header, "seconds, full grid", "over the full grid"], lines)
 
 
+def whole_table(results: dict[str, Any]) -> str:
+    """What a user waits for."""
+    rows = [
+        [
+            row["what"],
+            duration(row["seconds"]),
+            duration(row["most"]),
+            duration(row["kernels"]),
+            "" if row["asked"] is None else f"≤ {duration(row['asked'])}",
+            "" if row["asked"] is None else "yes" if row["seconds"] <= row["asked"] else "**no**",
+        ]
+        for row in results["whole"]["rows"]
+    ]
+    text = markdown(["from the shell to the prompt", "median", "longest", "of which kernels", "asked", "met"], rows)
+    if dask := results["whole"]["dask"]:
+        text += f"""
+Cells a second of a map of 1e7 cells as the command says them: {number(dask["threads"])} on two threads,
+{number(dask["dask"])} on two workers of one thread each, {dask["ratio"]:.2f} times (asked: ≥ 0.9).
+"""
+    return text
+
+
+def duration(seconds: float | None) -> str:
+    if seconds is None:
+        return ""
+    return f"{1e6 * seconds:.0f} µs" if seconds < 1e-3 else f"{seconds:.2f} s"
+
+
+def laws_table(rows: list[dict[str, Any]]) -> str:
+    lines = [[row["law"], f"{row['us_per_cell']:.2f}", number(row["steps"])] for row in rows]
+    return markdown(["law", "µs of CPU time a cell", "steps"], lines)
+
+
 def targets(results: dict[str, Any]) -> str:
     """The targets, beside what this run measured."""
     rows: list[list[str]] = []
@@ -202,13 +235,13 @@ def targets(results: dict[str, Any]) -> str:
         met = value >= bound if least else value <= bound
         rows.append([what, asked, number(value), "yes" if met else "**no**"])
 
-    for rtol, times, error in ((1e-6, 12, 1e-6), (1e-9, 20, 5e-10)):
+    for rtol, times, error in ((1e-6, 25, 1e-6), (1e-9, 60, 5e-10)):
         ours, base = find(results, OURS, rtol), find(results, BASELINE, rtol)
         peer = fastest_peer(results, rtol)
         add(f"over the scalar Numba baseline, rtol {rtol:g}", ours["rate"] / base["rate"] if base else None, times)
         add("the same, best repetition of each", best(ours) / best(base) if base else None, None)
         name = peer["peer"] if peer else "fastest peer"
-        add(f"over the fastest peer ({name}), rtol {rtol:g}", ours["rate"] / peer["rate"] if peer else None, 10)
+        add(f"over the fastest peer ({name}), rtol {rtol:g}", ours["rate"] / peer["rate"] if peer else None, 12)
         # the same at equal error, which is what a tolerance is for
         for against in (BASELINE, BATCH):
             rate, theirs = at_equal_error(results, OURS, error), at_equal_error(results, against, error)
@@ -219,12 +252,13 @@ def targets(results: dict[str, Any]) -> str:
             ratio = sorted(a / b for a, b in zip(ours["timings"]["wall"], row["timings"]["wall"], strict=True))
             add(f"{row['threads']} threads over one, rtol {rtol:g}", ratio[len(ratio) // 2], 0.95 * row["threads"])
     for row in results["p2"]:
-        add(f"seconds for 1e6 cells, {row['curve']} curve", row["seconds"], 3, least=False)
+        each, bound = row["cpu_seconds"] / row["cells"] * 1e6, {"plain": 0.45, "hysteretic": 0.65}[row["curve"]]
+        add(f"µs of CPU time a map cell, {row['curve']} curve", each, bound, least=False)
         add(f"over a SciPy user per cell, {row['curve']} curve", row["ratio_all_threads_over_scipy"], 5000)
     add("test rigs over a SciPy user, core against core", results["p3"]["ratio"], 200)
     for row in results["steps"]:
         add(f"step over its floor, rtol {row['rtol']:g}", row["ratio_to_floor"], 2, least=False)
-        add(f"ns per event, rtol {row['rtol']:g}", row["ns_per_event"], 60, least=False)
+        add(f"ns per event, rtol {row['rtol']:g}", row["ns_per_event"], 60 if row["rtol"] == 1e-6 else 40, least=False)
     per_cell = [row["us_per_cell"] for row in results["cost"]]
     add("cost per cell, most expensive map size over cheapest", max(per_cell) / min(per_cell), 1.2, least=False)
     for row in results["refinement"]:
@@ -237,10 +271,11 @@ def targets(results: dict[str, Any]) -> str:
         add(
             f"peak memory of a run of {most['cells']:.0e} cells into a file, GB",
             most["peak_bytes"] / 1e9,
-            1.5,
+            1.0,
             least=False,
         )
-    add("quickstart, shell to first block, s", results["startup"]["first_block"]["seconds"], 2, least=False)
+    add("quickstart, shell to first block, s", results["startup"]["first_block"]["seconds"], None)
+    add("first compilation of a law, s", results["startup"]["compile"], 15, least=False)
     return markdown(["target", "asked", "measured", "met"], rows)
 
 
@@ -268,6 +303,11 @@ def table(results: dict[str, Any]) -> str:
 load {machine["load_at_start"]} before the run; Python {machine["python"]}, {packages}.
 The run took {results["bench_seconds"]:.0f} s. Written by `make bench`; ratios hold within this run only.
 
+## What a user waits for
+
+Whole commands with file and plot, kernels compiled before. Asked of maps: 1.5 times what the kernels take, and 1.5 s.
+
+{whole_table(results)}
 ## Against the targets
 
 {targets(results)}
@@ -292,6 +332,9 @@ The floor is {operations["all"]} operations per trial step over {rate / 1e9:.1f}
 ## P2, regime maps at rtol 1e-6
 
 {p2_table(results)}
+Plain maps of 10,000 cells by friction law, one thread (a4 = 0.5 m/s for `cubic`, 0.1 m/s for the others):
+
+{laws_table(results["laws"])}
 ## P3, test rigs at rtol 1e-6
 
 Two strokes of 5 mm at 1 to 30 mm/s, with different springs and friction curves, the motion sampled 8,000 times a
@@ -314,8 +357,7 @@ Measured {results["refinement"][0]["measured"]} before it, on {results["refineme
 
 Quickstart, kernels compiled before: {startup["first_block"]["seconds"]:.2f} s from the shell to the first block. First
 compilation: {startup["compile"]:.1f} s; loading from the cache {startup["load_from_cache"]:.2f} s; imports \
-{startup["import"]:.2f} s. The whole quickstart run from Python, netCDF included:
-{number(results["quickstart"]["cells_per_second"])} cells/s.
+{startup["import"]:.2f} s.
 """
 
 

@@ -2,8 +2,8 @@
 
     python benchmarks/run.py [--repeats N] [--only TEXT] [--large] [--out FOLDER]      (or: make bench)
 
---repeats : at most this many repetitions of each. --only : only peers whose name contains TEXT. --large : a map of 1e7
-cells and refined ones of 4096 x 4096 as well. Takes about five minutes on two cores.
+--repeats : at most this many repetitions of each. --only : only peers whose name contains TEXT. --large : maps of 1e7
+cells, Dask, and refined maps of 4096 x 4096 as well. Takes about five minutes on two cores.
 """
 
 from __future__ import annotations
@@ -11,10 +11,8 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import tempfile
 from dataclasses import asdict
 from functools import partial
-from itertools import count as naturals
 from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
@@ -29,13 +27,12 @@ import refinement
 import report
 import rigs
 import startup
-import stickslip
+import whole
 from measure import Job, Timings, interleave, machine, timed
 from peers import Peer, all_peers
 from peers.scipy_events import after_release, cycle, motion, rest
 from problem import HORIZON, MU_START, MU_STOP
 from stickslip import engine
-from stickslip.config.examples import config_path
 from stickslip.vocabulary.cells import as_cells
 
 TOLERANCES = (1e-6, 1e-9)
@@ -260,15 +257,33 @@ def cost_of_cells(large: bool, most_repeats: int) -> list[dict]:
     return rows
 
 
-def quickstart(most_repeats: int) -> dict[str, float]:
-    """Cells per second of the whole quickstart run from Python, its netCDF file included."""
-    config = stickslip.load_config(config_path("quickstart"))
-    with tempfile.TemporaryDirectory() as folder:
-        names = (Path(folder) / f"map{i}.nc" for i in naturals())  # a finished map would not be computed again
-        job = Job(lambda: stickslip.run(config, next(names)), most_repeats)
-        interleave([job])
-    cells = job.result["regime"].size
-    return {"cells": cells, "cells_per_second": cells / median(job.timings.wall)}
+LAWS = {
+    "stribeck": {"law": "stribeck"},
+    "stribeck_delta, delta 2": {"law": "stribeck_delta", "delta": 2.0},
+    "stribeck_delta, delta 1.5": {"law": "stribeck_delta", "delta": 1.5},
+    "rational": {"law": "rational"},
+    "cubic": {"law": "cubic", "a4": 0.5},
+}
+
+
+def laws(most_repeats: int) -> list[dict]:
+    """Microseconds of CPU time a cell of the plain map, by law, on one thread."""
+    cells = problem.grid(100)
+    jobs = {
+        name: Job(partial(problem.compute, cells, rtol=1e-6, threads=1, **law), min(3, most_repeats))
+        for name, law in LAWS.items()
+    }
+    for job in jobs.values():
+        job.action()  # compiles
+    interleave(list(jobs.values()))
+    return [
+        {
+            "law": name,
+            "us_per_cell": median(job.timings.cpu) / len(cells) * 1e6,
+            "steps": float(job.result["steps"].mean()),
+        }
+        for name, job in jobs.items()
+    ]
 
 
 # --- all of it --------------------------------------------------------------------------------------------------------
@@ -285,6 +300,8 @@ def main() -> None:
     say("start-up, compilation")
     results = {"machine": machine(), "startup": {"first_block": startup.first_block(), **startup.first_compile()}}
     engine.warm_up()
+    say("whole commands")
+    results["whole"] = whole.measure(options.large, options.repeats)
     say("the answer at rtol 1e-10")
     cells, exact, _ = problem.p1()
     results["reference_error"] = check_reference(cells, exact)
@@ -306,7 +323,8 @@ def main() -> None:
     say("refined maps")
     results["refinement"] = refinement.measure(4096 if options.large else 1024)
     results["cost"] = cost_of_cells(options.large, options.repeats)
-    results["quickstart"] = quickstart(options.repeats)
+    say("laws")
+    results["laws"] = laws(options.repeats)
     results["bench_seconds"] = perf_counter() - began
     options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "results.json").write_text(json.dumps(results, indent=1, default=float) + "\n")
