@@ -1,18 +1,13 @@
 """A block of cells: the unit of work. Arrays in, arrays out; serial, nogil, and it never raises."""
 
-import numpy as np
-
 from . import layout as at
 from . import observers
 from .bits import as_index, lowest_bit, nonzero_bits
-from .contact import DONE, Contact
+from .contact import DONE
 from .jit import compiled
 from .lanes import step_lanes
 from .layout import WIDTH  # a literal, which `nonzero_bits` needs
 from .modes import attend, start_cell
-from .observers import regime, signals
-
-__all__ = ["regime", "run_block", "signals"]
 
 
 @compiled
@@ -32,7 +27,11 @@ def next_cell(m, i, first):
 
 @compiled
 def run_lanes(m, stop):
-    """`run_block` with its buffer, the lanes."""
+    """Integrate every cell of the block of a machine, unless `stop` is set meanwhile.
+
+    WIDTH cells are in progress at a time; a finished lane takes the next cell of the queue. The results of a cell do
+    not depend on its lane or its neighbours.
+    """
     following, busy = 0, 0  # cells started so far; bit i: lane i is in progress
     for i in range(at.WIDTH):
         following = next_cell(m, as_index(i), following)
@@ -47,20 +46,3 @@ def run_lanes(m, stop):
                 following = next_cell(m, as_index(i), following)
                 busy ^= (m.s[at.CELL + i] < 0.0) << i
     observers.conclude(m)
-
-
-@compiled(allocates=True)
-def run_block(law, drive, observer, cells, rtol, max_steps, stop):
-    """Integrate every cell of a block.
-
-    law : tag of the friction law, see `laws`. drive, observer : tags with their arrays, see `drive` and `observers`.
-    cells : float64 (CELL_ROWS, n), kernel units, C-contiguous; BELT and HORIZON are not used where the drive follows
-        segments.
-    rtol, max_steps : tolerance of a step, trial steps a cell may take.
-    stop : int64 (1,); when another thread sets it, the block is abandoned, and unfinished cells stay
-        "not computed".
-
-    WIDTH cells are in progress at a time; a finished lane takes the next cell of the queue. The results of a cell do
-    not depend on its lane or its neighbours.
-    """
-    run_lanes(Contact(law, drive, observer, np.zeros(at.LANE_NUMBERS), cells, rtol, max_steps), stop)

@@ -1,77 +1,50 @@
-"""The one compile decorator of the kernels, and the cache it writes to.
+"""The one compile decorator of the kernels.
 
-Numba's on-disk cache does not notice an edit in another file: an edited friction law would go on computing the old one.
-So the cache lives in a folder named by the digest of all kernel sources: any edit anywhere gives a fresh folder.
-The folder is set only while a kernel is being decorated; the process-wide Numba setting is left as it was.
+Whole machines run from an object (`building.py`, `machine.py`). What calls a single kernel, as tests do, has Numba
+compile it alone, and keep it on disk. That cache does not notice an edit in another file: an edited friction law would
+go on computing the old one. So it lies in the folder of the objects, which is named by the digest of all kernel
+sources. The folder is set only while a kernel is being decorated; the process-wide Numba setting is left as it was.
 """
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
-import os
-import sys
-import tempfile
-from pathlib import Path
-
-import llvmlite.binding as llvm
 import numba
 from numba.extending import overload
 
-_HERE = Path(__file__).parent
+from .objects import CACHE_FOLDER
+
+_parts = False  # whether functions are parts of one object, see `compile_parts`
 
 
-def source_digest() -> str:
-    """Digest of the kernel sources (names and contents), 16 hexadecimal digits."""
-    digest = hashlib.sha256()
-    for path in sorted(_HERE.rglob("*.py")):
-        digest.update(path.relative_to(_HERE).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
+def compile_parts() -> None:
+    """Decorate kernels from now on as parts of one object (`building.py`): without a way in, and without a cache."""
+    global _parts
+    _parts = True
 
 
-def _cache_root() -> Path:
-    """Folder for compiled code: NUMBA_CACHE_DIR, else XDG_CACHE_HOME, else the user's cache folder."""
-    if named := os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(named)
-    if windows := os.environ.get("LOCALAPPDATA"):
-        return Path(windows) / "stickslip"
-    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    return Path(base) / "stickslip"
-
-
-def _usable_folder() -> Path | None:
-    """The cache folder of these sources, or None where none can be written (the kernels then compile each time)."""
-    folder = _cache_root() / f"kernels-{source_digest()}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
-    except OSError:
-        return None
-
-
-CACHE_FOLDER = _usable_folder()
-
-
-def compiled(function=None, *, inline=False, allocates=False):
+def compiled(function=None, *, inline=False):
     """Compile a kernel: serial, nogil, cached, IEEE except for fused multiply-add.
 
     inline : True for the small functions of the hot loop, which LLVM must merge before it can vectorise the loop, and
         for scalar functions called from one place only, since a call hands over seven words for each array.
-    allocates : True where the function makes arrays. All others go without Numba's reference counts: each is an atomic
-        instruction, and together they took a sixth of the time.
+
+    Kernels make no arrays, so that none counts references: each count is an atomic instruction, and together they took
+    a sixth of the time.
     Division by zero gives inf or NaN (`error_model="numpy"`): NaN is a signal here, and kernels never raise.
     """
     if function is None:
-        return lambda body: compiled(body, inline=inline, allocates=allocates)
+        return lambda body: compiled(body, inline=inline)
     options = {
         "nogil": True,
         "error_model": "numpy",
         "fastmath": {"contract"},
         "forceinline": inline,
         "no_cfunc_wrapper": True,
-        "_nrt": allocates,
+        "no_cpython_wrapper": _parts,
+        "_nrt": False,
     }
+    if _parts:
+        return numba.njit(**options)(function)
     before = numba.config.CACHE_DIR
     try:
         numba.config.CACHE_DIR = "" if CACHE_FOLDER is None else str(CACHE_FOLDER)
@@ -90,6 +63,7 @@ def by_type(type_of_tag, *, inline=False):
     def decorate(default):
         versions = {}
         options = {"_nrt": False, "error_model": "numpy", "fastmath": {"contract"}, "forceinline": inline}
+        options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
         @overload(default, strict=False, jit_options=options)
         def choose(*types):
@@ -103,25 +77,3 @@ def by_type(type_of_tag, *, inline=False):
         return default
 
     return decorate
-
-
-def _mark_of(version: str) -> Path | None:
-    """The file that says that a compiled version of the kernels lies in the cache."""
-    # Numba keeps the code of a file by the path of that file, so that a second checkout finds nothing of the first.
-    place = hashlib.sha256(str(_HERE).encode()).hexdigest()[:8]
-    python = f"python{sys.version_info[0]}{sys.version_info[1]}"
-    machine = f"{llvm.get_host_cpu_name()}-numba{numba.__version__}-{python}-{place}"
-    return None if CACHE_FOLDER is None else CACHE_FOLDER / f"ready-{version}-{machine}"
-
-
-def is_ready(version: str) -> bool:
-    """Whether the kernels compiled as `version` (a friction law) are in the cache, so that a first call is quick."""
-    mark = _mark_of(version)
-    return mark is not None and mark.exists()
-
-
-def mark_ready(version: str) -> None:
-    """Note that the kernels have been compiled as `version`."""
-    if mark := _mark_of(version):
-        with contextlib.suppress(OSError):
-            mark.touch()

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from stickslip import engine
+from stickslip.engine.compiled import kernels
 from stickslip_kernels import layout as at
-from stickslip_kernels.block import run_block
-from stickslip_kernels.drive import STEADY_BELT
-from stickslip_kernels.laws import LAWS
-from stickslip_kernels.observers.regime import Regime, new_results
+from stickslip_kernels.blank import new_regimes
 
 ARTICLE = (1.0, 0.1, 0.3, 0.1)  # a1..a4 of the article
 NAN, INF = float("nan"), float("inf")
-warm_up = cache(engine.warm_up)  # a law is compiled by another process when it first runs, and then loaded
 
 
 def cell(
@@ -44,10 +39,8 @@ def block_of(*columns):
 
 def run(cells, rtol=1e-6, max_steps=1e6, early_stop=True, stop=0, law="stribeck"):
     """Results of a block (CELL_ROWS, n)."""
-    warm_up(law)
-    results = new_results(cells.shape[1])
-    observer = Regime(results, early_stop)
-    run_block(LAWS[law], STEADY_BELT, observer, cells, float(rtol), float(max_steps), np.array([stop], np.int64))
+    results = new_regimes(cells.shape[1])
+    kernels(law).run_regimes(cells, rtol, max_steps, np.array([stop], np.int64), results, early_stop)
     return results
 
 

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from helpers.kernel_runs import cell, warm_up
+from helpers.kernel_runs import cell
+from stickslip.engine.compiled import kernels
 from stickslip_kernels import layout as at
-from stickslip_kernels.block import run_block
-from stickslip_kernels.drive import Segments
-from stickslip_kernels.laws import LAWS
-from stickslip_kernels.observers.signals import NO_STOPS, Signals, new_results
+from stickslip_kernels.blank import NO_STOPS, new_signals
 
 MOST_STOPS = 20_000
 
@@ -82,7 +80,6 @@ def run(columns, drives, samples=0, start=0.0, rtol=1e-6, max_steps=1e6, law="st
 
     samples : how many each takes from `start` to the end of its drive.
     """
-    warm_up(law, signals=True)
     n = len(columns)
     lengths = [len(drive) for drive in drives]
     lasts = np.cumsum(lengths)
@@ -92,12 +89,12 @@ def run(columns, drives, samples=0, start=0.0, rtol=1e-6, max_steps=1e6, law="st
     ends = np.array([drive[:, at.SEGMENT_TIME].sum() for drive in drives])
     runs[:, at.SAMPLE_STEP] = (ends - start) / max(samples - 1, 1)
     signals = np.full((at.SIGNAL_ROWS, n * samples), np.nan)
-    results = new_results(n)
+    results = new_signals(n)
     segments = np.ascontiguousarray(np.concatenate(drives)) if n else np.zeros((0, at.SEGMENT_COLUMNS))
     cells = np.ascontiguousarray(np.array(columns).reshape(n, at.CELL_ROWS).T)
-    belts = Segments(segments, np.column_stack([lasts - lengths, lasts]).astype(float))
-    observer = Signals(results, runs, signals, stops)
-    run_block(LAWS[law], belts, observer, cells, float(rtol), float(max_steps), np.array([stop], np.int64))
+    belts = segments, np.column_stack([lasts - lengths, lasts]).astype(float)
+    flag = np.array([stop], np.int64)
+    kernels(law, signals=True).run_signals(cells, rtol, max_steps, flag, belts, results, runs, signals, stops)
     return results, signals.reshape(at.SIGNAL_ROWS, n, samples).transpose(1, 0, 2)
 
 

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from stickslip_kernels import layout as at
+from stickslip_kernels.blank import new_regimes
 from stickslip_kernels.contact import Contact
 from stickslip_kernels.drive import STEADY_BELT
 from stickslip_kernels.jit import compiled
 from stickslip_kernels.lanes import step_lanes
 from stickslip_kernels.laws import LAWS
-from stickslip_kernels.observers.regime import Regime, new_results
+from stickslip_kernels.observers.regime import Regime
 
 # The widest vectors of the processor: the feature that brings them, and the packed multiply-adds on whole registers.
 WIDEST = (
@@ -29,14 +30,14 @@ SCALAR = {"neon": r"\b(?:fmadd|fmsub|fmul|fadd|fsub)\s+d\d+"}
 SCALAR_X86 = r"\bv?(?:fn?m(?:add|sub)\d+|mul|add|sub)sd\b"
 
 PRINT_ASSEMBLY = """
-from stickslip_kernels import contact, drive, laws, layout
+from stickslip_kernels import blank, contact, drive, laws, layout
 from stickslip_kernels.observers import regime
 import importlib
 import numpy as np
 from numba import njit
 lanes = np.zeros(layout.LANE_NUMBERS)
 machine = contact.Contact(
-    laws.LAWS["stribeck"], drive.STEADY_BELT, regime.Regime(regime.new_results(0), True), lanes,
+    laws.LAWS["stribeck"], drive.STEADY_BELT, regime.Regime(blank.new_regimes(0), True), lanes,
     np.zeros((layout.CELL_ROWS, 0)), 1e-6, 1e6,
 )
 loop = importlib.import_module("stickslip_kernels.{module}").{loop}
@@ -52,7 +53,7 @@ def step(m):
 
 
 def machine(law, s):
-    return Contact(LAWS[law], STEADY_BELT, Regime(new_results(0), True), s, np.empty((at.CELL_ROWS, 0)), 1e-6, 1e6)
+    return Contact(LAWS[law], STEADY_BELT, Regime(new_regimes(0), True), s, np.empty((at.CELL_ROWS, 0)), 1e-6, 1e6)
 
 
 @pytest.mark.parametrize("law", LAWS)

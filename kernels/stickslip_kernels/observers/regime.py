@@ -7,8 +7,6 @@ says that something happened; the verdict (`verdict.py`) ends the cell, or lets 
 from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from .. import layout as at
 from .. import observers
 from ..bits import select
@@ -55,18 +53,12 @@ FROM_ZERO = (
 class Regime(NamedTuple):
     """Tag of this observer, with what it fills.
 
-    results : float64 (RESULT_ROWS, n) from `new_results`. early_stop : whether a cell is over once its regime is known.
+    results : float64 (RESULT_ROWS, n) from `blank.new_regimes`. early_stop : whether a cell is over once its
+        regime is known.
     """
 
     results: Any
     early_stop: bool
-
-
-def new_results(n):
-    """Results of n cells nobody has computed yet: NaN, and the codes for "not computed"."""
-    results = np.full((at.RESULT_ROWS, n), np.nan)
-    results[at.REGIME], results[at.STATUS] = at.NOT_COMPUTED, at.NOT_RUN
-    return results
 
 
 # --- a cell begins and ends -----------------------------------------------------------------------------------------

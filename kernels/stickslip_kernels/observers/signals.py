@@ -7,8 +7,6 @@ accelerates at u'' = alpha - w'. Every step is looked at.
 from math import isnan
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from .. import layout as at
 from .. import observers
 from ..contact import DONE
@@ -27,7 +25,7 @@ A_LITTLE = 1e-9  # of the time between samples, so that rounding does not lose t
 class Signals(NamedTuple):
     """Tag of this observer, with what it fills.
 
-    results : float64 (RIG_ROWS, n) from `new_results`. runs : float64 (n, RUN_COLUMNS), where each cell puts its
+    results : float64 (RIG_ROWS, n) from `blank.new_signals`. runs : float64 (n, RUN_COLUMNS), where each cell puts its
         samples. signals : float64 (SIGNAL_ROWS, any); what is not reached stays as it was.
     stops : a table of stick phases, for n = 1, or NO_STOPS.
     """
@@ -36,16 +34,6 @@ class Signals(NamedTuple):
     runs: Any
     signals: Any
     stops: Any
-
-
-NO_STOPS = np.zeros((0, at.STOP_COLUMNS))
-
-
-def new_results(n):
-    """Results of n cells nobody has computed yet."""
-    results = np.full((at.RIG_ROWS, n), np.nan)
-    results[at.RIG_STATUS] = at.NOT_RUN
-    return results
 
 
 # --- a cell begins and ends -----------------------------------------------------------------------------------------

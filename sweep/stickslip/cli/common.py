@@ -85,7 +85,7 @@ def prepare_kernels(law: str, signals: bool = False) -> None:
         return engine.warm_up(law, signals)
     console = screen.terminal(stderr=True)
     began = perf_counter()
-    notice = "Compiling the kernels for this machine: once, about a minute ..."
+    notice = "Compiling the kernels for this machine: once, about twenty seconds ..."
     if not console.is_terminal:
         console.print(notice)
     with console.status(notice):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.compiled import run, warm_up
+from stickslip.engine.compiled import kernels, warm_up
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import spread, stop_flag
@@ -17,8 +17,7 @@ from stickslip.files.machine import processors
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.results import VARIABLES
 from stickslip_kernels import layout
-from stickslip_kernels.drive import STEADY_BELT
-from stickslip_kernels.observers.regime import Regime, new_results
+from stickslip_kernels.blank import new_regimes
 
 _SMALLEST_BLOCK = 512  # many times the lanes; below, lanes idle at the end of each block
 
@@ -125,16 +124,17 @@ def blank_results(size: int, options: Options) -> Results:
 
 def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
     """One block through the kernels: the rows, and how many cells were finished."""
-    cells, rows = to_kernel(part, options.horizon), new_results(part["mass"].size)
+    cells, rows = to_kernel(part, options.horizon), new_regimes(part["mass"].size)
+    run = kernels(options.law).run_regimes
     if options.early_stop:
-        run(options.law, STEADY_BELT, Regime(rows, True), cells, options.rtol, options.max_steps, stop)
+        run(cells, options.rtol, options.max_steps, stop, rows, True)
     else:
         order = _longest_first(cells)
         ordered, cells = np.ascontiguousarray(rows[:, order]), np.ascontiguousarray(cells[:, order])
-        run(options.law, STEADY_BELT, Regime(ordered, False), cells, options.rtol, options.max_steps, stop)
+        run(cells, options.rtol, options.max_steps, stop, ordered, False)
         rows[:, order] = ordered
     unfinished = rows[layout.STATUS] == layout.NOT_RUN
-    rows[:, unfinished] = new_results(1)  # nothing incomplete leaves this place
+    rows[:, unfinished] = new_regimes(1)  # nothing incomplete leaves this place
     return rows, int((~unfinished).sum())
 
 

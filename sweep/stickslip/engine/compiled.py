@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import os
 import threading
-from typing import Any
+import warnings
 
 import llvmlite.binding as llvm
-import numpy as np
-from numpy.typing import NDArray
 
 from stickslip.engine.compiling import compile_apart
-from stickslip_kernels import block, drive, jit, laws, layout
+from stickslip_kernels import machine, objects
 
 _loading = threading.Lock()
+_machines: dict[tuple[str, bool], machine.Machine] = {}
 
 
 def _free_after_fork() -> None:
@@ -31,50 +30,49 @@ def will_compile(law: str = "stribeck", signals: bool = False) -> bool:
 
     signals : for trajectories and rigs rather than for regimes.
     """
-    return not jit.is_ready(_version(law, signals))
+    if (law, signals) in _machines:
+        return False
+    return objects.CACHE_FOLDER is None or not (objects.CACHE_FOLDER / objects.name_of(law, signals)).exists()
 
 
 def warm_up(law: str = "stribeck", signals: bool = False) -> None:
     """Load the kernels from the cache, and have them compiled into it before if need be; one thread at a time."""
-    with _loading:
-        if jit.CACHE_FOLDER is not None and will_compile(law, signals):
-            compile_apart(f"load({law!r}, {signals})", lambda: will_compile(law, signals))
-        load(law, signals)
+    kernels(law, signals)
 
 
-def load(law: str, signals: bool = False) -> None:
-    """Load the kernels of regimes or of signals, or compile them in this process: `compiling` says who should."""
-    cells = np.empty((layout.CELL_ROWS, 0))
-    if signals:
-        belts = drive.Segments(np.empty((0, layout.SEGMENT_COLUMNS)), np.empty((0, 2)))
-        observer = block.signals.Signals(
-            block.signals.new_results(0),
-            np.empty((0, layout.RUN_COLUMNS)),
-            np.empty((layout.SIGNAL_ROWS, 0)),
-            block.signals.NO_STOPS,
+def kernels(law: str, signals: bool = False) -> machine.Machine:
+    """The kernels of a law for regimes or for signals, as `warm_up` gets them."""
+    if (law, signals) not in _machines:
+        with _loading:
+            if (law, signals) not in _machines:
+                _machines[law, signals] = machine.Machine(_addresses(law, signals), signals)
+    return _machines[law, signals]
+
+
+def _addresses(law: str, signals: bool) -> machine.Addresses:
+    try:
+        return machine.load(*compile_apart(law, signals), signals)
+    except (OSError, RuntimeError, machine.UnknownSymbolError) as error:
+        warnings.warn(
+            f"the kernels are compiled in this process, and again in the next: {error}", RuntimeWarning, stacklevel=5
         )
-        run(law, belts, observer, cells, 1e-6, 1)
-    else:
-        run(law, drive.STEADY_BELT, block.regime.Regime(block.regime.new_results(0), True), cells, 1e-6, 1)
-    jit.mark_ready(_version(law, signals))
+        return _compile_here(law, signals)
 
 
-def run(
-    law: str, belts: Any, observer: Any, cells: NDArray[np.float64], rtol: float, max_steps: int,
-    stop: NDArray[np.int64] | None = None,
-) -> None:  # fmt: skip
-    """`block.run_block`, with arguments of the types it has been compiled for."""
-    stop = np.zeros(1, np.int64) if stop is None else stop
-    block.run_block(laws.LAWS[law], belts, observer, cells, float(rtol), float(max_steps), stop)
+def _compile_here(law: str, signals: bool) -> machine.Addresses:
+    from stickslip_kernels import doors
+
+    functions = doors.c_functions(law, signals)
+    _kept.append(functions)
+    return {name: function.address for name, function in functions.items()}
 
 
-def _version(law: str, signals: bool) -> str:
-    return f"{law}-signals" if signals else law
+_kept: list[object] = []  # what holds code that was compiled here
 
 
 def kernels_digest() -> str:
     """Names the kernels by their sources: equal digests compute equal bits (on one kind of machine)."""
-    return jit.source_digest()
+    return objects.source_digest()
 
 
 def processor() -> str:

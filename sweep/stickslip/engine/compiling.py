@@ -1,9 +1,7 @@
 """Compiling the kernels in a separate process.
 
-A process that compiles continues with code that the compiler linked function by function; one that loads the result
-from the cache gets the same code linked as a whole, and may differ from the first in last digits. So no process
-computes with what it compiled itself: another one compiles, and all load. It also keeps the compiler's memory out of
-the run.
+It needs Numba, and memory, which the run does not. What it makes is a file of machine code that any number of processes
+load, so that all of them run the same instructions.
 """
 
 from __future__ import annotations
@@ -12,22 +10,39 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from stickslip_kernels import objects
 
-def compile_apart(load: str, missing: Callable[[], bool]) -> None:
-    """Have another process put kernels into the cache, one at a time on this machine.
+Object = tuple[list[str], bytes]
 
-    load : the call of `engine` that loads them. missing : whether they are not there yet, asked again once it is our
-    turn. If that process fails, nothing is reported: the caller finds nothing in the cache, compiles itself, and meets
-    the error.
+
+def compile_apart(law: str, signals: bool) -> Object:
+    """The object with the kernels of a law: from the cache, or from another process that puts it there.
+
+    One process at a time on this machine compiles. Where no cache can be written, the object passes through a temporary
+    file. Raises RuntimeError with what that process says if it fails.
     """
+    name = objects.name_of(law, signals)
+    if objects.CACHE_FOLDER is None:
+        with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
+            return _compile(law, signals, Path(folder) / name)
+    path = objects.CACHE_FOLDER / name
+    if found := objects.read(path):
+        return found
     with _alone():
-        if missing():
-            code = f"import sys; sys.path[:] = {sys.path!r}; from stickslip import engine; engine.{load}"
-            subprocess.run([sys.executable, "-c", code], check=False, capture_output=True)
+        return objects.read(path) or _compile(law, signals, path)  # another process may have been first
+
+
+def _compile(law: str, signals: bool, path: Path) -> Object:
+    call = f"from stickslip_kernels.building import main; main({law!r}, {signals}, {str(path)!r})"
+    command = [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; {call}"]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    if made := objects.read(path):
+        return made
+    raise RuntimeError(f"no object of the kernels came of compiling them\n{done.stderr.strip()[-2000:]}")
 
 
 @contextmanager

@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.engine.compiled import kernels
 from stickslip.engine.scales import to_kernel
 from stickslip.vocabulary.cells import Cells
 from stickslip_kernels import layout
-from stickslip_kernels.friction import coefficient
-from stickslip_kernels.laws import LAWS
 
 
 def friction_at_belt_speed(cells: Cells, law: str) -> NDArray[np.float64]:
     """Friction coefficient of each cell where the mass is at rest, and the slip speed that of the belt."""
-    rows, tag = to_kernel(cells, np.inf), LAWS[law]
-    speeds = np.abs(rows[layout.BELT])
-    return np.array([coefficient(tag, rows, i, speed) for i, speed in enumerate(speeds)], np.float64)
+    rows = to_kernel(cells, np.inf)
+    return np.asarray(kernels(law).friction(rows, np.abs(rows[layout.BELT])))

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.compiled import run, warm_up
+from stickslip.engine.compiled import kernels
 from stickslip.engine.options import Options, Results, StopFlag
 from stickslip.engine.scales import to_kernel
 from stickslip.vocabulary.cells import Cells
 from stickslip_kernels import layout
-from stickslip_kernels.drive import Segments
-from stickslip_kernels.observers.signals import NO_STOPS, Signals, new_results
+from stickslip_kernels.blank import new_signals
 
 Floats = NDArray[np.float64]
 
@@ -49,15 +48,14 @@ def compute_rigs(
     acceleration, shape (m, 3): duration (s), speed at the start (m/s), acceleration (m/s2); the speed does not jump
     between them. Once `stop` is raised, what is left has the status "not_run".
     """
-    warm_up(options.law, signals=True)
     m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]
     rate, speed = np.sqrt(k / m), load / np.sqrt(k * m)
     counts = [_samples(drive, sampling.rate, start) for drive, start in zip(drives, sampling.start, strict=True)]
     belts, runs = _tables(drives, counts, rate, speed, sampling)
-    rows = new_results(m.size)
+    rows = new_signals(m.size)
     signals = np.full((layout.SIGNAL_ROWS, sum(counts)), np.nan)
-    observer = Signals(rows, runs, signals, NO_STOPS)
-    run(options.law, belts, observer, to_kernel(cells, np.inf), options.rtol, options.max_steps, stop)
+    run = kernels(options.law, signals=True).run_signals
+    run(to_kernel(cells, np.inf), options.rtol, options.max_steps, stop, belts, rows, runs, signals)
     parts = np.split(signals, np.cumsum(counts)[:-1], axis=1)
     return RigRuns(_results_to_si(rows, cells), [_signals_to_si(part, cells, i) for i, part in enumerate(parts)])
 
@@ -71,7 +69,7 @@ def _samples(drive: Floats, rate: float, start: float) -> int:
 
 def _tables(
     drives: Sequence[Floats], counts: Sequence[int], rate: Floats, speed: Floats, sampling: Sampling
-) -> tuple[Segments, Floats]:
+) -> tuple[tuple[Floats, Floats], Floats]:
     """The drives in kernel units, one after the other, and where each rig puts its samples."""
     runs = np.empty((len(drives), layout.RUN_COLUMNS))
     ends, filled = np.cumsum([len(drive) for drive in drives]), np.cumsum(counts)
@@ -83,7 +81,7 @@ def _tables(
     table[:, layout.SEGMENT_TIME] = segments[:, 0] * each
     table[:, layout.SEGMENT_BELT] = segments[:, 1] / unit
     table[:, layout.SEGMENT_ALPHA] = segments[:, 2] / (unit * each)
-    return Segments(table, np.column_stack([np.r_[0, ends[:-1]], ends]).astype(np.float64)), runs
+    return (table, np.column_stack([np.r_[0, ends[:-1]], ends]).astype(np.float64)), runs
 
 
 def _results_to_si(rows: Floats, cells: Cells) -> Results:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.compiled import run, warm_up
+from stickslip.engine.compiled import kernels
 from stickslip.engine.options import Options, Results
 from stickslip.engine.scales import signals_to_si, to_kernel
+from stickslip.engine.threads import stop_flag
 from stickslip.errors import NotReachedError
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 from stickslip_kernels import layout
-from stickslip_kernels.drive import Segments
-from stickslip_kernels.observers.signals import NO_STOPS, Signals, new_results
+from stickslip_kernels.blank import new_signals
 
 
 def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Results:
@@ -21,15 +21,15 @@ def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Res
 
     The stepping is that of `compute`. Raises NotReachedError if the integration does not reach the last time.
     """
-    warm_up(options.law, signals=True)
     rate = float(np.sqrt(cell["stiffness"][0] / cell["mass"][0]))
     horizon = max(float(times[-1]), np.finfo(float).tiny)
-    column, rows = to_kernel(cell, horizon), new_results(1)
-    belt = Segments(np.array([[horizon * rate, column[layout.BELT, 0], 0.0]]), np.array([[0.0, 1.0]]))
+    column, rows = to_kernel(cell, horizon), new_signals(1)
+    belt = np.array([[horizon * rate, column[layout.BELT, 0], 0.0]]), np.array([[0.0, 1.0]])
     signals = np.full((layout.SIGNAL_ROWS, times.size), np.nan)
     step = (times[1] if times.size > 1 else horizon) * rate
     samples = np.array([[0.0, times.size, 0.0, step]])
-    run(options.law, belt, Signals(rows, samples, signals, NO_STOPS), column, options.rtol, options.max_steps)
+    run = kernels(options.law, signals=True).run_signals
+    run(column, options.rtol, options.max_steps, stop_flag(), belt, rows, samples, signals)
     if (status := int(rows[layout.RIG_STATUS, 0])) != layout.HORIZON_REACHED:
         reached = np.max(times, where=np.isfinite(signals[layout.SIGNAL_XI]), initial=0.0)
         name = STATUSES[status]
@@ -43,17 +43,17 @@ def flows(cells: Cells, durations: NDArray[np.float64], samples: int, options: O
     The samples of a cell are evenly spaced and include both ends. The cells may be any that the kernels can integrate,
     with negative damping and friction as well. NaN from where the integration of a cell ended early. In this thread.
     """
-    warm_up(options.law, signals=True)
     n, rate = durations.size, np.sqrt(cells["stiffness"] / cells["mass"])
-    columns, rows = to_kernel(cells, 1.0), new_results(n)
+    columns, rows = to_kernel(cells, 1.0), new_signals(n)
     columns[layout.HORIZON] = durations * rate
     numbers = np.arange(n, dtype=np.float64)
     segments = np.column_stack([columns[layout.HORIZON], columns[layout.BELT], np.zeros(n)])
-    belts = Segments(segments, np.column_stack([numbers, numbers + 1.0]))
+    belts = segments, np.column_stack([numbers, numbers + 1.0])
     signals = np.full((layout.SIGNAL_ROWS, n * samples), np.nan)
     step = columns[layout.HORIZON] / max(samples - 1, 1)
     wanted = np.column_stack([numbers * samples, (numbers + 1.0) * samples, np.zeros(n), step])
-    run(options.law, belts, Signals(rows, wanted, signals, NO_STOPS), columns, options.rtol, options.max_steps)
+    run = kernels(options.law, signals=True).run_signals
+    run(columns, options.rtol, options.max_steps, stop_flag(), belts, rows, wanted, signals)
     each = {name: np.repeat(values, samples) for name, values in cells.items()}
     motion = signals_to_si(signals, each, np.repeat(columns, samples, axis=1))
     return {name: values.reshape(n, samples) for name, values in motion.items()}

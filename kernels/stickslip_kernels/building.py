@@ -1,0 +1,142 @@
+"""Compiling a machine into one object, in a process that does nothing else.
+
+Numba compiles a function together with all it calls: it links, optimises and emits what lies below each of 240
+functions, once more at each. Only the outermost is called from outside. So the parts stay as Numba lowers them; they
+are linked once, all but the outermost made local, and optimised as a whole.
+
+What this relies on in Numba is not public, and all of it is here; tried with 0.68. Where it fails, `doors.c_functions`
+does with public calls what takes three times as long.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+from functools import partial
+from pathlib import Path
+
+# Intel's vector functions are not in every process that may load the object.
+os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+from numba.core import codegen, types
+from numba.core.registry import cpu_target
+
+from . import jit, objects
+
+# What LLVM may call of the C library for an intrinsic of its own.
+_CALLED_FOR_INTRINSICS = ("sin", "cos", "tan", "exp", "exp2", "log", "log2", "log10", "pow", "fmod")
+
+
+class Part(codegen.JITCodeLibrary):
+    """A function as it was lowered; nothing is linked, optimised or emitted."""
+
+    def _optimize_functions(self, module):
+        module.data_layout = self._codegen._data_layout
+
+    def add_linking_library(self, library):
+        """Note a function that this one calls."""
+        self._linking_libraries.append(library)
+
+    def finalize(self):
+        """Leave it as it is."""
+        self._finalized = True
+
+    def get_pointer_to_function(self, name):
+        """No address: the part is not called."""
+        return 0
+
+
+class Parts(codegen.JITCPUCodegen):
+    """Has Numba make parts."""
+
+    _library_class = Part
+
+    def set_env(self, name, environment):
+        """Nothing of the interpreter is needed."""
+
+
+def main(law: str, signals: bool, path: str) -> None:
+    """Compile a machine into the object file `path`."""
+    gc.disable()  # an eighth of the time; this process is soon over
+    objects.write(Path(path), *build(law, signals))
+
+
+def build(law: str, signals: bool) -> tuple[list[str], bytes]:
+    """The object of a machine, and the functions it expects in a process. From now on nothing else compiles here."""
+    jit.compile_parts()
+    context = cpu_target.target_context
+    context.refresh()
+    context._internal_codegen = maker = Parts("parts")
+    context.create_cfunc_wrapper = partial(_make_door, context)
+    _remember_operators()
+    from . import doors  # decorates the kernels, as parts
+
+    functions = doors.c_functions(law, signals)
+    parts: dict[codegen.CPUCodeLibrary, None] = {}
+    for function in functions.values():
+        _gather(function._library, parts)
+    whole = llvm.parse_assembly(str(maker._create_empty_module("kernels")))
+    for part in parts:
+        whole.link_in(part._final_module)
+    for name, function in functions.items():
+        whole.get_function(function.native_name).name = name
+    _make_local(whole, set(functions))
+    passes, builder = maker._module_pass_manager()
+    passes.run(whole, builder)
+    whole.verify()
+    return _symbols(whole), maker._tm.emit_object(whole)
+
+
+def _make_door(context, library, function, environment, call_helper) -> None:
+    """Numba's wrapper of a C function, without its words on exceptions: kernels never raise."""
+    module, convention, kinds = context.create_module("door"), context.call_conv, function.argtypes
+    inner_type = convention.get_function_type(function.restype, kinds)
+    door_type = ir.FunctionType(context.get_value_type(function.restype), [context.get_value_type(k) for k in kinds])
+    inner = ir.Function(module, inner_type, function.llvm_func_name)
+    door = ir.Function(module, door_type, function.llvm_cfunc_wrapper_name)
+    builder = ir.IRBuilder(door.append_basic_block())
+    _, result = convention.call_function(builder, inner, function.restype, kinds, door.args)
+    builder.ret(result)
+    library.add_ir_module(module)
+
+
+def _gather(library, parts) -> None:
+    """Add a part and all it calls. Numba's own runtime is none, and none of it may be needed."""
+    if isinstance(library, Part) and library not in parts:
+        parts[library] = None
+        for called in library._linking_libraries:
+            _gather(called, parts)
+
+
+def _make_local(module, kept: set[str]) -> None:
+    """Let nothing but the functions `kept` be seen from outside, so that whatever has been merged goes."""
+    for thing in (*module.functions, *module.global_variables):
+        if not thing.is_declaration:
+            thing.linkage = "external" if thing.name in kept else "internal"
+
+
+def _symbols(module) -> list[str]:
+    """The functions a module expects to find, those in place of intrinsics included."""
+    declared = [function.name for function in module.functions if function.is_declaration]
+    called = {name for name in declared if not name.startswith("llvm.")}
+    called |= {name.split(".")[1] for name in declared if name.startswith("llvm.")} & set(_CALLED_FOR_INTRINSICS)
+    return sorted(called | {variable.name for variable in module.global_variables if variable.is_declaration})
+
+
+def _remember_operators() -> None:
+    """Have Numba remember what an operator does with numbers of some types.
+
+    It asks every implementation, those of strings, sets and dates too, at each `+`: a quarter of the time.
+    """
+    resolve, known = types.BaseFunction.get_call_type, {}
+
+    def get_call_type(self, context, args, kws):
+        if kws or getattr(self.typing_key, "__module__", None) != "_operator":
+            return resolve(self, context, args, kws)
+        if (self, args) not in known:
+            known[self, args] = resolve(self, context, args, kws)
+        return known[self, args]
+
+    types.BaseFunction.get_call_type = get_call_type  # type: ignore[method-assign]

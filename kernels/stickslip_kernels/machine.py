@@ -1,0 +1,120 @@
+"""The compiled kernels as functions of arrays; Numba is not needed for it.
+
+The loader of LLVM puts an object into memory and links it with the mathematics of the C library. The calls are those
+of C, without the interpreter's lock.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+from numpy.typing import NDArray
+
+from . import layout as at
+from .blank import NO_STOPS
+
+# The functions of an object (`doors.py`) by the kinds of their arguments, all of 64 bits: f, i a number, F, I the
+# address of an array of them. They return an integer that means nothing.
+REGIMES = {
+    "run_regimes": "FiffIFFi",  # cells, n, rtol, max_steps, stop, lanes, results, early_stop
+    "friction": "FiFF",  # cells, n, speeds, coefficients
+}
+SIGNALS = {
+    # cells, n, rtol, max_steps, stop, lanes, results, runs, signals, samples, stops, their rows, segments, their
+    # number, spans
+    "run_signals": "FiffIFFFFiFiFiF",
+}
+_C_TYPES: dict[str, Any] = {"f": ctypes.c_double, "i": ctypes.c_int64, "F": ctypes.c_void_p, "I": ctypes.c_void_p}
+
+Addresses = Mapping[str, int]
+Floats = NDArray[np.float64]
+StopFlag = NDArray[np.int64]
+_loaded: list[Any] = []  # what holds the code; it is never given back, since a thread may be running it
+
+
+class UnknownSymbolError(Exception):
+    """An object expects a function that this process does not have."""
+
+
+def doors(signals: bool) -> dict[str, str]:
+    """The functions of an object for maps or for signals, and the kinds of their arguments."""
+    return SIGNALS if signals else REGIMES
+
+
+def load(symbols: list[str], code: bytes, signals: bool) -> Addresses:
+    """Addresses of the functions of an object, which is loaded into this process for good."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    target = llvm.Target.from_triple(llvm.get_process_triple())
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target.create_target_machine(jit=True))
+    if missing := [name for name in symbols if not llvm.address_of_symbol(name)]:
+        raise UnknownSymbolError(f"no function {', '.join(missing)} in this process")  # the loader would end it
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    _loaded.append(engine)
+    return {name: engine.get_function_address(name) for name in doors(signals)}
+
+
+class Machine:
+    """The kernels of one friction law, for maps or for signals. Calls are serial, and may be made from any thread."""
+
+    def __init__(self, addresses: Addresses, signals: bool) -> None:
+        self._functions: dict[str, Any] = {}
+        for name, kinds in doors(signals).items():
+            prototype = ctypes.CFUNCTYPE(ctypes.c_int64, *(_C_TYPES[kind] for kind in kinds))
+            self._functions[name] = prototype(addresses[name])
+
+    def run_regimes(
+        self, cells: Floats, rtol: float, max_steps: float, stop: StopFlag, results: Floats, early_stop: bool
+    ) -> None:
+        """Integrate every cell of a block on its steady belt, and say what becomes of it.
+
+        cells : float64 (CELL_ROWS, n), kernel units. rtol, max_steps : tolerance of a step, trial steps a cell may
+            take. stop : int64 (1,); when another thread sets it, the block is abandoned, and unfinished cells stay
+            "not computed".
+        results : float64 (RESULT_ROWS, n) from `blank.new_regimes`. early_stop : whether a cell is over once its
+            regime is known.
+        """
+        n, lanes = cells.shape[1], np.zeros(at.LANE_NUMBERS)
+        self._functions["run_regimes"](
+            _at(cells, (at.CELL_ROWS, n)), n, rtol, max_steps, _at(stop, (1,), np.int64), lanes.ctypes.data,
+            _at(results, (at.RESULT_ROWS, n)), bool(early_stop),
+        )  # fmt: skip
+
+    def run_signals(
+        self, cells: Floats, rtol: float, max_steps: float, stop: StopFlag, drive: tuple[Floats, Floats],
+        results: Floats, runs: Floats, signals: Floats, stops: Floats = NO_STOPS,
+    ) -> None:  # fmt: skip
+        """Integrate every cell of a block on a belt that follows segments, and sample its motion.
+
+        cells, rtol, max_steps, stop : as for `run_regimes`; BELT and HORIZON are not used.
+        drive : segments, float64 (any, SEGMENT_COLUMNS), and by cell the first of its own and the one past its last,
+            float64 (n, 2). results : float64 (RIG_ROWS, n) from `blank.new_signals`.
+        runs : float64 (n, RUN_COLUMNS), where each cell puts its samples. signals : float64 (SIGNAL_ROWS, any); what is
+            not reached stays as it was. stops : a table of stick phases (any, STOP_COLUMNS), for n = 1, or NO_STOPS.
+        """
+        n, lanes, (segments, spans) = cells.shape[1], np.zeros(at.LANE_NUMBERS), drive
+        samples, rows, pieces = signals.shape[1], stops.shape[0], segments.shape[0]
+        self._functions["run_signals"](
+            _at(cells, (at.CELL_ROWS, n)), n, rtol, max_steps, _at(stop, (1,), np.int64), lanes.ctypes.data,
+            _at(results, (at.RIG_ROWS, n)), _at(runs, (n, at.RUN_COLUMNS)), _at(signals, (at.SIGNAL_ROWS, samples)),
+            samples, _at(stops, (rows, at.STOP_COLUMNS)), rows, _at(segments, (pieces, at.SEGMENT_COLUMNS)), pieces,
+            _at(spans, (n, 2)),
+        )  # fmt: skip
+
+    def friction(self, cells: Floats, speeds: Floats) -> Floats:
+        """Friction coefficient of each cell (CELL_ROWS, n) at a slip speed >= 0 of its own."""
+        found, n = np.empty(speeds.size), speeds.size
+        self._functions["friction"](_at(cells, (at.CELL_ROWS, n)), n, _at(speeds, (n,)), found.ctypes.data)
+        return found
+
+
+def _at(array: NDArray[Any], shape: tuple[int, ...], kind: type = np.float64) -> int:
+    """Address of an array, which must be as the kernels expect it: they look at nothing but numbers."""
+    if array.shape != shape or array.dtype != kind or not array.flags.c_contiguous:
+        raise ValueError(f"expected a C-contiguous array of {kind.__name__}, shape {shape}, got {array.dtype}")
+    return array.ctypes.data

@@ -1,0 +1,54 @@
+"""Compiled kernels in files: nothing damaged, and nothing made for something else, is ever run."""
+
+import pytest
+
+from stickslip_kernels import machine, objects
+
+
+def test_what_is_written_is_read(tmp_path):
+    path = tmp_path / "kernels.o"
+    objects.write(path, ["exp"], b"machine\ncode")
+    assert objects.read(path) == (["exp"], b"machine\ncode")
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_nothing_is_read_where_nothing_is(tmp_path):
+    assert objects.read(tmp_path / "kernels.o") is None
+
+
+@pytest.mark.parametrize("where", [0, 31, 32, 40, -1])
+def test_a_flipped_bit_is_seen(tmp_path, where):
+    path = tmp_path / "kernels.o"
+    objects.write(path, ["exp"], b"machine code")
+    content = bytearray(path.read_bytes())
+    content[where] ^= 1
+    path.write_bytes(content)
+    assert objects.read(path) is None
+
+
+@pytest.mark.parametrize("left", [0, 10, 40])
+def test_a_truncated_file_is_seen(tmp_path, left):
+    path = tmp_path / "kernels.o"
+    objects.write(path, ["exp"], b"machine code")
+    path.write_bytes(path.read_bytes()[:left])
+    assert objects.read(path) is None
+
+
+@pytest.mark.parametrize(("module", "function", "instead"), [
+    (objects.llvm, "get_host_cpu_name", lambda: "z80"),
+    (objects.llvm, "get_host_cpu_features", lambda: objects.llvm.FeatureMap(avx=False)),
+    (objects, "version", lambda package: "0.1"),
+])  # fmt: skip
+def test_another_processor_or_compiler_has_objects_of_its_own(monkeypatch, module, function, instead):
+    here = objects.name_of("stribeck", False)
+    monkeypatch.setattr(module, function, instead)
+    objects._host.cache_clear()
+    try:
+        assert objects.name_of("stribeck", False) != here
+    finally:
+        objects._host.cache_clear()
+
+
+def test_an_object_that_needs_what_this_process_lacks_is_not_loaded():
+    with pytest.raises(machine.UnknownSymbolError, match="no function of_another_world in this process"):
+        machine.load(["exp", "of_another_world"], b"", False)
