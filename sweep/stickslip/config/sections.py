@@ -79,7 +79,7 @@ class Section(BaseModel):
     rows : those of its fields that are numbers of the vocabulary.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(defer_build=True, extra="forbid", frozen=True)
     rows: ClassVar[Mapping[str, Parameter]] = {}
 
     @field_validator("*", mode="before")
