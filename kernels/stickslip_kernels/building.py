@@ -4,8 +4,8 @@ Numba compiles a function together with all it calls: it links, optimises and em
 functions, once more at each. Only the outermost is called from outside. So the parts stay as Numba lowers them; they
 are linked once, all but the outermost made local, and optimised as a whole.
 
-What this relies on in Numba is not public, and all of it is here; tried with 0.61 and 0.68. Where it fails, `doors.c_functions`
-does with public calls what takes three times as long.
+What this relies on in Numba is not public, and all of it is here; tried with 0.61 and 0.68. Where it fails,
+`doors.c_functions` does with public calls what takes three times as long.
 """
 
 from __future__ import annotations
