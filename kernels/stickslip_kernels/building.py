@@ -4,8 +4,8 @@ Numba compiles a function together with all it calls: it links, optimises and em
 functions, once more at each. Only the outermost is called from outside. So the parts stay as Numba lowers them; they
 are linked once, all but the outermost made local, and optimised as a whole.
 
-What this relies on in Numba is not public, and all of it is here; tried with 0.68. Where it fails, `doors.c_functions`
-does with public calls what takes three times as long.
+What this relies on in Numba is not public, and all of it is here; tried with 0.61 and 0.68. Where it fails,
+`doors.c_functions` does with public calls what takes three times as long.
 """
 
 from __future__ import annotations
@@ -83,9 +83,7 @@ def build(law: str, signals: bool) -> tuple[list[str], bytes]:
     for name, function in functions.items():
         whole.get_function(function.native_name).name = name
     _make_local(whole, set(functions))
-    passes, builder = maker._module_pass_manager()
-    passes.run(whole, builder)
-    whole.verify()
+    _optimise(whole, maker._tm)
     return _symbols(whole), maker._tm.emit_object(whole)
 
 
@@ -100,6 +98,14 @@ def _make_door(context, library, function, environment, call_helper) -> None:
     _, result = convention.call_function(builder, inner, function.restype, kinds, door.args)
     builder.ret(result)
     library.add_ir_module(module)
+
+
+def _optimise(module, target) -> None:
+    options = llvm.create_pipeline_tuning_options(speed_level=3)
+    options.loop_vectorization, options.loop_interleaving, options.slp_vectorization = True, True, False
+    builder = llvm.create_pass_builder(target, options)
+    builder.getModulePassManager().run(module, builder)
+    module.verify()
 
 
 def _gather(library, parts) -> None:

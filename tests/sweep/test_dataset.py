@@ -196,3 +196,16 @@ def test_datasets_survive_pickling_between_processes():
 
     ds = plane()
     xr.testing.assert_identical(pickle.loads(pickle.dumps(ds)), ds)
+
+
+def test_datasets_of_cells_are_those_that_xarray_itself_would_make():
+    """A few cells are put into a dataset by a shorter way."""
+    cells = {name: np.linspace(1.0, 2.0, 3) for name in ("mass", "stiffness")} | {"belt_speed": 0.1}
+    results = {"regime": np.array([1, 2, 3], np.int8), "period": np.array([1.0, np.nan, 3.0]), "steps": np.ones(3)}
+    ds = cell_dataset(cells, results, {"title": "t"})
+    again = {name: xr.Variable(v.dims, v.values, v.attrs, v.encoding) for name, v in ds.variables.items()}
+    own = xr.Dataset({n: again[n] for n in ds.data_vars}, {n: again[n] for n in ds.coords}, ds.attrs)
+    assert ds.identical(own) and list(ds.variables) == list(own.variables)
+    assert (ds.sizes, ds.encoding, dict(ds.indexes)) == (own.sizes, own.encoding, dict(own.indexes))
+    for name, variable in own.variables.items():
+        assert (ds[name].encoding, ds[name].dtype) == (variable.encoding, variable.dtype)

@@ -57,7 +57,12 @@ def provenance(
 
 def git_revision() -> str | None:
     """Commit of the checkout this file is in, "-dirty" appended if tracked files differ; None outside a checkout."""
-    return _revision(Path(__file__).resolve().parents[3])
+    return _revision(_checkout(__file__))
+
+
+@cache
+def _checkout(file: str) -> Path:
+    return Path(file).resolve().parents[3]
 
 
 @cache  # a process runs the files it has loaded, whatever becomes of them
@@ -73,6 +78,7 @@ def _revision(root: Path) -> str | None:
     return done.stdout.strip() or None
 
 
+@cache  # read from the files of the packages, a millisecond
 def software() -> str:
     """Versions of what the numbers depend on, and the kind of machine."""
     found = [f"Python {platform.python_version()}"]

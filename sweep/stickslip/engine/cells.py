@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import cache
 from math import ceil
 from typing import Any
 
@@ -19,6 +20,7 @@ from stickslip.vocabulary.results import VARIABLES
 from stickslip_kernels import layout
 from stickslip_kernels.blank import new_regimes
 
+_AT_ONCE = 6_400_000  # trial steps; what cannot take more ends within a second
 _SMALLEST_BLOCK = 512  # many times the lanes; below, lanes idle at the end of each block
 
 
@@ -43,9 +45,12 @@ def compute(
     cells : gives the cells from start to stop; called from the threads.
     progress : called with (cells done, cells in all) from this thread, now and then.
 
-    Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed".
+    Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed". A few
+    cells are finished first.
     """
     warm_up(options.law)
+    if size * options.max_steps <= _AT_ONCE:  # a pool of threads would take longer to start
+        return _compute_at_once(cells, size, options, progress)
     results, stop = blank_results(size, options), stop_flag()
     done = 0
 
@@ -63,6 +68,17 @@ def compute(
     except KeyboardInterrupt:
         done = int(np.count_nonzero(results["regime"]))  # finished blocks may not have been counted yet
     return Computed(results, done)
+
+
+def _compute_at_once(
+    cells: Callable[[int, int], Cells], size: int, options: Options, progress: Progress | None
+) -> Computed:
+    """`compute` in this thread alone."""
+    rows, done = _run_block(part := cells(0, size), options, stop_flag())
+    found = to_si(rows, part, not options.early_stop)
+    if progress:
+        progress(done, size)
+    return Computed({name: found[name].astype(kind, copy=False) for name, kind in columns(options).items()}, done)
 
 
 def compute_range(
@@ -107,19 +123,27 @@ def _fill(
 
 def columns(options: Options) -> dict[str, np.dtype[Any]]:
     """Names and types of what `compute` gives, in its order."""
-    return {name: values.dtype for name, values in blank_results(0, options).items()}
+    return dict(_columns(options.early_stop))
+
+
+@cache
+def _columns(early_stop: bool) -> dict[str, np.dtype[Any]]:
+    whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
+    names = [v.name for v in VARIABLES.values() if v.when == "always" or not early_stop]
+    return {name: np.dtype(whole.get(name, np.float64)) for name in names}
 
 
 def bytes_per_cell(options: Options) -> int:
     """Memory the results of one cell take."""
-    return sum(values.nbytes for values in blank_results(1, options).values())
+    return sum(kind.itemsize for kind in _columns(options.early_stop).values())
 
 
 def blank_results(size: int, options: Options) -> Results:
     """Results of cells that are not computed: zeros for flags and counts, NaN for the rest."""
-    names = [v.name for v in VARIABLES.values() if v.when == "always" or not options.early_stop]
-    whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
-    return {name: np.zeros(size, whole[name]) if name in whole else np.full(size, np.nan) for name in names}
+    return {
+        name: np.full(size, np.nan) if kind == np.float64 else np.zeros(size, kind)
+        for name, kind in _columns(options.early_stop).items()
+    }
 
 
 def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
@@ -134,8 +158,9 @@ def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[n
         run(cells, options.rtol, options.max_steps, stop, ordered, False)
         rows[:, order] = ordered
     unfinished = rows[layout.STATUS] == layout.NOT_RUN
-    rows[:, unfinished] = new_regimes(1)  # nothing incomplete leaves this place
-    return rows, int((~unfinished).sum())
+    if left := int(np.count_nonzero(unfinished)):
+        rows[:, unfinished] = new_regimes(1)  # nothing incomplete leaves this place
+    return rows, unfinished.size - left
 
 
 def _longest_first(cells: NDArray[np.float64]) -> NDArray[np.intp]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from difflib import get_close_matches
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 Cells = dict[str, NDArray[np.float64]]
 _ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
+_FEW = 4096  # cells; so many are laid out in a table, which is quicker than broadcasting but takes its memory
+_DEFAULTS = {name: np.array(row.default) for name, row in PARAMETERS.items() if row.default is not None}
 
 
 def as_cells(given: Mapping[str, Any] | xr.Dataset) -> Cells:
@@ -36,15 +39,25 @@ def as_cells(given: Mapping[str, Any] | xr.Dataset) -> Cells:
         elif parameter.default is None:
             raise ValueError(f"{name} is missing ({parameter.long_name}, {parameter.units})")
         else:
-            arrays[name] = np.array(parameter.default)
+            arrays[name] = _DEFAULTS[name]
+    cells = _of_one_length({name: arrays[name] for name in PARAMETERS})
+    _check_between(cells)
+    return cells
+
+
+def _of_one_length(arrays: dict[str, NDArray[np.float64]]) -> Cells:
+    """The arrays broadcast against each other, and flattened."""
     try:
-        broadcast = np.broadcast_arrays(*(arrays[name] for name in PARAMETERS))
+        shape = np.broadcast_shapes(*{value.shape for value in arrays.values()})
     except ValueError:
         shapes = ", ".join(f"{name} {value.shape}" for name, value in arrays.items() if value.ndim)
         raise ValueError(f"the parameters do not fit together; their shapes are {shapes}") from None
-    cells = {name: value.reshape(-1) for name, value in zip(PARAMETERS, broadcast, strict=True)}
-    _check_between(cells)
-    return cells
+    if (size := prod(shape)) > _FEW:
+        return {name: np.broadcast_to(value, shape).reshape(-1) for name, value in arrays.items()}
+    table = np.empty((len(arrays), *shape))
+    for row, value in enumerate(arrays.values()):
+        table[row] = value
+    return dict(zip(arrays, table.reshape(-1, size), strict=True))
 
 
 def impossible(cells: Cells) -> NDArray[np.bool_]:
@@ -87,6 +100,8 @@ def _numbers(name: str, value: Any) -> NDArray[np.float64]:
 
 def _check_range(parameter: Parameter, values: NDArray[np.float64]) -> None:
     """NaN is allowed only where it means "absent" (its own default)."""
+    if values.ndim == 0 and parameter.allows(values.item()):
+        return
     wrong = ~np.asarray(parameter.allows(values))
     if wrong.any():
         place = "" if values.ndim == 0 else f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]"

@@ -51,8 +51,7 @@ class Description(TypedDict):
 @cache
 def versions() -> dict[str, str]:
     """What must be equal for equal bits, as this process loaded it."""
-    import numba
-    import numpy
+    from importlib.metadata import version
 
     from stickslip import engine
 
@@ -60,8 +59,8 @@ def versions() -> dict[str, str]:
         "stickslip": __version__,
         "kernels": engine.kernels_digest(),
         "Python": ".".join(platform.python_version_tuple()[:2]),
-        "numba": numba.__version__,
-        "numpy": numpy.__version__,
+        "numba": version("numba"),
+        "numpy": version("numpy"),
     }
 
 
