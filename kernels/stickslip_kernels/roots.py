@@ -6,7 +6,8 @@ about that guess reverted; where that does not settle they ask `crossing`.
 """
 
 from . import layout as at
-from .dense import friction_work, horner, rise_and_work, speed
+from .dense import friction_work, horner, load_and_speed, rise_and_work, speed
+from .equations import slope_in_lane
 from .jit import compiled
 
 MOST_TRIES = 60
@@ -144,7 +145,10 @@ def extreme_speed(s, i, end, at_end, resolved):
 
 @compiled
 def extreme_slope(law, s, i, end, at_end):
-    """w' where w'' vanishes before `end`. at_end : as for `arrival`."""
+    """w' where w'' vanishes before `end`. at_end : as for `arrival`.
+
+    The time by the series, w' there by the equation of motion: the derivative of a series is less exact than the series.
+    """
     jerk, snap = s[at.JERK + i], 6.0 * s[at.SERIES + 3 * at.WIDTH + i]
     change = at_end[2] - jerk
     part = -jerk / change
@@ -152,9 +156,15 @@ def extreme_slope(law, s, i, end, at_end):
     for _ in range(GUESSES):
         if not 0.0 < t <= end:
             break
-        _, dw, jerk, snap = speed(s, i, t)
-        d = -jerk / snap
+        w, dw, half_jerk, sixth_snap, once, _ = horner(s, i, t)
+        d = -half_jerk / (3.0 * sixth_snap)
         if abs(d) <= FOR_A_VALUE_BY_NEWTON * end and 0.0 < t + d <= end:
-            return dw + d * (jerk + 0.5 * d * snap)
+            once += d * (w + d * (0.5 * dw + d * (half_jerk * (1.0 / 3.0) + d * sixth_snap * 0.25)))
+            w += d * (dw + d * (half_jerk + d * sixth_snap))
+            t += d
+            y = s[at.Y + i] + t * (s[at.B + i] + 0.5 * t * s[at.ALPHA + i]) - once
+            return slope_in_lane(law, s, i, y, w)
         t += d
-    return speed(s, i, crossing(s, i, 2, 0.0, end, at_end, FOR_A_VALUE_BY_NEWTON))[1]
+    t = crossing(s, i, 2, 0.0, end, at_end, FOR_A_VALUE_BY_NEWTON)
+    y, w = load_and_speed(s, i, t)
+    return slope_in_lane(law, s, i, y, w)

@@ -11,7 +11,12 @@ from stickslip_kernels.laws import LAWS
 
 B, GAMMA, OFFSET, SLOPE, DROP, RATE = 0.4, 0.05, 1.0, 0.1, 0.3, 3.0
 Y0, W0 = 0.4, 0.3
-WEAKENING = {"stribeck": lambda z: np.exp(-z), "rational": lambda z: 1.0 / (1.0 + z)}
+WEAKENING = {
+    "stribeck": lambda z: np.exp(-z),
+    "rational": lambda z: 1.0 / (1.0 + z),
+    "gaussian": lambda z: np.exp(-z * z),
+    "cubic": lambda z: 1.0 - 1.5 * z + 0.5 * z**3,
+}
 
 
 def lanes(law="stribeck", y=Y0, w=W0, gamma=GAMMA, step=np.inf, end=np.inf):

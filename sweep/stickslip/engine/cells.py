@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.compiled import run, warm_up
+from stickslip.engine.exponents import run
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import spread, stop_flag
@@ -46,7 +46,6 @@ def compute(
 
     Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed".
     """
-    warm_up(options.law)
     results, stop = blank_results(size, options), stop_flag()
     done = 0
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.compiled import run, warm_up
+from stickslip.engine.exponents import run
 from stickslip.engine.options import Options, Results, StopFlag
 from stickslip.engine.scales import to_kernel
 from stickslip.vocabulary.cells import Cells
@@ -49,7 +49,6 @@ def compute_rigs(
     acceleration, shape (m, 3): duration (s), speed at the start (m/s), acceleration (m/s2); the speed does not jump
     between them. Once `stop` is raised, what is left has the status "not_run".
     """
-    warm_up(options.law, signals=True)
     m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]
     rate, speed = np.sqrt(k / m), load / np.sqrt(k * m)
     counts = [_samples(drive, sampling.rate, start) for drive, start in zip(drives, sampling.start, strict=True)]

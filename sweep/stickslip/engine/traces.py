@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.compiled import run, warm_up
+from stickslip.engine.exponents import run
 from stickslip.engine.options import Options, Results
 from stickslip.engine.scales import signals_to_si, to_kernel
 from stickslip.errors import NotReachedError
@@ -21,7 +21,6 @@ def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Res
 
     The stepping is that of `compute`. Raises NotReachedError if the integration does not reach the last time.
     """
-    warm_up(options.law, signals=True)
     rate = float(np.sqrt(cell["stiffness"][0] / cell["mass"][0]))
     horizon = max(float(times[-1]), np.finfo(float).tiny)
     column, rows = to_kernel(cell, horizon), new_results(1)
@@ -43,7 +42,6 @@ def flows(cells: Cells, durations: NDArray[np.float64], samples: int, options: O
     The samples of a cell are evenly spaced and include both ends. The cells may be any that the kernels can integrate,
     with negative damping and friction as well. NaN from where the integration of a cell ended early. In this thread.
     """
-    warm_up(options.law, signals=True)
     n, rate = durations.size, np.sqrt(cells["stiffness"] / cells["mass"])
     columns, rows = to_kernel(cells, 1.0), new_results(n)
     columns[layout.HORIZON] = durations * rate
