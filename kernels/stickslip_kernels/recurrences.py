@@ -9,8 +9,7 @@ in rows SERIES_FACTOR. So one loop (`taylor.py`) serves every law; a recurrence 
 coefficient of the one it keeps is found.
 """
 
-from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from . import layout as at
 from .jit import compiled
@@ -26,10 +25,10 @@ class Recurrence(NamedTuple):
 
     f: int
     g: int
-    begin: Callable
-    scale: Callable
-    next_f: Callable
-    next_g: Callable
+    begin: Any
+    scale: Any
+    next_f: Any
+    next_g: Any
 
 
 # --- parts of more than one ----------------------------------------------------------------------------------------
