@@ -2,6 +2,7 @@
 
 import pytest
 
+from stickslip.engine.exponents import OWN_KERNELS
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUSES
 from stickslip.vocabulary.laws import LAWS
 from stickslip_kernels import laws, layout
@@ -16,5 +17,5 @@ def test_every_law_has_a_name_and_a_shape():
     assert set(LAWS) == set(laws.LAWS) - {"gaussian"}  # a case of stribeck_delta
 
 
-def test_exponents_of_their_own_have_laws():
-    assert set(laws.stribeck_delta.SPECIAL.values()) <= set(laws.LAWS)
+def test_exponents_with_kernels_of_their_own_name_laws_of_the_kernels():
+    assert set(OWN_KERNELS.values()) <= set(laws.LAWS)

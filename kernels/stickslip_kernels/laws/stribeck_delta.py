@@ -2,7 +2,8 @@
 
 B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the
 control of machines with friction, Automatica 30 (1994) 1083-1138, Eq. (3). Here delta >= 1: below, the curve falls
-vertically at w = 0, and no method that needs a slope can leave it.
+vertically at w = 0, and no method that needs a slope can leave it. Where delta is no whole number the motion has no Taylor
+series at w = 0. Cells of delta 1 and 2 are better off with `stribeck` and `gaussian`.
 """
 
 from math import inf
@@ -19,7 +20,6 @@ class StribeckDelta(NamedTuple):
 
 
 TAG = StribeckDelta(1)
-SPECIAL = {1.0: "stribeck", 2.0: "gaussian"}  # exponents at which the curve is that of a law with a recurrence
 FLATTEST = 1e-290  # slopes nearer to zero are below the smallest value of the exponential
 MOST_TRIES = 60
 

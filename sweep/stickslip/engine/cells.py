@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.engine.compiled import warm_up
 from stickslip.engine.exponents import run
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.scales import to_kernel, to_si
@@ -46,6 +47,7 @@ def compute(
 
     Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed".
     """
+    warm_up(options.law)
     results, stop = blank_results(size, options), stop_flag()
     done = 0
 

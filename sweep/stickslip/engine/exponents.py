@@ -16,10 +16,10 @@ from stickslip.engine import compiled
 from stickslip.engine.options import StopFlag
 from stickslip_kernels import layout
 from stickslip_kernels.drive import Segments
-from stickslip_kernels.laws import stribeck_delta
 from stickslip_kernels.observers.signals import Signals
 
 Floats = NDArray[np.float64]
+OWN_KERNELS = {1.0: "stribeck", 2.0: "gaussian"}  # by exponent: laws of the kernels that have a Taylor step
 _load = cache(compiled.warm_up)  # once a process, and only what some cell needs
 
 
@@ -42,15 +42,11 @@ def run(
 
 def _kernels(law: str, exponents: Floats) -> Iterator[tuple[str, NDArray[np.bool_] | None]]:
     """Names of kernels, and which cells are theirs; None for all."""
-    special = stribeck_delta.SPECIAL if law == "stribeck_delta" else {}
-    others = np.ones(exponents.size, bool)
-    for exponent, name in special.items():
+    left = np.ones(exponents.size, bool)
+    for exponent, name in OWN_KERNELS.items() if law == "stribeck_delta" else ():
         chosen = exponents == exponent
-        if chosen.all():
-            yield name, None
-            return
+        left &= ~chosen
         if chosen.any():
-            yield name, chosen
-            others &= ~chosen
-    if others.any():
-        yield law, None if others.all() else others
+            yield name, None if chosen.all() else chosen
+    if left.any() or not left.size:
+        yield law, None if left.all() else left
