@@ -18,8 +18,8 @@ from .jit import compiled
 class Recurrence(NamedTuple):
     """One of them; the functions are compiled, those made by `next_f` and `next_g` for coefficient n.
 
-    f, g : first rows of the factors. begin(s, i) : what must be known before the first coefficient. scale(s, i, per_m) :
-    scale_m, given 1/m. next_f(n)(s, i, dw_n, w_1) : f_n, given coefficient n of w' and n + 1 of w.
+    f, g : first rows of the factors. begin(s, i) : what must be known before the first coefficient.
+    scale(s, i, per_m) : scale_m, given 1/m. next_f(n)(s, i, dw_n, w_1) : f_n, given coefficient n of w' and n + 1 of w.
     next_g(n)(s, i, x_n, w_n) : g_n, given coefficients n of x and w.
     """
 
@@ -80,9 +80,7 @@ def exponential_scale(s, i, per_m):
     return s[at.RATE + i] * -per_m
 
 
-EXPONENTIAL = Recurrence(
-    at.SERIES_DW, at.SERIES_WEAK, nothing, exponential_scale, lambda n: slope, lambda n: weakening
-)
+EXPONENTIAL = Recurrence(at.SERIES_DW, at.SERIES_WEAK, nothing, exponential_scale, lambda n: slope, lambda n: weakening)
 
 # --- x = drop/(1 + rate w): (1 + rate w) x has no coefficients but the first ----------------------------------------
 
@@ -130,9 +128,7 @@ def slope_of_square(n):
     return coefficient
 
 
-GAUSSIAN = Recurrence(
-    at.SERIES_FACTOR, at.SERIES_WEAK, nothing, gaussian_scale, slope_of_square, lambda n: weakening
-)
+GAUSSIAN = Recurrence(at.SERIES_FACTOR, at.SERIES_WEAK, nothing, gaussian_scale, slope_of_square, lambda n: weakening)
 
 # --- x = drop (1 - 3/2 rate w + 1/2 (rate w)^3): x' = 3/2 drop rate ((rate w)^2 - 1) w' -----------------------------
 

@@ -148,8 +148,8 @@ def extreme_speed(s, i, end, at_end, resolved):
 def extreme_slope(law, s, i, end, at_end):
     """w' where w'' vanishes before `end`. at_end : as for `arrival`.
 
-    The time by the series, w' there by the equation of motion, which tells besides whether w'' is zero: just above a
-    steep fall of friction it may not be, where what is left of the fall moves w by less than its tolerance, but not w''.
+    The time by the series, w' there by the equation of motion, which tells besides whether w'' is zero. It need not be
+    just above a steep fall of friction, where what is left of the fall moves w by less than its tolerance, but not w''.
     """
     jerk, snap = s[at.JERK + i], 6.0 * s[at.SERIES + 3 * at.WIDTH + i]
     change = at_end[2] - jerk

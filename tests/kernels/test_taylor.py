@@ -27,7 +27,7 @@ def series(base, count, s, lane=0):
 
 @EVERY_LAW
 def test_coefficients_are_the_derivatives_of_the_motion(law):
-    """Products of series in 40 digits, written independently: the derivatives of the shape, composed with the motion."""
+    """Products of series in 40 digits, written independently: the series of the shape, composed with the motion."""
     s = lanes(law)
     taylor.expand(LAWS[law], s)
     with mpmath.workdps(40):

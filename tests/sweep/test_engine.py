@@ -61,7 +61,9 @@ def test_a_cell_does_not_depend_on_the_exponents_of_its_neighbours():
 
 def test_kernels_of_an_exponent_continue_those_of_its_neighbours():
     cells = mixed(200)
-    near, at_two = (computed(cells | {"delta": np.full(200, delta)}, law="stribeck_delta") for delta in (2 + 1e-12, 2.0))
+    near, at_two = (
+        computed(cells | {"delta": np.full(200, delta)}, law="stribeck_delta") for delta in (2 + 1e-12, 2.0)
+    )
     np.testing.assert_array_equal(near["regime"], at_two["regime"])
     for name in ("breakaway_time", "restick_time", "period", "slip_speed_max", "acceleration_max"):
         np.testing.assert_allclose(near[name], at_two[name], rtol=1e-5, err_msg=name)

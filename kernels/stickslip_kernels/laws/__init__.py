@@ -5,8 +5,8 @@ Every law is a *shape* that weakening friction follows over the slip speed w, fr
     mu(w) = a1 + a2 w + a3 shape(w/a4, delta)
 
 The kernels get the tag of a law as first argument. Its type decides which shape they are compiled with; there is no
-branch at run time. A law file holds the tag class, its `TAG`, its RECURRENCE if it has one (`recurrences.py`; it is then
-stepped by its Taylor series, others by Runge-Kutta), and functions of z = w/a4:
+branch at run time. A law file holds the tag class, its `TAG`, its RECURRENCE if it has one (`recurrences.py`; such laws
+are stepped by the Taylor series of the motion, others by Runge-Kutta), and functions of z = w/a4:
 
     shape(z, delta)                         the shape itself; straight-line code, for the hot loop
     weakening_slope(z, x, drop, delta)      drop shape'(z), given x = drop shape(z); straight-line code as well
@@ -20,6 +20,8 @@ and, where they differ from the defaults below,
     hidden_depth(delta)                     by how much z may dip inside a step below both ends of it (`steep.py`)
     steps_over(z, z_end)                    whether a Taylor step from z to z_end has passed over friction that neither
                                             end shows; straight-line code
+    bends()                                 whether the curve turns from concave to convex, so that w'' may vanish twice
+                                            within a Taylor step; a constant
 """
 
 from importlib import import_module
@@ -77,6 +79,12 @@ def steps_over(law, z, z_end):
     return False
 
 
+@by_law_inline
+def bends(law):
+    """Whether the curve has an inflection."""
+    return False
+
+
 def _after_tag(function):
     """The function of a law file, with the tag as an additional first argument."""
     return lambda law, *numbers: function(*numbers)
@@ -84,7 +92,7 @@ def _after_tag(function):
 
 for _file in _FILES.values():
     for _function in (
-        shape, weakening_slope, speed_of_shape_slope, inflection, last_weakening, hidden_depth, steps_over
+        shape, weakening_slope, speed_of_shape_slope, inflection, last_weakening, hidden_depth, steps_over, bends,
     ):  # fmt: skip
         if _of_law := getattr(_file, _function.__name__, None):
             _function.of(type(_file.TAG))(_after_tag(_of_law))

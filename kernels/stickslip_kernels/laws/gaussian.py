@@ -1,4 +1,7 @@
-"""Gaussian weakening, e^(-(w/a4)^2): `stribeck_delta` at delta = 2, which has a recurrence that other exponents lack."""
+"""Gaussian weakening, e^(-(w/a4)^2): `stribeck_delta` at delta = 2, which has a recurrence where others have none.
+
+No law of its own for people: the engine sends cells of that exponent here.
+"""
 
 from typing import NamedTuple
 
@@ -61,3 +64,9 @@ def hidden_depth(delta):
 def steps_over(z, z_end):
     """The shape is even: beyond the zone on both sides nothing tells that it was crossed."""
     return (z > SEEN) & (z_end < -SEEN)
+
+
+@compiled(inline=True)
+def bends():
+    """At 2^(-1/2)."""
+    return True

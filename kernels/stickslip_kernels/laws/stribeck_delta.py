@@ -2,8 +2,8 @@
 
 B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the
 control of machines with friction, Automatica 30 (1994) 1083-1138, Eq. (3). Here delta >= 1: below, the curve falls
-vertically at w = 0, and no method that needs a slope can leave it. Where delta is no whole number the motion has no Taylor
-series at w = 0. Cells of delta 1 and 2 are better off with `stribeck` and `gaussian`.
+vertically at w = 0, and no method that needs a slope can leave it. The motion has no Taylor series at w = 0 where delta
+is no whole number. At 1 and 2 the laws `stribeck` and `gaussian` are the same curve, and faster.
 """
 
 from math import inf
