@@ -10,6 +10,7 @@ from helpers.slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, 
 from stickslip_kernels import layout as at
 from stickslip_kernels import taylor
 from stickslip_kernels.laws import LAWS, RECURRENCES
+from stickslip_kernels.steep import may_bend_twice
 
 RTOL = 1e-9
 EVERY_LAW = pytest.mark.parametrize("law", [name for name, tag in LAWS.items() if type(tag) in RECURRENCES])
@@ -108,6 +109,30 @@ def test_a_step_whose_series_disagrees_with_the_equations_is_refused_and_halved(
     taylor.sum_series(s)
     taylor.judge_step(LAWS[law], s)
     assert s[at.GOOD] == 0.0 and s[at.STEP] == 2.0
+
+
+def test_a_step_across_a_gaussian_zone_that_neither_end_shows_is_refused():
+    """From six a4 above standstill to as far below; it was called good, and a re-stick after it was wrong by 1e-3."""
+    s = lanes("gaussian", y=-2.0, w=0.6, rate=10.0, gamma=0.0)
+    assert s[at.DW] < -1.0
+    for _ in range(20):
+        taylor.try_step(LAWS["gaussian"], s, 1e-6)
+        if s[at.GOOD] == 1.0:
+            break
+    assert s[at.GOOD] == 1.0 and s[at.W_NEW] > -0.14
+    assert end_of_step(s) == pytest.approx(
+        exact(s[at.TAKEN], "gaussian", y=-2.0, w=0.6, rate=10.0, gamma=0.0), abs=1e-6
+    )
+
+
+def test_an_acceleration_that_peaks_between_two_ends_where_it_falls_is_not_passed_over():
+    """w'' of one sign at both ends, and of the other between: here told by its tangent at the start."""
+    s = np.zeros(at.LANE_NUMBERS)
+    s[at.JERK], s[at.SERIES + 3 * at.WIDTH] = 1.0, -1.0
+    assert may_bend_twice(s, 0, 1.0, 0.0, 0.5) and not may_bend_twice(s, 0, 0.1, 0.0, 0.5)
+    assert not may_bend_twice(s, 0, 1.0, 0.0, -0.5)
+    s[at.DW_TOP] = 2.0
+    assert not may_bend_twice(s, 0, 1.0, 0.5, 0.5)
 
 
 @EVERY_LAW
