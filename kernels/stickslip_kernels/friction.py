@@ -40,8 +40,12 @@ def speed_of_slope(law, cells, c, slope):
 
 @compiled(inline=True)
 def stable_speeds(law, cells, c):
-    """The widest interval about the belt speed of slip speeds at which gamma + mu' > 0; empty if it is not there."""
-    if inflection(law, cells[at.DELTA, c]) == 0.0 and cells[at.A3, c] > 0.0:
+    """The widest interval about the belt speed of slip speeds at which gamma + mu' > 0; empty if it is not there.
+
+    A belt on the convex part of the curve may find itself below it.
+    """
+    convex_from = cells[at.A4, c] * inflection(law, cells[at.DELTA, c])
+    if cells[at.A3, c] > 0.0 and abs(cells[at.BELT, c]) >= convex_from:
         return speed_of_slope(law, cells, c, -cells[at.GAMMA, c]), inf
     return stable_about_belt(law, cells, c)
 

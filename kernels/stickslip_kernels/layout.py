@@ -117,9 +117,10 @@ NOTHING_MET, LOOK_FIRST, HALTED = 0.0, 1.0, 2.0  # committed or rejected; good, 
 ORDER = 14  # of the Taylor step
 SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'
 SERIES_WEAK = SERIES_DW + ORDER * WIDTH  # the same of the weakening part of friction
+SERIES_FACTOR = SERIES_WEAK + ORDER * WIDTH  # the same of what some recurrences keep beside (`recurrences.py`)
 
 # --- slow state: further rows of `lanes`, which only the scalar code uses -------------------------------------------
-SLOW = SERIES_WEAK + ORDER * WIDTH
+SLOW = SERIES_FACTOR + ORDER * WIDTH
 (
     CELL,  # index of the cell in the block, -1: the lane is idle
     MODE,

@@ -7,16 +7,16 @@ six exponentials is too long for the processor to overlap two of them (measured 
 
 from . import layout as at
 from .bits import select
-from .dense import conservative_work, load_and_speed, subtract_damper_work
+from .dense import conservative_work, subtract_damper_work
 from .equations import jerk_in_lane, slope_in_lane
 from .exponential import rough_exp2, rough_log2
 from .friction import coefficient_slope
 from .jit import compiled
 from .laws import inflection
+from .roots import extreme_slope_of_motion as extreme_slope  # noqa: F401 (`stepping.py` asks every stepper for it)
 from .steep import may_hide
 from .tableau import TSITOURAS_54
 
-MOST_TRIES = 30
 STAGE_W = (at.W, at.W_2, at.W_3, at.W_4, at.W_5, at.W_6, at.W_NEW)
 STAGE_DW = (at.DW, at.K_2, at.K_3, at.K_4, at.K_5, at.K_6, at.DW_NEW)
 ERROR_WEIGHTS = TSITOURAS_54.error_weights
@@ -27,7 +27,6 @@ LOG2_SAFETY = -0.152003093445  # log2(0.9)
 SHRINK_MOST, GROW_MOST = 0.2, 6.0
 TINIEST_ERROR2 = 1e-16
 ERROR_SHARE = 0.05  # of the tolerance that one step may spend, so that a whole slip stays within it
-FLAT = 1e-6  # of the step: an extreme value is known when its time is to this
 
 
 @compiled
@@ -163,30 +162,6 @@ def interpolate(s):
         fallen = h * h * (0.5 * w + h * (dw / 6.0 + h * jerk / 24.0) + third / 20.0 + fourth / 30.0 + fifth / 42.0)
         s[at.WORK + i] = conservative_work(s, i, h, s[at.Y_NEW + i] - s[at.Y + i], s[at.W_NEW + i], fallen)
     subtract_damper_work(s)
-
-
-@compiled
-def extreme_slope(law, s, i, h, at_end):
-    """w' where w'' of lane i vanishes within h, at_end being w and its derivatives there.
-
-    The derivatives of a Hermite polynomial are less exact than the polynomial, so w' and w'' are those of the equation
-    of motion along it. By the Illinois method.
-    """
-    low, high, f_low, f_high, slope = 0.0, h, s[at.JERK + i], at_end[2], s[at.DW + i]
-    for _ in range(MOST_TRIES):
-        t = (low * f_high - high * f_low) / (f_high - f_low)
-        y, w = load_and_speed(s, i, t)
-        slope = slope_in_lane(law, s, i, y, w)
-        f = jerk_in_lane(law, s, i, y, w, slope, s[at.B + i] + t * s[at.ALPHA + i])
-        moved = abs(t - high)
-        if f * f_high < 0.0:
-            low, f_low = high, f_high
-        else:
-            f_low *= 0.5
-        high, f_high = t, f
-        if moved <= FLAT * h or f == 0.0:
-            break
-    return slope
 
 
 @compiled

@@ -31,3 +31,14 @@ def may_hide(s, i, h, w, dw):
     down, nearer = -s[at.DW + i], min(s[at.W + i], w)
     slopes = down + dw
     return (slopes > 0.0) & (MARGIN * h * down * dw > slopes * max(s[at.HIDES + i], nearer - s[at.FAR + i]))
+
+
+@compiled(inline=True)
+def may_bend_twice(s, i, h, dw, jerk):
+    """Whether w'', of one sign at both ends of the step of lane i, may vanish twice on the way, at a record of |w'|.
+
+    It falls towards zero, and by its tangent at the start passes it: an extremum of w' that the ends do not show.
+    """
+    jerk0, snap0, top = s[at.JERK + i], 6.0 * s[at.SERIES + 3 * at.WIDTH + i], max(abs(s[at.DW + i]), abs(dw))
+    falls = (jerk0 * jerk > 0.0) & (jerk0 * snap0 < 0.0) & (h * abs(snap0) > abs(jerk0))
+    return falls & (top + h * abs(jerk0) >= s[at.DW_TOP + i])

@@ -1,9 +1,7 @@
-"""What a law is stepped by: the file that its own file names as STEPPER."""
+"""What a law is stepped by: its Taylor series where that has a recurrence, else the Runge-Kutta pair."""
 
 from . import runge_kutta, taylor
-from .laws import STEPPERS, by_law
-
-FILES = {"taylor": taylor, "runge_kutta": runge_kutta}
+from .laws import LAWS, RECURRENCES, by_law
 
 
 @by_law
@@ -30,6 +28,7 @@ def extreme_slope(law, s, i, h, at_end):
     raise NotImplementedError
 
 
-for _tag, _stepper in STEPPERS.items():
+for _tag in map(type, LAWS.values()):
+    _stepper = taylor if _tag in RECURRENCES else runge_kutta
     for _function in (try_step, begin_stepping, restart, extreme_slope):
-        _function.of(_tag)(getattr(FILES[_stepper], _function.__name__))
+        _function.of(_tag)(getattr(_stepper, _function.__name__))

@@ -50,6 +50,11 @@ def mu_start(cells):
     return cells["a1"] + cells["a3"]
 
 
+def exponents(rng, n, most):
+    """Of the law that has one: from 1 to `most`, a third of them exactly 2, which is computed in another way."""
+    return some(rng, 2.0 / 3.0, n, rng.uniform(1.0, most, n), 2.0)
+
+
 def started_anywhere(rng, n, cells):
     """Initial states of every kind: at rest, displaced, sliding."""
     size = 1.0 + np.abs(cells["belt_speed"])
@@ -67,7 +72,7 @@ def wide(rng, n):
     cells["a2"] = some(rng, 0.8, n, log_uniform(rng, 1e-6, 10.0, n))
     cells["a3"] = np.where((rng.random(n) < 0.9) | (cells["a1"] == 0.0), log_uniform(rng, 1e-4, 3.0, n), 0.0)
     cells["a4"] = log_uniform(rng, 1e-3, 10.0, n)
-    cells["delta"] = rng.uniform(1.0, 4.0, n)
+    cells["delta"] = exponents(rng, n, 4.0)
     cells["mu_stop"] = some(rng, 0.25, n, mu_start(cells) * rng.uniform(0.0, 1.0, n), NAN)
     cells["mu_static"] = some(rng, 0.3, n, mu_start(cells) * (1.0 + log_uniform(rng, 1e-4, 2.0, n)), NAN)
     cells["ageing_rate"] = some(rng, 0.15, n, log_uniform(rng, 1e-4, 0.2, n))
@@ -86,13 +91,14 @@ def steep(rng, n):
     cells["damping"] = some(rng, 0.5, n, log_uniform(rng, 1e-5, 0.1, n))
     cells["a3"] = log_uniform(rng, 1e-4, 3.0, n)
     cells["mu_static"] = some(rng, 0.3, n, mu_start(cells) * (1.0 + log_uniform(rng, 1e-3, 3.0, n)), NAN)
+    cells["delta"] = exponents(rng, n, 3.0)
     return cells
 
 
 def near_vh(rng, n):
     """Sliding that is about to lose its stability: damping + mu'(belt) is nearly zero."""
     cells = article_like(rng, n)
-    cells["delta"] = rng.uniform(1.0, 3.0, n)
+    cells["delta"] = exponents(rng, n, 3.0)
     cells["law"] = rng.integers(0, len(LAWS), n)
     cells["belt_speed"] = cells["a4"] * rng.uniform(0.2, np.where(cells["law"] == CUBIC, 1.0, 4.0))
     slope = np.array([slope_at_belt(cells, i) for i in range(n)])
@@ -121,7 +127,7 @@ def slope_at_belt(cells, i):
 def delta(rng, n):
     """The weakening with an exponent."""
     cells = article_like(rng, n)
-    cells["delta"] = rng.uniform(1.0, 4.0, n)
+    cells["delta"] = exponents(rng, n, 4.0)
     cells["belt_speed"] = cells["a4"] * log_uniform(rng, 0.05, 200.0, n)
     started = rng.random(n) < 0.3
     cells["velocity"] = np.where(started, rng.normal(0.0, 1.0, n), NAN)
@@ -149,7 +155,7 @@ def hysteretic(rng, n):
     cells["mu_stop"] = mu_start(cells) * some(rng, 0.8, n, rng.uniform(0.0, 1.0, n), 1.0)
     cells["damping"] = some(rng, 0.6, n, log_uniform(rng, 1e-4, 3.0, n))
     cells["law"] = rng.choice([0, 0, 0, 1, 2, 3], n)
-    cells["delta"] = rng.uniform(1.0, 3.0, n)
+    cells["delta"] = exponents(rng, n, 3.0)
     cells["velocity"] = some(rng, 0.3, n, cells["belt_speed"] * rng.uniform(-2.0, 2.0, n), NAN)
     sliding = ~np.isnan(cells["velocity"])
     cells["displacement"] = np.where(sliding, mu_start(cells) * rng.uniform(0.3, 1.2, n), 0.0)
@@ -164,7 +170,7 @@ def asymmetric(rng, n):
     cells["damping"] = some(rng, 0.6, n, log_uniform(rng, 1e-4, 2.0, n))
     cells["belt_speed"] *= np.where(rng.random(n) < 0.3, -1.0, 1.0)
     cells["law"] = rng.integers(0, len(LAWS), n)
-    cells["delta"] = rng.uniform(1.0, 3.0, n)
+    cells["delta"] = exponents(rng, n, 3.0)
     return cells
 
 
@@ -183,7 +189,7 @@ def strengthening(rng, n):
 FAMILIES = {
     f.__name__: f for f in (wide, steep, near_vh, delta, ageing, hysteretic, asymmetric, strengthening)
 }  # fmt: skip
-LAWS_OF = {"wide": None, "delta": "stribeck_delta"}  # None: any
+LAWS_OF = {"wide": None, "steep": None, "delta": "stribeck_delta"}  # None: any
 
 
 def draw(family, n, rng):

@@ -11,16 +11,21 @@ from stickslip_kernels.laws import LAWS
 
 B, GAMMA, OFFSET, SLOPE, DROP, RATE = 0.4, 0.05, 1.0, 0.1, 0.3, 3.0
 Y0, W0 = 0.4, 0.3
-WEAKENING = {"stribeck": lambda z: np.exp(-z), "rational": lambda z: 1.0 / (1.0 + z)}
+WEAKENING = {
+    "stribeck": lambda z: np.exp(-z),
+    "rational": lambda z: 1.0 / (1.0 + z),
+    "gaussian": lambda z: np.exp(-z * z),
+    "cubic": lambda z: 1.0 - 1.5 * z + 0.5 * z**3,
+}
 
 
-def lanes(law="stribeck", y=Y0, w=W0, gamma=GAMMA, step=np.inf, end=np.inf):
+def lanes(law="stribeck", y=Y0, w=W0, gamma=GAMMA, rate=RATE, step=np.inf, end=np.inf):
     """A buffer with this slip in every lane."""
     s, tag = np.zeros(at.LANE_NUMBERS), LAWS[law]
     rows = {
-        at.Y: y, at.W: w, at.WEAK: DROP * WEAKENING[law](RATE * w), at.B: B, at.G: gamma, at.OFFSET: OFFSET,
-        at.SLOPE: SLOPE, at.DROP: DROP, at.RATE: RATE, at.EXPONENT: 1.0, at.STEP: step, at.TAU_END: end,
-        at.FLOOR: 1e-3, at.FAR: 37.0 / RATE, at.HIDES: 2.0 / RATE,
+        at.Y: y, at.W: w, at.WEAK: DROP * WEAKENING[law](rate * w), at.B: B, at.G: gamma, at.OFFSET: OFFSET,
+        at.SLOPE: SLOPE, at.DROP: DROP, at.RATE: rate, at.EXPONENT: 1.0, at.STEP: step, at.TAU_END: end,
+        at.FLOOR: 1e-3, at.FAR: 37.0 / rate, at.HIDES: 2.0 / rate,
     }  # fmt: skip
     for row, value in rows.items():
         s[row : row + at.WIDTH] = value
@@ -41,11 +46,11 @@ def jerk(tag, s, y, w, dw):
     return jerk_in_lane(tag, s, 0, y, w, dw, B)
 
 
-def exact(t, law="stribeck", y=Y0, w=W0, gamma=GAMMA):
+def exact(t, law="stribeck", y=Y0, w=W0, gamma=GAMMA, rate=RATE):
     """y, w, w' and the friction work after t: u' = b - w, w' = u + gamma u' - mu(w) written out."""
 
     def mu(w):
-        return OFFSET + SLOPE * w + DROP * WEAKENING[law](RATE * w)
+        return OFFSET + SLOPE * w + DROP * WEAKENING[law](rate * w)
 
     def slip(_, state):
         u, w, _ = state

@@ -17,6 +17,7 @@ SHAPES = {
     "stribeck_delta": lambda z, delta: math.exp(-(z**delta)),
     "rational": lambda z, delta: 1 / (1 + z),
     "cubic": lambda z, delta: 1 - 1.5 * z + 0.5 * z**3,
+    "gaussian": lambda z, delta: math.exp(-z * z),
 }
 
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from scipy.optimize import minimize_scalar
 
-from helpers.slip_step import LANE, holding, lanes, numbers, polynomials
+from helpers.slip_step import LANE, exact, holding, lanes, numbers, polynomials
 from stickslip_kernels import layout as at
 from stickslip_kernels import taylor
 from stickslip_kernels.dense import rise_and_work, speed
@@ -94,23 +95,36 @@ def test_an_arrival_is_never_where_the_step_starts():
     assert (t, rise) == pytest.approx((0.5, -0.5 * 0.25 * 0.5 + 0.125 / 3), abs=1e-13)
 
 
-def steepest(s, lane, end, at_end):
-    return extreme_slope(LAW, s, lane, end, at_end)
-
-
 @given(polynomials)
-def test_extreme_values_are_those_at_roots_of_the_next_derivative(p):
+def test_extreme_speeds_are_those_at_roots_of_the_derivative(p):
     f, s = np.polynomial.Polynomial(p), holding(p)
-    for order, found in (
-        (1, lambda *given: extreme_speed(*given, FOR_A_VALUE)[1]),
-        (2, steepest),
-    ):
-        g = f.deriv(order)
-        if g(0.0) * g(1.0) < -1e-3:
-            roots = g.roots()
-            inside = roots[(abs(roots.imag) < 1e-6) & (roots.real > -1e-6) & (roots.real < 1.0 + 1e-6)].real
-            values = (f if order == 1 else f.deriv())(inside)
-            assert min(abs(values - found(s, LANE, 1.0, speed(s, LANE, 1.0)))) < 1e-5 * (1.0 + max(abs(values)))
+    g = f.deriv()
+    assume(g(0.0) * g(1.0) < -1e-3)
+    roots = g.roots()
+    values = f(roots[(abs(roots.imag) < 1e-6) & (roots.real > -1e-6) & (roots.real < 1.0 + 1e-6)].real)
+    found = extreme_speed(s, LANE, 1.0, speed(s, LANE, 1.0), FOR_A_VALUE)[1]
+    assert min(abs(values - found)) < 1e-5 * (1.0 + max(abs(values)))
+
+
+@pytest.mark.parametrize("law", ["stribeck", "rational", "gaussian"])
+@pytest.mark.parametrize(("rate", "y", "w"), [(3.0, 0.4, 0.4), (3e3, 0.6, 1e-3), (3e4, 0.3, 1e-4)])
+def test_the_largest_slope_is_that_of_the_motion_however_steep_the_curve(law, rate, y, w):
+    """Above a steep fall of friction, its tail bends w' where it no longer moves w."""
+    step = np.inf
+    for _ in range(60):
+        s = lanes(law, y, w, rate=rate, step=step)
+        taylor.try_step(LAWS[law], s, 1e-9)
+        step = s[at.STEP]
+        h, y_end, w_end, dw_end = s[at.TAKEN], s[at.Y_NEW], s[at.W_NEW], s[at.DW_NEW]
+        if s[at.GOOD] and s[at.JERK] > 0.0 > s[at.JERK_NEW]:
+            break
+        if s[at.GOOD]:
+            y, w = y_end, w_end
+    else:
+        pytest.fail("no step met the extremum")
+    found = extreme_slope(LAWS[law], s, 0, h, (w_end, dw_end, s[at.JERK_NEW], 0.0))
+    high = minimize_scalar(lambda t: -exact(t, law, y, w, rate=rate)[2], bounds=(0.0, h), options={"xatol": 1e-9 * h})
+    assert found == pytest.approx(-high.fun, rel=1e-9)
 
 
 def test_extreme_values_of_a_step_are_as_good_as_the_step():
@@ -133,7 +147,7 @@ def test_extreme_values_of_a_step_are_as_good_as_the_step():
     assert s[at.JERK] > 0.0 > s[at.JERK_NEW]
     fine = speed(s, 0, crossing(s, 0, 2, 0.0, end, at_end, TO_ROUNDING))[1]
     assert fine > s[at.DW]
-    assert steepest(s, 0, end, at_end) == pytest.approx(fine, rel=1e-11)
+    assert extreme_slope(LAW, s, 0, end, at_end) == pytest.approx(fine, rel=1e-11)
 
 
 @given(st.floats(0.05, 0.95), st.floats(0.2, 2.0))

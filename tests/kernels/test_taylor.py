@@ -6,33 +6,41 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from helpers.slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, exact, lanes
+from helpers.slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, exact, jerk, lanes, slope
 from stickslip_kernels import layout as at
 from stickslip_kernels import taylor
-from stickslip_kernels.laws import LAWS
+from stickslip_kernels.laws import LAWS, RECURRENCES
+from stickslip_kernels.steep import may_bend_twice
 
 RTOL = 1e-9
-LAW = LAWS["stribeck"]
+EVERY_LAW = pytest.mark.parametrize("law", [name for name, tag in LAWS.items() if type(tag) in RECURRENCES])
+SHAPES = {
+    "stribeck": lambda z: mpmath.exp(-z),
+    "rational": lambda z: 1 / (1 + z),
+    "gaussian": lambda z: mpmath.exp(-z * z),
+    "cubic": lambda z: 1 - 3 * z / 2 + z**3 / 2,
+}
 
 
 def series(base, count, s, lane=0):
     return s[base + lane :: at.WIDTH][:count]
 
 
-def test_coefficients_are_the_derivatives_of_the_motion():
-    """Products of series in 40 digits, written independently: x by the exponential series, not by x' = -rate x w'."""
-    s = lanes()
-    taylor.expand(s)
+@EVERY_LAW
+def test_coefficients_are_the_derivatives_of_the_motion(law):
+    """Products of series in 40 digits, written independently: the series of the shape, composed with the motion."""
+    s = lanes(law)
+    taylor.expand(LAWS[law], s)
     with mpmath.workdps(40):
         y, w = [mpmath.mpf(Y0)], [mpmath.mpf(W0)]
+        shape = mpmath.taylor(SHAPES[law], mpmath.mpf(RATE) * w[0], at.ORDER)
         for n in range(at.ORDER):
             powers, total = [mpmath.mpf(1)] + [mpmath.mpf(0)] * n, [mpmath.mpf(0)] * (n + 1)
-            step = [mpmath.mpf(0)] + [-RATE * c for c in w[1:]]  # -rate (w - w0), which has no constant term
+            step = [mpmath.mpf(0)] + [RATE * c for c in w[1:]]  # rate (w - w0), which has no constant term
             for m in range(n + 1):
-                total = [a + b / mpmath.factorial(m) for a, b in zip(total, powers, strict=True)]
+                total = [a + b * shape[m] for a, b in zip(total, powers, strict=True)]
                 powers = [sum(powers[j] * step[k - j] for j in range(k + 1)) for k in range(n + 1)]
-            x = DROP * mpmath.exp(-RATE * w[0]) * total[n]
-            w.append((y[n] - (GAMMA + SLOPE) * w[n] - x) / (n + 1))
+            w.append((y[n] - (GAMMA + SLOPE) * w[n] - DROP * total[n]) / (n + 1))
             y.append(((B if n == 0 else 0) - w[n]) / (n + 1))
         expected = [float(c) for c in w]
     assert series(at.SERIES, at.ORDER + 1, s) == pytest.approx(expected, rel=1e-12)
@@ -42,52 +50,105 @@ def test_coefficients_are_the_derivatives_of_the_motion():
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize("gamma", [0.0, 0.05, 2.0])
-def test_a_step_is_as_exact_as_asked(rtol, gamma):
-    s = lanes(gamma=gamma)
-    taylor.try_step(LAW, s, rtol)
+@EVERY_LAW
+def test_a_step_is_as_exact_as_asked(law, rtol, gamma):
+    s = lanes(law, gamma=gamma)
+    taylor.try_step(LAWS[law], s, rtol)
     h = s[at.TAKEN]
     assert s[at.GOOD] == 1.0 and 0.01 < h <= taylor.LONGEST
-    assert end_of_step(s) == pytest.approx(exact(h, gamma=gamma), abs=rtol + 1e-13)
+    assert end_of_step(s) == pytest.approx(exact(h, law, gamma=gamma), abs=rtol + 1e-13)
 
 
-def test_the_step_follows_the_tolerance_to_the_power_of_its_order():
+@EVERY_LAW
+def test_the_error_of_a_step_falls_with_the_power_after_its_order(law):
+    """Far above rounding: steps of twice and four times what a tight tolerance allows."""
+    errors = []
+    for h in (0.8, 0.4):
+        s = lanes(law)
+        taylor.expand(LAWS[law], s)
+        s[at.TAKEN : at.TAKEN + at.WIDTH] = h
+        taylor.sum_series(s)
+        errors.append(abs(s[at.W_NEW] - exact(h, law)[1]))
+    assert np.log2(errors[0] / errors[1]) > at.ORDER - 1.5 or errors[1] < 1e-14
+
+
+@EVERY_LAW
+def test_the_end_of_a_step_has_the_friction_and_the_jerk_of_the_law(law):
+    s = lanes(law)
+    taylor.try_step(LAWS[law], s, RTOL)
+    y, w, dw, _ = end_of_step(s)
+    assert s[at.WEAK_NEW] == pytest.approx(DROP * float(SHAPES[law](mpmath.mpf(RATE * w))), rel=1e-14)
+    assert dw == pytest.approx(slope(LAWS[law], s, y, w), abs=1e-14)
+    assert s[at.JERK_NEW] == pytest.approx(jerk(LAWS[law], s, y, w, dw), rel=1e-13)
+
+
+@EVERY_LAW
+def test_the_step_follows_the_tolerance_to_the_power_of_its_order(law):
     sizes = []
     for rtol in (1e-10, 1e-8):
-        s = lanes()
-        taylor.try_step(LAW, s, rtol)
+        s = lanes(law)
+        taylor.try_step(LAWS[law], s, rtol)
         sizes.append(s[at.TAKEN])
     assert np.log(sizes[1] / sizes[0]) / np.log(100.0) == pytest.approx(1 / at.ORDER, abs=0.01)
 
 
-def test_a_step_ends_with_the_horizon_and_no_later_than_allowed():
-    for s in (lanes(end=0.01), lanes(step=0.01)):
-        taylor.try_step(LAW, s, RTOL)
+@EVERY_LAW
+def test_a_step_ends_with_the_horizon_and_no_later_than_allowed(law):
+    for s in (lanes(law, end=0.01), lanes(law, step=0.01)):
+        taylor.try_step(LAWS[law], s, RTOL)
         assert s[at.TAKEN] == 0.01
-        assert end_of_step(s) == pytest.approx(exact(0.01), rel=1e-14)
+        assert end_of_step(s) == pytest.approx(exact(0.01, law), rel=1e-14)
 
 
-def test_a_step_whose_series_disagrees_with_the_equations_is_refused_and_halved():
-    s = lanes()
-    taylor.expand(s)
+@EVERY_LAW
+def test_a_step_whose_series_disagrees_with_the_equations_is_refused_and_halved(law):
+    s = lanes(law)
+    taylor.expand(LAWS[law], s)
     taylor.choose_step(s, RTOL)
     s[at.TAKEN : at.TAKEN + at.WIDTH] = 4.0  # far beyond the radius of convergence
     taylor.sum_series(s)
-    taylor.judge_step(s)
+    taylor.judge_step(LAWS[law], s)
     assert s[at.GOOD] == 0.0 and s[at.STEP] == 2.0
 
 
-def test_what_is_not_a_number_is_never_good():
-    s = lanes(w=np.nan)
-    taylor.try_step(LAW, s, RTOL)
+def test_a_step_across_a_gaussian_zone_that_neither_end_shows_is_refused():
+    """Its series and the equations agree at both ends, twenty a4 above standstill and below."""
+    s = lanes("gaussian", y=-2.0, w=0.02, rate=1e3)
+    taylor.expand(LAWS["gaussian"], s)
+    taylor.choose_step(s, 1e-6)
+    s[at.TAKEN : at.TAKEN + at.WIDTH] = 0.02
+    taylor.sum_series(s)
+    series_end = s[at.DW_NEW]
+    taylor.judge_step(LAWS["gaussian"], s)
+    assert s[at.W_NEW] < -0.01 and s[at.DW_NEW] == pytest.approx(series_end, rel=1e-9)
+    assert s[at.GOOD] == 0.0 and s[at.STEP] == 0.01
+
+
+def test_an_acceleration_that_peaks_between_two_ends_where_it_falls_is_not_passed_over():
+    """w'' of one sign at both ends, and of the other between: here told by its tangent at the start."""
+    s = np.zeros(at.LANE_NUMBERS)
+    s[at.JERK], s[at.SERIES + 3 * at.WIDTH] = 1.0, -1.0
+    assert may_bend_twice(s, 0, 1.0, 0.0, 0.5) and not may_bend_twice(s, 0, 0.1, 0.0, 0.5)
+    assert not may_bend_twice(s, 0, 1.0, 0.0, -0.5)
+    s[at.DW_TOP] = 2.0
+    assert not may_bend_twice(s, 0, 1.0, 0.5, 0.5)
+
+
+@EVERY_LAW
+def test_what_is_not_a_number_is_never_good(law):
+    s = lanes(law, w=np.nan)
+    taylor.try_step(LAWS[law], s, RTOL)
     assert s[at.GOOD] == 0.0 and not s[at.STEP] >= at.SMALLEST_STEP
 
 
-@given(st.floats(0.0, 2.0), st.floats(-1.0, 1.0), st.sampled_from([1e-5, 1e-8]))
-def test_steps_from_anywhere_are_as_exact_as_asked(w, y, rtol):
-    s = lanes(y=y, w=w)
-    taylor.try_step(LAW, s, rtol)
-    if s[at.GOOD] == 0.0:  # two coefficients small by chance: the step is halved
-        taylor.try_step(LAW, s, rtol)
+@EVERY_LAW
+@given(w=st.floats(0.0, 2.0), y=st.floats(-1.0, 1.0), rtol=st.sampled_from([1e-5, 1e-8]))
+def test_steps_from_anywhere_are_as_exact_as_asked(law, w, y, rtol):
+    s = lanes(law, y=y, w=w)
+    for _ in range(8):  # two coefficients small by chance: the step is halved
+        taylor.try_step(LAWS[law], s, rtol)
+        if s[at.GOOD] == 1.0:
+            break
     assert s[at.GOOD] == 1.0
-    y1, w1, dw1, _ = exact(s[at.TAKEN], y=y, w=w)
+    y1, w1, dw1, _ = exact(s[at.TAKEN], law, y=y, w=w)
     assert end_of_step(s)[:3] == pytest.approx((y1, w1, dw1), abs=10 * rtol)

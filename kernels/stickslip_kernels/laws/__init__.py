@@ -5,8 +5,8 @@ Every law is a *shape* that weakening friction follows over the slip speed w, fr
     mu(w) = a1 + a2 w + a3 shape(w/a4, delta)
 
 The kernels get the tag of a law as first argument. Its type decides which shape they are compiled with; there is no
-branch at run time. A law file holds the tag class, its `TAG`, its STEPPER (a file that takes steps: "taylor" for what
-weakens as e^-z, else "runge_kutta"), and functions of z = w/a4:
+branch at run time. A law file holds the tag class, its `TAG`, its RECURRENCE if it has one (`recurrences.py`; such laws
+are stepped by the Taylor series of the motion, others by Runge-Kutta), and functions of z = w/a4:
 
     shape(z, delta)                         the shape itself; straight-line code, for the hot loop
     weakening_slope(z, x, drop, delta)      drop shape'(z), given x = drop shape(z); straight-line code as well
@@ -18,6 +18,10 @@ and, where they differ from the defaults below,
     inflection(delta)                       from this z on, the slope only grows
     last_weakening(delta)                   from this z on, the shape is constant to rounding
     hidden_depth(delta)                     by how much z may dip inside a step below both ends of it (`steep.py`)
+    steps_over(z, z_end)                    whether a Taylor step from z to z_end has passed over friction that neither
+                                            end shows; straight-line code
+    bends()                                 whether the curve turns from concave to convex, so that w'' may vanish twice
+                                            within a Taylor step; a constant
 """
 
 from importlib import import_module
@@ -25,10 +29,10 @@ from math import inf
 
 from ..jit import by_type
 
-_NAMES = ("stribeck", "stribeck_delta", "rational", "cubic")
+_NAMES = ("stribeck", "stribeck_delta", "rational", "cubic", "gaussian")
 _FILES = {name: import_module(f".{name}", __name__) for name in _NAMES}
 LAWS = {name: file.TAG for name, file in _FILES.items()}
-STEPPERS = {type(file.TAG): file.STEPPER for file in _FILES.values()}
+RECURRENCES = {type(file.TAG): file.RECURRENCE for file in _FILES.values() if hasattr(file, "RECURRENCE")}
 by_law = by_type(lambda law, *_: law)
 by_law_inline = by_type(lambda law, *_: law, inline=True)
 
@@ -69,12 +73,26 @@ def hidden_depth(law, delta):
     return inf
 
 
+@by_law_inline
+def steps_over(law, z, z_end):
+    """Whether a step has passed over weakening unseen: never, where the shape only grows below z = 0."""
+    return False
+
+
+@by_law_inline
+def bends(law):
+    """Whether the curve has an inflection."""
+    return False
+
+
 def _after_tag(function):
     """The function of a law file, with the tag as an additional first argument."""
     return lambda law, *numbers: function(*numbers)
 
 
 for _file in _FILES.values():
-    for _function in (shape, weakening_slope, speed_of_shape_slope, inflection, last_weakening, hidden_depth):
+    for _function in (
+        shape, weakening_slope, speed_of_shape_slope, inflection, last_weakening, hidden_depth, steps_over, bends,
+    ):  # fmt: skip
         if _of_law := getattr(_file, _function.__name__, None):
             _function.of(type(_file.TAG))(_after_tag(_of_law))

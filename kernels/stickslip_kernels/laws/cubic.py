@@ -8,6 +8,7 @@ a3 = mu_s - mu_m, a4 = v_m.
 from typing import NamedTuple
 
 from ..jit import compiled
+from ..recurrences import CUBIC
 
 
 class Cubic(NamedTuple):
@@ -17,7 +18,7 @@ class Cubic(NamedTuple):
 
 
 TAG = Cubic(3)
-STEPPER = "runge_kutta"
+RECURRENCE = CUBIC
 
 
 @compiled(inline=True)

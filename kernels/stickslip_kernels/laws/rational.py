@@ -8,6 +8,7 @@ from math import inf
 from typing import NamedTuple
 
 from ..jit import compiled
+from ..recurrences import QUOTIENT
 
 
 class Rational(NamedTuple):
@@ -17,7 +18,7 @@ class Rational(NamedTuple):
 
 
 TAG = Rational(2)
-STEPPER = "runge_kutta"
+RECURRENCE = QUOTIENT
 
 
 @compiled(inline=True)
@@ -44,3 +45,9 @@ def speed_of_shape_slope(slope, delta):
 def hidden_depth(delta):
     """Half the speed over which friction halves first."""
     return 0.5
+
+
+@compiled(inline=True)
+def steps_over(z, z_end):
+    """Beyond the pole."""
+    return z_end <= -1.0

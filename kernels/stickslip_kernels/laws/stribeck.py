@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from ..exponential import exp
 from ..jit import compiled
+from ..recurrences import EXPONENTIAL
 
 
 class Stribeck(NamedTuple):
@@ -14,7 +15,7 @@ class Stribeck(NamedTuple):
 
 
 TAG = Stribeck(0)
-STEPPER = "taylor"
+RECURRENCE = EXPONENTIAL
 
 
 @compiled(inline=True)

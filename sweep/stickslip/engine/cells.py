@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.compiled import kernels, warm_up
+from stickslip.engine.compiled import warm_up
+from stickslip.engine.exponents import run_regimes
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import spread, stop_flag
@@ -149,13 +150,12 @@ def blank_results(size: int, options: Options) -> Results:
 def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
     """One block through the kernels: the rows, and how many cells were finished."""
     cells, rows = to_kernel(part, options.horizon), new_regimes(part["mass"].size)
-    run = kernels(options.law).run_regimes
     if options.early_stop:
-        run(cells, options.rtol, options.max_steps, stop, rows, True)
+        run_regimes(options.law, cells, options.rtol, options.max_steps, stop, rows, True)
     else:
         order = _longest_first(cells)
         ordered, cells = np.ascontiguousarray(rows[:, order]), np.ascontiguousarray(cells[:, order])
-        run(cells, options.rtol, options.max_steps, stop, ordered, False)
+        run_regimes(options.law, cells, options.rtol, options.max_steps, stop, ordered, False)
         rows[:, order] = ordered
     unfinished = rows[layout.STATUS] == layout.NOT_RUN
     if left := int(np.count_nonzero(unfinished)):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.compiled import kernels
+from stickslip.engine.exponents import run_signals
 from stickslip.engine.options import Options, Results, StopFlag
 from stickslip.engine.scales import to_kernel
 from stickslip.vocabulary.cells import Cells
@@ -54,8 +54,9 @@ def compute_rigs(
     belts, runs = _tables(drives, counts, rate, speed, sampling)
     rows = new_signals(m.size)
     signals = np.full((layout.SIGNAL_ROWS, sum(counts)), np.nan)
-    run = kernels(options.law, signals=True).run_signals
-    run(to_kernel(cells, np.inf), options.rtol, options.max_steps, stop, belts, rows, runs, signals)
+    run_signals(
+        options.law, to_kernel(cells, np.inf), options.rtol, options.max_steps, stop, belts, rows, runs, signals
+    )
     parts = np.split(signals, np.cumsum(counts)[:-1], axis=1)
     return RigRuns(_results_to_si(rows, cells), [_signals_to_si(part, cells, i) for i, part in enumerate(parts)])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.compiled import kernels
+from stickslip.engine.exponents import run_signals
 from stickslip.engine.options import Options, Results
 from stickslip.engine.scales import signals_to_si, to_kernel
 from stickslip.engine.threads import stop_flag
@@ -28,8 +28,7 @@ def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Res
     signals = np.full((layout.SIGNAL_ROWS, times.size), np.nan)
     step = (times[1] if times.size > 1 else horizon) * rate
     samples = np.array([[0.0, times.size, 0.0, step]])
-    run = kernels(options.law, signals=True).run_signals
-    run(column, options.rtol, options.max_steps, stop_flag(), belt, rows, samples, signals)
+    run_signals(options.law, column, options.rtol, options.max_steps, stop_flag(), belt, rows, samples, signals)
     if (status := int(rows[layout.RIG_STATUS, 0])) != layout.HORIZON_REACHED:
         reached = np.max(times, where=np.isfinite(signals[layout.SIGNAL_XI]), initial=0.0)
         name = STATUSES[status]
@@ -52,8 +51,7 @@ def flows(cells: Cells, durations: NDArray[np.float64], samples: int, options: O
     signals = np.full((layout.SIGNAL_ROWS, n * samples), np.nan)
     step = columns[layout.HORIZON] / max(samples - 1, 1)
     wanted = np.column_stack([numbers * samples, (numbers + 1.0) * samples, np.zeros(n), step])
-    run = kernels(options.law, signals=True).run_signals
-    run(columns, options.rtol, options.max_steps, stop_flag(), belts, rows, wanted, signals)
+    run_signals(options.law, columns, options.rtol, options.max_steps, stop_flag(), belts, rows, wanted, signals)
     each = {name: np.repeat(values, samples) for name, values in cells.items()}
     motion = signals_to_si(signals, each, np.repeat(columns, samples, axis=1))
     return {name: values.reshape(n, samples) for name, values in motion.items()}

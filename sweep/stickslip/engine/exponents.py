@@ -1,0 +1,61 @@
+"""Cells of `stribeck_delta` by their exponent: 1 and 2 have kernels of their own, which take a tenth of the time.
+
+Which kernels compute a cell depends on that cell alone, so its numbers do not depend on its neighbours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.engine.compiled import kernels
+from stickslip.engine.options import StopFlag
+from stickslip_kernels import layout
+from stickslip_kernels.blank import NO_STOPS
+
+Floats = NDArray[np.float64]
+OWN_KERNELS = {1.0: "stribeck", 2.0: "gaussian"}  # by exponent: laws of the kernels that have a Taylor step
+
+
+def run_regimes(
+    law: str, cells: Floats, rtol: float, max_steps: float, stop: StopFlag, results: Floats, early_stop: bool
+) -> None:
+    """`Machine.run_regimes`, each cell by the kernels that suit it; they are loaded, or compiled, when first needed."""
+    for name, chosen in _kernels(law, cells[layout.DELTA]):
+        run = kernels(name).run_regimes
+        if chosen is None:
+            run(cells, rtol, max_steps, stop, results, early_stop)
+            continue
+        own = np.ascontiguousarray(results[:, chosen])
+        run(np.ascontiguousarray(cells[:, chosen]), rtol, max_steps, stop, own, early_stop)
+        results[:, chosen] = own
+
+
+def run_signals(
+    law: str, cells: Floats, rtol: float, max_steps: float, stop: StopFlag, drive: tuple[Floats, Floats],
+    results: Floats, runs: Floats, signals: Floats, stops: Floats = NO_STOPS,
+) -> None:  # fmt: skip
+    """The same of `Machine.run_signals`."""
+    segments, spans = drive
+    for name, chosen in _kernels(law, cells[layout.DELTA]):
+        run = kernels(name, signals=True).run_signals
+        if chosen is None:
+            run(cells, rtol, max_steps, stop, drive, results, runs, signals, stops)
+            continue
+        own, part = np.ascontiguousarray(results[:, chosen]), np.ascontiguousarray(cells[:, chosen])
+        run(part, rtol, max_steps, stop, (segments, spans[chosen]), own, runs[chosen], signals, stops)
+        results[:, chosen] = own
+
+
+def _kernels(law: str, exponents: Floats) -> Iterator[tuple[str, NDArray[np.bool_] | None]]:
+    """Names of kernels, and which cells are theirs; None for all."""
+    left = np.ones(exponents.size, bool)
+    for exponent, name in OWN_KERNELS.items() if law == "stribeck_delta" else ():
+        chosen = exponents == exponent
+        left &= ~chosen
+        if chosen.any():
+            yield name, None if chosen.all() else chosen
+    if left.any() or not left.size:
+        yield law, None if left.all() else left
