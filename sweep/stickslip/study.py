@@ -55,6 +55,11 @@ class Study(ABC):
             f": {axes}" if axes else ""
         )
 
+    @property
+    def kernels(self) -> tuple[str, ...]:
+        """Names of the kernels that are known to be needed, to be compiled before the first item is computed."""
+        return (self.options.law,)
+
     @abstractmethod
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The results of a range of items, by the calling thread alone.

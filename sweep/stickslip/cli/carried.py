@@ -80,7 +80,8 @@ def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str,
 
     api.check_in_memory(request.config, request.dask)
     notice(f"no output is named: the {study.name} will be shown and then discarded; to keep it: {keep}")
-    prepare_kernels(study.options.law)
+    for law in study.kernels:
+        prepare_kernels(law)
     began = finished = perf_counter()
 
     def note(done: int, of: int) -> None:

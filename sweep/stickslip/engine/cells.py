@@ -49,7 +49,8 @@ def compute(
     Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed". A few
     cells are finished first.
     """
-    warm_up(options.law)
+    if options.law != "stribeck_delta":  # whose kernels depend on the cells (`exponents.py`)
+        warm_up(options.law)
     if size * options.max_steps <= _AT_ONCE:  # a pool of threads would take longer to start
         return _compute_at_once(cells, size, options, progress)
     results, stop = blank_results(size, options), stop_flag()

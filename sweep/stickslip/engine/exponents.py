@@ -5,7 +5,7 @@ Which kernels compute a cell depends on that cell alone, so its numbers do not d
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,12 @@ from stickslip_kernels.blank import NO_STOPS
 
 Floats = NDArray[np.float64]
 OWN_KERNELS = {1.0: "stribeck", 2.0: "gaussian"}  # by exponent: laws of the kernels that have a Taylor step
+
+
+def kernels_for(law: str, exponents: Iterable[float]) -> tuple[str, ...]:
+    """Names of the kernels that cells of a law with these exponents need, each once."""
+    own = OWN_KERNELS if law == "stribeck_delta" else {}
+    return tuple(dict.fromkeys(own.get(exponent, law) for exponent in exponents))
 
 
 def run_regimes(

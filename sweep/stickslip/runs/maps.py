@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stickslip.config.grid import Grid, build_grid
 from stickslip.config.model import Config
 from stickslip.dataset.build import map_dataset
-from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range
+from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range, kernels_for
 from stickslip.study import Finished, Moved, Study, joined
 from stickslip.vocabulary.cells import Cells
 
@@ -26,6 +26,12 @@ class MapStudy(Study):
         self.grid: Grid = build_grid(config)
         self.dims, self.shape = self.grid.dims, self.grid.shape
         self.options, self.columns = options, columns(options)
+
+    @property
+    def kernels(self) -> tuple[str, ...]:
+        """By the exponents of the cells, of which some have kernels of their own."""
+        varied = [c.values for c in self.grid.coords if c.name == "delta"]
+        return kernels_for(self.options.law, np.unique(varied).tolist() if varied else [self.grid.fixed["delta"]])
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The numbers of an undivided run, bit for bit."""

@@ -15,7 +15,8 @@ def compute_study(study: Study, progress: Progress | None = None) -> list[Result
 
     progress : called with (items done, items in all) from this thread, now and then.
     """
-    warm_up(study.options.law)
+    for law in study.kernels:
+        warm_up(law)
     size = prod(study.shape)
     blocks, stop, done = blocks_of((size,), study.weight), stop_flag(), 0
     found: dict[int, Results] = {}

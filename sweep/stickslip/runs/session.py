@@ -132,7 +132,8 @@ def _computed(
     if found and wanted:
         request.notice(f"{found:,} of {work.size:,} {work.study.counted} were found finished in {store.where}")
     if wanted and machines.name is None:
-        request.prepare(work.options.law)
+        for law in work.study.kernels:
+            request.prepare(law)
     at_once = request.on_error == "stop"
     try:
         machines.compute(store, work, wanted, tally, stop, stop_on_error=at_once, progress=request.progress)

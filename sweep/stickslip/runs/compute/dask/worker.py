@@ -108,7 +108,8 @@ def _computed(job: Job, number: int, wanted: bytes | None) -> bytes | None:
     from stickslip.runs.workdir.parts import encoded
 
     work, manifest = _loaded(job["configuration"], job["blocks"])
-    engine.warm_up(work.options.law)
+    for law in work.study.kernels:
+        engine.warm_up(law)
     if wanted is not None:
         return encode({}, work.compute_some(number, flags(wanted, len(work.blocks.cells(number)))))
     block = work.compute(number)
