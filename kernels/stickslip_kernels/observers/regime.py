@@ -63,9 +63,9 @@ class Regime(NamedTuple):
 
 
 def new_results(n):
-    """Results of n cells nobody has computed yet: NaN, and the codes for "not computed"."""
+    """Results of n cells nobody has computed yet: NaN, no steps, and the codes for "not computed"."""
     results = np.full((at.RESULT_ROWS, n), np.nan)
-    results[at.REGIME], results[at.STATUS] = at.NOT_COMPUTED, at.NOT_RUN
+    results[at.REGIME], results[at.STATUS], results[at.STEPS] = at.NOT_COMPUTED, at.NOT_RUN, 0.0
     return results
 
 

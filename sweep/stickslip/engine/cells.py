@@ -20,6 +20,8 @@ from stickslip_kernels import layout
 from stickslip_kernels.drive import STEADY_BELT
 from stickslip_kernels.observers.regime import Regime, new_results
 
+_WHOLE = {"regime": np.int8, "status": np.int8, "steps": np.int32}  # results that are codes and counts
+_LINE = 8  # numbers in a line of the processor's cache
 _SMALLEST_BLOCK = 512  # many times the lanes; below, lanes idle at the end of each block
 
 
@@ -47,11 +49,13 @@ def compute(
     Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed".
     """
     warm_up(options.law)
-    results, stop = blank_results(size, options), stop_flag()
-    done = 0
+    results, stop = _room(size, options), stop_flag()
+    done, filled = 0, set[range]()
 
     def compute_block(numbers: range) -> int:
-        return _fill(results, cells, numbers, 0, options, stop)
+        finished = _fill(results, cells, numbers, 0, options, stop)
+        filled.add(numbers)
+        return finished
 
     def count(finished: list[int]) -> None:
         nonlocal done
@@ -62,6 +66,9 @@ def compute(
     try:
         spread(compute_block, blocks(size, options), options.threads, stop, count)
     except KeyboardInterrupt:
+        for numbers in blocks(size, options):
+            if numbers not in filled:
+                _leave_blank(results, slice(numbers.start, numbers.stop), options)
         done = int(np.count_nonzero(results["regime"]))  # finished blocks may not have been counted yet
     return Computed(results, done)
 
@@ -78,7 +85,7 @@ def compute_range(
 
     stop : once it is raised, what is left stays "not computed". moved : called with cells finished, now and then.
     """
-    results, done = blank_results(end - start, options), 0
+    results, done = _room(end - start, options), 0
     for first in range(start, end, options.block):
         part = _fill(results, cells, range(first, min(first + options.block, end)), start, options, stop)
         done += part
@@ -96,14 +103,20 @@ def _fill(
     stop: StopFlag,
 ) -> int:
     """Compute the cells of these numbers into `results`, which begins with cell `origin`; how many were finished."""
+    place = slice(numbers.start - origin, numbers.stop - origin)
     if stop[0]:
+        _leave_blank(results, place, options)
         return 0
     part = cells(numbers.start, numbers.stop)
     rows, done = _run_block(part, options, stop)
-    known = np.s_[:] if done == len(numbers) else rows[layout.STATUS] != layout.NOT_RUN
     for name, values in to_si(rows, part, not options.early_stop).items():
-        results[name][numbers.start - origin : numbers.stop - origin][known] = values[known]
+        results[name][place] = values
     return done
+
+
+def _leave_blank(results: Results, place: slice, options: Options) -> None:
+    for name, values in blank_results(place.stop - place.start, options).items():
+        results[name][place] = values
 
 
 def columns(options: Options) -> dict[str, np.dtype[Any]]:
@@ -118,24 +131,38 @@ def bytes_per_cell(options: Options) -> int:
 
 def blank_results(size: int, options: Options) -> Results:
     """Results of cells that are not computed: zeros for flags and counts, NaN for the rest."""
+    results = _room(size, options)
+    for values in results.values():
+        values.fill(np.nan if values.dtype.kind == "f" else 0)
+    return results
+
+
+def _room(size: int, options: Options) -> Results:
+    """Results that nobody has filled yet, in one piece of memory: a large one has large pages, which cost less."""
     names = [v.name for v in VARIABLES.values() if v.when == "always" or not options.early_stop]
-    whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
-    return {name: np.zeros(size, whole[name]) if name in whole else np.full(size, np.nan) for name in names}
+    room = iter(np.empty((len(names), size)))
+    return {name: np.empty(size, _WHOLE[name]) if name in _WHOLE else next(room) for name in names}
 
 
 def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
-    """One block through the kernels: the rows, and how many cells were finished."""
-    cells, rows = to_kernel(part, options.horizon), new_results(part["mass"].size)
+    """One block through the kernels: the rows, and how many cells were finished.
+
+    Rows are an odd number of cache lines apart: results of a cell a power of two apart would displace each other.
+    """
+    size = part["mass"].size
+    cells, room = to_kernel(part, options.horizon), new_results((ceil(size / _LINE) | 1) * _LINE)
+    rows = room[:, :size]
     if options.early_stop:
-        run(options.law, STEADY_BELT, Regime(rows, True), cells, options.rtol, options.max_steps, stop)
+        run(options.law, STEADY_BELT, Regime(room, True), cells, options.rtol, options.max_steps, stop)
     else:
         order = _longest_first(cells)
         ordered, cells = np.ascontiguousarray(rows[:, order]), np.ascontiguousarray(cells[:, order])
         run(options.law, STEADY_BELT, Regime(ordered, False), cells, options.rtol, options.max_steps, stop)
         rows[:, order] = ordered
-    unfinished = rows[layout.STATUS] == layout.NOT_RUN
-    rows[:, unfinished] = new_results(1)  # nothing incomplete leaves this place
-    return rows, int((~unfinished).sum())
+    done = int(np.count_nonzero(rows[layout.STATUS]))
+    if done < size:  # nothing incomplete leaves this place
+        rows[:, rows[layout.STATUS] == layout.NOT_RUN] = new_results(1)
+    return rows, done
 
 
 def _longest_first(cells: NDArray[np.float64]) -> NDArray[np.intp]:
