@@ -15,7 +15,7 @@ Loops over the lanes of one flat buffer, as in `lanes.py`; a loop an order, so t
 from math import inf
 
 from . import layout as at
-from .bits import select
+from .bits import select, widest_vectors
 from .dense import conservative_work, horner, subtract_damper_work
 from .exponential import exp, rough_exp2, rough_log2
 from .jit import compiled
@@ -36,6 +36,7 @@ def pair_loop(n):
 
     @compiled(inline=True)
     def loop(s):
+        widest_vectors()
         for i in range(at.WIDTH):
             drag, minus_rate = s[at.G + i] + s[at.SLOPE + i], -s[at.RATE + i]
             w_n, weak_n = s[w + i], s[weak + i]
@@ -90,6 +91,7 @@ higher_orders = pairs_from(2)
 @compiled
 def expand(s):
     """The coefficients of w, w' and the weakening about the present state of every lane."""
+    widest_vectors()
     for i in range(at.WIDTH):
         dw, jerk, weak = s[at.DW + i], s[at.JERK + i], s[at.WEAK + i]
         s[at.SERIES + i], s[at.SERIES + at.WIDTH + i], s[at.SERIES + 2 * at.WIDTH + i] = s[at.W + i], dw, 0.5 * jerk
@@ -116,6 +118,7 @@ def choose_step(s, rtol):
     After A. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of high-order Taylor
     methods, Experimental Mathematics 14 (2005) 99-117.
     """
+    widest_vectors()
     for i in range(at.WIDTH):
         s[at.ALLOWED + i] = ERROR_SHARE * rtol * speed_scale(s, i)
         allowed = rough_log2(s[at.ALLOWED + i])
@@ -133,11 +136,12 @@ def sum_series(s):
 
     Two loops, each small enough for the compiler to unroll its sums, without which it does not see the lanes.
     """
+    widest_vectors()
     for i in range(at.WIDTH):
         s[at.W_NEW + i], s[at.DW_NEW + i] = horner(s, i, s[at.TAKEN + i])[:2]
     for i in range(at.WIDTH):
         h = s[at.TAKEN + i]
-        once, twice = horner(s, i, h)[4:]
+        once, twice = horner(s, i, h)[4:6]
         rise = h * (s[at.B + i] + 0.5 * h * s[at.ALPHA + i]) - once
         s[at.Y_NEW + i] = s[at.Y + i] + rise
         s[at.WORK + i] = conservative_work(s, i, h, rise, s[at.W_NEW + i], twice)
@@ -148,6 +152,7 @@ def judge_step(s):
     """State at the end by the equations themselves; the step is good if the series agrees with them (its
     defect) and hides nothing from them.
     """
+    widest_vectors()
     for i in range(at.WIDTH):
         y, w, drag = s[at.Y_NEW + i], s[at.W_NEW + i], s[at.G + i] + s[at.SLOPE + i]
         weak = s[at.DROP + i] * exp(-s[at.RATE + i] * w)
@@ -164,6 +169,7 @@ def judge_step(s):
 @compiled
 def try_step(law, s, rtol):
     """A step in every lane, as far as the series is good for; nothing is committed."""
+    widest_vectors()
     expand(s)
     choose_step(s, rtol)
     sum_series(s)

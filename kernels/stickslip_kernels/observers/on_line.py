@@ -26,7 +26,7 @@ def record_line(m, i, line, u, w, v, duration):
     if s[at.MARK + i] > 0.0:
         steepest = turn_time(v, -q - drag * v, drag)
         if steepest < duration:
-            s[at.DW_HIGH + i] = max(s[at.DW_HIGH + i], abs(oscillation(q, v, drag, steepest)[1]))
+            s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(oscillation(q, v, drag, steepest)[1]))
         if q > 0.0 > q1:
             t = level_time(q, v, drag, 0.0, duration)
             note_turn(s, i, sigma * (mu_belt + oscillation(q, v, drag, t)[1]))

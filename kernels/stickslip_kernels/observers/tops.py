@@ -1,0 +1,113 @@
+"""Extrema of w and of w' inside the step, in all lanes at once, so that a lane needs no look to exceed its records.
+
+`seek` says which one a step may hold, `find_tops` finds it, and once the step is committed `record_tops` keeps it. Two
+passes over the series after a first guess are enough for nearly every step; where they are not, the lane is looked at.
+"""
+
+from math import inf
+
+from .. import layout as at
+from ..bits import nonzero_bits, select, widest_vectors
+from ..dense import horner
+from ..jit import compiled
+from ..laws import LAWS, by_law_inline
+from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
+from ..roots import FOR_A_VALUE
+
+EXACT_DERIVATIVES = ("stribeck",)  # laws whose series has w' and w'' as exact as w
+
+
+@by_law_inline
+def has_exact_derivatives(law):
+    """Whether the series tells the extrema of w'."""
+    return False
+
+
+for _name in EXACT_DERIVATIVES:
+    has_exact_derivatives.of(type(LAWS[_name]))(lambda law: True)
+
+
+@compiled(inline=True)
+def seek(law, s, i, speed, slope):
+    """Have an extremum of w, else of w', found in lane i; True where one of w' must be looked at instead."""
+    slope_here = slope & has_exact_derivatives(law)
+    s[at.SOUGHT + i] = select(speed, at.OF_SPEED, select(slope_here, at.OF_SLOPE, 0.0))
+    return slope & (speed | (not slope_here))
+
+
+@compiled
+def find_tops(s):
+    """Row TOP of the lanes with SOUGHT; where it is not found, SOUGHT becomes 0, and LOOK 1."""
+    widest_vectors()
+    if nonzero_bits(s, at.SOUGHT, WIDTH) != 0:
+        guess_tops(s)
+        close_in(s)
+
+
+@compiled(inline=True)
+def sought_at(speed, dw, a, b, c):
+    """What vanishes at the extremum, and its first two derivatives, from coefficients 1 to 4 of the series of w."""
+    return select(speed, dw, 2.0 * a), select(speed, 2.0 * a, 6.0 * b), select(speed, 6.0 * b, 24.0 * c)
+
+
+@compiled(inline=True)
+def guess_tops(s):
+    """Hermite's inverse cubic between the ends of the step for w, a parabola for w'; then one pass by Halley."""
+    widest_vectors()
+    for i in range(at.WIDTH):
+        speed, end = s[at.SOUGHT + i] == at.OF_SPEED, s[at.TAKEN + i]
+        jerk0, jerk1, snap0 = s[at.JERK + i], s[at.JERK_NEW + i], 6.0 * s[at.SERIES + 3 * at.WIDTH + i]
+        f0, f1 = select(speed, s[at.DW + i], jerk0), select(speed, s[at.DW_NEW + i], jerk1)
+        slope0 = select(speed, jerk0, snap0)
+        change = f1 - f0
+        per_both, per_slope1 = 1.0 / (change * slope0), 1.0 / jerk1
+        part = -f0 * slope0 * per_both
+        rest, bow = 1.0 - part, change * change * per_both
+        cubic = part * part * (3.0 - 2.0 * part) * end + part * rest * (rest * bow - part * change * per_slope1)
+        t = select(speed, cubic, part * (part * end + rest * bow))
+        t = select((t > 0.0) & (t <= end), t, part * end)
+        _, dw, a, b, _, _, c = horner(s, i, t)
+        f, slope, bend = sought_at(speed, dw, a, b, c)
+        s[at.GUESS + i] = t - f * slope / (slope * slope - 0.5 * f * bend)
+
+
+@compiled(inline=True)
+def close_in(s):
+    """The value by the series about the guess."""
+    widest_vectors()
+    for i in range(at.WIDTH):
+        sought, end, t = s[at.SOUGHT + i], s[at.TAKEN + i], s[at.GUESS + i]
+        speed = sought == at.OF_SPEED
+        w, dw, a, b, _, _, c = horner(s, i, t)
+        f, slope, bend = sought_at(speed, dw, a, b, c)
+        d = -f / slope
+        value = select(speed, w, dw) + d * (f + d * (0.5 * slope + d * bend * (1.0 / 6.0)))
+        found = (abs(d) <= FOR_A_VALUE * end) & (t + d > 0.0) & (t + d <= end)
+        s[at.TOP + i] = value
+        missed = (sought > 0.0) & (not found)
+        s[at.LOOK + i] = max(s[at.LOOK + i], select(missed, 1.0, 0.0))
+        s[at.SOUGHT + i] = min(sought, select(found, at.OF_SLOPE, 0.0))
+
+
+@compiled(inline=True)
+def is_found(s, i, h, what):
+    """Whether TOP of lane i is the extremum of this kind in the first h of its step."""
+    return s[at.SOUGHT + i] == what and h == s[at.TAKEN + i]
+
+
+@compiled
+def record_tops(s):
+    """Keep what was found in the lanes whose steps have been committed; a trough is a margin, too."""
+    widest_vectors()
+    if nonzero_bits(s, at.SOUGHT, WIDTH) == 0:
+        return
+    for i in range(at.WIDTH):
+        sought, top = s[at.SOUGHT + i], s[at.TOP + i]
+        committed = (s[at.FLAG + i] == at.NOTHING_MET) & (s[at.GOOD + i] > 0.0)
+        speed, slope = committed & (sought == at.OF_SPEED), committed & (sought == at.OF_SLOPE)
+        v = s[at.SIGMA + i] * top
+        s[at.V_HIGH + i] = max(s[at.V_HIGH + i], select(speed, v, -inf))
+        s[at.V_LOW + i] = min(s[at.V_LOW + i], select(speed, v, inf))
+        s[at.W_TOP + i] = max(s[at.W_TOP + i], select(speed & (s[at.W_TOP + i] > -inf), top, -inf))
+        s[at.W_LEAST + i] = min(s[at.W_LEAST + i], select(speed & (s[at.DW_NEW + i] > 0.0), max(top, 0.0), inf))
+        s[at.DW_TOP + i] = max(s[at.DW_TOP + i], select(slope, abs(top), 0.0))
