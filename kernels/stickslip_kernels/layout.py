@@ -113,13 +113,13 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     CROSSES,  # 1 where w passes CROSS_LEVEL; after `crossings.find_crossings`, only where that has found it
     CROSS_LEVEL, CROSS_TIME, CROSS_RISE, CROSS_FALLEN,  # when; by how much y rises till then; double integral of w
     SOUGHT,  # OF_SPEED or OF_SLOPE: an extremum of w or of w' (`observers/tops.py`); 0 where none is sought or found
-    TOP,  # its value
+    TOP, TOP_TIME,  # its value, and when; the time is NaN where it is known for the value only
     GUESS, GUESS_W, GUESS_DW, GUESS_A, GUESS_B,  # a time close to what is sought, and the series about it
     ALLOWED,  # error of w that a Taylor step may make
     # inside a Runge-Kutta step: stages and errors
     W_2, W_3, W_4, W_5, W_6, K_2, K_3, K_4, K_5, K_6, ERROR_Y, ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 68 * WIDTH, WIDTH)  # fmt: skip
+) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 69 * WIDTH, WIDTH)  # fmt: skip
 NOTHING_MET, LOOK_FIRST, HALTED = 0.0, 1.0, 2.0  # committed or rejected; good, but to be looked at; no step possible
 OF_SPEED, OF_SLOPE = 1.0, 2.0  # codes of SOUGHT
 ORDER = 14  # of the Taylor step

@@ -123,7 +123,6 @@ BUFFER, BUFFER_AND_RTOL = "(lanes,)", "(lanes, 1e-6)"
     ("runge_kutta", "control_step", BUFFER_AND_RTOL, "rational", 0.99),
     ("observers.regime", "watch", "(machine,)", None, 0.9),
     ("observers.tops", "find_tops", BUFFER, None, 0.99),
-    ("observers.tops", "record_tops", BUFFER, None, 0.9),
     ("crossings", "find_crossings", BUFFER, None, 0.99),
     ("lanes", "watch_and_commit", "(lanes, 1e6)", None, 0.9),
 ])  # fmt: skip

@@ -8,7 +8,7 @@ from math import isnan
 from .. import layout as at
 from .. import observers
 from ..jit import compiled
-from ..line import distance2, entry_time, level_time, oscillation, square_integral, turn_time
+from ..line import crossing_time, distance2, entry_time, level_time, oscillation, square_integral, turn_time
 from .extrema import note_turn
 from .verdict import decide_settled, note_ends
 
@@ -28,7 +28,7 @@ def record_line(m, i, line, u, w, v, duration):
         if steepest < duration:
             s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(oscillation(q, v, drag, steepest)[1]))
         if q > 0.0 > q1:
-            t = level_time(q, v, drag, 0.0, duration)
+            t = crossing_time(q, v, drag, duration)
             note_turn(s, i, sigma * (mu_belt + oscillation(q, v, drag, t)[1]))
         note_ends(s, i, u1, b + q1, v1)
     if s[at.BAND2 + i] > 0.0:

@@ -146,7 +146,7 @@ def watch(m):
         peak, each = has_top_speed(s, i, h, w, dw) & marked, s[at.W_TOP + i] == -inf
         slope, trough = has_top_slope(s, i, h, dw, jerk) & marked, has_low_speed(s, i, h, w, dw) & marked
         loud = turn & (not quiet) & marked
-        look = seek(m.law, s, i, (peak | trough) & (not each), slope) | (peak & each)
+        look = seek(m.law, s, i, peak | trough, slope) | (peak & each)
         look = look | loud | comes_into_band(s, i, y, w)
         look = look | (distance2_from_sliding(s, i, y, w) < s[at.RADIUS2 + i])
         s[at.LOOK + i], s[at.TURNING + i] = select(look, 1.0, 0.0), select(loud, 1.0, 0.0)

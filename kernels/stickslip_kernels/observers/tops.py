@@ -4,7 +4,7 @@
 passes over the series after a first guess are enough for nearly every step; where they are not, the lane is looked at.
 """
 
-from math import inf
+from math import inf, nan
 
 from .. import layout as at
 from ..bits import nonzero_bits, select, widest_vectors
@@ -12,7 +12,7 @@ from ..dense import horner
 from ..jit import compiled
 from ..laws import LAWS, by_law_inline
 from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
-from ..roots import FOR_A_VALUE
+from ..roots import FOR_A_VALUE, reverted
 
 EXACT_DERIVATIVES = ("stribeck",)  # laws whose series has w' and w'' as exact as w
 
@@ -46,8 +46,9 @@ def find_tops(s):
 
 @compiled(inline=True)
 def sought_at(speed, dw, a, b, c):
-    """What vanishes at the extremum, and its first two derivatives, from coefficients 1 to 4 of the series of w."""
-    return select(speed, dw, 2.0 * a), select(speed, 2.0 * a, 6.0 * b), select(speed, 6.0 * b, 24.0 * c)
+    """The series, up to the cube, of what vanishes at the extremum, from coefficients 1 to 4 of the series of w."""
+    third = select(speed, 3.0 * b, 12.0 * c)
+    return select(speed, dw, 2.0 * a), select(speed, 2.0 * a, 6.0 * b), third, select(speed, 4.0 * c, 0.0)
 
 
 @compiled(inline=True)
@@ -67,8 +68,8 @@ def guess_tops(s):
         t = select(speed, cubic, part * (part * end + rest * bow))
         t = select((t > 0.0) & (t <= end), t, part * end)
         _, dw, a, b, _, _, c = horner(s, i, t)
-        f, slope, bend = sought_at(speed, dw, a, b, c)
-        s[at.GUESS + i] = t - f * slope / (slope * slope - 0.5 * f * bend)
+        f, slope, bend, _ = sought_at(speed, dw, a, b, c)
+        s[at.GUESS + i] = t - f * slope / (slope * slope - f * bend)
 
 
 @compiled(inline=True)
@@ -79,11 +80,11 @@ def close_in(s):
         sought, end, t = s[at.SOUGHT + i], s[at.TAKEN + i], s[at.GUESS + i]
         speed = sought == at.OF_SPEED
         w, dw, a, b, _, _, c = horner(s, i, t)
-        f, slope, bend = sought_at(speed, dw, a, b, c)
-        d = -f / slope
-        value = select(speed, w, dw) + d * (f + d * (0.5 * slope + d * bend * (1.0 / 6.0)))
+        f, slope, bend, last = sought_at(speed, dw, a, b, c)
+        d, exact = reverted(0.0, f, slope, bend, last, end)
+        value = select(speed, w, dw) + d * (f + d * (0.5 * slope + d * (bend * (1.0 / 3.0) + d * last * 0.25)))
         found = (abs(d) <= FOR_A_VALUE * end) & (t + d > 0.0) & (t + d <= end)
-        s[at.TOP + i] = value
+        s[at.TOP + i], s[at.TOP_TIME + i] = value, select(exact, t + d, nan)
         missed = (sought > 0.0) & (not found)
         s[at.LOOK + i] = max(s[at.LOOK + i], select(missed, 1.0, 0.0))
         s[at.SOUGHT + i] = min(sought, select(found, at.OF_SLOPE, 0.0))
