@@ -9,9 +9,9 @@ NO_STOPS = np.zeros((0, at.STOP_COLUMNS))  # for `run_signals`: no table of stic
 
 
 def new_regimes(n: int) -> NDArray[np.float64]:
-    """Results (RESULT_ROWS, n) for the observer of regimes: NaN, and the codes for "not computed"."""
+    """Results (RESULT_ROWS, n) for the observer of regimes: NaN, no steps, and the codes for "not computed"."""
     results = np.full((at.RESULT_ROWS, n), np.nan)
-    results[at.REGIME], results[at.STATUS] = at.NOT_COMPUTED, at.NOT_RUN
+    results[at.REGIME], results[at.STATUS], results[at.STEPS] = at.NOT_COMPUTED, at.NOT_RUN, 0.0
     return results
 
 

@@ -2,7 +2,7 @@
 
 from . import layout as at
 from . import observers
-from .bits import as_index, lowest_bit, nonzero_bits
+from .bits import as_index, lowest_bit, nonzero_bits, widest_vectors
 from .contact import DONE
 from .jit import compiled
 from .lanes import step_lanes
@@ -32,6 +32,7 @@ def run_lanes(m, stop):
     WIDTH cells are in progress at a time; a finished lane takes the next cell of the queue. The results of a cell do
     not depend on its lane or its neighbours.
     """
+    widest_vectors()
     following, busy = 0, 0  # cells started so far; bit i: lane i is in progress
     for i in range(at.WIDTH):
         following = next_cell(m, as_index(i), following)

@@ -5,6 +5,7 @@ polynomial of a Runge-Kutta step (`runge_kutta.interpolate`). y and the friction
 """
 
 from . import layout as at
+from .bits import widest_vectors
 from .equations import slope_in_lane
 from .jit import compiled
 from .quadrature import gauss
@@ -18,15 +19,16 @@ NODES, WEIGHTS = gauss(5)
 @compiled(inline=True)
 def horner(s, i, t):
     """Coefficients 0 to 3 of the series of w about t after the start of the step, the integral and double integral of w
-    from the start to t.
+    from the start to t; at last coefficient 4.
 
     In one pass, so that each sum waits for itself only; what a reader leaves unread the compiler leaves out.
     """
-    w, dw, half_jerk, sixth_snap = s[at.SERIES + at.ORDER * at.WIDTH + i], 0.0, 0.0, 0.0
+    w, dw, half_jerk, sixth_snap, fourth = s[at.SERIES + at.ORDER * at.WIDTH + i], 0.0, 0.0, 0.0, 0.0
     once, twice = w, w
     for j in range(at.ORDER):
         n = at.ORDER - 1 - j
         c = s[at.SERIES + n * at.WIDTH + i]
+        fourth = fourth * t + sixth_snap
         sixth_snap = sixth_snap * t + half_jerk
         half_jerk = half_jerk * t + dw
         dw = dw * t + w
@@ -34,20 +36,20 @@ def horner(s, i, t):
         # Each less its factors 1/(n + 1) and 1/((n + 1)(n + 2)), so that a sum waits for one operation a term.
         once = once * (t * ((n + 1) / (n + 2))) + c
         twice = twice * (t * ((n + 1) / (n + 3))) + c
-    return w, dw, half_jerk, sixth_snap, t * once, 0.5 * t * t * twice
+    return w, dw, half_jerk, sixth_snap, t * once, 0.5 * t * t * twice, fourth
 
 
 @compiled
 def speed(s, i, t):
     """w, w', w'' and w''' of lane i at t after the start of its step."""
-    w, dw, half_jerk, sixth_snap, _, _ = horner(s, i, t)
+    w, dw, half_jerk, sixth_snap = horner(s, i, t)[:4]
     return w, dw, 2.0 * half_jerk, 6.0 * sixth_snap
 
 
 @compiled(inline=True)
 def load_and_speed(s, i, t):
     """y and w of lane i at t after the start of its step."""
-    w, _, _, _, once, _ = horner(s, i, t)
+    w, _, _, _, once, _, _ = horner(s, i, t)
     return s[at.Y + i] + t * (s[at.B + i] + 0.5 * t * s[at.ALPHA + i]) - once, w
 
 
@@ -83,6 +85,7 @@ def square_integral(s, i, h):
 @compiled
 def subtract_damper_work(s):
     """Subtract the work of the damper, where any lane has one."""
+    widest_vectors()
     damped = False
     for i in range(at.WIDTH):
         damped |= s[at.G + i] != 0.0
@@ -97,7 +100,7 @@ def subtract_damper_work(s):
 @compiled(inline=True)
 def rise_and_work(s, i, t):
     """w, by how much y rises, and the friction work, until t after the start of the step of lane i."""
-    w, _, _, _, once, twice = horner(s, i, t)
+    w, _, _, _, once, twice, _ = horner(s, i, t)
     rise = t * (s[at.B + i] + 0.5 * t * s[at.ALPHA + i]) - once
     return w, rise, friction_work(s, i, t, rise, w, twice)
 

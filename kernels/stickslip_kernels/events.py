@@ -4,6 +4,8 @@ A step only says that an event lies inside it; the dense output of the step then
 error. (The root of a cubic polynomial spoils a good step: 3e-4 at rtol 1e-6, measured.)
 """
 
+from math import isnan
+
 from . import layout as at
 from .dense import speed, state_at
 from .equations import slope_in_lane
@@ -54,6 +56,8 @@ def turn_time(s, i):
     """When w' of lane i first vanishes within its step, w moving towards LEVEL before; -1 if it does not."""
     h, at_end = s[at.TAKEN + i], end_motion(s, i)
     if s[at.SIDE + i] * at_end[1] <= 0.0:
+        if s[at.SOUGHT + i] == at.OF_SPEED and not isnan(s[at.TOP_TIME + i]):
+            return s[at.TOP_TIME + i]
         return extreme_speed(s, i, h, at_end, TO_ROUNDING)[0]
     # Towards the level at both ends: the slope may still turn between them.
     bottom = crossing(s, i, 2, 0.0, h, at_end, TO_ROUNDING)
@@ -71,7 +75,8 @@ def find_event(law, s, i):
     w1, dw1 = s[at.W_NEW + i], s[at.DW_NEW + i]
     reached = reaches(s, i, w1)
     end, at_end = h, end_motion(s, i)  # the level, if reached, is reached before this
-    if s[at.TURN + i] > 0.0 or (not reached and grazes(s, i, h, w1, dw1)):
+    turns = s[at.TURN + i] > 0.0 and may_turn(s, i, h, dw1)
+    if turns or (not reached and grazes(s, i, h, w1, dw1)):
         turn = turn_time(s, i)
         if turn >= 0.0:
             y, w, dw, work = state_at(law, s, i, turn)

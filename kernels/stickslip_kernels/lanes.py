@@ -8,9 +8,11 @@ before the step is committed.
 
 from . import layout as at
 from . import observers
-from .bits import select
+from .bits import nonzero_bits, select, widest_vectors
+from .crossings import find_crossings
 from .events import grazes, may_turn, reaches
 from .jit import compiled
+from .layout import WIDTH  # a literal, which `nonzero_bits` needs
 from .stepping import try_step
 
 
@@ -23,14 +25,19 @@ def step_lanes(m):
     try_step(m.law, m.s, m.rtol)
     observers.watch(m)
     watch_and_commit(m.s, m.max_steps)
+    observers.keep(m)
+    if nonzero_bits(m.s, at.CROSSES, WIDTH) != 0:
+        find_crossings(m.s)
 
 
 @compiled
 def watch_and_commit(s, max_steps):
     """Raise flags where something happened inside the step; commit the other good steps."""
+    widest_vectors()
     for i in range(at.WIDTH):
         w, dw, h = s[at.W_NEW + i], s[at.DW_NEW + i], s[at.TAKEN + i]
-        look = reaches(s, i, w) | grazes(s, i, h, w, dw) | ((s[at.TURN + i] > 0.0) & may_turn(s, i, h, dw))
+        reached = reaches(s, i, w)
+        look = reached | grazes(s, i, h, w, dw) | ((s[at.TURN + i] > 0.0) & may_turn(s, i, h, dw))
         look = look | (s[at.LOOK + i] > 0.0) | (s[at.TAU + i] + h >= s[at.TAU_END + i])
         good = s[at.GOOD + i] > 0.0
         tried = s[at.TRIED + i] + 1.0
@@ -38,6 +45,7 @@ def watch_and_commit(s, max_steps):
         commit = good & (not look) & (not halted)
         s[at.FLAG + i] = select(halted, at.HALTED, select(look & good, at.LOOK_FIRST, at.NOTHING_MET))
         s[at.TRIED + i] = tried
+        s[at.CROSSES + i] = select(look & good & (reached | (s[at.TURNING + i] > 0.0)), 1.0, 0.0)
         s[at.AFTER + at.Y + i] = select(commit, s[at.Y_NEW + i], s[at.Y + i])
         s[at.AFTER + at.W + i] = select(commit, w, s[at.W + i])
         s[at.AFTER + at.DW + i] = select(commit, dw, s[at.DW + i])

@@ -94,8 +94,8 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     BAND2,  # square of the settling band, 0 once the regime is known
     QUIET_BELOW,  # extrema of u may pass without a look as long as LOOP_COUNT is below this
     MARK,  # 1 while extrema are recorded
-    W_TOP,  # largest w recorded so far; peaks that stay below are not looked at (-inf: look at all)
-    DW_TOP,  # the same for |w'|
+    W_TOP,  # largest w recorded so far; peaks that stay below are not looked for (-inf: look at all)
+    DW_TOP,  # largest |w'| recorded so far
     Y_HIGH, Y_LOW,  # y at the largest and the least u recorded so far; extrema of u between them need no look
     W_LEAST,  # margin of the slip under way, see `observers/margin.py`; troughs of w above it are not looked at
     # what steps must know
@@ -108,12 +108,20 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     GOOD,  # 1 where the error is within tolerance
     LOOK,  # 1 where the observer wants to look at it before it is committed
     FLAG,  # what becomes of it: NOTHING_MET, LOOK_FIRST or HALTED
+    # what is looked for inside it in all lanes at once
+    TURNING,  # 1 where the observer wants the time at which w passes B
+    CROSSES,  # 1 where w passes CROSS_LEVEL; after `crossings.find_crossings`, only where that has found it
+    CROSS_LEVEL, CROSS_TIME, CROSS_RISE, CROSS_FALLEN,  # when; by how much y rises till then; double integral of w
+    SOUGHT,  # OF_SPEED or OF_SLOPE: an extremum of w or of w' (`observers/tops.py`); 0 where none is sought or found
+    TOP, TOP_TIME,  # its value, and when; the time is NaN where it is known for the value only
+    GUESS, GUESS_W, GUESS_DW, GUESS_A, GUESS_B,  # a time close to what is sought, and the series about it
     ALLOWED,  # error of w that a Taylor step may make
     # inside a Runge-Kutta step: stages and errors
     W_2, W_3, W_4, W_5, W_6, K_2, K_3, K_4, K_5, K_6, ERROR_Y, ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 55 * WIDTH, WIDTH)  # fmt: skip
+) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 69 * WIDTH, WIDTH)  # fmt: skip
 NOTHING_MET, LOOK_FIRST, HALTED = 0.0, 1.0, 2.0  # committed or rejected; good, but to be looked at; no step possible
+OF_SPEED, OF_SLOPE = 1.0, 2.0  # codes of SOUGHT
 ORDER = 14  # of the Taylor step
 SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'
 SERIES_WEAK = SERIES_DW + ORDER * WIDTH  # the same of the weakening part of friction
@@ -140,7 +148,6 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     HEAT_START,  # friction work up to the start of the cycle
     XI_HIGH, XI_LOW,
     V_HIGH, V_LOW,  # largest and least relative speed, true frame
-    DW_HIGH,  # largest |w'|
     PEAK, PEAK_BEFORE,  # height above b of the last peak of w, and of the one before
     TROUGH_TIME,  # time of the last trough of w on the line of a hysteretic curve
     STORED,  # 1 once extremes before these were put into the results
@@ -159,8 +166,8 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     PERIOD_BEFORE, SPEED_BEFORE, HEAT_BEFORE,  # of the last cycle: period, largest slip speed, friction work
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(SLOW, SLOW + 46 * WIDTH, WIDTH)  # fmt: skip
-LANE_NUMBERS = SLOW + 46 * WIDTH
+) = range(SLOW, SLOW + 45 * WIDTH, WIDTH)  # fmt: skip
+LANE_NUMBERS = SLOW + 45 * WIDTH
 
 # --- belts that follow segments (`drive.py`): columns of their table; true frame ------------------------------------
 SEGMENT_TIME, SEGMENT_BELT, SEGMENT_ALPHA = range(3)  # duration > 0, belt speed at the start, its acceleration

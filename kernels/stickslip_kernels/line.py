@@ -10,7 +10,7 @@ a tiny w, and its line is so steep that no step could follow it: there the motio
 start, with push = B - w, so that nothing cancels.
 """
 
-from math import atan2, cos, exp, expm1, inf, log1p, pi, sin
+from math import acos, atan2, cos, exp, expm1, inf, log1p, pi, sin
 from typing import NamedTuple
 
 from . import layout as at
@@ -118,9 +118,25 @@ def turn_time(q, v, drag):
 
 
 @compiled
-def level_time(q, v, drag, level, latest):
-    """When q, falling all the way to `latest`, reaches `level`, which the caller knows. By safeguarded Halley."""
-    low, high, t, q1, v1 = 0.0, latest, 0.0, q, v
+def crossing_time(q, v, drag, latest):
+    """When q > 0, falling all the way to `latest`, vanishes, as the caller knows it does before."""
+    half = 0.5 * drag
+    discriminant = half * half - 1.0
+    if discriminant >= 0.0:
+        return level_time(q, v, drag, 0.0, latest)
+    omega = (-discriminant) ** 0.5
+    return min(atan2(omega * q, -(v + half * q)) / omega, latest)
+
+
+@compiled
+def level_time(q, v, drag, level, latest, first=0.0):
+    """When q, falling all the way to `latest`, reaches `level`, which the caller knows. By safeguarded Halley.
+
+    first : where to begin.
+    """
+    low, high, t, q1, v1 = 0.0, latest, first, q, v
+    if first > 0.0:
+        q1, v1 = oscillation(q, v, drag, first)
     for _ in range(MOST_HALVINGS):
         f = q1 - level
         if f > 0.0:
@@ -155,9 +171,17 @@ def end_of_fall(q, v, drag, b):
         while oscillation(q, v, drag, latest)[0] > -b and latest < 1e300:
             latest *= 2.0
         return (LEVEL_REACHED, level_time(q, v, drag, -b, latest)) if latest < 1e300 else (NO_EVENT, inf)
-    if oscillation(q, v, drag, turn)[0] > -b:
+    lowest = oscillation(q, v, drag, turn)[0]
+    if lowest > -b:
         return TURNED, turn
-    return LEVEL_REACHED, level_time(q, v, drag, -b, turn)
+    return LEVEL_REACHED, level_time(q, v, drag, -b, turn, time_as_if_undamped(drag, -b, lowest, turn))
+
+
+@compiled(inline=True)
+def time_as_if_undamped(drag, level, lowest, turn):
+    """When q < 0 that has its minimum `lowest` at `turn` is at `level` before: as an oscillation without damping."""
+    t = turn - acos(min(level / lowest, 1.0)) / (1.0 - min(0.25 * drag * drag, 0.99)) ** 0.5
+    return t if lowest < 0.0 and 0.0 < t < turn else 0.0
 
 
 @compiled

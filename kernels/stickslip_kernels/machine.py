@@ -20,7 +20,7 @@ from .blank import NO_STOPS
 # The functions of an object (`doors.py`) by the kinds of their arguments, all of 64 bits: f, i a number, F, I the
 # address of an array of them. They return an integer that means nothing.
 REGIMES = {
-    "run_regimes": "FiffIFFi",  # cells, n, rtol, max_steps, stop, lanes, results, early_stop
+    "run_regimes": "FiffIFFii",  # cells, n, rtol, max_steps, stop, lanes, results, their columns, early_stop
     "friction": "FiFF",  # cells, n, speeds, coefficients
 }
 SIGNALS = {
@@ -29,6 +29,8 @@ SIGNALS = {
     "run_signals": "FiffIFFFFiFiFiF",
 }
 _C_TYPES: dict[str, Any] = {"f": ctypes.c_double, "i": ctypes.c_int64, "F": ctypes.c_void_p, "I": ctypes.c_void_p}
+
+LINE = 8  # numbers in a line of the cache
 
 Addresses = Mapping[str, int]
 Floats = NDArray[np.float64]
@@ -76,13 +78,15 @@ class Machine:
         cells : float64 (CELL_ROWS, n), kernel units. rtol, max_steps : tolerance of a step, trial steps a cell may
             take. stop : int64 (1,); when another thread sets it, the block is abandoned, and unfinished cells stay
             "not computed".
-        results : float64 (RESULT_ROWS, n) from `blank.new_regimes`. early_stop : whether a cell is over once its
-            regime is known.
+        results : float64 (RESULT_ROWS, n or more) from `blank.new_regimes`. early_stop : whether a cell is over once
+            its regime is known.
         """
-        n, lanes = cells.shape[1], np.zeros(at.LANE_NUMBERS)
+        n, room, lanes = cells.shape[1], results.shape[1], _lanes()
+        if room < n:
+            raise ValueError(f"results of {n} cells in {room} columns")
         self._functions["run_regimes"](
             _at(cells, (at.CELL_ROWS, n)), n, rtol, max_steps, _at(stop, (1,), np.int64), lanes.ctypes.data,
-            _at(results, (at.RESULT_ROWS, n)), bool(early_stop),
+            _at(results, (at.RESULT_ROWS, room)), room, bool(early_stop),
         )  # fmt: skip
 
     def run_signals(
@@ -97,7 +101,7 @@ class Machine:
         runs : float64 (n, RUN_COLUMNS), where each cell puts its samples. signals : float64 (SIGNAL_ROWS, any); what is
             not reached stays as it was. stops : a table of stick phases (any, STOP_COLUMNS), for n = 1, or NO_STOPS.
         """
-        n, lanes, (segments, spans) = cells.shape[1], np.zeros(at.LANE_NUMBERS), drive
+        n, lanes, (segments, spans) = cells.shape[1], _lanes(), drive
         samples, rows, pieces = signals.shape[1], stops.shape[0], segments.shape[0]
         self._functions["run_signals"](
             _at(cells, (at.CELL_ROWS, n)), n, rtol, max_steps, _at(stop, (1,), np.int64), lanes.ctypes.data,
@@ -111,6 +115,13 @@ class Machine:
         found, n = np.empty(speeds.size), speeds.size
         self._functions["friction"](_at(cells, (at.CELL_ROWS, n)), n, _at(speeds, (n,)), found.ctypes.data)
         return found
+
+
+def _lanes() -> Floats:
+    """The buffer of the lanes, at a line of the cache: loads of whole registers cross none."""
+    room = np.zeros(at.LANE_NUMBERS + LINE)
+    first = -(room.ctypes.data >> 3) % LINE
+    return room[first : first + at.LANE_NUMBERS]
 
 
 def _at(array: NDArray[Any], shape: tuple[int, ...], kind: type = np.float64) -> int:

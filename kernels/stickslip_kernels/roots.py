@@ -96,12 +96,40 @@ def inverse_cubic(f0, slope0, f1, slope1, end):
     return t if slope0 * slope1 > 0.0 else -1.0
 
 
-@compiled
+@compiled(inline=True)
+def reverted(level, w, dw, a, b, end):
+    """How far `level` is, by the series w, dw, a, b reverted, and whether that is exact to rounding."""
+    per_dw = 1.0 / dw
+    v = (level - w) * per_dw
+    r = a * per_dw * v
+    d = v * (1.0 - r + (2.0 * r * r - b * per_dw * v * v))
+    return d, (abs(v) <= NEAR * end) & (abs(v * r * r * r) <= NOTHING * end)
+
+
+@compiled(inline=True)
+def integrals_after(d, once, twice, w, dw, a, b):
+    """Integral and double integral of w, d later, where its series has the coefficients w, dw, a, b."""
+    twice += d * (once + d * (0.5 * w + d * (dw * (1.0 / 6.0) + d * a * (1.0 / 12.0))))
+    once += d * (w + d * (0.5 * dw + d * (a * (1.0 / 3.0) + d * b * 0.25)))
+    return once, twice
+
+
+@compiled(inline=True)
 def arrival(s, i, level, side, end, at_end):
     """When w passes `level` towards `side` (+1, -1), `end` at the latest; by how much y rises till then; the work.
 
-    at_end : w and its first three derivatives at `end`; the third may be 0.
+    at_end : w and its first three derivatives at `end`; the third may be 0. As a rule all lanes have been asked already
+    (`crossings.py`).
     """
+    if s[at.CROSSES + i] > 0.0 and s[at.CROSS_LEVEL + i] == level and s[at.CROSS_TIME + i] <= end:
+        t, rise = s[at.CROSS_TIME + i], s[at.CROSS_RISE + i]
+        return t, rise, friction_work(s, i, t, rise, level, s[at.CROSS_FALLEN + i])
+    return arrival_in_lane(s, i, level, side, end, at_end)
+
+
+@compiled
+def arrival_in_lane(s, i, level, side, end, at_end):
+    """`arrival`, searched for in this lane."""
     w, dw, jerk, _ = at_end
     t = inverse_cubic(s[at.W + i] - level, s[at.DW + i], w - level, dw, end)
     if not 0.0 < t <= end:  # true for NaN: as far from the end as Halley's method goes
@@ -110,14 +138,10 @@ def arrival(s, i, level, side, end, at_end):
     for _ in range(GUESSES):
         if not 0.0 < t <= end:
             break
-        w, dw, a, b, once, twice = horner(s, i, t)
-        v = (level - w) / dw
-        r = a / dw * v
-        d = v * (1.0 - r + (2.0 * r * r - b / dw * v * v))
-        settled = abs(v) <= NEAR * end and abs(v * r * r * r) <= NOTHING * end
+        w, dw, a, b, once, twice, _ = horner(s, i, t)
+        d, settled = reverted(level, w, dw, a, b, end)
         if settled and 0.0 < t + d <= end and side * dw > 0.0:
-            twice += d * (once + d * (0.5 * w + d * (dw * (1.0 / 6.0) + d * a * (1.0 / 12.0))))
-            once += d * (w + d * (0.5 * dw + d * (a * (1.0 / 3.0) + d * b * 0.25)))
+            once, twice = integrals_after(d, once, twice, w, dw, a, b)
             t += d
             rise = t * (s[at.B + i] + 0.5 * t * s[at.ALPHA + i]) - once
             return t, rise, friction_work(s, i, t, rise, level, twice)
@@ -158,7 +182,7 @@ def extreme_slope(law, s, i, end, at_end):
     for _ in range(GUESSES):
         if not 0.0 < t <= end:
             break
-        w, dw, half_jerk, sixth_snap, once, _ = horner(s, i, t)
+        w, dw, half_jerk, sixth_snap, once, _, _ = horner(s, i, t)
         d = -half_jerk / (3.0 * sixth_snap)
         if abs(d) <= FOR_A_VALUE_BY_NEWTON * end and 0.0 < t + d <= end:
             once += d * (w + d * (0.5 * dw + d * (half_jerk * (1.0 / 3.0) + d * sixth_snap * 0.25)))

@@ -6,7 +6,7 @@ six exponentials is too long for the processor to overlap two of them (measured 
 """
 
 from . import layout as at
-from .bits import select
+from .bits import select, widest_vectors
 from .dense import conservative_work, subtract_damper_work
 from .equations import jerk_in_lane, slope_in_lane
 from .exponential import rough_exp2, rough_log2
@@ -48,6 +48,7 @@ def stage_loop(n):
 
     @compiled
     def loop(law, s):
+        widest_vectors()
         for i in range(at.WIDTH):
             if first:
                 s[at.TAKEN + i] = min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i])
@@ -115,6 +116,7 @@ def control_step(law, s, rtol):
     accuracy; the slip speed also against itself and its derivative, since at break-away, where it grows from zero, its
     relative error is what delays the slip.
     """
+    widest_vectors()
     for i in range(at.WIDTH):
         h, error_y, error_w = s[at.TAKEN + i], 0.0, 0.0
         for j in range(len(STAGE_W)):
@@ -146,6 +148,7 @@ def interpolate(s):
     It meets w, w' and w'' at both ends; inside, its error is a hundredth of what the step itself allows: h^6 w^(6)
     (theta (1 - theta))^3 / 6!.
     """
+    widest_vectors()
     for i in range(at.WIDTH):
         h, w, dw, jerk = s[at.TAKEN + i], s[at.W + i], s[at.DW + i], s[at.JERK + i]
         rise = s[at.W_NEW + i] - w - h * (dw + 0.5 * h * jerk)

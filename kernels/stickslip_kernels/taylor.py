@@ -16,7 +16,7 @@ Loops over the lanes of one flat buffer, as in `lanes.py`; a loop two orders, so
 from math import inf
 
 from . import layout as at
-from .bits import select
+from .bits import select, widest_vectors
 from .dense import conservative_work, horner, subtract_damper_work
 from .exponential import rough_exp2, rough_log2
 from .jit import compiled
@@ -71,6 +71,7 @@ def pair_loop(n, recurrence):
 
     @compiled(inline=True)
     def loop(s):
+        widest_vectors()
         for i in range(at.WIDTH):
             drag = s[at.G + i] + s[at.SLOPE + i]
             w_n, weak_n = s[w + i], s[weak + i]
@@ -153,6 +154,7 @@ for _tag, _recurrence in RECURRENCES.items():
 @compiled
 def expand(law, s):
     """The coefficients of w, w' and the weakening about the present state of every lane."""
+    widest_vectors()
     find_coefficients(law, s)
 
 
@@ -171,6 +173,7 @@ def choose_step(s, rtol):
     After A. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of high-order Taylor
     methods, Experimental Mathematics 14 (2005) 99-117.
     """
+    widest_vectors()
     for i in range(at.WIDTH):
         s[at.ALLOWED + i] = ERROR_SHARE * rtol * speed_scale(s, i)
         allowed = rough_log2(s[at.ALLOWED + i])
@@ -188,11 +191,12 @@ def sum_series(s):
 
     Two loops, each small enough for the compiler to unroll its sums, without which it does not see the lanes.
     """
+    widest_vectors()
     for i in range(at.WIDTH):
         s[at.W_NEW + i], s[at.DW_NEW + i] = horner(s, i, s[at.TAKEN + i])[:2]
     for i in range(at.WIDTH):
         h = s[at.TAKEN + i]
-        once, twice = horner(s, i, h)[4:]
+        once, twice = horner(s, i, h)[4:6]
         rise = h * (s[at.B + i] + 0.5 * h * s[at.ALPHA + i]) - once
         s[at.Y_NEW + i] = s[at.Y + i] + rise
         s[at.WORK + i] = conservative_work(s, i, h, rise, s[at.W_NEW + i], twice)
@@ -203,6 +207,7 @@ def judge_step(law, s):
     """State at the end by the equations themselves; the step is good if the series agrees with them (its
     defect) and hides nothing from them.
     """
+    widest_vectors()
     for i in range(at.WIDTH):
         y, w, drag = s[at.Y_NEW + i], s[at.W_NEW + i], s[at.G + i] + s[at.SLOPE + i]
         rate, drop, delta = s[at.RATE + i], s[at.DROP + i], s[at.EXPONENT + i]
@@ -222,6 +227,7 @@ def judge_step(law, s):
 @compiled
 def try_step(law, s, rtol):
     """A step in every lane, as far as the series is good for; nothing is committed."""
+    widest_vectors()
     expand(law, s)
     choose_step(s, rtol)
     sum_series(s)

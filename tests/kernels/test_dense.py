@@ -19,7 +19,7 @@ def test_speed_is_the_polynomial_and_its_derivatives(p, t):
     assert speed(holding(p), LANE, t) == pytest.approx(expected, abs=1e-9)
     integrals = [f.integ(n)(t) for n in (1, 2)]
     assert horner(holding(p), LANE, t) == pytest.approx(
-        [*expected[:2], expected[2] / 2, expected[3] / 6, *integrals], abs=1e-9
+        [*expected[:2], expected[2] / 2, expected[3] / 6, *integrals, f.deriv(4)(t) / 24], abs=1e-9
     )
 
 

@@ -57,6 +57,11 @@ def watch(m):
 
 
 @inline_hook
+def keep(m):
+    """The good steps of the lanes that are not flagged have been committed."""
+
+
+@inline_hook
 def observe_slip_begin(m, i, u, w, fresh):
     """Slip begins at (u, w); not fresh: it only changes its direction."""
 

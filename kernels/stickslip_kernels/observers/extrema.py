@@ -11,6 +11,7 @@ from ..roots import FOR_A_VALUE, arrival, extreme_speed
 from ..stepping import extreme_slope
 from .cycles import LOOPS, note_loop
 from .margin import note_trough
+from .tops import is_found
 from .verdict import note_force, note_speed
 
 # --- what a step holds, from its start to a state after h ------------------------------------------------------------
@@ -76,14 +77,16 @@ def record_extrema(m, i, h, w, dw, jerk):
     """Extrema of u, w and w' between the start of the step of lane i and the state after h."""
     s, b, at_end = m.s, m.s[at.B + i], (w, dw, jerk, 0.0)
     if has_top_speed(s, i, h, w, dw):
-        top = extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1]
+        top = s[at.TOP + i] if is_found(s, i, h, at.OF_SPEED) else extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1]
         note_speed(s, i, top)
         if s[at.DW + i] > 0.0:
             note_peak(s, i, top - b)
     if has_low_speed(s, i, h, w, dw):
-        note_trough(s, i, extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1])
+        low = s[at.TOP + i] if is_found(s, i, h, at.OF_SPEED) else extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1]
+        note_trough(s, i, low)
     if has_top_slope(s, i, h, dw, jerk):
-        s[at.DW_HIGH + i] = max(s[at.DW_HIGH + i], abs(extreme_slope(m.law, s, i, h, at_end)))
+        steepest = s[at.TOP + i] if is_found(s, i, h, at.OF_SLOPE) else extreme_slope(m.law, s, i, h, at_end)
+        s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(steepest))
     if turns(s, i, w):
         t, rise, work = arrival(s, i, b, 1.0 if w > b else -1.0, h, at_end)
         xi = s[at.SIGMA + i] * (s[at.Y + i] + rise - s[at.G + i] * b + s[at.OFFSET + i])
@@ -102,7 +105,6 @@ def show_tops(s, i):
     forward, confirming = s[at.SIGMA + i] > 0.0, s[at.CONFIRMING + i] > 0.0
     top = s[at.V_HIGH + i] if forward else -s[at.V_LOW + i]
     s[at.W_TOP + i] = top if s[at.W_MIN + i] == 0.0 and not confirming else -inf
-    s[at.DW_TOP + i] = s[at.DW_HIGH + i]
     to_y = s[at.G + i] * s[at.B + i] - s[at.OFFSET + i]
     s[at.Y_HIGH + i], s[at.Y_LOW + i] = s[at.XI_HIGH + i] + to_y, s[at.XI_LOW + i] + to_y
     may_pass = forward and s[at.LOOP_COUNT + i] >= 0.0 and not confirming

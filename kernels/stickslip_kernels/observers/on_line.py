@@ -8,7 +8,7 @@ from math import isnan
 from .. import layout as at
 from .. import observers
 from ..jit import compiled
-from ..line import distance2, entry_time, level_time, oscillation, square_integral, turn_time
+from ..line import crossing_time, distance2, entry_time, level_time, oscillation, square_integral, turn_time
 from .extrema import note_turn
 from .verdict import decide_settled, note_ends
 
@@ -26,9 +26,9 @@ def record_line(m, i, line, u, w, v, duration):
     if s[at.MARK + i] > 0.0:
         steepest = turn_time(v, -q - drag * v, drag)
         if steepest < duration:
-            s[at.DW_HIGH + i] = max(s[at.DW_HIGH + i], abs(oscillation(q, v, drag, steepest)[1]))
+            s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(oscillation(q, v, drag, steepest)[1]))
         if q > 0.0 > q1:
-            t = level_time(q, v, drag, 0.0, duration)
+            t = crossing_time(q, v, drag, duration)
             note_turn(s, i, sigma * (mu_belt + oscillation(q, v, drag, t)[1]))
         note_ends(s, i, u1, b + q1, v1)
     if s[at.BAND2 + i] > 0.0:

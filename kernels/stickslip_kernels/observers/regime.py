@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from .. import layout as at
 from .. import observers
-from ..bits import select
+from ..bits import select, widest_vectors
 from ..contact import DONE
 from ..events import NO_EVENT, TURNED
 from ..friction import coefficient, coefficient_slope, stable_speeds
@@ -39,6 +39,7 @@ from .settling import (
     set_band,
     settles_for_certain,
 )  # fmt: skip
+from .tops import find_tops, record_tops, seek
 from .verdict import come_to_a_point, decide, decide_settled, note_ends, reset_extrema
 
 # A trough this close to the belt speed, in settling bands, is steady sliding on the line: the drift that is left takes
@@ -128,21 +129,30 @@ def watch(m):
 
     A quiet turn of u is counted here, as `note_turn` and `note_loop` count the others.
     """
+    widest_vectors()
     s = m.s
     for i in range(at.WIDTH):
         h, y, w, dw, jerk = s[at.TAKEN + i], s[at.Y_NEW + i], s[at.W_NEW + i], s[at.DW_NEW + i], s[at.JERK_NEW + i]
         turn, quiet = turns(s, i, w), turns_quietly(s, i, h, y, w)
-        extremum = has_top_speed(s, i, h, w, dw) | has_top_slope(s, i, h, dw, jerk) | (turn & (not quiet))
-        extremum = extremum | has_low_speed(s, i, h, w, dw)
-        look = (extremum & (s[at.MARK + i] > 0.0)) | comes_into_band(s, i, y, w)
+        marked = s[at.MARK + i] > 0.0
+        peak, each = has_top_speed(s, i, h, w, dw) & marked, s[at.W_TOP + i] == -inf
+        slope, trough = has_top_slope(s, i, h, dw, jerk) & marked, has_low_speed(s, i, h, w, dw) & marked
+        loud = turn & (not quiet) & marked
+        look = seek(m.law, s, i, peak | trough, slope) | (peak & each)
+        look = look | loud | comes_into_band(s, i, y, w)
         look = look | (distance2_from_sliding(s, i, y, w) < s[at.RADIUS2 + i])
-        s[at.LOOK + i] = select(look, 1.0, 0.0)
+        s[at.LOOK + i], s[at.TURNING + i] = select(look, 1.0, 0.0), select(loud, 1.0, 0.0)
         counts, maximum = turn & quiet, w > s[at.B + i]
         side = select(maximum, 1.0, -1.0)
         crosses = counts & (side * s[at.SIDE_LAST + i] < 0.0)
         s[at.SIDE_LAST_NEW + i] = select(counts, side, s[at.SIDE_LAST + i])
         s[at.CROSSED_NEW + i] = s[at.CROSSED + i] + select(crosses, 1.0, 0.0)
         s[at.LOOP_COUNT_NEW + i] = s[at.LOOP_COUNT + i] + select(counts & maximum, 1.0, 0.0)
+    find_tops(m.law, s)
+
+
+def keep(m):
+    record_tops(m.s)
 
 
 def observe_slip_begin(m, i, u, w, fresh):

@@ -17,7 +17,7 @@ from .margin import margin_of_slip, note_trough
 @compiled
 def reset_extrema(s, i):
     """Reset the extremes."""
-    s[at.XI_HIGH + i], s[at.XI_LOW + i], s[at.V_HIGH + i], s[at.V_LOW + i], s[at.DW_HIGH + i] = (
+    s[at.XI_HIGH + i], s[at.XI_LOW + i], s[at.V_HIGH + i], s[at.V_LOW + i], s[at.DW_TOP + i] = (
         -inf,
         inf,
         -inf,
@@ -31,7 +31,7 @@ def note_ends(s, i, u, w, dw):
     """Extend the extremes by a state that begins or ends a phase."""
     note_force(s, i, s[at.SIGMA + i] * u)
     note_speed(s, i, w)
-    s[at.DW_HIGH + i] = max(s[at.DW_HIGH + i], abs(dw))
+    s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(dw))
 
 
 @compiled(inline=True)
@@ -51,7 +51,7 @@ def note_speed(s, i, w):
 def store_extrema(m, i):
     """Extend the extremes of the whole motion by those since the last reset."""
     s, results = m.s, m.observer.results
-    c, top, steepest = int(s[at.CELL + i]), max(s[at.V_HIGH + i], -s[at.V_LOW + i], 0.0), s[at.DW_HIGH + i]
+    c, top, steepest = int(s[at.CELL + i]), max(s[at.V_HIGH + i], -s[at.V_LOW + i], 0.0), s[at.DW_TOP + i]
     high, low = s[at.XI_HIGH + i], s[at.XI_LOW + i]
     if s[at.STORED + i] > 0.0:
         high, low = max(results[at.XI_MAX, c], high), min(results[at.XI_MIN, c], low)

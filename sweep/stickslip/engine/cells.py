@@ -22,6 +22,7 @@ from stickslip_kernels import layout
 from stickslip_kernels.blank import new_regimes
 
 _AT_ONCE = 6_400_000  # trial steps; what cannot take more ends within a second
+_LINE = 8  # numbers in a line of the processor's cache
 _SMALLEST_BLOCK = 512  # many times the lanes; below, lanes idle at the end of each block
 
 
@@ -53,11 +54,13 @@ def compute(
         warm_up(options.law)
     if size * options.max_steps <= _AT_ONCE:  # a pool of threads would take longer to start
         return _compute_at_once(cells, size, options, progress)
-    results, stop = blank_results(size, options), stop_flag()
-    done = 0
+    results, stop = _room(size, options), stop_flag()
+    done, filled = 0, set[range]()
 
     def compute_block(numbers: range) -> int:
-        return _fill(results, cells, numbers, 0, options, stop)
+        finished = _fill(results, cells, numbers, 0, options, stop)
+        filled.add(numbers)
+        return finished
 
     def count(finished: list[int]) -> None:
         nonlocal done
@@ -68,6 +71,9 @@ def compute(
     try:
         spread(compute_block, blocks(size, options), options.threads, stop, count)
     except KeyboardInterrupt:
+        for numbers in blocks(size, options):
+            if numbers not in filled:
+                _leave_blank(results, slice(numbers.start, numbers.stop), options)
         done = int(np.count_nonzero(results["regime"]))  # finished blocks may not have been counted yet
     return Computed(results, done)
 
@@ -95,7 +101,7 @@ def compute_range(
 
     stop : once it is raised, what is left stays "not computed". moved : called with cells finished, now and then.
     """
-    results, done = blank_results(end - start, options), 0
+    results, done = _room(end - start, options), 0
     for first in range(start, end, options.block):
         part = _fill(results, cells, range(first, min(first + options.block, end)), start, options, stop)
         done += part
@@ -113,14 +119,20 @@ def _fill(
     stop: StopFlag,
 ) -> int:
     """Compute the cells of these numbers into `results`, which begins with cell `origin`; how many were finished."""
+    place = slice(numbers.start - origin, numbers.stop - origin)
     if stop[0]:
+        _leave_blank(results, place, options)
         return 0
     part = cells(numbers.start, numbers.stop)
     rows, done = _run_block(part, options, stop)
-    known = np.s_[:] if done == len(numbers) else rows[layout.STATUS] != layout.NOT_RUN
     for name, values in to_si(rows, part, not options.early_stop).items():
-        results[name][numbers.start - origin : numbers.stop - origin][known] = values[known]
+        results[name][place] = values
     return done
+
+
+def _leave_blank(results: Results, place: slice, options: Options) -> None:
+    for name, values in blank_results(place.stop - place.start, options).items():
+        results[name][place] = values
 
 
 def columns(options: Options) -> dict[str, np.dtype[Any]]:
@@ -142,26 +154,38 @@ def bytes_per_cell(options: Options) -> int:
 
 def blank_results(size: int, options: Options) -> Results:
     """Results of cells that are not computed: zeros for flags and counts, NaN for the rest."""
-    return {
-        name: np.full(size, np.nan) if kind == np.float64 else np.zeros(size, kind)
-        for name, kind in _columns(options.early_stop).items()
-    }
+    results = _room(size, options)
+    for values in results.values():
+        values.fill(np.nan if values.dtype.kind == "f" else 0)
+    return results
+
+
+def _room(size: int, options: Options) -> Results:
+    """Results that nobody has filled yet, in one piece of memory: a large one has large pages, which cost less."""
+    kinds = _columns(options.early_stop)
+    room = iter(np.empty((sum(kind == np.float64 for kind in kinds.values()), size)))
+    return {name: next(room) if kind == np.float64 else np.empty(size, kind) for name, kind in kinds.items()}
 
 
 def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
-    """One block through the kernels: the rows, and how many cells were finished."""
-    cells, rows = to_kernel(part, options.horizon), new_regimes(part["mass"].size)
+    """One block through the kernels: the rows, and how many cells were finished.
+
+    Rows are an odd number of cache lines apart: results of a cell a power of two apart would displace each other.
+    """
+    size = part["mass"].size
+    cells, room = to_kernel(part, options.horizon), new_regimes((ceil(size / _LINE) | 1) * _LINE)
+    rows = room[:, :size]
     if options.early_stop:
-        run_regimes(options.law, cells, options.rtol, options.max_steps, stop, rows, True)
+        run_regimes(options.law, cells, options.rtol, options.max_steps, stop, room, True)
     else:
         order = _longest_first(cells)
         ordered, cells = np.ascontiguousarray(rows[:, order]), np.ascontiguousarray(cells[:, order])
         run_regimes(options.law, cells, options.rtol, options.max_steps, stop, ordered, False)
         rows[:, order] = ordered
-    unfinished = rows[layout.STATUS] == layout.NOT_RUN
-    if left := int(np.count_nonzero(unfinished)):
-        rows[:, unfinished] = new_regimes(1)  # nothing incomplete leaves this place
-    return rows, unfinished.size - left
+    done = int(np.count_nonzero(rows[layout.STATUS]))
+    if done < size:  # nothing incomplete leaves this place
+        rows[:, rows[layout.STATUS] == layout.NOT_RUN] = new_regimes(1)
+    return rows, done
 
 
 def _longest_first(cells: NDArray[np.float64]) -> NDArray[np.intp]:

@@ -34,9 +34,10 @@ def run_regimes(
         if chosen is None:
             run(cells, rtol, max_steps, stop, results, early_stop)
             continue
-        own = np.ascontiguousarray(results[:, chosen])
+        rows = results[:, : chosen.size]  # there may be more room
+        own = np.ascontiguousarray(rows[:, chosen])
         run(np.ascontiguousarray(cells[:, chosen]), rtol, max_steps, stop, own, early_stop)
-        results[:, chosen] = own
+        rows[:, chosen] = own
 
 
 def run_signals(

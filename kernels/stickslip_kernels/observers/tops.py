@@ -1,0 +1,135 @@
+"""Extrema of w and of w' inside the step, in all lanes at once, so that a lane needs no look to exceed its records.
+
+`seek` says which one a step may hold, `find_tops` finds it, and once the step is committed `record_tops` keeps it. Two
+passes over the series after a first guess are enough for nearly every step; where they are not, the lane is looked at.
+"""
+
+from math import inf, nan
+
+from .. import layout as at
+from ..bits import nonzero_bits, select, widest_vectors
+from ..dense import horner
+from ..equations import jerk_in_lane, slope_in_lane
+from ..jit import compiled
+from ..laws import RECURRENCES, by_law_inline
+from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
+from ..roots import FOR_A_VALUE, reverted
+
+
+@by_law_inline
+def has_exact_derivatives(law):
+    """Whether the series tells the extrema of w', as those of the motion do."""
+    return False
+
+
+for _tag in RECURRENCES:
+    has_exact_derivatives.of(_tag)(lambda law: True)
+
+
+@compiled(inline=True)
+def seek(law, s, i, speed, slope):
+    """Have an extremum of w, else of w', found in lane i; True where one of w' must be looked at instead."""
+    slope_here = slope & has_exact_derivatives(law)
+    s[at.SOUGHT + i] = select(speed, at.OF_SPEED, select(slope_here, at.OF_SLOPE, 0.0))
+    return slope & (speed | (not slope_here))
+
+
+@compiled
+def find_tops(law, s):
+    """Row TOP of the lanes with SOUGHT; where it is not found, SOUGHT becomes 0, and LOOK 1."""
+    widest_vectors()
+    if nonzero_bits(s, at.SOUGHT, WIDTH) != 0:
+        guess_tops(s)
+        close_in(s)
+        if has_exact_derivatives(law):
+            confirm_slopes(law, s)
+
+
+@compiled(inline=True)
+def sought_at(speed, dw, a, b, c):
+    """The series, up to the cube, of what vanishes at the extremum, from coefficients 1 to 4 of the series of w."""
+    third = select(speed, 3.0 * b, 12.0 * c)
+    return select(speed, dw, 2.0 * a), select(speed, 2.0 * a, 6.0 * b), third, select(speed, 4.0 * c, 0.0)
+
+
+@compiled(inline=True)
+def guess_tops(s):
+    """Hermite's inverse cubic between the ends of the step for w, a parabola for w'; then one pass by Halley."""
+    widest_vectors()
+    for i in range(at.WIDTH):
+        speed, end = s[at.SOUGHT + i] == at.OF_SPEED, s[at.TAKEN + i]
+        jerk0, jerk1, snap0 = s[at.JERK + i], s[at.JERK_NEW + i], 6.0 * s[at.SERIES + 3 * at.WIDTH + i]
+        f0, f1 = select(speed, s[at.DW + i], jerk0), select(speed, s[at.DW_NEW + i], jerk1)
+        slope0 = select(speed, jerk0, snap0)
+        change = f1 - f0
+        per_both, per_slope1 = 1.0 / (change * slope0), 1.0 / jerk1
+        part = -f0 * slope0 * per_both
+        rest, bow = 1.0 - part, change * change * per_both
+        cubic = part * part * (3.0 - 2.0 * part) * end + part * rest * (rest * bow - part * change * per_slope1)
+        t = select(speed, cubic, part * (part * end + rest * bow))
+        t = select((t > 0.0) & (t <= end), t, part * end)
+        _, dw, a, b, _, _, c = horner(s, i, t)
+        f, slope, bend, _ = sought_at(speed, dw, a, b, c)
+        s[at.GUESS + i] = t - f * slope / (slope * slope - f * bend)
+
+
+@compiled(inline=True)
+def close_in(s):
+    """The extremum of w, or the time of that of w', by the series about the guess."""
+    widest_vectors()
+    for i in range(at.WIDTH):
+        sought, end, t = s[at.SOUGHT + i], s[at.TAKEN + i], s[at.GUESS + i]
+        speed = sought == at.OF_SPEED
+        w, dw, a, b, _, _, c = horner(s, i, t)
+        f, slope, bend, last = sought_at(speed, dw, a, b, c)
+        d, exact = reverted(0.0, f, slope, bend, last, end)
+        s[at.TOP + i] = w + d * (dw + d * (a + d * (b + d * c)))
+        s[at.GUESS + i], s[at.GUESS_B + i], s[at.TOP_TIME + i] = t + d, b, select(exact, t + d, nan)
+        found = (abs(d) <= FOR_A_VALUE * end) & (t + d > 0.0) & (t + d <= end)
+        give_up(s, i, (sought > 0.0) & (not found))
+
+
+@compiled(inline=True)
+def confirm_slopes(law, s):
+    """The extrema of w' by the equation of motion, which tells besides whether they are (`roots.extreme_slope`)."""
+    widest_vectors()
+    for i in range(at.WIDTH):
+        t, sixth_snap = s[at.GUESS + i], s[at.GUESS_B + i]
+        w, _, _, _, once, _, _ = horner(s, i, t)
+        is_slope = s[at.SOUGHT + i] == at.OF_SLOPE
+        y = s[at.Y + i] + t * (s[at.B + i] + 0.5 * t * s[at.ALPHA + i]) - once
+        slope = slope_in_lane(law, s, i, y, w)
+        jerk = jerk_in_lane(law, s, i, y, w, slope, s[at.B + i] + t * s[at.ALPHA + i])
+        s[at.TOP + i] = select(is_slope, slope, w)
+        give_up(s, i, is_slope & (not (jerk * jerk <= 12.0 * abs(sixth_snap) * s[at.ALLOWED + i])))
+
+
+@compiled(inline=True)
+def give_up(s, i, missed):
+    """Have lane i looked at where the extremum is not found. (A select of what was loaded would be a masked store.)"""
+    s[at.LOOK + i] = max(s[at.LOOK + i], select(missed, 1.0, 0.0))
+    s[at.SOUGHT + i] = min(s[at.SOUGHT + i], select(missed, 0.0, at.OF_SLOPE))
+
+
+@compiled(inline=True)
+def is_found(s, i, h, what):
+    """Whether TOP of lane i is the extremum of this kind in the first h of its step."""
+    return s[at.SOUGHT + i] == what and h == s[at.TAKEN + i]
+
+
+@compiled
+def record_tops(s):
+    """Keep what was found in the lanes whose steps have been committed; a trough is a margin, too."""
+    widest_vectors()
+    if nonzero_bits(s, at.SOUGHT, WIDTH) == 0:
+        return
+    for i in range(at.WIDTH):
+        sought, top = s[at.SOUGHT + i], s[at.TOP + i]
+        committed = (s[at.FLAG + i] == at.NOTHING_MET) & (s[at.GOOD + i] > 0.0)
+        speed, slope = committed & (sought == at.OF_SPEED), committed & (sought == at.OF_SLOPE)
+        v = s[at.SIGMA + i] * top
+        s[at.V_HIGH + i] = max(s[at.V_HIGH + i], select(speed, v, -inf))
+        s[at.V_LOW + i] = min(s[at.V_LOW + i], select(speed, v, inf))
+        s[at.W_TOP + i] = max(s[at.W_TOP + i], select(speed & (s[at.W_TOP + i] > -inf), top, -inf))
+        s[at.W_LEAST + i] = min(s[at.W_LEAST + i], select(speed & (s[at.DW_NEW + i] > 0.0), max(top, 0.0), inf))
+        s[at.DW_TOP + i] = max(s[at.DW_TOP + i], select(slope, abs(top), 0.0))
