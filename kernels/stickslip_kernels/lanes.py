@@ -8,11 +8,10 @@ before the step is committed.
 
 from . import layout as at
 from . import observers
-from .bits import nonzero_bits, select, widest_vectors
+from .bits import select, widest_vectors
 from .crossings import find_crossings
 from .events import grazes, may_turn, reaches
 from .jit import compiled
-from .layout import WIDTH  # a literal, which `nonzero_bits` needs
 from .stepping import try_step
 
 
@@ -26,8 +25,7 @@ def step_lanes(m):
     observers.watch(m)
     watch_and_commit(m.s, m.max_steps)
     observers.keep(m)
-    if nonzero_bits(m.s, at.CROSSES, WIDTH) != 0:
-        find_crossings(m.s)
+    find_crossings(m.s)
 
 
 @compiled

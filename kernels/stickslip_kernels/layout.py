@@ -167,7 +167,10 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
 ) = range(SLOW, SLOW + 45 * WIDTH, WIDTH)  # fmt: skip
-LANE_NUMBERS = SLOW + 45 * WIDTH
+
+# --- lanes brought together: the same rows once more (`gathering.py`) -----------------------------------------------
+GATHERED = SLOW + 45 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
+LANE_NUMBERS = 2 * GATHERED
 
 # --- belts that follow segments (`drive.py`): columns of their table; true frame ------------------------------------
 SEGMENT_TIME, SEGMENT_BELT, SEGMENT_ALPHA = range(3)  # duration > 0, belt speed at the start, its acceleration

@@ -80,10 +80,10 @@ def test_every_lane_takes_the_step_it_would_take_alone(law):
 def what_counts(s, i):
     """The numbers of lane i, but for those of searches that found nothing there: others may have asked for them."""
     numbers = s.copy()
-    for found, rows in ((at.CROSSES, FOUND_BY_CROSSING), (at.SOUGHT, (at.TOP,)), (None, GUESSES)):
+    for found, rows in ((at.CROSSES, FOUND_BY_CROSSING), (at.SOUGHT, (at.TOP, at.TOP_TIME)), (None, GUESSES)):
         if found is None or s[found + i] == 0.0:
             numbers[[row + i for row in rows]] = 0.0
-    return numbers[i :: at.WIDTH]
+    return numbers[: at.GATHERED][i :: at.WIDTH]
 
 
 def widest():
