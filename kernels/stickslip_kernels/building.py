@@ -53,10 +53,6 @@ class Parts(codegen.JITCPUCodegen):
 
     _library_class = Part
 
-    def _customize_tm_features(self):
-        """Vectors as wide as the processor has them; LLVM prefers half of that on Intel's servers."""
-        return super()._customize_tm_features() + ",-prefer-256-bit"
-
     def set_env(self, name, environment):
         """Nothing of the interpreter is needed."""
 
