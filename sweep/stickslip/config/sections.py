@@ -67,6 +67,9 @@ def one_of(value: object, words: tuple[str, ...]) -> str:
 def _file(value: object, suffixes: tuple[str, ...]) -> str:
     if not isinstance(value, str) or PurePath(value).suffix.lower() not in suffixes or "\0" in value:
         raise refused(f"a file name that ends in {listed(suffixes)}")
+    if "://" in value and PurePath(value).suffix.lower() != ".zarr":
+        ending = ", a URL that ends in .zarr" if ".zarr" in suffixes else ""
+        raise refused(f"a file of this machine{ending}", "what is behind a URL can be copied there afterwards")
     return value
 
 

@@ -36,6 +36,7 @@ import_no_more()
 
 _LABEL = "_label"
 _REMEDY = "hint: copy it again, or compute it again"
+_UNCACHED = {"use_listings_cache": False}  # of fsspec: what is behind a URL may have been replaced
 Lazily = Callable[[xr.Variable, "_Guarded"], xr.Variable]
 
 
@@ -110,6 +111,8 @@ def _is_zarr(source: Path | str) -> bool:
 def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
     """The dataset as stored in the file, coordinates and single numbers loaded, the rest waiting."""
     options: dict[str, Any] = {"consolidated": False} if engine == "zarr" else {"lock": NETCDF_LOCK}
+    if engine == "zarr" and isinstance(source, str):
+        options["storage_options"] = _UNCACHED
     ds = xr.open_dataset(
         source, engine=engine, decode_times=False, decode_timedelta=False, chunks=None, cache=False, **options
     )
@@ -221,7 +224,8 @@ def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
     """
     import zarr
 
-    group = zarr.open_group(source, mode="r")
+    options: Any = {} if isinstance(source, Path) else {"storage_options": _UNCACHED}
+    group = zarr.open_group(source, mode="r", **options)
     for name in ds.variables:
         array: Any = group[str(name)]
         if array.nchunks_initialized != array.nchunks:
