@@ -33,6 +33,7 @@ _MEMORY_OF_BLOCK = 4  # times its results: they, what the kernels fill, and the 
 Examples:
   stickslip run configs/quickstart.yaml
   stickslip run my.yaml --output results/map.zarr --no-plot
+  stickslip run my.yaml -o s3://bucket/map.zarr
   stickslip run my.yaml --shard 3/40        # one of forty jobs; then: stickslip collect my.yaml
   stickslip run my.yaml --dask tcp://login1:8786
 \n{EXIT_CODES}"""

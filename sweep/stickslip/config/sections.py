@@ -230,7 +230,7 @@ class Sensor(Section):
 class Output(Section):
     """Where the result goes. Relative paths start at the folder the command is run in, not at that of the file."""
 
-    file: str | None = Field(None, description="file of the result, .nc (netCDF) or .zarr")
+    file: str | None = Field(None, description="file of the result, .nc (netCDF) or .zarr, or the URL of a .zarr")
     plot: str | None = Field(None, description="plot of the map, .png, .svg or .pdf")
 
     @field_validator("file", mode="before")

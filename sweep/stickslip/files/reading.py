@@ -29,6 +29,7 @@ from xarray.core.indexing import (
 
 from stickslip.errors import StoreError, reason
 from stickslip.files.duck_arrays import import_no_more
+from stickslip.files.locations import Url, location
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.seal import SEAL, digest, is_unwritten
 
@@ -97,11 +98,12 @@ def _objection(source: Path | str, ds: xr.Dataset, engine: str) -> str | None:
 
 def _source(path: str | os.PathLike[str]) -> Path | str:
     """The path, or the address of a remote store; refused if there is nothing."""
-    if "://" in os.fspath(path):
-        return os.fspath(path)
-    if not Path(path).exists():
+    where = location(path)
+    if isinstance(where, Url):
+        return str(where)
+    if not where.exists():
         raise StoreError(f"{path}: no such file")
-    return Path(path)
+    return where
 
 
 def _is_zarr(source: Path | str) -> bool:

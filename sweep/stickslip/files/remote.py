@@ -61,9 +61,7 @@ class RemoteFolder:
 
     def keys(self) -> list[str]:
         """Names that exist, and what is in folders: `regime/c/0/1`."""
-        with explained(self.where, "read"):
-            self._fs.invalidate_cache(self._root)
-            return sorted(path.removeprefix(self._root).lstrip("/") for path in self._fs.find(self._root))
+        return sorted(path.removeprefix(self._root).lstrip("/") for path in self._found())
 
     def has(self, name: str) -> bool:
         """Whether a name exists."""
@@ -116,9 +114,14 @@ class RemoteFolder:
 
     def size(self) -> int:
         """Bytes of all objects."""
-        with explained(self.where, "read"):
+        return sum(int(found["size"] or 0) for found in self._found().values())
+
+    def _found(self) -> dict[str, dict[str, Any]]:
+        """All objects by their paths, and what the service says of each."""
+        with explained(self.where, "read"), suppress(FileNotFoundError):
             self._fs.invalidate_cache(self._root)
-            return sum(int(found["size"] or 0) for found in self._fs.find(self._root, detail=True).values())
+            return dict(self._fs.find(self._root, detail=True))
+        return {}
 
     def _put(self, name: str, put: Callable[[str], None]) -> None:
         """Write an object; make its folder if need be, but no bucket: that may be misspelt."""
@@ -129,7 +132,7 @@ class RemoteFolder:
             except FileNotFoundError:
                 first = path[: path.find("/", 1)]
                 if not self._fs.exists(first):
-                    raise StoreError(f"{self.where}: cannot be written (there is no {first})\n{_HINT}") from None
+                    raise StoreError(f"{self.where}: cannot be written (there is no {first!r})\n{_HINT}") from None
             self._fs.makedirs(path.rpartition("/")[0], exist_ok=True)
             put(path)
 
