@@ -25,6 +25,7 @@ from stickslip.vocabulary.words import listed
 
 REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
 OUTPUT_SUFFIXES = (".nc", ".zarr")
+REMOTE_SUFFIX = ".zarr"  # what may be behind a URL
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
 
 
@@ -67,9 +68,9 @@ def one_of(value: object, words: tuple[str, ...]) -> str:
 def _file(value: object, suffixes: tuple[str, ...]) -> str:
     if not isinstance(value, str) or PurePath(value).suffix.lower() not in suffixes or "\0" in value:
         raise refused(f"a file name that ends in {listed(suffixes)}")
-    if "://" in value and PurePath(value).suffix.lower() != ".zarr":
-        ending = ", a URL that ends in .zarr" if ".zarr" in suffixes else ""
-        raise refused(f"a file of this machine{ending}", "what is behind a URL can be copied there afterwards")
+    if "://" in value and PurePath(value).suffix.lower() != REMOTE_SUFFIX:
+        zarr = f", or a URL that ends in {REMOTE_SUFFIX}" if REMOTE_SUFFIX in suffixes else ""
+        raise refused(f"a file of this machine{zarr}", "a file can be copied there afterwards")
     return value
 
 

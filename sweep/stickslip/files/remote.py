@@ -134,7 +134,10 @@ class RemoteFolder:
                 if not self._fs.exists(first):
                     raise StoreError(f"{self.where}: cannot be written (there is no {first!r})\n{_HINT}") from None
             self._fs.makedirs(path.rpartition("/")[0], exist_ok=True)
-            put(path)
+            try:
+                put(path)
+            except FileNotFoundError as error:
+                raise failure(self.where, "written", error) from error
 
     def _path(self, name: str) -> str:
         return f"{self._root}/{name}"

@@ -22,6 +22,8 @@ def replaced_store(target: Url) -> Iterator[Callable[[str, bytes], None]]:
     Whatever goes wrong leaves `target` alone, but for what goes wrong while objects are copied. Raises StoreError.
     """
     _check(target)
+    if is_unfinished(target):
+        finish(target)
     new = _new(target)
     _clear(new)
     keys = set[str]()

@@ -78,7 +78,7 @@ def write_zarr(
     from stickslip.files.zarr_chunks import NewZarr
 
     with _replaced_store(path) as put:
-        store = NewZarr(put)
+        store = NewZarr(put, waits=isinstance(location(path), Url))
         _created(ds, chunks, _zarr_encoding, _create_zarr, store, fill)
         store.finish()
     return location(path)

@@ -17,22 +17,26 @@ from numcodecs import blosc  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 from zarr.storage import MemoryStore
 
+from stickslip.files import machine
 from stickslip.files.chunks import Chunks, Layout, Origin, Packed
 from stickslip.files.locations import ROOT
 
 LEVEL = 3  # of zstd: 5 takes nearly three times as long, for stores that are 7 % smaller
-_AT_ONCE = 8
+_AT_ONCE = 8  # objects that are put while others wait for an answer
 
 
 @dataclass(frozen=True)
 class NewZarr:
-    """A Zarr store that is being written. put : stores bytes under a key, by any thread.
+    """A Zarr store that is being written.
+
+    put : stores bytes under a key, by any thread. waits : whether that waits for a service, so that more threads pay.
 
     Chunks are put as they come. What the store says of itself is kept in memory until `finish` puts it, the root last:
     before that, nobody takes it for a store.
     """
 
     put: Callable[[str, Packed], None]
+    waits: bool = False
     _said: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -55,7 +59,7 @@ class ZarrChunks(Chunks):
     """The chunks of a store that is being written, put by the threads that compress."""
 
     def __init__(self, store: NewZarr, threads: int | None = None) -> None:
-        super().__init__(threads)
+        super().__init__(max(threads or machine.processors(), _AT_ONCE) if store.waits else threads)
         self._group, self._put = zarr.open_group(store.said, mode="r"), store.put
 
     def _declared(self, name: str) -> Layout:

@@ -7,7 +7,7 @@ import xarray as xr
 import stickslip
 from helpers.runs import FEW, opened, same, stop_early, with_axes
 from stickslip.errors import StoreError
-from stickslip.files import remote, swapping
+from stickslip.files import remote, swapping, writing
 from stickslip.files.locations import Url
 from stickslip.runs.workdir.lock import held
 
@@ -127,6 +127,15 @@ def test_a_writer_killed_while_it_replaces_leaves_no_half_map_and_the_next_one_f
     assert not Url(url).exists()
     killed(None)
     same(stickslip.run(config, url), whole)
+    assert below(url) == []
+
+
+def test_a_dataset_is_written_where_a_writer_was_killed_while_it_replaced(config, whole, url, killed):
+    killed(1)
+    with pytest.raises(Killed):
+        writing.write(whole, url)
+    killed(None)
+    same(stickslip.open(writing.write(whole, url)), whole)
     assert below(url) == []
 
 
