@@ -7,7 +7,6 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from math import inf, isinf
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from .dataset.build import cell_dataset, trace_dataset
 from .dataset.provenance import provenance
 from .engine import Options, Progress, compute, trajectory
 from .errors import ClusterError, IncompleteError, Interrupted
+from .files.locations import location
 from .files.reading import open
 from .runs import collecting, session
 from .runs.blocks import parse_shard
@@ -81,7 +81,7 @@ def run(
         check_in_memory(config, dask)
         return _run_in_memory(config, progress)
     request = Request(
-        config, Path(output), _text(store), None, fresh, keep_parts, on_error, progress,
+        config, location(output), _text(store), None, fresh, keep_parts, on_error, progress,
         notice=notice or _silent, dask=dask,
     )  # fmt: skip
     session.run(request)

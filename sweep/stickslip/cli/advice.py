@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.common import CONFIG, fail, incomplete, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import CONFIG_OR_RESULT, OUTPUT, fail, incomplete, prepare_kernels, reports_wrong_input
 from stickslip.cli.trajectories import recipe_in
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from stickslip.config.model import Config
+    from stickslip.files.locations import Location
 
 VIBRATING, QUIET = ("stick_slip", "sustained"), ("damped", "creep", "stuck")
 
@@ -26,17 +26,17 @@ Examples:
   stickslip advise configs/quickstart.yaml --at stiffness=50 --at belt_speed=0.5 \\
       --parameter belt_speed --parameter stiffness --cost stiffness=2 --within 20"""
 )
-@CONFIG
+@CONFIG_OR_RESULT
 @click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
 @click.option("--parameter", "parameters", multiple=True, metavar="NAME", help="What may change; may be repeated.")
 @click.option("--cost", "costs", multiple=True, metavar="NAME=NUMBER", help="Cost of a change; 1 unless given.")
 @click.option("--within", type=float, default=10.0, show_default=True, help="How far to look, as a factor.")
 @click.option("--into", multiple=True, metavar="REGIME", help="Regime wanted; may be repeated.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
+@OUTPUT
 @reports_wrong_input
 def advise(
-    config: Path, at: tuple[str, ...], parameters: tuple[str, ...], costs: tuple[str, ...], within: float,
-    into: tuple[str, ...], output: Path | None,
+    config: Location, at: tuple[str, ...], parameters: tuple[str, ...], costs: tuple[str, ...], within: float,
+    into: tuple[str, ...], output: Location | None,
 ) -> None:  # fmt: skip
     """Say which changes take a cell over a border.
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from stickslip.cli import screen
 from stickslip.cli.carried import run_request
-from stickslip.cli.common import CONFIG, DASK, check_plot, fail, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import CONFIG, DASK, OUTPUT, check_plot, fail, prepare_kernels, reports_wrong_input
+
+if TYPE_CHECKING:
+    from stickslip.files.locations import Location
 
 
 @click.command(
@@ -22,7 +26,7 @@ Examples:
 @click.option("--velocity", nargs=2, metavar="LOW HIGH", help="Velocities of the box: SI, or with units.")
 @click.option("--samples", type=int, help="Starting states per cell where the share is not exact.  [default: 1024]")
 @click.option("--seed", type=int, help="Seed of the starting states.  [default: 1]")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
+@OUTPUT
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write, .png, .svg or .pdf.")
 @click.option("--fresh", is_flag=True, help="Replace a file of other attractors.")
 @DASK
@@ -33,7 +37,7 @@ def attractors(
     velocity: tuple[str, str] | None,
     samples: int | None,
     seed: int | None,
-    output: Path | None,
+    output: Location | None,
     plot: Path | None,
     fresh: bool,
     dask: str | None,
@@ -80,11 +84,11 @@ Examples:
     "--between", nargs=2, metavar="LOW HIGH", help="Its range: SI, or with units.  [default: that of the axis]"
 )
 @click.option("--points", type=int, default=200, show_default=True, help="Values to wait at, on each way.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
+@OUTPUT
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write; of a single line.")
 @reports_wrong_input
 def ramp(
-    config: Path, along: str, between: tuple[str, str] | None, points: int, output: Path | None, plot: Path | None
+    config: Path, along: str, between: tuple[str, str] | None, points: int, output: Location | None, plot: Path | None
 ) -> None:
     """Follow attractors up and down a parameter.
 

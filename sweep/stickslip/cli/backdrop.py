@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from stickslip.cli.common import WHERE
+
 if TYPE_CHECKING:
     import xarray as xr
 
     from stickslip.config.model import Axis, Config
+    from stickslip.files.locations import Location
 
 MAP = click.option(
-    "--map", "map_file", type=click.Path(path_type=Path),
+    "--map", "map_file", type=WHERE,
     help="Map to draw the borders over, of the same cells.  [default: a coarse one is computed]",
 )  # fmt: skip
 _COARSE = 160  # points of an axis of the map that is computed to be drawn
@@ -24,7 +27,7 @@ _COARSE = 160  # points of an axis of the map that is computed to be drawn
 class Extras:
     """What is wanted besides a result: the file of the map behind its plot, a table to write."""
 
-    map: Path | None = None
+    map: Location | None = None
     table: Path | None = None
 
     def write_table(self, ds: xr.Dataset) -> None:

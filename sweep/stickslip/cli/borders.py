@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from stickslip.cli.backdrop import MAP, Extras
 from stickslip.cli.carried import run_request
-from stickslip.cli.common import CONFIG, DASK, fail, reports_wrong_input
+from stickslip.cli.common import CONFIG, DASK, OUTPUT, fail, reports_wrong_input
+
+if TYPE_CHECKING:
+    from stickslip.files.locations import Location
 
 
 @click.command(
@@ -24,7 +28,7 @@ Examples:
 )
 @click.option("--tolerance", type=float, default=1e-9, show_default=True, help="Width to stop at, over the border.")
 @click.option("--scan", type=int, default=64, show_default=True, help="Places of each line to look at first.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
+@OUTPUT
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: the borders over a map.")
 @MAP
 @click.option("--fresh", is_flag=True, help="Replace a file of another search.")
@@ -36,9 +40,9 @@ def border(
     between: tuple[str, str] | None,
     tolerance: float,
     scan: int,
-    output: Path | None,
+    output: Location | None,
     plot: Path | None,
-    map_file: Path | None,
+    map_file: Location | None,
     fresh: bool,
     dask: str | None,
 ) -> None:

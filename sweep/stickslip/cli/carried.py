@@ -23,6 +23,7 @@ from stickslip.cli.common import check_plot, fail, incomplete, prepare_kernels
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stickslip.files.locations import Location
     from stickslip.runs.request import Outcome, Request
     from stickslip.study import Study
 
@@ -138,7 +139,7 @@ def carried_out(
     return outcome, finished - began
 
 
-def _import_what_follows(output: Path | None, drawn: bool) -> None:
+def _import_what_follows(output: Location | None, drawn: bool) -> None:
     """What writes and draws, imported while the kernels compute: half a second."""
     of_file = "zarr_chunks" if output is not None and output.suffix == ".zarr" else "netcdf_chunks"
     with suppress(ImportError):  # whoever needs it will say so

@@ -7,16 +7,39 @@ from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
 from time import perf_counter
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 from stickslip.cli import screen
 
+if TYPE_CHECKING:
+    from stickslip.files.locations import Location
+
+
+class _Where(click.ParamType):  # type: ignore[type-arg]
+    """A path, or the URL of a Zarr store, which a `Path` would spoil."""
+
+    name = "path_or_url"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
+        """What a text on the command line names."""
+        from stickslip.files.locations import location
+
+        return location(value)
+
+
 DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
 CONFIG = click.argument(
     "config", type=click.Path(path_type=Path), callback=lambda _context, _parameter, path: config_file(path)
 )
+WHERE = _Where()
+CONFIG_OR_RESULT = click.argument(
+    "config",
+    type=WHERE,
+    callback=lambda _context, _parameter, path: config_file(path) if isinstance(path, Path) else path,
+)
+OUTPUT = click.option("-o", "--output", type=WHERE, help="File to write, .nc or .zarr, or the URL of a .zarr.")
 DASK = click.option(
     "--dask",
     metavar="ADDRESS",
@@ -97,6 +120,13 @@ def prepare_kernels(law: str, signals: bool = False) -> None:
 def path_or_none(name: str | Path | None) -> Path | None:
     """A name as a path."""
     return None if name is None else Path(name)
+
+
+def location_or_none(name: str | None) -> Location | None:
+    """A name as the place of a result."""
+    from stickslip.files.locations import location
+
+    return None if name is None else location(name)
 
 
 def check_plot(plot: Path) -> None:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from stickslip.cli.backdrop import MAP, Extras
 from stickslip.cli.carried import run_request
-from stickslip.cli.common import CONFIG, DASK, fail, reports_wrong_input
+from stickslip.cli.common import CONFIG, DASK, OUTPUT, fail, reports_wrong_input
+
+if TYPE_CHECKING:
+    from stickslip.files.locations import Location
 
 
 @click.command(
@@ -30,7 +34,7 @@ Examples:
 @click.option("--points", type=int, default=512, show_default=True, help="Points of the grid along either axis.")
 @click.option("--tolerance", type=float, default=1e-9, show_default=True, help="Width to stop at, over the border.")
 @click.option("--scan", type=int, default=64, show_default=True, help="Points along either axis to look at first.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
+@OUTPUT
 @click.option("--csv", "table", type=click.Path(path_type=Path), help="Table of the lines to write, .csv.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: the lines over a map.")
 @MAP
@@ -39,7 +43,8 @@ Examples:
 @reports_wrong_input
 def contours(
     config: Path, over: tuple[str, str] | None, between: tuple[tuple[str, str, str], ...], points: int,
-    tolerance: float, scan: int, output: Path | None, table: Path | None, plot: Path | None, map_file: Path | None,
+    tolerance: float, scan: int, output: Location | None, table: Path | None, plot: Path | None,
+    map_file: Location | None,
     fresh: bool, dask: str | None,
 ) -> None:  # fmt: skip
     """Follow the borders of regimes in a plane.

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from itertools import groupby
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from stickslip.cli import screen, shown
-from stickslip.cli.common import fail, reports_wrong_input
+from stickslip.cli.common import WHERE, fail, reports_wrong_input
 
 if TYPE_CHECKING:
     from stickslip.dataset.inspect import Survey
+    from stickslip.files.locations import Location
 
 
 @click.command(
@@ -22,12 +22,12 @@ Examples:
   stickslip inspect map.nc --regime sustained --limit 5
   stickslip inspect map.zarr --status step_limit"""
 )
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=WHERE)
 @click.option("--regime", "regimes", multiple=True, metavar="NAME", help="List cells of this regime.")
 @click.option("--status", "statuses", multiple=True, metavar="NAME", help="List cells of this status.")
 @click.option("--limit", type=click.IntRange(0), default=20, show_default=True, help="Largest number of cells to list.")
 @reports_wrong_input
-def inspect(file: Path, regimes: tuple[str, ...], statuses: tuple[str, ...], limit: int) -> None:
+def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...], limit: int) -> None:
     """Count the cells of a result, and list problem cells.
 
     These are cells that failed, are unresolved or were not computed, unless --regime or --status say which to list.

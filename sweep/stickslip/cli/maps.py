@@ -9,9 +9,20 @@ import click
 
 from stickslip.cli import screen
 from stickslip.cli.carried import keeping, run_request
-from stickslip.cli.common import CONFIG, DASK, EXIT_CODES, fail, path_or_none, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import (
+    CONFIG,
+    DASK,
+    EXIT_CODES,
+    OUTPUT,
+    fail,
+    location_or_none,
+    path_or_none,
+    prepare_kernels,
+    reports_wrong_input,
+)
 
 if TYPE_CHECKING:
+    from stickslip.files.locations import Location
     from stickslip.runs.blocks import Shard
 
 _MEMORY_OF_BLOCK = 4  # times its results: they, what the kernels fill, and the bytes that are written
@@ -22,12 +33,13 @@ _MEMORY_OF_BLOCK = 4  # times its results: they, what the kernels fill, and the 
 Examples:
   stickslip run configs/quickstart.yaml
   stickslip run my.yaml --output results/map.zarr --no-plot
+  stickslip run my.yaml -o s3://bucket/map.zarr
   stickslip run my.yaml --shard 3/40        # one of forty jobs; then: stickslip collect my.yaml
   stickslip run my.yaml --dask tcp://login1:8786
 \n{EXIT_CODES}"""
 )
 @CONFIG
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
+@OUTPUT
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
 @click.option("--no-plot", is_flag=True, help="Write no plot.")
 @click.option("--store", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]")
@@ -45,7 +57,7 @@ Examples:
 @reports_wrong_input
 def run(
     config: Path,
-    output: Path | None,
+    output: Location | None,
     plot: Path | None,
     no_plot: bool,
     store: str | None,
@@ -65,7 +77,7 @@ def run(
     from stickslip.runs.request import Request
 
     loaded = load_config(config)
-    output = output or path_or_none(loaded.output.file)
+    output = output or location_or_none(loaded.output.file)
     target = None if no_plot or shard else plot or path_or_none(loaded.output.plot)
     part = _shard(shard, fresh)
     request = Request(loaded, output, store, part, fresh, keep_parts, on_error, dask=dask)

@@ -9,10 +9,12 @@ import click
 
 from stickslip.cli import shown
 from stickslip.cli.backdrop import MAP, Extras
-from stickslip.cli.common import check_plot, fail, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import WHERE, check_plot, fail, prepare_kernels, reports_wrong_input
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from stickslip.files.locations import Location
 
 
 @click.command(
@@ -23,24 +25,24 @@ Examples:
   stickslip plot map.nc --lines borders.nc -o map-with-borders.png
   stickslip plot map.nc --select damping=0.1 --select stiffness="5 N/mm\""""
 )
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=WHERE)
 @click.option("--variable", help="Variable to plot.  [default: regime, or what a result is about]")
 @click.option(
     "--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension at the cell with this value, or label."
 )
-@click.option("--lines", type=click.Path(path_type=Path), help="File of borders or contours to draw over the map.")
+@click.option("--lines", type=WHERE, help="File of borders or contours to draw over the map.")
 @MAP
 @click.option("--no-borders", is_flag=True, help="Leave out the borders of linear theory.")
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="Plot to write.  [default: FILE.png, FILE-VARIABLE.png for other variables than regime]",
+    help="Plot to write.  [default: FILE.png, FILE-VARIABLE.png for other variables than regime; of a URL, here]",
 )
 @reports_wrong_input
 def plot(
-    file: Path, variable: str | None, select: tuple[str, ...], lines: Path | None, map_file: Path | None,
-    no_borders: bool, output: Path | None,
+    file: Location, variable: str | None, select: tuple[str, ...], lines: Location | None,
+    map_file: Location | None,    no_borders: bool, output: Path | None,
 ) -> None:  # fmt: skip
     """Plot a result, whatever its kind."""
     from stickslip import plots
@@ -52,9 +54,9 @@ def plot(
     given, variable = variable, variable or ("settling_share" if "settling_share" in ds else "regime")
     of_line = "settling_share" in ds and given is None
     if shown.is_over_map(ds):
-        return _plot_borders(ds, file, output or file.with_suffix(".png"), map_file)
+        return _plot_borders(ds, file, output or _here(file).with_suffix(".png"), map_file)
     is_map = "time" not in ds.dims
-    target = output or _plot_of(file, variable if is_map else None)
+    target = output or _plot_of(_here(file), variable if is_map else None)
     check_plot(target)
     places = _pairs(select) if is_map else {}
     try:
@@ -78,7 +80,7 @@ def plot(
     click.echo(f"plot     {target}")
 
 
-def _plot_borders(ds: xr.Dataset, file: Path, target: Path, map_file: Path | None) -> None:
+def _plot_borders(ds: xr.Dataset, file: Location, target: Path, map_file: Location | None) -> None:
     """Borders over the map they lie in: that of a file, or a coarse one that is computed."""
     from stickslip import plots
     from stickslip.config.reader import parse_config
@@ -92,6 +94,11 @@ def _plot_borders(ds: xr.Dataset, file: Path, target: Path, map_file: Path | Non
     except PlotError as error:
         fail(f"{file}: {error}")
     click.echo(f"plot     {target}")
+
+
+def _here(file: Location) -> Path:
+    """The file, or its name in this folder if it is behind a URL."""
+    return file if isinstance(file, Path) else Path(file.name)
 
 
 def _plot_of(file: Path, variable: str | None) -> Path:

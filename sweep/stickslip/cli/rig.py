@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.common import check_plot, fail, reports_wrong_input
+from stickslip.cli.common import WHERE, check_plot, fail, reports_wrong_input
 
 if TYPE_CHECKING:
     import xarray as xr
     from rich.table import Table
 
+    from stickslip.files.locations import Location
     from stickslip.rig.settings import Settings
     from stickslip.vocabulary.parameter import Parameter
 
@@ -71,7 +72,7 @@ Examples:
 @click.option("--beside", is_flag=True, help="Plot records beside each other instead of over each other.")
 @click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each record on.")
 @click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each record.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write the features to, .nc or .zarr.")
+@click.option("-o", "--output", type=WHERE, help="File to write the features to, .nc or .zarr, or the URL of a .zarr.")
 @reports_wrong_input
 def rig_features(
     files: tuple[Path, ...],
@@ -83,7 +84,7 @@ def rig_features(
     beside: bool,
     begin: str | None,
     end: str | None,
-    output: Path | None,
+    output: Location | None,
 ) -> None:
     """Compute features and a risk number of rig records.
 

@@ -11,9 +11,11 @@ import click
 from stickslip.cli import screen
 from stickslip.cli.common import (
     CONFIG,
+    WHERE,
     check_plot,
     fail,
     incomplete,
+    location_or_none,
     path_or_none,
     prepare_kernels,
     reports_wrong_input,
@@ -23,6 +25,7 @@ from stickslip.cli.rig import feature_screen_table, time_window
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stickslip.files.locations import Location
     from stickslip.rig.simulate.config import RigConfig
     from stickslip.rig.simulate.simulation import RigTests
 
@@ -39,7 +42,7 @@ Examples:
   stickslip rig my.yaml --records signals       # CSV files, as a rig would write them"""
 )
 @CONFIG
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File of features to write, .nc or .zarr.")
+@click.option("-o", "--output", type=WHERE, help="File of features to write, .nc or .zarr, or the URL of a .zarr.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot: signals of up to six tests, else a heat map.")
 @click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html): maps, traces, table.")
 @click.option("--records", type=click.Path(path_type=Path), help="Folder for the signals, a CSV file for each test.")
@@ -50,7 +53,7 @@ Examples:
 @reports_wrong_input
 def rig(
     config: Path,
-    output: Path | None,
+    output: Location | None,
     plot: Path | None,
     report: Path | None,
     records: Path | None,
@@ -70,7 +73,7 @@ def rig(
     from stickslip.rig.simulate.simulation import RigTests
 
     asked = load_rig(config)
-    output, plot = output or path_or_none(asked.config.output.file), plot or path_or_none(asked.config.output.plot)
+    output, plot = output or location_or_none(asked.config.output.file), plot or path_or_none(asked.config.output.plot)
     tests, window = RigTests(asked), time_window(begin, end)
     drawn = _drawn(tests, chosen)
     if chosen and plot is None and report is None:
@@ -108,7 +111,7 @@ def _drawn(tests: RigTests, chosen: tuple[int, ...]) -> list[int]:
     return list(chosen) or (list(range(size)) if size <= _MOST_TRACES else [])
 
 
-def _check_targets(output: Path | None, plot: Path | None, report: Path | None, records: Path | None) -> None:
+def _check_targets(output: Location | None, plot: Path | None, report: Path | None, records: Path | None) -> None:
     if plot is not None:
         check_plot(plot)
     if report is not None and (report.suffix.lower() not in (".html", ".htm") or not report.absolute().parent.is_dir()):

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from stickslip.engine import Options
+    from stickslip.files.locations import Location
 
 _WIDE = 1000  # characters, wider than any table
 
@@ -33,8 +34,10 @@ def terminal(stderr: bool = False) -> Console:
     return Console(stderr=stderr, highlight=False, soft_wrap=True, width=None if stream.isatty() else _WIDE)
 
 
-def size_of(path: Path) -> str:
+def size_of(path: Location) -> str:
     """Size of a file or of all files in a folder, for people."""
+    if not isinstance(path, Path):
+        return memory(path.folder().size())
     count = sum(p.stat().st_size for p in path.rglob("*")) if path.is_dir() else path.stat().st_size
     return memory(count)
 
@@ -116,7 +119,7 @@ def rate(done: Done) -> str:
     return f"{done.computed:,} {counted} in {duration_text(done.seconds)}, {each} on {done.machines}"
 
 
-def show_map(ds: xr.Dataset, output: Path | None) -> None:
+def show_map(ds: xr.Dataset, output: Location | None) -> None:
     """The regimes of a map, and remarks on cells that have none."""
     from rich.table import Table
 

@@ -16,9 +16,10 @@ if TYPE_CHECKING:
 
     from stickslip.cli.backdrop import Extras
     from stickslip.cli.screen import Done
+    from stickslip.files.locations import Location
 
 
-def show(ds: xr.Dataset, done: Done, output: Path | None, plot: Path | None) -> None:
+def show(ds: xr.Dataset, done: Done, output: Location | None, plot: Path | None) -> None:
     """The summary a run ends with: what came out, how long it took, and the files."""
     if tell := teller(ds):
         tell(ds)

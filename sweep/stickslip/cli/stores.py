@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from stickslip.cli import screen
 from stickslip.cli.carried import carried_out, notice, report
-from stickslip.cli.common import DASK, reports_wrong_input
+from stickslip.cli.common import DASK, OUTPUT, reports_wrong_input
 
 if TYPE_CHECKING:
+    from stickslip.files.locations import Location
     from stickslip.runs.collecting import Status
 
 PLACE = click.argument("config_or_store")
 STORE = click.option("--store", metavar="PATH_OR_URL", help="Store of the configuration, if it is not OUTPUT.parts.")
-OUTPUT = click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
 
 
 @click.command(
@@ -31,7 +30,7 @@ Examples:
 @OUTPUT
 @click.option("--keep-parts", is_flag=True, help="Leave the finished blocks where they are.")
 @reports_wrong_input
-def collect(config_or_store: str, store: str | None, output: Path | None, keep_parts: bool) -> None:
+def collect(config_or_store: str, store: str | None, output: Location | None, keep_parts: bool) -> None:
     """Write the map from the blocks that are finished.
 
     Shards are merged; cells of blocks that are missing are "not computed", and those blocks can still be computed
@@ -68,7 +67,7 @@ def status(config_or_store: str, store: str | None) -> None:
     _show(collecting.status(request))
 
 
-def _is_finished(output: Path, names: list[str]) -> bool:
+def _is_finished(output: Location, names: list[str]) -> bool:
     return output.exists() and not names
 
 
@@ -101,7 +100,7 @@ def _show(found: Status) -> None:
 @OUTPUT
 @DASK
 @reports_wrong_input
-def retry_failed(config_or_store: str, store: str | None, output: Path | None, dask: str | None) -> None:
+def retry_failed(config_or_store: str, store: str | None, output: Location | None, dask: str | None) -> None:
     """Retry the blocks that failed.
 
     The map is written if nothing is missing then. Names a configuration, or the folder or URL of a store.

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.common import CONFIG, check_plot, fail, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import CONFIG_OR_RESULT, OUTPUT, check_plot, fail, prepare_kernels, reports_wrong_input
 
 if TYPE_CHECKING:
     from stickslip.config.pick import Recipe
+    from stickslip.files.locations import Location
 
 
 @click.command(
@@ -22,15 +23,15 @@ Examples:
   stickslip simulate configs/lubricants.yaml \\
       --at lubricant=grease --at belt_speed=0.1 -t 20 --plot trace.png"""
 )
-@CONFIG
+@CONFIG_OR_RESULT
 @click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
 @click.option("-t", "--duration", required=True, metavar="TIME", help='How long: seconds, or with a unit ("2 min").')
 @click.option("--samples", type=click.IntRange(2), default=2001, show_default=True, help="Number of points in time.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, .nc or .zarr.")
+@OUTPUT
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
 @reports_wrong_input
 def simulate(
-    config: Path, at: tuple[str, ...], duration: str, samples: int, output: Path | None, plot: Path | None
+    config: Location, at: tuple[str, ...], duration: str, samples: int, output: Location | None, plot: Path | None
 ) -> None:
     """Compute one cell of a configuration over time.
 
@@ -61,7 +62,7 @@ def simulate(
         click.echo(f"plot        {plot}")
 
 
-def recipe_in(path: Path) -> Recipe:
+def recipe_in(path: Location) -> Recipe:
     """The configuration in a YAML file, or the one in a result."""
     from stickslip.config.pick import recipe_of
     from stickslip.config.reader import load_config

@@ -13,7 +13,7 @@ from stickslip.config.addresses import LOCAL, PATTERN
 from stickslip.config.margins import Margins
 from stickslip.config.reader import DEFAULT_TITLE, SECTIONS
 from stickslip.config.scatter import ARGUMENTS, MAY_SCATTER, METRICS, Sampling, Subset, Uncertain
-from stickslip.config.sections import OUTPUT_SUFFIXES, PLOT_SUFFIXES, Section
+from stickslip.config.sections import OUTPUT_SUFFIXES, PLOT_SUFFIXES, REMOTE_SUFFIX, Section
 from stickslip.config.studies import STUDIES, Contours
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import DECIDED
@@ -198,7 +198,9 @@ def _section(model: type[Section]) -> Schema:
 
 
 def _file_name(*suffixes: str) -> Schema:
-    return {"type": "string", "pattern": f"({'|'.join(map(re.escape, suffixes))})$"}
+    here, anywhere = (s for s in suffixes if s != REMOTE_SUFFIX), re.escape(REMOTE_SUFFIX)
+    local = f"^(?!.*://).*({'|'.join(map(re.escape, here))})$"
+    return {"type": "string", "pattern": f"{anywhere}$|{local}" if REMOTE_SUFFIX in suffixes else local}
 
 
 _VALUE: Schema = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": _WITH_UNIT}]}

@@ -25,6 +25,7 @@ from stickslip.vocabulary.words import listed
 
 REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
 OUTPUT_SUFFIXES = (".nc", ".zarr")
+REMOTE_SUFFIX = ".zarr"  # what may be behind a URL
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
 
 
@@ -67,6 +68,9 @@ def one_of(value: object, words: tuple[str, ...]) -> str:
 def _file(value: object, suffixes: tuple[str, ...]) -> str:
     if not isinstance(value, str) or PurePath(value).suffix.lower() not in suffixes or "\0" in value:
         raise refused(f"a file name that ends in {listed(suffixes)}")
+    if "://" in value and PurePath(value).suffix.lower() != REMOTE_SUFFIX:
+        zarr = f", or a URL that ends in {REMOTE_SUFFIX}" if REMOTE_SUFFIX in suffixes else ""
+        raise refused(f"a file of this machine{zarr}", "a file can be copied there afterwards")
     return value
 
 
@@ -227,7 +231,7 @@ class Sensor(Section):
 class Output(Section):
     """Where the result goes. Relative paths start at the folder the command is run in, not at that of the file."""
 
-    file: str | None = Field(None, description="file of the result, .nc (netCDF) or .zarr")
+    file: str | None = Field(None, description="file of the result, .nc (netCDF) or .zarr, or the URL of a .zarr")
     plot: str | None = Field(None, description="plot of the map, .png, .svg or .pdf")
 
     @field_validator("file", mode="before")

@@ -29,6 +29,7 @@ from xarray.core.indexing import (
 
 from stickslip.errors import StoreError, reason
 from stickslip.files.duck_arrays import import_no_more
+from stickslip.files.locations import Url, location
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.seal import SEAL, digest, is_unwritten
 
@@ -36,6 +37,7 @@ import_no_more()
 
 _LABEL = "_label"
 _REMEDY = "hint: copy it again, or compute it again"
+_UNCACHED = {"use_listings_cache": False}  # of fsspec: what is behind a URL may have been replaced
 Lazily = Callable[[xr.Variable, "_Guarded"], xr.Variable]
 
 
@@ -96,11 +98,12 @@ def _objection(source: Path | str, ds: xr.Dataset, engine: str) -> str | None:
 
 def _source(path: str | os.PathLike[str]) -> Path | str:
     """The path, or the address of a remote store; refused if there is nothing."""
-    if "://" in os.fspath(path):
-        return os.fspath(path)
-    if not Path(path).exists():
+    where = location(path)
+    if isinstance(where, Url):
+        return str(where)
+    if not where.exists():
         raise StoreError(f"{path}: no such file")
-    return Path(path)
+    return where
 
 
 def _is_zarr(source: Path | str) -> bool:
@@ -110,6 +113,8 @@ def _is_zarr(source: Path | str) -> bool:
 def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
     """The dataset as stored in the file, coordinates and single numbers loaded, the rest waiting."""
     options: dict[str, Any] = {"consolidated": False} if engine == "zarr" else {"lock": NETCDF_LOCK}
+    if engine == "zarr" and isinstance(source, str):
+        options["storage_options"] = _UNCACHED
     ds = xr.open_dataset(
         source, engine=engine, decode_times=False, decode_timedelta=False, chunks=None, cache=False, **options
     )
@@ -221,7 +226,8 @@ def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
     """
     import zarr
 
-    group = zarr.open_group(source, mode="r")
+    options: Any = {} if isinstance(source, Path) else {"storage_options": _UNCACHED}
+    group = zarr.open_group(source, mode="r", **options)
     for name in ds.variables:
         array: Any = group[str(name)]
         if array.nchunks_initialized != array.nchunks:

@@ -1,7 +1,7 @@
 """Datasets on disk: netCDF, or Zarr where that optional package is installed.
 
-Writing is all or nothing (`atomic.py`); netCDF4 opened for writing would truncate the target first. These files are
-results, not checkpoints.
+Writing is all or nothing (`atomic.py`; behind a URL, where only Zarr is written, `swapping.py`); netCDF4 opened for
+writing would truncate the target first. These files are results, not checkpoints.
 
 CF wants text labels beside a dimension, not as its index, so the index ``pad`` = felt, rubber is stored in the file as
 ``pad_label``; `open` makes it the index again. Everything else is in the file as it is in memory.
@@ -13,10 +13,11 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -24,31 +25,36 @@ from xarray.backends import NetCDF4DataStore
 from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
+from stickslip.files import swapping
 from stickslip.files.atomic import neighbour, replaced
-from stickslip.files.chunks import Chunks
+from stickslip.files.chunks import Chunks, Packed
+from stickslip.files.locations import ROOT, Location, Url, location
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.reading import open, require_zarr
 from stickslip.files.seal import NOBODY_WROTE, sealed
 
+if TYPE_CHECKING:
+    from stickslip.files.zarr_chunks import NewZarr
+
 __all__ = ["StoreError", "check_writable", "open", "write", "write_netcdf", "write_zarr"]
 
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
-_ZARR_MARKERS = ("zarr.json", ".zgroup")
+_ZARR_MARKERS = (ROOT, ".zgroup")
 _LABEL = "_label"
-Fill = Callable[[Path], None]
+Fill = Callable[[Any], None]
 Encoding = dict[str, dict[str, Any]]
 
 
 def write(
     ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None, chunks: tuple[int, ...] | None = None
-) -> Path:
-    """Write to `path`: Zarr if it ends in ``.zarr``, netCDF if in ``.nc``. Returns the path.
+) -> Location:
+    """Write to a path or URL: Zarr if it ends in ``.zarr``, netCDF if in ``.nc``. Returns it.
 
-    fill : writes the values of the variables in chunks, whatever they are in the dataset; called with the temporary
-        file, in which all else is written.
+    fill : writes the values of the variables in chunks, whatever they are in the dataset; called with what
+        `open_chunks` takes, in which all else is written.
     chunks : of variables that have so many dimensions; by default such that a chunk takes 1 MiB.
     """
-    return _writer(Path(path))(ds, path, fill, chunks)
+    return _writer(location(path))(ds, path, fill, chunks)
 
 
 def write_netcdf(
@@ -63,24 +69,45 @@ def write_netcdf(
 
 def write_zarr(
     ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None, chunks: tuple[int, ...] | None = None
-) -> Path:
-    """Write a Zarr store, a folder.
+) -> Location:
+    """Write a Zarr store, a folder or what is behind a URL.
 
-    Replacing an older one takes two renames. A crash between them leaves both, the old one named ``.NAME....old``.
+    Replacing an older folder takes two renames. A crash between them leaves both, the old one named ``.NAME....old``.
     """
     require_zarr(path)
-    target = _target(path, zarr=True)
-    with replaced(target, _replace_folder) as temporary:
-        _created(ds, chunks, _zarr_encoding, _create_zarr, temporary, fill)
-    return Path(path)
+    from stickslip.files.zarr_chunks import NewZarr
+
+    with _replaced_store(path) as put:
+        store = NewZarr(put, waits=isinstance(location(path), Url))
+        _created(ds, chunks, _zarr_encoding, _create_zarr, store, fill)
+        store.finish()
+    return location(path)
+
+
+@contextmanager
+def _replaced_store(path: str | os.PathLike[str]) -> Iterator[Callable[[str, Packed], None]]:
+    """What puts bytes under the keys of a new store, which replaces that at `path` in the end."""
+    where = location(path)
+    if isinstance(where, Url):
+        with swapping.replaced_store(where) as put:
+            yield put
+        return
+    with replaced(_target(where, zarr=True), _replace_folder) as temporary:
+
+        def write(key: str, data: Packed) -> None:
+            file = temporary / key
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(data)
+
+        yield write
 
 
 def _created(
     ds: xr.Dataset,
     chunks: tuple[int, ...] | None,
     encode: Callable[[xr.Dataset, tuple[int, ...] | None], Encoding],
-    create: Callable[[xr.Dataset, Encoding, _Later, Path], None],
-    file: Path,
+    create: Callable[[xr.Dataset, Encoding, _Later, Any], None],
+    file: Path | NewZarr,
     fill: Fill | None,
 ) -> None:
     """A new file with all that the dataset holds; by `fill` what is in chunks."""
@@ -104,12 +131,12 @@ def _create_netcdf(ds: xr.Dataset, encoding: Encoding, later: _Later, path: Path
         file.close()
 
 
-def _create_zarr(ds: xr.Dataset, encoding: Encoding, later: _Later, path: Path) -> None:
+def _create_zarr(ds: xr.Dataset, encoding: Encoding, later: _Later, new: NewZarr) -> None:
     """What `to_zarr` does, which would write placeholders, too."""
     from xarray.backends import ZarrStore
 
     # Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
-    store = ZarrStore.open_group(path, mode="w-", consolidated=False, zarr_format=3, write_empty=True)
+    store = ZarrStore.open_group(new.said, mode="w-", consolidated=False, zarr_format=3, write_empty=True)
     ds.dump_to_store(store, writer=later, encoding=encoding)
     store.close()
 
@@ -130,18 +157,18 @@ class _Later(ArrayWriter):
         else:
             super().add(source, target, region)  # type: ignore[no-untyped-call]
 
-    def write(self, path: Path, names: Collection[str]) -> None:
+    def write(self, file: Path | NewZarr, names: Collection[str]) -> None:
         """Write some of what was kept. Without the lock: dask's threads may read netCDF, and take it for each chunk."""
         lazy = {name: self.kept[name] for name in names if not isinstance(self.kept[name], np.ndarray)}
-        with open_chunks(path) as file:
+        with open_chunks(file) as chunks:
             for name in self.kept:
                 if name in names and name not in lazy:
-                    file.write(name, self.kept[name])
+                    chunks.write(name, self.kept[name])
             if lazy:
                 from dask.array import store
 
-                whole = [values.rechunk(file.layout(name).chunks) for name, values in lazy.items()]
-                targets: Any = [file[name] for name in lazy]
+                whole = [values.rechunk(chunks.layout(name).chunks) for name, values in lazy.items()]
+                targets: Any = [chunks[name] for name in lazy]
                 store(whole, targets, lock=False, scheduler="threads")
 
 
@@ -161,10 +188,13 @@ def _replace_folder(temporary: Path, target: Path) -> None:
 
 def check_writable(path: str | os.PathLike[str]) -> None:
     """Raise StoreError now if `write` would fail there later: worth knowing before an hour of computing."""
-    is_zarr = _writer(Path(path)) is write_zarr
+    where = location(path)
+    is_zarr = _writer(where) is write_zarr
     if is_zarr:
         require_zarr(path)
-    with neighbour(_target(path, zarr=is_zarr)) as temporary:
+    if isinstance(where, Url):
+        return swapping.check_writable(where)
+    with neighbour(_target(where, zarr=is_zarr)) as temporary:
         temporary.touch()
 
 
@@ -177,15 +207,15 @@ def _labels_beside_dimensions(ds: xr.Dataset) -> xr.Dataset:
     return ds
 
 
-def open_chunks(path: Path, threads: int | None = None) -> Chunks:
+def open_chunks(file: Path | NewZarr, threads: int | None = None) -> Chunks:
     """The chunks of a netCDF file, or of a Zarr store, that has been written but for them."""
-    if path.is_dir():
+    if not isinstance(file, Path):
         from stickslip.files.zarr_chunks import ZarrChunks
 
-        return ZarrChunks(path, threads)
+        return ZarrChunks(file, threads)
     from stickslip.files.netcdf_chunks import NetcdfChunks  # here: not all that write know h5py, which takes its time
 
-    return NetcdfChunks(path, threads)
+    return NetcdfChunks(file, threads)
 
 
 # --- how values are laid out ------------------------------------------------------------------------------------------
@@ -247,10 +277,17 @@ def _chunks(shape: tuple[int, ...], asked: tuple[int, ...] | None = None) -> tup
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
-def _writer(path: Path) -> Callable[[xr.Dataset, str | os.PathLike[str], Fill | None, tuple[int, ...] | None], Path]:
+def _writer(
+    path: Location,
+) -> Callable[[xr.Dataset, str | os.PathLike[str], Fill | None, tuple[int, ...] | None], Location]:
     """The function that writes this kind of file."""
     if path.suffix == ".zarr":
         return write_zarr
+    if isinstance(path, Url):
+        raise StoreError(
+            f"{path}: behind a URL only Zarr stores are written, expected a name that ends in .zarr\n"
+            "hint: netCDF is written to a file of this machine, which can be copied then"
+        )
     if path.suffix == ".nc":
         return write_netcdf
     raise StoreError(f"{path}: unknown kind of file, expected a name that ends in .nc or .zarr")

@@ -1,4 +1,4 @@
-"""The chunks of a Zarr store on a disk: each is a file, `NAME/c/2/0`.
+"""The chunks of a Zarr store: each is a file or an object, `NAME/c/2/0`.
 
 Zarr core specification, version 3: "default" chunk keys; codecs `bytes` (little-endian), `blosc`, `crc32c`.
 """
@@ -6,7 +6,8 @@ Zarr core specification, version 3: "default" chunk keys; codecs `bytes` (little
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
 from typing import Any
 
 import google_crc32c
@@ -14,30 +15,62 @@ import numpy as np
 import zarr
 from numcodecs import blosc  # type: ignore[import-untyped]
 from numpy.typing import NDArray
+from zarr.storage import MemoryStore
 
+from stickslip.files import machine
 from stickslip.files.chunks import Chunks, Layout, Origin, Packed
+from stickslip.files.locations import ROOT
 
 LEVEL = 3  # of zstd: 5 takes nearly three times as long, for stores that are 7 % smaller
+_AT_ONCE = 8  # objects that are put while others wait for an answer
+
+
+@dataclass(frozen=True)
+class NewZarr:
+    """A Zarr store that is being written.
+
+    put : stores bytes under a key, by any thread. waits : whether that waits for a service, so that more threads pay.
+
+    Chunks are put as they come. What the store says of itself is kept in memory until `finish` puts it, the root last:
+    before that, nobody takes it for a store.
+    """
+
+    put: Callable[[str, Packed], None]
+    waits: bool = False
+    _said: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def said(self) -> MemoryStore:
+        """What the store says of itself, for xarray and zarr."""
+        return MemoryStore(self._said)
+
+    def finish(self) -> None:
+        """Put what is left."""
+        with ThreadPoolExecutor(_AT_ONCE) as pool:
+            for _ in pool.map(self._put_said, [key for key in self._said if key != ROOT]):
+                pass
+        self._put_said(ROOT)
+
+    def _put_said(self, key: str) -> None:
+        self.put(key, self._said[key].to_bytes())
 
 
 class ZarrChunks(Chunks):
-    """A Zarr store that `writing.py` made. Chunks are written by the threads that compress."""
+    """The chunks of a store that is being written, put by the threads that compress."""
 
-    def __init__(self, path: Path, threads: int | None = None) -> None:
-        super().__init__(threads)
-        self._group, self._path = zarr.open_group(path, mode="r"), path
+    def __init__(self, store: NewZarr, threads: int | None = None) -> None:
+        super().__init__(max(threads or machine.processors(), _AT_ONCE) if store.waits else threads)
+        self._group, self._put = zarr.open_group(store.said, mode="r"), store.put
 
     def _declared(self, name: str) -> Layout:
         array = self._group[name]
         assert isinstance(array, zarr.Array)
-        fill, folder = np.asarray(array.fill_value, array.dtype), self._path / name / "c"
-        return Layout(array.dtype, array.chunks, fill, _packed, None, folder)
+        fill = np.asarray(array.fill_value, array.dtype)
+        return Layout(array.dtype, array.chunks, fill, _packed, None, name)
 
     def _place(self, layout: Layout, origin: Origin, data: Packed) -> Callable[[], None]:
-        numbers = [str(first // length) for first, length in zip(origin, layout.chunks, strict=True)]
-        file = layout.target.joinpath(*numbers)
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(data)
+        numbers = (str(first // length) for first, length in zip(origin, layout.chunks, strict=True))
+        self._put("/".join((layout.target, "c", *numbers)), data)
         return _nothing
 
     def _close(self) -> None:

@@ -9,7 +9,6 @@ from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from stickslip.engine import Progress, Results, in_order
 from stickslip.errors import DamagedBlockError
 from stickslip.files import writing
 from stickslip.files.chunks import Chunks
+from stickslip.files.locations import Location
 from stickslip.runs.blocks import Blocks, blocks_of_chunks, chunks_of
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.regions import extent, regions
@@ -130,7 +130,7 @@ class Gathered:
         return results
 
 
-def assemble(gathered: Gathered, parts: Parts, work: Work, output: Path, progress: Progress | None) -> None:
+def assemble(gathered: Gathered, parts: Parts, work: Work, output: Location, progress: Progress | None) -> None:
     """Write the map of a store to `output`, all or nothing. Raises StoreError."""
     kernels = parts.manifest.kernels
     action = "run" if len(kernels) == 1 else f"run, by kernels {' and '.join(kernels)}"
@@ -148,7 +148,7 @@ def assemble(gathered: Gathered, parts: Parts, work: Work, output: Path, progres
     chunks = chunks_of(parts.blocks, canvas.grid.shape) if copied else None
     threads = work.options.threads
 
-    def fill(file: Path) -> None:
+    def fill(file: Any) -> None:
         with writing.open_chunks(file, threads) as target:
             if chunks:
                 _copy_blocks(gathered, parts.blocks, canvas.grid, target, threads, progress)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 from stickslip.errors import StoreError
+from stickslip.files.locations import Location
 from stickslip.files.writing import check_writable
 from stickslip.runs import earlier
 from stickslip.runs.assembly import Gathered, assemble
 from stickslip.runs.request import Request
 from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir import parts
-from stickslip.runs.workdir.lock import Holder, held, holders
+from stickslip.runs.workdir.lock import Holder, held, holders, writing_alone
 from stickslip.runs.workdir.parts import Failure
 from stickslip.study import Study
 
@@ -21,7 +21,7 @@ from stickslip.study import Study
 class Collected:
     """What `collect` wrote: how many cells (or lines, ...) it has, and how many of them are "not computed"."""
 
-    output: Path
+    output: Location
     cells: int
     missing: int
     where: str | None
@@ -42,10 +42,12 @@ def collect(request: Request) -> Collected:
     check_writable(request.output)
     if not store.finished():
         raise StoreError(f"{store.where}: no finished blocks there, so there is nothing to collect")
+    earlier.finish(request.output, request.notice)
     with earlier.result(request.output, request.config, request.fresh) as old:
         work = Work(request.config, old.known if old else None, store.blocks)
         gathered = Gathered(store, work, None, request.notice)
-        assemble(gathered, store, work, request.output, request.assembling)
+        with writing_alone(request.output, request.notice):
+            assemble(gathered, store, work, request.output, request.assembling)
     missing = sum(gathered.missing.values())
     if missing or request.keep:
         return Collected(request.output, store.blocks.size, missing, store.where, work.study)

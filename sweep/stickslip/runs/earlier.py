@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import prod
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -17,11 +16,13 @@ from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
 from stickslip.dataset.provenance import INCOMPLETE
 from stickslip.errors import ConfigError, StoreError
-from stickslip.files import reading
+from stickslip.files import reading, swapping
+from stickslip.files.locations import Location, Url
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.reuse import KnownCells, points_of
 from stickslip.runs.settings import differences
 from stickslip.runs.work import study_of
+from stickslip.runs.workdir.lock import Notice, writing_alone
 from stickslip.runs.workdir.parts import refuse, same_major
 
 _FRESH = "hint: --fresh computes it anew and replaces it; --output names another file"
@@ -36,8 +37,15 @@ class Earlier:
     known: KnownCells | None
 
 
+def finish(output: Location | None, notice: Notice) -> None:
+    """Put a result behind a URL in its place, if a run was killed while it did. Raises StoreError if one is at it."""
+    if isinstance(output, Url) and swapping.is_unfinished(output):
+        with writing_alone(output, notice):
+            swapping.finish(output)
+
+
 @contextmanager
-def result(output: Path | None, config: Config, fresh: bool) -> Iterator[Earlier | None]:
+def result(output: Location | None, config: Config, fresh: bool) -> Iterator[Earlier | None]:
     """The result at `output`, open; None if there is none or it does not matter.
 
     Raises StoreError for what this run would destroy: results of another configuration or major version, results whose
@@ -54,7 +62,7 @@ def result(output: Path | None, config: Config, fresh: bool) -> Iterator[Earlier
         yield _compared(output, dataset, config)
 
 
-def _compared(output: Path, dataset: xr.Dataset, config: Config) -> Earlier:
+def _compared(output: Location, dataset: xr.Dataset, config: Config) -> Earlier:
     version = str(dataset.attrs["source"]).split()[1].rstrip(",")
     if not same_major(version):
         raise StoreError(f"{output}: made by stickslip {version}, and this is {__version__}\n{_FRESH}")
@@ -89,7 +97,7 @@ def _number(dims: tuple[str, ...], dim: str) -> int:
     return dims.index(dim)
 
 
-def _config_of(output: Path, dataset: xr.Dataset) -> Config:
+def _config_of(output: Location, dataset: xr.Dataset) -> Config:
     try:
         return parse_config(str(dataset.attrs["configuration"]), str(output))
     except (ConfigError, KeyError):

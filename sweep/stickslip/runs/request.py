@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal
 
 from stickslip.config.addresses import EXPECTED, HERE, is_address
@@ -13,6 +12,7 @@ from stickslip.config.model import Config
 from stickslip.config.reader import load_config
 from stickslip.engine import Progress, warm_up
 from stickslip.errors import StoreError
+from stickslip.files.locations import Location, Url, location
 from stickslip.runs.blocks import Shard
 from stickslip.runs.workdir import parts
 from stickslip.runs.workdir.folder import Folder, folder_at
@@ -37,7 +37,7 @@ class Request:
     """
 
     config: Config
-    output: Path | None = None
+    output: Location | None = None
     place: str | None = None
     shard: Shard | None = None
     fresh: bool = False
@@ -65,9 +65,11 @@ class Request:
 
     def folder(self) -> Folder:
         """The place of the store. Raises StoreError if neither it nor an output is named."""
-        if self.place is None and self.output is None:
+        if self.place is not None:
+            return folder_at(self.place)
+        if self.output is None:
             raise StoreError("a run needs a place: name an output file, or a store with --store")
-        return folder_at(self.place if self.place is not None else parts.beside(Path(self.output or "")))
+        return folder_at(parts.beside(self.output))
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ class Outcome:
     found: int = 0
     reused: int = 0
     computed: int = 0
-    output: Path | None = None
+    output: Location | None = None
     where: str | None = None
     machines: str | None = None
     up_to_date: bool = False
@@ -109,12 +111,13 @@ def _is_store(place: str) -> bool:
     return "://" in place or os.path.isdir(place)
 
 
-def _output(named: str | os.PathLike[str] | None, config: Config) -> Path | None:
+def _output(named: str | os.PathLike[str] | None, config: Config) -> Location | None:
     file = config.output.file if named is None else named
-    return None if file is None else Path(file)
+    return None if file is None else location(file)
 
 
-def _beside(place: str) -> Path | None:
-    """The file beside whose name a store was laid."""
-    path = Path(place)
-    return path.with_suffix("") if path.suffix == parts.SUFFIX and "://" not in place else None
+def _beside(place: str) -> Location | None:
+    """The result beside whose name a store was laid."""
+    store = location(place)
+    output = store.with_suffix("") if store.suffix == parts.SUFFIX else None
+    return None if isinstance(output, Url) and output.suffix != ".zarr" else output

@@ -6,10 +6,10 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 
 from stickslip.engine import Results, StopFlag, stop_flag
 from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
+from stickslip.files.locations import Location
 from stickslip.files.writing import check_writable
 from stickslip.runs import earlier
 from stickslip.runs.assembly import Gathered, assemble
@@ -19,7 +19,7 @@ from stickslip.runs.settings import fingerprint
 from stickslip.runs.work import Work
 from stickslip.runs.workdir import parts
 from stickslip.runs.workdir.folder import Folder
-from stickslip.runs.workdir.lock import Lock, held
+from stickslip.runs.workdir.lock import Lock, held, writing_alone
 from stickslip.runs.workdir.parts import Parts
 
 Choice = Callable[[Parts, Request], set[int]]
@@ -43,6 +43,7 @@ def run(request: Request) -> Outcome:
     parts.check_ours(folder)
     if request.output is not None:
         check_writable(request.output)
+    earlier.finish(request.output, request.notice)
     with earlier.result(request.output, request.config, request.fresh) as old:
         if old and old.complete:
             _remove_leftovers(folder, request)
@@ -173,7 +174,7 @@ def _require_none_failed(store: Parts, work: Work, failed: Collection[int]) -> N
         )
 
 
-def _assembled(request: Request, store: Parts, output: Path) -> None:
+def _assembled(request: Request, store: Parts, output: Location) -> None:
     """Write the result; blocks that turn out damaged are computed again."""
     work = Work(request.config, cut=store.blocks)
 
@@ -184,7 +185,8 @@ def _assembled(request: Request, store: Parts, output: Path) -> None:
 
     gathered = Gathered(store, work, repair, request.notice)
     try:
-        assemble(gathered, store, work, output, request.assembling)
+        with writing_alone(output, request.notice):
+            assemble(gathered, store, work, output, request.assembling)
     except KeyboardInterrupt:
         raise _interrupted(store, work) from None
     except StoreError as error:

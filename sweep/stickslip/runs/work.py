@@ -6,7 +6,6 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.engine import Options, Results, StopFlag, stop_flag
+from stickslip.files.locations import Location
 from stickslip.files.packing import NETCDF, PLAIN
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.maps import MapStudy
@@ -99,7 +99,7 @@ class Work:
         study = self.study
         return self.cut or blocks_of(study.shape if study.is_array else (self.size,), study.weight)
 
-    def packing(self, output: Path | None) -> str:
+    def packing(self, output: Location | None) -> str:
         """How blocks are packed: as chunks of the file, if they are to be these; of a netCDF file if none is named."""
         of_netcdf = output is None or output.suffix == ".nc"
         return NETCDF if self.study.is_array and of_netcdf else PLAIN

@@ -6,6 +6,7 @@ import os
 import pytest
 
 from stickslip.errors import StoreError
+from stickslip.files.remote import RemoteFolder
 from stickslip.runs.workdir import folder as folders
 
 
@@ -13,7 +14,7 @@ from stickslip.runs.workdir import folder as folders
 def folder(request, tmp_path, monkeypatch):
     """A folder on a file system with links, on one without, and behind a URL."""
     if request.param == "memory":
-        return folders.RemoteFolder(f"memory://{tmp_path}")
+        return RemoteFolder(f"memory://{tmp_path}")
     if request.param == "no links":
 
         def refused(source, target):
@@ -42,4 +43,4 @@ def test_a_name_is_created_once(folder):
 
 def test_a_url_of_an_unknown_kind_is_refused():
     with pytest.raises(StoreError, match="gopher://x/y: cannot be opened"):
-        folders.RemoteFolder("gopher://x/y")
+        RemoteFolder("gopher://x/y")

@@ -9,18 +9,16 @@ from __future__ import annotations
 import errno
 import os
 import uuid
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, Protocol
-from urllib.parse import unquote, urlsplit
+from typing import Protocol
 
-from stickslip.errors import StoreError
 from stickslip.files.atomic import flush, placed
+from stickslip.files.locations import location
+from stickslip.files.remote import explained
 
 TEMPORARY = ".tmp"
-_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) if hasattr(errno, "EDQUOT") else (errno.ENOSPC, errno.EFBIG)
-_ACCESS = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.ENAMETOOLONG)
 
 
 class Folder(Protocol):
@@ -56,33 +54,8 @@ class Folder(Protocol):
 
 def folder_at(place: str | os.PathLike[str]) -> Folder:
     """The folder at a path or URL; nothing is created. Raises StoreError for a URL that cannot be opened."""
-    text = os.fspath(place)
-    if text.startswith("file://"):
-        return LocalFolder(Path(unquote(urlsplit(text).path)))
-    return RemoteFolder(text) if "://" in text else LocalFolder(Path(text))
-
-
-@contextmanager
-def _explained(where: str, action: str) -> Iterator[None]:
-    """Errors of the system as StoreError. The two that are answers pass."""
-    try:
-        yield
-    except (FileNotFoundError, FileExistsError, StoreError):
-        raise
-    except Exception as error:  # fsspec lets through whatever the library of a service raises
-        raise failure(where, action, error) from error
-
-
-def failure(where: str, action: str, error: BaseException) -> StoreError:
-    """What could not be done to a place, why, and what helps."""
-    number = getattr(error, "errno", None)
-    reason = getattr(error, "strerror", None) or str(error).partition("\n")[0] or type(error).__name__
-    hint = ""
-    if number in _SPACE:
-        hint = "\nhint: free some space, then give the same command again; what is finished is kept"
-    elif number in _ACCESS:
-        hint = "\nhint: choose another folder with --output or --store"
-    return StoreError(f"{where}: cannot be {action} ({reason}){hint}")
+    where = location(place)
+    return LocalFolder(where) if isinstance(where, Path) else where.folder()
 
 
 class LocalFolder:
@@ -98,7 +71,7 @@ class LocalFolder:
 
     def names(self) -> list[str]:
         """Names that exist."""
-        with _explained(self.where, "read"):
+        with explained(self.where, "read"):
             try:
                 return sorted(os.listdir(self.path))
             except FileNotFoundError:
@@ -106,7 +79,7 @@ class LocalFolder:
 
     def read(self, name: str) -> bytes:
         """What is written under a name."""
-        with _explained(str(self.path / name), "read"):
+        with explained(str(self.path / name), "read"):
             return (self.path / name).read_bytes()
 
     def write(self, name: str, data: bytes) -> None:
@@ -119,7 +92,7 @@ class LocalFolder:
 
     def remove(self, name: str) -> None:
         """Remove a name."""
-        with _explained(str(self.path / name), "removed"), suppress(FileNotFoundError):
+        with explained(str(self.path / name), "removed"), suppress(FileNotFoundError):
             os.unlink(self.path / name)
 
     def vanish(self) -> None:
@@ -137,7 +110,7 @@ class LocalFolder:
 
     def _place(self, name: str, data: bytes, move: Callable[[Path, Path], None]) -> None:
         temporary = self.path / f".{name}.{uuid.uuid4().hex}{TEMPORARY}"
-        with _explained(str(self.path / name), "written"):
+        with explained(str(self.path / name), "written"):
             self._make()
             with placed(temporary, self.path / name, move):
                 temporary.write_bytes(data)
@@ -168,82 +141,3 @@ def _link(temporary: Path, name: Path) -> None:
         os.replace(temporary, name)
     else:
         os.unlink(temporary)
-
-
-class RemoteFolder:
-    """A folder behind a URL. Services that keep objects write each whole or not at all, which is all that is needed."""
-
-    def __init__(self, url: str) -> None:
-        self.where = url.rstrip("/")
-        self._fs, self._root = _file_system(self.where)
-
-    @property
-    def absolute(self) -> str:
-        """The URL."""
-        return self.where
-
-    def names(self) -> list[str]:
-        """Names that exist."""
-        with _explained(self.where, "read"):
-            self._fs.invalidate_cache(self._root)  # other machines write here too
-            try:
-                found = self._fs.ls(self._root, detail=False)
-            except FileNotFoundError:
-                return []
-            return sorted(path.rstrip("/").rpartition("/")[2] for path in found)
-
-    def read(self, name: str) -> bytes:
-        """What is written under a name."""
-        with _explained(f"{self.where}/{name}", "read"):
-            return bytes(self._fs.cat_file(self._path(name)))
-
-    def write(self, name: str, data: bytes) -> None:
-        """Write an object."""
-        with _explained(f"{self.where}/{name}", "written"):
-            self._fs.makedirs(self._root, exist_ok=True)
-            self._fs.pipe_file(self._path(name), data)
-
-    def create(self, name: str, data: bytes) -> None:
-        """Write an object under a free name; services that cannot refuse are asked beforehand."""
-        with _explained(f"{self.where}/{name}", "written"):
-            self._fs.makedirs(self._root, exist_ok=True)
-            if self._fs.exists(self._path(name)):
-                raise FileExistsError(name)
-            try:
-                self._fs.pipe_file(self._path(name), data, mode="create")
-            except (TypeError, NotImplementedError):
-                self._fs.pipe_file(self._path(name), data)
-
-    def remove(self, name: str) -> None:
-        """Remove an object."""
-        with _explained(f"{self.where}/{name}", "removed"), suppress(FileNotFoundError):
-            self._fs.rm_file(self._path(name))
-
-    def vanish(self) -> None:
-        """Remove the folder, where the service has folders."""
-        with suppress(Exception):
-            self._fs.rmdir(self._root)
-
-    def size(self) -> int:
-        """Bytes of all objects."""
-        with _explained(self.where, "read"), suppress(FileNotFoundError):
-            return sum(int(found["size"] or 0) for found in self._fs.ls(self._root, detail=True))
-        return 0
-
-    def _path(self, name: str) -> str:
-        return f"{self._root}/{name}"
-
-
-def _file_system(url: str) -> tuple[Any, str]:
-    """The file system behind a URL, and the path in it."""
-    import fsspec
-
-    try:
-        fs, root = fsspec.core.url_to_fs(url)
-    except ImportError as error:
-        kind = url.partition("://")[0]
-        known = "pip install 'stickslip[s3]'" if kind in ("s3", "s3a") else str(error)
-        raise StoreError(f"{url}: needs an optional package\nhint: {known}") from error
-    except Exception as error:  # an unknown kind of URL, missing credentials, ...
-        raise failure(url, "opened", error) from error
-    return fs, root.rstrip("/")

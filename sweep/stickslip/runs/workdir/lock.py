@@ -19,6 +19,7 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 
 from stickslip.errors import StoreError
+from stickslip.files.locations import Location, Url
 from stickslip.files.machine import host, is_alive, space
 from stickslip.runs.blocks import Shard
 from stickslip.runs.workdir.folder import Folder
@@ -83,6 +84,16 @@ def held(folder: Folder, shard: Shard | None, lost: Callable[[], None], notice: 
             yield lock
     finally:
         lock.release()
+
+
+@contextmanager
+def writing_alone(output: Location, notice: Notice) -> Iterator[None]:
+    """Alone in writing a result behind a URL; files have temporary names of their own. Raises StoreError as `held`."""
+    if not isinstance(output, Url):
+        yield
+        return
+    with held(output.with_name(f".{output.name}.lock").folder(), None, lambda: None, notice):
+        yield
 
 
 class Lock:

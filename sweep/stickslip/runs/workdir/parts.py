@@ -11,13 +11,13 @@ import re
 import traceback
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from stickslip import engine
 from stickslip._version import __version__
 from stickslip.config.model import Config
 from stickslip.dataset.provenance import software
 from stickslip.errors import ConfigError, DamagedBlockError, DamagedManifestError, StoreError
+from stickslip.files.locations import Location
 from stickslip.files.packing import PLAIN
 from stickslip.runs.settings import differences, fingerprint, told
 from stickslip.runs.work import Block, Work
@@ -32,7 +32,7 @@ _BLOCK, _FAILED = re.compile(r"block-(\d{8,})"), re.compile(r"failed-(\d{8,})\.j
 _LOOKED_AT = 4  # blocks asked whose they are when the manifest cannot say
 
 
-def beside(output: Path) -> str:
+def beside(output: Location) -> str:
     """Place of the working store of a result, unless another one is named."""
     return str(output.with_name(output.name + SUFFIX))
 
