@@ -34,6 +34,12 @@ class _Unless:
         return getattr(pycompat.DuckArrayModule(self._name), name)  # type: ignore[arg-type]
 
 
+def _is_imported(name: str) -> bool:
+    """Whether a module is there, and whole: another thread may be importing it, which a second import would upset."""
+    spec = getattr(sys.modules.get(name), "__spec__", None)
+    return spec is not None and not getattr(spec, "_initializing", False)
+
+
 def import_no_more() -> None:
     """Have xarray wait for others to import these libraries; where it has become another one, it goes on as before."""
     known = getattr(pycompat, "_cached_duck_array_modules", None)
@@ -44,7 +50,7 @@ def import_no_more() -> None:
     if ask is not None and not hasattr(ask, "asks_less"):
 
         def is_dask_collection(x: object) -> Any:
-            return "dask" in sys.modules and ask(x)
+            return _is_imported("dask") and ask(x)
 
         is_dask_collection.asks_less = True  # type: ignore[attr-defined]
         utils.is_dask_collection = is_dask_collection  # type: ignore[assignment]

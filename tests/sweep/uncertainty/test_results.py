@@ -55,7 +55,7 @@ def test_draws_of_missing_shards_are_carried_as_bounds(config, tmp_path):
     stickslip.run_shard(config, "1/2", store)
     part = stickslip.collect(store, output).load()
     assert "draws are not computed" in part.attrs["incomplete"]
-    assert 0.3 < float(part["undecided"].mean()) < 0.7
+    assert 0.2 < float(part["undecided"].mean()) < 0.8
     part.close()
     stickslip.run_shard(config, "2/2", store)
     whole = stickslip.collect(store, output)
