@@ -1,5 +1,39 @@
-"""`python -m stickslip` is the command `stickslip`."""
+"""The command `stickslip` as a process; `python -m stickslip` is the same."""
 
-from .cli import main
+from __future__ import annotations
 
-main(prog_name="stickslip")
+import atexit
+import os
+import sys
+import threading
+
+
+def main() -> None:
+    """Run the command, and leave as soon as all is said and saved.
+
+    The interpreter would take down a thousand modules one by one, a tenth of the time of a small map. What has to
+    happen at the end does: threads are waited for, what is registered with `atexit` is called, texts are written.
+    """
+    from stickslip.cli import main as command
+
+    try:
+        command(prog_name="stickslip")
+        code = 0
+    except SystemExit as end:
+        if not isinstance(end.code, int | None):
+            raise
+        code = end.code or 0
+    for thread in threading.enumerate():
+        if thread is not threading.current_thread() and not thread.daemon:
+            thread.join()
+    atexit._run_exitfuncs()
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except OSError:  # nobody listens any more, which the interpreter knows how to end
+        sys.exit(code)
+    os._exit(code)
+
+
+if __name__ == "__main__":
+    main()

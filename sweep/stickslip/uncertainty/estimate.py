@@ -34,7 +34,8 @@ def ratio(above: Floats, below: Floats) -> Mean:
     count = len(above)
     if count < 2:
         return Mean(whole, np.full(whole.shape, np.nan))
-    error = np.sqrt((count - 1) / count * np.sum((without - without.mean(0)) ** 2, axis=0))
+    with np.errstate(invalid="ignore"):
+        error = np.sqrt((count - 1) / count * np.sum((without - without.mean(0)) ** 2, axis=0))
     known = np.isfinite(whole)
     return Mean(np.where(known, whole, np.nan), np.where(known, error, np.nan))
 
