@@ -7,10 +7,12 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from stickslip.engine import Progress, StopFlag, spread
+from stickslip.engine import Progress, StopFlag, processors, spread
 from stickslip.errors import BlockFailedError, StoreError
-from stickslip.runs.work import Work
+from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir.parts import Parts
+
+_WAITING = 2  # threads that may wait for the disk, besides those that compute
 
 
 @dataclass
@@ -76,14 +78,20 @@ def compute_blocks(
     An exception while computing is recorded in the store, and the others are computed unless `stop_on_error`; then it
     raises BlockFailedError. Blocks that cannot be written raise StoreError. `progress` counts cells of finished blocks.
     """
-    found = parts.cells(parts.finished())
-    meter, counting = _Meter(found), threading.Lock()
+    found, threads = parts.cells(parts.finished()), work.options.threads or processors()
+    meter, counting, turns = _Meter(found), threading.Lock(), threading.Semaphore(threads)
+
+    def packed(number: int) -> tuple[Block, bytes]:
+        """A block and what its file holds; no more than `threads` at a time, while others wait for the disk."""
+        with turns:
+            if stop[0]:
+                return Block({}, 0, False), b""
+            block = work.compute(number, stop, lambda cells: meter.move(number, cells))
+            return block, parts.packed(number, block) if block.complete else b""
 
     def compute(number: int) -> None:
-        if stop[0]:
-            return
         try:
-            block = work.compute(number, stop, lambda cells: meter.move(number, cells))
+            block, data = packed(number)
         except StoreError:
             raise  # the older result cannot be read: no fault of the block
         except Exception as error:
@@ -96,7 +104,7 @@ def compute_blocks(
                 raise BlockFailedError(number) from error
             return
         if block.complete:
-            parts.save(number, block)
+            parts.put(number, data)
             with counting:
                 tally.finished += 1
                 tally.cells += len(parts.blocks.cells(number))
@@ -107,4 +115,4 @@ def compute_blocks(
         if progress:
             progress(meter.cells, work.size)
 
-    spread(compute, sorted(numbers), work.options.threads, stop, show)
+    spread(compute, sorted(numbers), threads + _WAITING, stop, show)

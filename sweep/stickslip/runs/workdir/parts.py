@@ -71,7 +71,15 @@ class Parts:
 
     def save(self, number: int, block: Block) -> None:
         """Put a computed block on the disk."""
-        self.folder.write(_block_name(number), encoded(self.manifest, number, block, self.packing))
+        self.put(number, self.packed(number, block))
+
+    def packed(self, number: int, block: Block) -> bytes:
+        """What the file of a computed block holds."""
+        return encoded(self.manifest, number, block, self.packing)
+
+    def put(self, number: int, data: bytes) -> None:
+        """Put a block on the disk that has been `packed` here."""
+        self.folder.write(_block_name(number), data)
 
     def accept(self, number: int, data: bytes, work: Work) -> None:
         """Put a block on the disk that was computed and `encoded` elsewhere. Raises DamagedBlockError."""
