@@ -86,7 +86,12 @@ def compute_blocks(
         with turns:
             if stop[0]:
                 return Block({}, 0, False), b""
-            block = work.compute(number, stop, lambda cells: meter.move(number, cells))
+            try:
+                block = work.compute(number, stop, lambda cells: meter.move(number, cells))
+            except Exception:
+                if stop_on_error:
+                    stop[0] = 1  # before another thread has its turn
+                raise
             return block, parts.packed(number, block) if block.complete else b""
 
     def compute(number: int) -> None:
@@ -100,7 +105,6 @@ def compute_blocks(
             with counting:
                 tally.failed.append(number)
             if stop_on_error:
-                stop[0] = 1  # before this thread takes the next block
                 raise BlockFailedError(number) from error
             return
         if block.complete:
