@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from stickslip.study import Study
 
 
+_LONG = 300_000  # cells that take so long that something can be done beside; with fewer, all else would wait as long
+
+
 def run_request(request: Request, plot: Path | None, keep: list[str], extras: Extras | None = None) -> None:
     """Carry out a run, or compute in memory what has no place to be kept, and tell the outcome.
 
@@ -117,7 +120,8 @@ def carried_out(
     def prepare(law: str) -> None:
         nonlocal began, finished
         prepare_kernels(law)
-        Thread(target=_import_what_follows, args=(request.output, drawn)).start()
+        if size * study.cells_each >= _LONG:
+            Thread(target=_import_what_follows, args=(request.output, drawn)).start()
         began = finished = perf_counter()
 
     try:

@@ -81,8 +81,10 @@ def loaded() -> bool:
 
 
 def describe() -> Description:
-    """This worker."""
+    """This worker, which has imported what its first block needs once it has said so."""
     from stickslip import engine
+    from stickslip.config import reader  # noqa: F401
+    from stickslip.runs.workdir import parts  # noqa: F401
 
     return {"host": host(), "processor": engine.processor(), "versions": versions()}
 
