@@ -46,7 +46,7 @@ print(time.perf_counter() - began)
 def command(folder: str, *words: str) -> str:
     """Run a command in a process of its own; what it prints."""
     path = os.pathsep.join(os.path.abspath(entry) for entry in sys.path if entry)
-    environment = os.environ | {"PYTHONPATH": path, "OMP_NUM_THREADS": "1"}
+    environment = os.environ | {"PYTHONPATH": path}
     done = subprocess.run([sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"{' '.join(words)}\n{done.stdout}{done.stderr}")
