@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import wraps
+from math import isfinite
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -46,6 +48,7 @@ DASK = click.option(
     callback=lambda _context, _option, value: _dask(value),
     help="Dask scheduler that computes blocks, its file, local (processes here), or none.",
 )
+JSON = click.option("--json", "as_json", is_flag=True, help="Say it as JSON: all that goes to standard output.")
 EXIT_CODES = """\b
 Exit codes:
   0  done
@@ -73,6 +76,24 @@ def incomplete(message: object) -> NoReturn:
     """End with the exit code for what was computed, but not to the end."""
     click.echo(message, err=True)
     sys.exit(INCOMPLETE)
+
+
+def tell_json(answer: Mapping[str, Any]) -> None:
+    """Print an answer for programs: numbers and arrays of NumPy as numbers and lists, what is not finite as null."""
+    click.echo(json.dumps(_plain(answer), indent=2, allow_nan=False))
+
+
+def _plain(value: Any) -> Any:
+    """A value in the types that JSON has."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    if hasattr(value, "tolist"):  # NumPy's numbers and arrays, without importing it
+        return _plain(value.tolist())
+    if isinstance(value, float):
+        return value if isfinite(value) else None
+    return value if value is None or isinstance(value, bool | int | str) else str(value)
 
 
 def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
