@@ -17,6 +17,7 @@ from stickslip.cli import (
     borders,
     configs,
     contours,
+    fits,
     inspection,
     maps,
     results,
@@ -35,7 +36,7 @@ COMMANDS = (
     *(results.plot, inspection.inspect, trajectories.simulate),
     *(borders.border, contours.contours, advice.advise),
     *(attractors.attractors, attractors.ramp),
-    *(science.article, science.fit),
+    *(science.article, fits.fit),
     *(rig_tests.rig, rig.rig_features, rig.calibrate),
 )
 

@@ -66,6 +66,16 @@ def config_file(path: Path) -> Path:
     return file
 
 
+def points_file(path: Path) -> Path:
+    """A table of measured points: the file named or, which is said, the one of the package that is called so."""
+    from stickslip.config.examples import found_points
+
+    file = found_points(path)
+    if file != path:
+        click.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
+    return file
+
+
 def fail(message: object) -> NoReturn:
     """End with the exit code for wrong input."""
     click.echo(message, err=True)
