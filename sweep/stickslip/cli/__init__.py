@@ -15,6 +15,7 @@ from stickslip.cli import (
     advice,
     attractors,
     borders,
+    comparing,
     configs,
     contours,
     exporting,
@@ -37,7 +38,7 @@ COMMANDS = (
     *(results.plot, exporting.export, inspection.inspect, trajectories.simulate),
     *(borders.border, contours.contours, advice.advise),
     *(attractors.attractors, attractors.ramp),
-    *(science.article, fits.fit),
+    *(science.article, fits.fit, comparing.compare),
     *(rig_tests.rig, rig.rig_features, rig.calibrate),
 )
 

@@ -8,14 +8,10 @@ from typing import TYPE_CHECKING
 import click
 
 from stickslip.cli.common import WHERE, reports_wrong_input
+from stickslip.cli.tables import tell_table, write_table
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from stickslip.dataset.export import Table
     from stickslip.files.locations import Location
-
-_LONG = 500_000  # rows from which a bar tells how far it is
 
 
 @click.command(
@@ -57,26 +53,4 @@ def export(
             raise click.ClickException(f"{file}: {error}") from None
         for point in selection.told(ds, places) if places else ():
             click.echo(f"taken    {point}")
-        tell_table(write(part, target, variables, "," if decimal_comma else "."), target)
-
-
-def write(ds: xr.Dataset, target: Path, variables: tuple[str, ...] = (), decimal: str = ".") -> Table:
-    """Write a table; a long one with a bar."""
-    from stickslip.cli import screen
-    from stickslip.dataset.export import table_of, write_table
-
-    rows = table_of(ds, variables).rows
-    if rows < _LONG:
-        return write_table(ds, target, variables, decimal=decimal)
-    with screen.progress_bar(rows, " written", "rows") as move:
-        return write_table(ds, target, variables, decimal=decimal, moved=move)
-
-
-def tell_table(table: Table, target: Path) -> None:
-    """Say what was written, and what was not."""
-    from stickslip.cli import screen
-
-    click.echo(f"table    {target} ({table.rows:,} rows, {len(table.columns)} columns, {screen.size_of(target)})")
-    if table.left_out:
-        names = ", ".join(table.left_out)
-        click.echo(f"left out {names}: of other dimensions; write them with stickslip export --variable")
+        tell_table(write_table(part, target, variables, "," if decimal_comma else "."), target)
