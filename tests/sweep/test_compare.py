@@ -134,6 +134,9 @@ def test_friction_that_falls_without_end_and_no_damper_vibrates_throughout_and_t
     damped = call("compare", tmp_path / "grease.csv", *options, "--damping", "50 N s/m", "--json")
     (one,) = json.loads(damped.stdout)["materials"]
     assert one["quiet_state"] in ("border", "quiet_throughout")
+    wide = call("compare", tmp_path / "grease.csv", *OPTIONS, "--draws", 50, "--damping", "5 N s/m", "--json")
+    (one,) = json.loads(wide.stdout)["materials"]
+    assert one["quiet_state"] == "border" and one["quiet_above_low"] < one["quiet_above"] < one["quiet_above_high"]
 
 
 def test_points_that_leave_all_open_give_no_interval():

@@ -90,6 +90,20 @@ def test_estimates_and_errors_are_those_of_scipys_curve_fit():
     assert fit.residual_rms == pytest.approx(np.sqrt(np.mean((mu - law(speed, *best)) ** 2)), rel=1e-6)
 
 
+def test_the_band_is_that_of_repeated_measurements_and_holds_the_curve():
+    random = np.random.default_rng(11)
+    speed, at = np.linspace(0, 1, 40), np.array([0.0, 0.05, 0.3, 1.0])
+    fits = [fit_curve(speed, law(speed, *ARTICLE) + random.normal(0, 0.005, speed.size), 0.005) for _ in range(120)]
+    spread = np.std([fit.predict(at) for fit in fits], axis=0)
+    low, high = fits[0].band(at)
+    np.testing.assert_allclose((high - low) / (2 * 1.96), spread, rtol=0.25)
+    inside = [(fit.band(at)[0] <= law(at, *ARTICLE)) & (law(at, *ARTICLE) <= fit.band(at)[1]) for fit in fits]
+    assert (np.mean(inside, axis=0) > 0.88).all()
+    falling = fit_curve(np.array(FALLS["bending"][0]) / 1000, FALLS["bending"][1])
+    assert np.isfinite(falling.band(at)).all()  # with a2 = 0 assumed
+    assert np.isinf(fit_curve(np.linspace(0, 1, 4), law(np.linspace(0, 1, 4), *ARTICLE)).band(at)[1]).all()
+
+
 def test_coefficients_stay_positive_where_the_points_would_have_them_negative():
     speed = np.linspace(0, 1, 20)
     fit = fit_curve(speed, law(speed, 0.5, -0.1, 0.3, 0.1))
