@@ -470,7 +470,7 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
     for path, said in ((tmp_path / "no.csv", "no such file"), (tmp_path, "this is a folder")):
         with pytest.raises(ConfigError, match=said):
             read_points(path, CURVE_COLUMNS)
-    workbook = tmp_path / "points.xlsx"
+    workbook = tmp_path / "workbook.csv"
     workbook.write_bytes(b"PK\x03\x04" + bytes(40))
     with pytest.raises(ConfigError, match="no text, expected a CSV file\n  hint: save the table as CSV"):
         read_points(workbook, CURVE_COLUMNS)
