@@ -183,8 +183,6 @@ def test_validate_answers_programs(here):
     assert good["valid"] and good["configuration"]["system"]["mass"] == 1.0 and good["warnings"] == []
     a4 = next(row for row in good["understood"] if row["name"] == "a4")
     assert a4["value"] == "0.1 m/s  (100 mm/s)"
-        r for r in good["understood"] if r["name"] == "a4"
-    ).items()
     assert not bad["valid"] and "write mass: 1.5 kg" in str([p["hint"] for p in bad["problems"]])
     assert "did you mean 20 mm/s?" in odd["warnings"][0]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from difflib import get_close_matches
 from math import prod
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.synonyms import meant
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -86,8 +86,8 @@ def _from_dataset(ds: xr.Dataset) -> dict[str, Any]:
 def _check_names(named: Mapping[str, Any]) -> None:
     for name in named:
         if name not in PARAMETERS:
-            near = get_close_matches(str(name), PARAMETERS, 1)
-            hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
+            near = meant(str(name), PARAMETERS)
+            hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
             raise TypeError(f"{name!r} is not a parameter of a cell{hint}")
 
 
