@@ -18,6 +18,7 @@ from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
 from stickslip.config.model import Axis, Config, Group, Range, Values
+from stickslip.config.overrides import Setting, overridden
 from stickslip.config.sections import (
     REFUSED,
     Drive,
@@ -53,12 +54,13 @@ _EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a ma
 AnySection = TypeVar("AnySection", bound=Section)
 
 
-def load_config(path: str | os.PathLike[str]) -> Config:
+def load_config(path: str | os.PathLike[str], settings: Iterable[Setting] = ()) -> Config:
     """The configuration in a YAML file, or the one of the package that `path` calls (see `examples.found`).
 
+    settings : of a command line, which are put into the file.
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
-    document = read_yaml(examples.found(path))
+    document = overridden(read_yaml(examples.found(path)), settings)
     config = _read(document)
     ask(document, config)
     return config
@@ -69,12 +71,12 @@ def read_rig_config(document: Document, others: Collection[str]) -> Config:
     return _read(document, rig=True, others=others)
 
 
-def parse_config(text: str, name: str = "<text>") -> Config:
+def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = ()) -> Config:
     """The configuration in a YAML text, such as the one kept in a result; `name` stands for a file in messages.
 
-    Raises ConfigError.
+    settings : of a command line, which are put into the text. Raises ConfigError.
     """
-    return _read(parse_yaml(text, name))
+    return _read(overridden(parse_yaml(text, name), settings))
 
 
 def make_config(data: Mapping[str, Any], name: str = "<data>") -> Config:
