@@ -114,9 +114,7 @@ def _show_nodes(found: Estimate, many: Nodes, lines: dict[str, str]) -> None:
         f"{screen.duration_text(many.seconds_of_one)} on one node"
     )
     if found.blocks.count < many.nodes:
-        click.echo(
-            f"         there are {found.blocks.count:,} blocks: as many nodes do, others have nothing to compute"
-        )
+        click.echo(f"         there are only {found.blocks.count:,} blocks: further nodes have nothing to compute")
     elif many.most < many.threads:
         click.echo(f"         a shard has fewer blocks than a node has threads: only {many.most} of them will compute")
     click.echo(f"submit   {lines['submit']}")

@@ -130,7 +130,7 @@ def _computed(
     if request.shard is None:
         parts.sweep(store.folder)
     found, wanted, tally = store.cells(store.finished()), choose(store, request), Tally()
-    if found and wanted:
+    if wanted and store.finished() & _asked(store, request):
         (request.news or request.notice)(
             f"{found:,} of {work.size:,} {work.study.counted} were found finished in {store.where}"
         )

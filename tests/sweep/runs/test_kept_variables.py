@@ -1,6 +1,9 @@
 """Maps that keep some variables: bytes, resume, shards, clusters, and what is said where one is missing."""
 
 import json
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -200,6 +203,24 @@ def test_an_extended_axis_reuses_the_cells_of_a_map_with_the_same_variables(tmp_
     del computed[:]
     same(stickslip.run(path, output), stickslip.run(path))
     assert computed[0] == len(FEW) * len(MANY[4:])
+
+
+@pytest.mark.slow
+def test_workers_of_a_cluster_send_and_store_what_is_kept_alone(few, tmp_path):
+    pytest.importorskip("distributed")
+    output = tmp_path / "few.nc"
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import stickslip\nfrom stickslip.runs import blocks\nblocks._FEWEST = 64\n"
+        f"if __name__ == '__main__':\n    stickslip.run({str(few)!r}, {str(output)!r}, dask='local', keep_parts=True)\n"
+    )
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    same(stickslip.open(output), stickslip.run(few))
+    for name in block_files(tmp_path / "few.nc.parts"):
+        _, stored = decode((tmp_path / "few.nc.parts" / name).read_bytes())
+        assert stored.keys() == {"regime", "period"}
 
 
 def test_a_part_that_is_collected_says_which_cells_are_missing(few, tmp_path):
