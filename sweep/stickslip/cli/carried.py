@@ -106,7 +106,7 @@ def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str,
     drawn = plot if save_plot(ds, plot, extras) else None
     shown.show(ds, done, None, drawn)
     extras.write_table(ds)
-    notice(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep it: {keep}")
+    news(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep it: {keep}")
     outcome = Outcome(prod(study.shape), computed=prod(study.shape))
     return answers.of_run(request, study, outcome, finished - began) | answers.of_result(ds, drawn)
 
