@@ -22,7 +22,7 @@ FLOORS = (
     ("how it is labelled", {"dataset"}),
     ("what a run may compute", {"study"}),
     ("what is shown, what is looked for", {"plots", "borders", "refinement", "uncertainty"}),
-    ("where motions end, how far it is", {"basins", "distances"}),
+    ("where motions end, how far it is, pages", {"basins", "distances", "pages"}),
     ("what is kept", {"runs"}),
     ("records of a rig, the Python calls", {"rig", "api", "api_basins", "designing"}),
     ("the article, recomputed", {"article", "__init__"}),
