@@ -20,7 +20,7 @@ FLOORS = (
     ("what is computed, what is fitted", {"engine", "fit"}),
     ("what is asked", {"config"}),
     ("how it is labelled", {"dataset"}),
-    ("what a run may compute", {"study"}),
+    ("what a run may compute, how far it is", {"study", "progress"}),
     ("what is shown, what is looked for", {"plots", "borders", "refinement", "sound", "uncertainty"}),
     ("where motions end, how far it is, pages", {"basins", "distances", "pages"}),
     ("what is kept", {"runs"}),

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from stickslip.config.addresses import EXPECTED, HERE, is_address
 from stickslip.config.model import Config
-from stickslip.config.reader import load_config
+from stickslip.config.reader import Given, as_config
 from stickslip.engine import Progress, warm_up
 from stickslip.errors import StoreError
 from stickslip.files.locations import Location, Url, location
@@ -90,18 +90,16 @@ class Outcome:
     up_to_date: bool = False
 
 
-def request_for(
-    place: str | os.PathLike[str], output: str | os.PathLike[str] | None = None, store: str | None = None
-) -> Request:
-    """The request behind a configuration file, or behind the path or URL of a store.
+def request_for(place: Given, output: str | os.PathLike[str] | None = None, store: str | None = None) -> Request:
+    """The request behind a configuration, or behind the path or URL of a store.
 
-    store : place of the store of a configuration file, if not beside its output.
+    store : place of the store of a configuration, if not beside its output.
     The output is the one named, else that of the configuration; a store called `FILE.parts` belongs to FILE.
     Raises ConfigError or StoreError.
     """
-    text = os.fspath(place)
-    if not _is_store(text):
-        config = load_config(text)
+    text = os.fspath(place) if isinstance(place, str | os.PathLike) else None
+    if text is None or not _is_store(text):
+        config = as_config(place)
         return Request(config, _output(output, config), store)
     config = parts.config_of(parts.find(folder_at(text)))
     return Request(config, _beside(text) if output is None and _beside(text) else _output(output, config), text)

@@ -13,9 +13,13 @@ import math
 import re
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import QuantityError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 _LONGEST = 60  # characters of a quantity; more is nonsense, and Fraction would compute with them all
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?(?![\d.])"
@@ -71,6 +75,19 @@ def si_value(value: object, units: str) -> float:
     if not math.isfinite(number):
         raise QuantityError(f"a finite number{_in(units)}")
     return number
+
+
+def si_array(values: NDArray[np.float64], unit: str, units: str) -> NDArray[np.float64]:
+    """Numbers in `unit`, as people write it, in the SI `units`. Raises QuantityError.
+
+    A decimal fraction of a unit divides, so that 0.7 mm is the double nearest to 0.0007.
+    """
+    if units == "1":
+        if unit not in ("", "1"):
+            raise QuantityError(expected(units))
+        return values
+    factor = _factor(unit, units)
+    return values * float(factor.numerator) / float(factor.denominator)
 
 
 def expected(units: str) -> str:
