@@ -34,7 +34,7 @@ INNER_FLOORS = {
     "rig": ({"quantities", "risk", "words", "settings"}, {"records"}, {"analysis"}, {"simulate"}, {"report"}),
     "runs": (
         {"blocks", "regions", "settings", "reuse", "maps", "work", "memory"}, {"workdir"},
-        {"request", "earlier", "probe"}, {"compute"}, {"assembly"}, {"session", "collecting"},
+        {"request", "earlier", "probe"}, {"estimate", "compute"}, {"assembly"}, {"session", "collecting"},
     ),
 }  # fmt: skip
 MOST_LINES = 400  # of a file

@@ -19,6 +19,7 @@ from stickslip.cli import (
     contours,
     inspection,
     maps,
+    planning,
     results,
     rig,
     rig_tests,
@@ -30,7 +31,7 @@ from stickslip.cli.common import EXIT_CODES
 
 COMMANDS = (
     *(configs.init, configs.schema, configs.validate),
-    *(maps.plan, maps.run),
+    *(planning.plan, maps.run),
     *(stores.collect, stores.retry_failed, stores.status),
     *(results.plot, inspection.inspect, trajectories.simulate),
     *(borders.border, contours.contours, advice.advise),

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext, redirect_stdout
 from functools import wraps
 from math import isfinite
 from pathlib import Path
@@ -16,6 +18,8 @@ import click
 from stickslip.cli import screen
 
 if TYPE_CHECKING:
+    from stickslip.config.model import Config
+    from stickslip.config.overrides import Setting
     from stickslip.files.locations import Location
 
 
@@ -32,15 +36,54 @@ class _Where(click.ParamType):  # type: ignore[type-arg]
 
 
 DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
-CONFIG = click.argument(
-    "config", type=click.Path(path_type=Path), callback=lambda _context, _parameter, path: config_file(path)
-)
 WHERE = _Where()
-CONFIG_OR_RESULT = click.argument(
-    "config",
-    type=WHERE,
-    callback=lambda _context, _parameter, path: config_file(path) if isinstance(path, Path) else path,
+Command = Callable[..., None]
+_SETTINGS, _THREADS, _STDOUT = (f"stickslip.{name}" for name in ("settings", "threads", "stdout"))  # of a call
+SET = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="KEY=VALUE",
+    expose_value=False,
+    callback=lambda context, _option, texts: _remember(context, texts),
+    help="Set a key of CONFIG, as axes.belt_speed.num=50 or 'system.mass=200 g'; KEY= removes it. Repeatable.",
 )
+THREADS = click.option(
+    "--threads",
+    type=click.IntRange(1),
+    metavar="N",
+    expose_value=False,
+    callback=lambda context, _option, threads: context.meta.__setitem__(_THREADS, threads),
+    help="Threads to compute on, whatever CONFIG says.  [default: one per processor]",
+)
+QUIET = click.option(
+    "-q",
+    "--quiet",
+    is_flag=True,
+    expose_value=False,
+    callback=lambda context, _option, quiet: context.meta.__setitem__(screen.QUIET, quiet),
+    help="Print nothing but warnings and errors.",
+)
+
+
+def CONFIG(command: Command) -> Command:  # noqa: N802, a decorator as those above
+    """The argument `config`, and `--set` with it; `configuration` reads both."""
+    path = click.argument(
+        "config", type=click.Path(path_type=Path), callback=lambda _context, _parameter, path: config_file(path)
+    )
+    return path(SET(command))
+
+
+def CONFIG_OR_RESULT(command: Command) -> Command:  # noqa: N802
+    """The same where a result, which holds its configuration, will do as well."""
+    place = click.argument(
+        "config",
+        type=WHERE,
+        callback=lambda _context, _parameter, path: config_file(path) if isinstance(path, Path) else path,
+    )
+    return place(SET(command))
+
+
 OUTPUT = click.option("-o", "--output", type=WHERE, help="File to write, .nc or .zarr, or the URL of a .zarr.")
 DASK = click.option(
     "--dask",
@@ -66,6 +109,38 @@ def config_file(path: Path) -> Path:
     return file
 
 
+def configuration(path: Path) -> Config:
+    """The configuration in a file, with `--set` and `--threads` put in. Raises ConfigError."""
+    from stickslip.config.reader import load_config
+
+    return load_config(path, settings())
+
+
+def settings() -> tuple[Setting, ...]:
+    """What `--set` and `--threads` of this call say of its configuration."""
+    from stickslip.config.overrides import Setting
+
+    given = click.get_current_context().meta
+    threads = given.get(_THREADS)
+    of_threads = [] if threads is None else [Setting(f"--threads {threads}", "execution.threads", str(threads))]
+    return (*given.get(_SETTINGS, ()), *of_threads)
+
+
+def settings_again() -> list[str]:
+    """The words of `--set` and `--threads`, for a command that is to be called in the same way."""
+    return [word for given in settings() for word in given.option.split(" ", 1)]
+
+
+def _remember(context: click.Context, texts: tuple[str, ...]) -> None:
+    """Keep what `--set` says for `settings`."""
+    from stickslip.config.overrides import setting
+
+    try:
+        context.meta[_SETTINGS] = tuple(setting(text) for text in texts)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None
+
+
 def fail(message: object) -> NoReturn:
     """End with the exit code for wrong input."""
     click.echo(message, err=True)
@@ -80,7 +155,9 @@ def incomplete(message: object) -> NoReturn:
 
 def tell_json(answer: Mapping[str, Any]) -> None:
     """Print an answer for programs: numbers and arrays of NumPy as numbers and lists, what is not finite as null."""
-    click.echo(json.dumps(_plain(answer), indent=2, allow_nan=False))
+    context = click.get_current_context(silent=True)
+    stdout = context.meta.get(_STDOUT) if context else None
+    click.echo(json.dumps(_plain(answer), indent=2, allow_nan=False), file=stdout)
 
 
 def _plain(value: Any) -> Any:
@@ -97,20 +174,34 @@ def _plain(value: Any) -> Any:
 
 
 def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
-    """Turn the errors meant for people into their text and an exit code; all others are bugs and show a traceback."""
+    """Turn the errors meant for people into their text and an exit code; all others are bugs and show a traceback.
+
+    With `--quiet` and `--json` nothing that is for people goes to standard output.
+    """
 
     @wraps(command)
     def guarded(*args: Any, **kwargs: Any) -> None:
         from stickslip.errors import ClusterError, ConfigError, IncompleteError, NotReachedError, StoreError
 
+        meta = click.get_current_context().meta
+        silent = meta.get(screen.QUIET) or kwargs.get("as_json")
+        meta[_STDOUT] = sys.stdout  # for `tell_json`; all else that is printed there is for people
         try:
-            command(*args, **kwargs)
+            with _nowhere() if silent else nullcontext():
+                command(*args, **kwargs)
         except (IncompleteError, NotReachedError) as error:
             incomplete(error)
         except (ClusterError, ConfigError, StoreError) as error:
             fail(error)
 
     return guarded
+
+
+@contextmanager
+def _nowhere() -> Iterator[None]:
+    """Standard output goes nowhere."""
+    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
+        yield
 
 
 def _dask(value: str | None) -> str | None:
@@ -126,6 +217,8 @@ def prepare_kernels(law: str, signals: bool = False) -> None:
     from stickslip import engine
 
     if not engine.will_compile(law, signals):
+        return engine.warm_up(law, signals)
+    if screen.is_quiet():
         return engine.warm_up(law, signals)
     console = screen.terminal(stderr=True)
     began = perf_counter()

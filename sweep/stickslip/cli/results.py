@@ -47,6 +47,7 @@ def plot(
     """Plot a result, whatever its kind."""
     from stickslip import plots
     from stickslip.dataset import select as selection
+    from stickslip.dataset.kept import why_absent
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
@@ -74,6 +75,8 @@ def plot(
             figure = plots.plot_trace(ds)
     except PlotError as error:
         fail(f"{file}: {error}")
+    if not no_borders and (absent := why_absent(ds, "damping_ratio")):
+        click.echo(f"{file}: no borders of linear theory are drawn: the map {absent}", err=True)
     for point in selection.told(ds, places):
         click.echo(f"drawn    {point}")
     plots.save(figure, target)

@@ -12,6 +12,7 @@ import xarray as xr
 
 from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Axis, Config, Group, Range
+from stickslip.config.overrides import Setting, overridden
 from stickslip.config.reader import make_config, parse_config
 from stickslip.config.studies import STUDIES
 from stickslip.config.yaml import parse_yaml
@@ -61,15 +62,19 @@ def config_at(recipe: Recipe, settings: Iterable[str]) -> Config:
     return make_config(data, _SOURCE)
 
 
-def recipe_of(ds: xr.Dataset, name: str) -> Recipe:
-    """What a result was computed from; `name` is that of its file. Raises ConfigError."""
+def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Recipe:
+    """What a result was computed from; `name` is that of its file. Raises ConfigError.
+
+    settings : of a command line, which are put into it.
+    """
     if "regime" not in ds.data_vars:
         raise ConfigError(name, [Problem((), "holds no regimes, expected a map or a list of cells")])
     text, source = str(ds.attrs.get("configuration", "")), f"{name} (configuration)"
-    shared = parse_yaml(text, source).data
+    settings = tuple(settings)
+    shared = overridden(parse_yaml(text, source), settings).data
     if isinstance(shared, dict) and "system" not in shared and "axes" not in shared:  # `evaluate` wrote it
         return shared
-    return parse_config(text, source)
+    return parse_config(text, source, settings)
 
 
 def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> list[str]:

@@ -19,6 +19,7 @@ from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
 from stickslip.config.model import Axis, Config, Group, Range, Values
+from stickslip.config.overrides import Setting, overridden
 from stickslip.config.python import python_document
 from stickslip.config.sections import (
     REFUSED,
@@ -56,14 +57,16 @@ AnySection = TypeVar("AnySection", bound=Section)
 Given = Config | str | os.PathLike[str] | Mapping[str, Any]  # what stands for a configuration in Python
 
 
-def load_config(path: str | os.PathLike[str] | Mapping[str, Any]) -> Config:
+def load_config(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = ()) -> Config:
     """The configuration in a YAML file, or the one of the package that `path` calls (see `examples.found`).
 
     path : may be the configuration itself: mappings shaped like the YAML, with numbers in SI, texts with units, lists
         and arrays (`python.py`). Paths in it start at the folder that the program runs in.
+    settings : of a command line, which are put into it.
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
     document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.found(path))
+    document = overridden(document, settings)
     config = _read(document)
     ask(document, config)
     return config
@@ -86,12 +89,12 @@ def read_rig_config(document: Document, others: Collection[str]) -> Config:
     return _read(document, rig=True, others=others)
 
 
-def parse_config(text: str, name: str = "<text>") -> Config:
+def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = ()) -> Config:
     """The configuration in a YAML text, such as the one kept in a result; `name` stands for a file in messages.
 
-    Raises ConfigError.
+    settings : of a command line, which are put into the text. Raises ConfigError.
     """
-    return _read(parse_yaml(text, name))
+    return _read(overridden(parse_yaml(text, name), settings))
 
 
 def make_config(data: Mapping[str, Any], name: str = "<data>") -> Config:

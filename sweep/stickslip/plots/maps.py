@@ -25,6 +25,7 @@ from stickslip.dataset import coarse
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.coarse import Pixel, pixel_for
+from stickslip.dataset.kept import why_absent
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
 from stickslip.plots import overlays
@@ -70,7 +71,8 @@ def plot_map(
     and memory stays small. Raises PlotError; StoreError where a file turns out to be damaged.
     """
     if variable not in ds.data_vars:
-        raise PlotError(f"no variable {variable!r}; there are {', '.join(map(str, ds.data_vars))}")
+        absent = why_absent(ds, variable)
+        raise PlotError(absent or f"no variable {variable!r}; there are {', '.join(map(str, ds.data_vars))}")
     ds, places = selected(ds, select or {})
     title = str(ds.attrs.get("title", "")) if title is None else title
     title = "\n".join(filter(None, [title, wrapped(", ".join(places), _TITLE_WIDTH)]))
