@@ -18,7 +18,7 @@ import click
 
 from stickslip.cli import screen, shown
 from stickslip.cli.backdrop import Extras
-from stickslip.cli.common import check_plot, fail, incomplete, prepare_kernels
+from stickslip.cli.common import check_page, check_plot, fail, incomplete, prepare_kernels
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,6 +44,8 @@ def run_request(request: Request, plot: Path | None, keep: list[str], extras: Ex
         files.check_writable(request.output)
     if plot is not None:
         check_plot(plot)
+    if extras is not None and extras.page is not None:
+        check_page(extras.page)
     work = Work(request.config)
     screen.terminal().print(f"{request.config.title}\n{work.study.described()}", markup=False)
     if request.output is None and request.place is None:
@@ -100,7 +102,7 @@ def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str,
         incomplete(interrupted)
     done = screen.Done(prod(study.shape), study.counted, finished - began, screen.threads(study.options))
     shown.show(ds, done, None, plot if save_plot(ds, plot, extras) else None)
-    extras.write_table(ds)
+    _write(extras, ds)
     notice(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep it: {keep}")
 
 
@@ -167,6 +169,13 @@ def save_plot(ds: xr.Dataset, plot: Path | None, extras: Extras) -> bool:
     return True
 
 
+def _write(extras: Extras, ds: xr.Dataset) -> None:
+    """Write what is wanted besides a result and its plot, and say so."""
+    extras.write_table(ds)
+    if extras.page is not None:
+        shown.write_page(ds, extras.page, extras)
+
+
 def report(outcome: Outcome, seconds: float, request: Request, plot: Path | None, extras: Extras | None = None) -> None:
     """The plot and the summary of a run that wrote its result; of one that had nothing to do, a missing plot."""
     from stickslip.files import reading
@@ -178,17 +187,17 @@ def report(outcome: Outcome, seconds: float, request: Request, plot: Path | None
     study = study_of(request.config)
     if outcome.up_to_date:
         click.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
-        if (plot is None or plot.exists()) and extras.table is None:
+        if (plot is None or plot.exists()) and not extras.any:
             return
     with reading.look_into(outcome.output) as ds:
         drawn = save_plot(ds, plot, extras)
         if outcome.up_to_date:
-            extras.write_table(ds)
+            _write(extras, ds)
             return click.echo(f"plot     {plot}") if drawn else None
         machines = outcome.machines or screen.threads(study.options)
         done = screen.Done(outcome.computed, study.counted, seconds, machines)
         shown.show(ds, done, outcome.output, plot if drawn else None)
-        extras.write_table(ds)
+        _write(extras, ds)
     if outcome.reused:
         click.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
     if outcome.where:

@@ -14,6 +14,7 @@ from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.reader import make_config, parse_config
 from stickslip.config.studies import STUDIES
+from stickslip.config.written import units_shown
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
@@ -58,7 +59,8 @@ def config_at(recipe: Recipe, settings: Iterable[str]) -> Config:
     data["axes"] = {}
     if axes:
         raise ConfigError(_SOURCE, [_missing(axis) for axis in axes.values()])
-    return make_config(data, _SOURCE)
+    made = make_config(data, _SOURCE)
+    return made.shown_in(recipe.written_in | made.written_in) if isinstance(recipe, Config) else made
 
 
 def recipe_of(ds: xr.Dataset, name: str) -> Recipe:
@@ -69,7 +71,7 @@ def recipe_of(ds: xr.Dataset, name: str) -> Recipe:
     shared = parse_yaml(text, source).data
     if isinstance(shared, dict) and "system" not in shared and "axes" not in shared:  # `evaluate` wrote it
         return shared
-    return parse_config(text, source)
+    return parse_config(text, source).shown_in(units_shown(ds))
 
 
 def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> list[str]:
