@@ -128,8 +128,9 @@ def ramp(
     found = basins.follow_ramp(asked, options, stop_flag())
     shaped = {name: result.reshape(*lines.shape, *result.shape[1:]) for name, result in found.items()}
     return ramp_dataset(
-        along, values, lines.dims, lines.coordinates, shaped, provenance(text, title=title, action=f"ramp of {along}")
-    )
+        along, values, lines.dims, lines.coordinates, shaped, provenance(text, title=title, action=f"ramp of {along}"),
+        lines.written_in,
+    )  # fmt: skip
 
 
 def _options(

@@ -35,6 +35,7 @@ class _Where(click.ParamType):  # type: ignore[type-arg]
         return location(value)
 
 
+PAGES = (".html", ".htm")
 DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
 WHERE = _Where()
 Command = Callable[..., None]
@@ -241,6 +242,14 @@ def location_or_none(name: str | None) -> Location | None:
     from stickslip.files.locations import location
 
     return None if name is None else location(name)
+
+
+def check_page(page: Path) -> None:
+    """End if no page can be written there: an unknown suffix, or no folder."""
+    if page.suffix.lower() not in PAGES:
+        fail(f"{page}: pages end in {', '.join(PAGES)}")
+    if not page.absolute().parent.is_dir():
+        fail(f"{page}: no folder {page.parent}")
 
 
 def check_plot(plot: Path) -> None:

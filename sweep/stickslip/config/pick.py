@@ -15,6 +15,7 @@ from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.reader import make_config, parse_config
 from stickslip.config.studies import STUDIES
+from stickslip.config.written import units_shown
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
@@ -59,7 +60,8 @@ def config_at(recipe: Recipe, settings: Iterable[str]) -> Config:
     data["axes"] = {}
     if axes:
         raise ConfigError(_SOURCE, [_missing(axis) for axis in axes.values()])
-    return make_config(data, _SOURCE)
+    made = make_config(data, _SOURCE)
+    return made.shown_in(recipe.written_in | made.written_in) if isinstance(recipe, Config) else made
 
 
 def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Recipe:
@@ -74,7 +76,7 @@ def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Re
     shared = overridden(parse_yaml(text, source), settings).data
     if isinstance(shared, dict) and "system" not in shared and "axes" not in shared:  # `evaluate` wrote it
         return shared
-    return parse_config(text, source, settings)
+    return parse_config(text, source, settings).shown_in(units_shown(ds))
 
 
 def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> list[str]:

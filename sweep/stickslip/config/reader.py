@@ -35,6 +35,7 @@ from stickslip.config.sections import (
 )
 from stickslip.config.studies import STUDIES
 from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
+from stickslip.config.written import written_units
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
 from stickslip.vocabulary import units
@@ -104,7 +105,7 @@ def make_config(data: Mapping[str, Any], name: str = "<data>") -> Config:
 
 def _read(document: Document, rig: bool = False, others: Collection[str] = ()) -> Config:
     """A document with its curve fitted, if it names points, and then checked."""
-    return _Reader(fitted(document), rig, others).config()
+    return _Reader(fitted(document), rig, others).config().shown_in(written_units(document.data))
 
 
 class _Reader(Complaints):

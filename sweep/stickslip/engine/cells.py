@@ -86,7 +86,7 @@ def _compute_at_once(
     found = to_si(rows, part, not options.early_stop, options.variables)
     if progress:
         progress(done, size)
-    for name, kind in _whole_numbers(options.early_stop):
+    for name, kind in _whole_numbers(options.early_stop, options.variables):
         found[name] = found[name].astype(kind)
     return Computed(found, done)
 
@@ -151,9 +151,9 @@ def _columns(early_stop: bool, kept: tuple[str, ...] | None) -> dict[str, np.dty
 
 
 @cache
-def _whole_numbers(early_stop: bool) -> list[tuple[str, np.dtype[Any]]]:
+def _whole_numbers(early_stop: bool, kept: tuple[str, ...] | None) -> list[tuple[str, np.dtype[Any]]]:
     """Those among them that are not floating-point numbers, which is what the kernels give."""
-    return [(name, kind) for name, kind in _columns(early_stop).items() if kind.kind != "f"]
+    return [(name, kind) for name, kind in _columns(early_stop, kept).items() if kind.kind != "f"]
 
 
 def bytes_per_cell(options: Options) -> int:

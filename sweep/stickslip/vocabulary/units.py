@@ -41,11 +41,13 @@ _KINDS = {  # by unit: what such a quantity is, and how one writes it
     "m s-2": ("an acceleration", "50 mm/s2"),
     "s-1": ("a frequency", "2 kHz"),
 }
-_MILLI, _ONE, _KILO = Fraction(1, 1000), Fraction(1), Fraction(1000)
+_MICRO, _MILLI, _CENTI = Fraction(1, 10**6), Fraction(1, 1000), Fraction(1, 100)
+_ONE, _KILO = Fraction(1), Fraction(1000)
 _PLAIN = {  # in SI base units: the factor; powers of metre, kilogram and second
-    "m": (_ONE, (1, 0, 0)), "mm": (_MILLI, (1, 0, 0)), "km": (_KILO, (1, 0, 0)),
+    "m": (_ONE, (1, 0, 0)), "cm": (_CENTI, (1, 0, 0)), "mm": (_MILLI, (1, 0, 0)), "km": (_KILO, (1, 0, 0)),
     "g": (_MILLI, (0, 1, 0)), "kg": (_ONE, (0, 1, 0)), "s": (_ONE, (0, 0, 1)), "ms": (_MILLI, (0, 0, 1)),
     "N": (_ONE, (1, 1, -2)), "kN": (_KILO, (1, 1, -2)), "Hz": (_ONE, (0, 0, -1)), "kHz": (_KILO, (0, 0, -1)),
+    "µm": (_MICRO, (1, 0, 0)), "µs": (_MICRO, (0, 0, 1)),
 }  # fmt: skip
 _OTHER_KINDS = {  # what else people may write by mistake
     "m2": "an area",
@@ -117,6 +119,17 @@ def spelled(units: str) -> str:
     for name, power in _factors(units):
         (over if power > 0 else under).append(name + (str(abs(power)) if abs(power) != 1 else ""))
     return "/".join([" ".join(over) or "1", *under])
+
+
+def unit_in(text: str) -> str | None:
+    """The unit in a text of a number and a unit, as it is written; None where there is none."""
+    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
+    return (match[2] or None) if match else None
+
+
+def factor(unit: str, units: str) -> float:
+    """What a number in `unit` is multiplied with to be in the SI `units`. Raises QuantityError."""
+    return float(_factor(unit, units))
 
 
 def _in(units: str) -> str:
