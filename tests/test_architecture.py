@@ -24,7 +24,7 @@ FLOORS = (
     ("what is shown, what is looked for", {"plots", "borders", "refinement", "sound", "uncertainty"}),
     ("where motions end, how far it is, pages", {"basins", "distances", "pages"}),
     ("what is kept", {"runs"}),
-    ("records of a rig, the Python calls", {"rig", "api", "api_basins", "designing"}),
+    ("records of a rig, the Python calls", {"rig", "materials", "api", "api_basins", "designing"}),
     ("the article, recomputed", {"article", "__init__"}),
     ("the command", {"cli"}),
     ("its process", {"__main__"}),
