@@ -17,7 +17,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
@@ -29,6 +28,7 @@ from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
 from stickslip.plots import overlays
 from stickslip.plots.axes import apply, wrapped
+from stickslip.plots.figure import Figure
 from stickslip.plots.page import entitle, legend
 from stickslip.plots.palette import BLUE, FLAG_COLOURS, UNDEFINED_COLOUR, Entry, Paint, marked, paint
 

@@ -18,9 +18,9 @@ from textwrap import fill
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
 from stickslip.files.atomic import replaced
+from stickslip.plots.figure import Figure
 from stickslip.rig.quantities import FEATURES
 from stickslip.rig.report.matrix import MEANINGS, plot_matrix
 from stickslip.rig.report.page import PAGE
