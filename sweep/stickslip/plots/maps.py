@@ -195,7 +195,11 @@ def _strip(ds: xr.Dataset, variable: str, title: str) -> Figure:
     if flag in axes:
         (codes,), painted = _painted([rows[flag]], flag, pixel)
         handles += painted.handles()
-        colours = {"c": codes[0], "cmap": painted.colours, "norm": painted.norm}
+        colours = {
+            "c": np.ma.filled(codes[0].astype(np.float64), np.nan),
+            "cmap": painted.colours,
+            "norm": painted.norm,
+        }
         edges = x.pixel_edges(pixel[1]), [0.0, 1.0]
         axes[flag].pcolormesh(*edges, codes, cmap=painted.colours, norm=painted.norm)
         axes[flag].set_yticks([])
