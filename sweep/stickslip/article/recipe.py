@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure as Plot
 from numpy.typing import NDArray
 
 from stickslip.api import evaluate, simulate
@@ -23,6 +22,7 @@ from stickslip.config.model import Config
 from stickslip.config.reader import load_config
 from stickslip.dataset.provenance import provenance
 from stickslip.designing import border as find_border
+from stickslip.plots.figure import Figure as Plot
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.quantities import PARAMETERS
 

@@ -8,7 +8,6 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from stickslip.dataset.display import unit_of
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply, wrapped
+from stickslip.plots.figure import Figure
 from stickslip.plots.page import entitle, legend
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREY, SKY, VERMILLION
 from stickslip.vocabulary.flags import REGIMES, flag_label

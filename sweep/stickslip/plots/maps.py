@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.cm import ScalarMappable
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stickslip.dataset.axis import MapAxis
@@ -27,6 +26,7 @@ from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
 from stickslip.plots import marks, overlays
 from stickslip.plots.axes import apply, wrapped
+from stickslip.plots.figure import Figure
 from stickslip.plots.hatching import hatch, patterns
 from stickslip.plots.held import held_fixed, why_nothing
 from stickslip.plots.linear import border_handles, draw_borders

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
+from stickslip.plots.figure import Figure
 from stickslip.plots.page import entitle, legend
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.vocabulary.flags import MODES
