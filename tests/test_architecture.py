@@ -21,7 +21,7 @@ FLOORS = (
     ("what is asked", {"config"}),
     ("how it is labelled", {"dataset"}),
     ("what a run may compute", {"study"}),
-    ("what is shown, what is looked for", {"plots", "borders", "refinement", "uncertainty"}),
+    ("what is shown, what is looked for", {"plots", "borders", "refinement", "sound", "uncertainty"}),
     ("where motions end, how far it is", {"basins", "distances"}),
     ("what is kept", {"runs"}),
     ("records of a rig, the Python calls", {"rig", "api", "api_basins", "designing"}),
