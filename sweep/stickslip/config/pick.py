@@ -83,9 +83,9 @@ def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> 
     """The settings that pick the cell of a result at `position`, by dimension, out of its recipe, bit for bit."""
     shape = tuple((str(dim), length) for dim, length in ds["regime"].sizes.items())
     if isinstance(recipe, Config) and _shape(recipe) == shape:
-        return [f"{axis.name}={_at(axis, i)}" for axis, i in zip(recipe.axes, position.values(), strict=True)]
+        return [f"{axis.name}={point_text(axis, i)}" for axis, i in zip(recipe.axes, position.values(), strict=True)]
     given = {quantity_of(str(name)): values.isel(position, missing_dims="ignore") for name, values in ds.coords.items()}
-    return [f"{name}={_text(name, float(given[name]))}" for name in QUANTITIES if name in given]
+    return [f"{name}={value_text(name, float(given[name]))}" for name in QUANTITIES if name in given]
 
 
 def seconds(text: str, option: str = "--duration") -> float:
@@ -128,15 +128,15 @@ def _is_settled(axis: Axis, given: Collection[str]) -> bool:
     return axis.name in given or (isinstance(axis, Group) and all(member.name in given for member in axis.members))
 
 
-def _at(axis: Axis, i: int) -> str:
+def point_text(axis: Axis, i: int) -> str:
     """Point `i` of an axis as a setting."""
     if isinstance(axis, Group):
         label = axis.labels[i] if axis.labels else ""
         return label if label and label == label.strip() else str(i)
-    return _text(axis.name, float(axis.points()[i]))
+    return value_text(axis.name, float(axis.points()[i]))
 
 
-def _text(name: str, value: float) -> str:
+def value_text(name: str, value: float) -> str:
     """A quantity as a setting: its shortest exact spelling, or the word for its absence."""
     written = QUANTITIES[name].written(value)
     return written if isinstance(written, str) else repr(written)
