@@ -21,6 +21,7 @@ from stickslip.vocabulary.laws import LAWS
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS, PROFILES, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.settings import AXIS, COST, FEATURE_SETTINGS, RISK
+from stickslip.vocabulary.words import listed
 
 Schema = dict[str, Any]
 
@@ -77,7 +78,12 @@ def _uncertain() -> Schema:
     )
     matrices = {"anyOf": [matrix, {"type": "array", "items": matrix}]}
     own: Schema = {
-        "quantities": {"type": "object", "additionalProperties": False, "properties": quantities},
+        "quantities": {
+            "description": f"by quantity, its distribution: {listed(tuple(kinds))}",
+            "type": "object",
+            "additionalProperties": False,
+            "properties": quantities,
+        },
         "correlation": matrices | {"description": "of the normal deviates of quantities (a Gaussian copula)"},
         "covariance": matrices | {"description": "of normal quantities, in SI; it says their standard deviations"},
         "subset": _section(Subset),
