@@ -50,9 +50,12 @@ class Problem:
     hint: str | None = None
 
     def text(self, source: str) -> str:
-        """`FILE:LINE:COL: key.path: message`, with the hint on a line of its own; `source` is the name of the file."""
+        """`FILE:LINE:COL: key.path: message`, with the hint on a line of its own.
+
+        source : name of the file; empty for what came from Python.
+        """
         where = source if self.place is None else self.place.text(source)
-        parts = [where, *([dotted(self.path)] if self.path else []), self.message]
+        parts = [*([where] if where else []), *([dotted(self.path)] if self.path else []), self.message]
         return _printable(": ".join(parts)) + (f"\n  hint: {_printable(self.hint)}" if self.hint else "")
 
 

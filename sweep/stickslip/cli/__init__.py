@@ -17,6 +17,9 @@ from stickslip.cli import (
     borders,
     configs,
     contours,
+    explore,
+    exporting,
+    fits,
     inspection,
     maps,
     planning,
@@ -33,10 +36,10 @@ COMMANDS = (
     *(configs.init, configs.schema, configs.validate),
     *(planning.plan, maps.run),
     *(stores.collect, stores.retry_failed, stores.status),
-    *(results.plot, inspection.inspect, trajectories.simulate),
+    *(results.plot, exporting.export, inspection.inspect, trajectories.simulate, explore.explore),
     *(borders.border, contours.contours, advice.advise),
     *(attractors.attractors, attractors.ramp),
-    *(science.article, science.fit),
+    *(science.article, fits.fit),
     *(rig_tests.rig, rig.rig_features, rig.calibrate),
 )
 

@@ -18,7 +18,7 @@ import click
 
 from stickslip.cli import answers, screen, shown
 from stickslip.cli.backdrop import Extras
-from stickslip.cli.common import check_plot, fail, incomplete, prepare_kernels, settings_again
+from stickslip.cli.common import check_page, check_plot, fail, incomplete, prepare_kernels, settings_again
 from stickslip.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -45,6 +45,8 @@ def run_request(request: Request, plot: Path | None, keep: list[str], extras: Ex
         files.check_writable(request.output)
     if plot is not None:
         check_plot(plot)
+    if extras is not None and extras.page is not None:
+        check_page(extras.page)
     work = Work(request.config)
     screen.terminal().print(f"{request.config.title}\n{work.study.described()}", markup=False)
     if request.output is None and request.place is None:
@@ -105,7 +107,7 @@ def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str,
     done = screen.Done(prod(study.shape), study.counted, finished - began, screen.threads(study.options))
     drawn = plot if save_plot(ds, plot, extras) else None
     shown.show(ds, done, None, drawn)
-    extras.write_table(ds)
+    _write(extras, ds)
     news(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep it: {keep}")
     outcome = Outcome(prod(study.shape), computed=prod(study.shape))
     return answers.of_run(request, study, outcome, finished - began) | answers.of_result(ds, drawn)
@@ -180,6 +182,13 @@ def save_plot(ds: xr.Dataset, plot: Path | None, extras: Extras) -> bool:
     return True
 
 
+def _write(extras: Extras, ds: xr.Dataset) -> None:
+    """Write what is wanted besides a result and its plot, and say so."""
+    extras.write_table(ds)
+    if extras.page is not None:
+        shown.write_page(ds, extras.page, extras)
+
+
 def report(
     outcome: Outcome, seconds: float, request: Request, plot: Path | None, extras: Extras | None = None
 ) -> dict[str, Any]:
@@ -197,19 +206,19 @@ def report(
     if outcome.up_to_date:
         click.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
     with reading.look_into(outcome.output) as ds:
-        if outcome.up_to_date and (plot is None or plot.exists()) and extras.table is None:
+        if outcome.up_to_date and (plot is None or plot.exists()) and not extras.any:
             return answers.of_result(ds, plot)
         drawn = plot if save_plot(ds, plot, extras) else None
         answer = answers.of_result(ds, drawn)
         if outcome.up_to_date:
-            extras.write_table(ds)
+            _write(extras, ds)
             if drawn:
                 click.echo(f"plot     {plot}")
             return answer
         machines = outcome.machines or screen.threads(study.options)
         done = screen.Done(outcome.computed, study.counted, seconds, machines)
         shown.show(ds, done, outcome.output, drawn)
-        extras.write_table(ds)
+        _write(extras, ds)
     if outcome.reused:
         click.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
     if outcome.where:

@@ -35,10 +35,13 @@ class _Where(click.ParamType):  # type: ignore[type-arg]
         return location(value)
 
 
+PAGES = (".html", ".htm")
 DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
 WHERE = _Where()
 Command = Callable[..., None]
 _SETTINGS, _THREADS, _STDOUT = (f"stickslip.{name}" for name in ("settings", "threads", "stdout"))  # of a call
+_TABLE = "stickslip.table"  # of a call: the table to be made of its result
+_KNOWS_ITS_OWN = ("run", "border", "contours", "attractors", "collect", "retry-failed")  # and replace no other result
 SET = click.option(
     "--set",
     "settings",
@@ -84,7 +87,13 @@ def CONFIG_OR_RESULT(command: Command) -> Command:  # noqa: N802
     return place(SET(command))
 
 
-OUTPUT = click.option("-o", "--output", type=WHERE, help="File to write, .nc or .zarr, or the URL of a .zarr.")
+OUTPUT = click.option(
+    "-o",
+    "--output",
+    type=WHERE,
+    callback=lambda context, _option, output: kept_output(context, output),
+    help="File to write, .nc or .zarr, or the URL of a .zarr; .csv or .xlsx writes the .nc and a table made of it.",
+)
 DASK = click.option(
     "--dask",
     metavar="ADDRESS",
@@ -141,6 +150,16 @@ def _remember(context: click.Context, texts: tuple[str, ...]) -> None:
         raise click.BadParameter(str(error)) from None
 
 
+def points_file(path: Path) -> Path:
+    """A table of measured points: the file named or, which is said, the one of the package that is called so."""
+    from stickslip.config.examples import found_points
+
+    file = found_points(path)
+    if file != path:
+        click.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
+    return file
+
+
 def fail(message: object) -> NoReturn:
     """End with the exit code for wrong input."""
     click.echo(message, err=True)
@@ -189,6 +208,7 @@ def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
         try:
             with _nowhere() if silent else nullcontext():
                 command(*args, **kwargs)
+                write_table_asked_for(kwargs)
         except (IncompleteError, NotReachedError) as error:
             incomplete(error)
         except (ClusterError, ConfigError, StoreError) as error:
@@ -231,6 +251,38 @@ def prepare_kernels(law: str, signals: bool = False) -> None:
     console.print(f"Compiled the kernels in {seconds}; later runs load them.")
 
 
+def kept_output(context: click.Context, output: Location | None) -> Location | None:
+    """Where a result is kept, if a table is asked for: beside it, as netCDF, which can be resumed and read again."""
+    if not isinstance(output, Path) or output.suffix.lower() not in (".csv", ".xlsx"):
+        return output
+    from stickslip.dataset.export import check_table
+    from stickslip.errors import StoreError
+
+    try:
+        check_table(output)
+    except StoreError as error:
+        fail(error)
+    kept = output.with_suffix(".nc")
+    if context.command.name not in _KNOWS_ITS_OWN and kept.exists():
+        fail(
+            f"{output}: its numbers are kept in {kept}, and there is another: choose another name, or remove that file"
+        )
+    context.meta[_TABLE] = output
+    return kept
+
+
+def write_table_asked_for(options: Mapping[str, Any]) -> None:
+    """Write the table of the result that this call wrote, if one is asked for; a shard has no result yet."""
+    table, output = click.get_current_context().meta.get(_TABLE), options.get("output")
+    if table is None or options.get("shard") or not isinstance(output, Path) or not output.exists():
+        return
+    from stickslip.cli.exporting import tell_table, write
+    from stickslip.files import reading
+
+    with reading.look_into(output) as ds:
+        tell_table(write(ds, table), table)
+
+
 def path_or_none(name: str | Path | None) -> Path | None:
     """A name as a path."""
     return None if name is None else Path(name)
@@ -241,6 +293,14 @@ def location_or_none(name: str | None) -> Location | None:
     from stickslip.files.locations import location
 
     return None if name is None else location(name)
+
+
+def check_page(page: Path) -> None:
+    """End if no page can be written there: an unknown suffix, or no folder."""
+    if page.suffix.lower() not in PAGES:
+        fail(f"{page}: pages end in {', '.join(PAGES)}")
+    if not page.absolute().parent.is_dir():
+        fail(f"{page}: no folder {page.parent}")
 
 
 def check_plot(plot: Path) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from stickslip.cli.backdrop import Extras
 from stickslip.cli.carried import run_request
 from stickslip.cli.common import (
     CONFIG,
@@ -43,6 +44,7 @@ Examples:
 @CONFIG
 @OUTPUT
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--report", type=click.Path(path_type=Path), help="Page to write: .html, with plots, shares, meanings.")
 @click.option("--no-plot", is_flag=True, help="Write no plot.")
 @click.option("--store", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]")
 @click.option("--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no map.")
@@ -64,6 +66,7 @@ def run(
     config: Path,
     output: Location | None,
     plot: Path | None,
+    report: Path | None,
     no_plot: bool,
     store: str | None,
     shard: str | None,
@@ -86,7 +89,8 @@ def run(
     target = None if no_plot or shard else plot or path_or_none(loaded.output.plot)
     part = _shard(shard, fresh)
     request = Request(loaded, output, store, part, fresh, keep_parts, on_error, dask=dask)
-    answer = run_request(request, target, ["run", str(config), "-o", f"{config.stem}.nc"])
+    keep = ["run", str(config), "-o", f"{config.stem}.nc"]
+    answer = run_request(request, target, keep, Extras(page=None if shard else report))
     if as_json:
         tell_json(answer)
 

@@ -7,11 +7,12 @@ models from files and sees to it that they fit together.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, ValidationInfo, field_validator
+from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from stickslip.config.margins import Margins
@@ -182,6 +183,21 @@ class Config(Section):
     attractors: Attractors | None = None
     refine: Refine | None = None
     uncertain: Uncertain | None = None
+    _written_in: dict[str, str] = PrivateAttr(default_factory=dict)
+
+    @property
+    def written_in(self) -> dict[str, str]:
+        """By quantity, the unit in which it was written; plain numbers are SI, and have none.
+
+        No part of what is computed: configurations that differ in it are equal, and `resolved` leaves it out.
+        """
+        return self._written_in
+
+    def shown_in(self, written_in: Mapping[str, str]) -> Config:
+        """The same configuration, its results to be shown in these units."""
+        other = self.model_copy()
+        other._written_in = dict(written_in)
+        return other
 
     @property
     def is_map(self) -> bool:

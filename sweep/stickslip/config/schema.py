@@ -22,6 +22,7 @@ from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS, PROFILES, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.settings import AXIS, COST, FEATURE_SETTINGS, RISK
+from stickslip.vocabulary.words import listed
 
 Schema = dict[str, Any]
 
@@ -78,7 +79,12 @@ def _uncertain() -> Schema:
     )
     matrices = {"anyOf": [matrix, {"type": "array", "items": matrix}]}
     own: Schema = {
-        "quantities": {"type": "object", "additionalProperties": False, "properties": quantities},
+        "quantities": {
+            "description": f"by quantity, its distribution: {listed(tuple(kinds))}",
+            "type": "object",
+            "additionalProperties": False,
+            "properties": quantities,
+        },
         "correlation": matrices | {"description": "of the normal deviates of quantities (a Gaussian copula)"},
         "covariance": matrices | {"description": "of normal quantities, in SI; it says their standard deviations"},
         "subset": _section(Subset),

@@ -86,7 +86,9 @@ def _compute_at_once(
     found = to_si(rows, part, not options.early_stop, options.variables)
     if progress:
         progress(done, size)
-    return Computed({name: found[name].astype(kind, copy=False) for name, kind in columns(options).items()}, done)
+    for name, kind in _whole_numbers(options.early_stop, options.variables):
+        found[name] = found[name].astype(kind)
+    return Computed(found, done)
 
 
 def compute_range(
@@ -146,6 +148,12 @@ def _columns(early_stop: bool, kept: tuple[str, ...] | None) -> dict[str, np.dty
     whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
     names = [v.name for v in VARIABLES.values() if v.when == "always" or not early_stop]
     return {name: np.dtype(whole.get(name, np.float64)) for name in names if kept is None or name in kept}
+
+
+@cache
+def _whole_numbers(early_stop: bool, kept: tuple[str, ...] | None) -> list[tuple[str, np.dtype[Any]]]:
+    """Those among them that are not floating-point numbers, which is what the kernels give."""
+    return [(name, kind) for name, kind in _columns(early_stop, kept).items() if kind.kind != "f"]
 
 
 def bytes_per_cell(options: Options) -> int:

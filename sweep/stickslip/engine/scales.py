@@ -17,6 +17,7 @@ from stickslip.vocabulary.cells import Cells
 from stickslip_kernels import layout
 
 Floats = NDArray[np.float64]
+_DECADE = float(np.log(10.0))
 
 
 def to_kernel(cells: Cells, horizon: float) -> Floats:
@@ -35,7 +36,7 @@ def to_kernel(cells: Cells, horizon: float) -> Floats:
     mu_start = cells["a1"] + cells["a3"]
     rows[layout.MU_STATIC] = np.fmax(cells["mu_static"], mu_start)
     rows[layout.MU_STOP] = cells["mu_stop"]
-    rows[layout.AGEING] = cells["ageing_rate"] / np.log(10.0)
+    rows[layout.AGEING] = cells["ageing_rate"] / _DECADE
     rows[layout.AGEING_TIME] = cells["ageing_time"] * rate
     rows[layout.XI_START] = cells["displacement"] * k / load
     rows[layout.ETA_START] = cells["velocity"] / speed

@@ -3,8 +3,9 @@
 Writing is all or nothing (`atomic.py`; behind a URL, where only Zarr is written, `swapping.py`); netCDF4 opened for
 writing would truncate the target first. These files are results, not checkpoints.
 
-CF wants text labels beside a dimension, not as its index, so the index ``pad`` = felt, rubber is stored in the file as
-``pad_label``; `open` makes it the index again. Everything else is in the file as it is in memory.
+Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by
+them. In netCDF they are rows of characters, ``pad(pad, pad_letters)``, as CF wants a variable of one dimension and its
+name to hold numbers. (Earlier versions wrote ``pad_label``, which `open` reads.)
 
 Every chunk carries a checksum, and a seal covers the rest (`seal.py`). `reading.py` is the other half.
 """
@@ -13,7 +14,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Hashable, Iterator
 from contextlib import contextmanager
 from math import prod
 from pathlib import Path
@@ -40,7 +41,6 @@ __all__ = ["StoreError", "check_writable", "open", "write", "write_netcdf", "wri
 
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
 _ZARR_MARKERS = (ROOT, ".zgroup")
-_LABEL = "_label"
 Fill = Callable[[Any], None]
 Check = Callable[[], None]
 Encoding = dict[str, dict[str, Any]]
@@ -128,7 +128,7 @@ def _created(
     fill: Fill | None,
 ) -> None:
     """A new file with all that the dataset holds; by `fill` what is in chunks."""
-    plain = sealed(_labels_beside_dimensions(ds.drop_encoding()))
+    plain = sealed(_with_plain_texts(ds.drop_encoding()))
     later = _Later({str(name) for name, v in plain.variables.items() if v.dtype.kind in "fiu" and v.ndim})
     create(plain, encode(plain, chunks), later, file)
     in_memory = {name for name in later.kept if fill is None or name not in plain.data_vars}
@@ -226,13 +226,17 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         temporary.touch()
 
 
-def _labels_beside_dimensions(ds: xr.Dataset) -> xr.Dataset:
-    """Text indices renamed, ``pad`` to ``pad_label``, as stored in the file: text of any length, type object."""
-    for dim in [str(dim) for dim in ds.dims]:
-        if dim in ds.coords and ds[dim].dtype.kind in "OTU":
-            text = xr.Variable(dim, ds[dim].values.astype(object), ds[dim].attrs)
-            ds = ds.drop_vars(dim).assign_coords({dim + _LABEL: text})
-    return ds
+def _with_plain_texts(ds: xr.Dataset) -> xr.Dataset:
+    """Text indices as stored in the file: text of any length, type object."""
+    texts = {
+        dim: xr.Variable(dim, ds[dim].values.astype(object), ds[dim].attrs) for dim in ds.dims if _is_text(ds, dim)
+    }
+    return ds.assign_coords(texts)
+
+
+def _is_text(ds: xr.Dataset, dim: Hashable) -> bool:
+    """Whether a dimension has labels."""
+    return dim in ds.coords and ds[dim].dtype.kind in "OTU"
 
 
 def open_chunks(file: Path | NewZarr, threads: int | None = None) -> Chunks:
@@ -262,13 +266,14 @@ def _fill_encoding(ds: xr.Dataset) -> Encoding:
 
 
 def _netcdf_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
-    """Fill values, compression and chunks. Text and scalars are stored as they are."""
+    """Fill values, compression and chunks; labels of a dimension as characters. Scalars are stored as they are."""
     encoding = _fill_encoding(ds)
+    labels = {str(dim): {"dtype": "S1", "char_dim_name": f"{dim}_letters"} for dim in ds.dims if _is_text(ds, dim)}
     for name, options in encoding.items():
         if shape := ds[name].shape:
             options |= {"zlib": True, "complevel": 4, "shuffle": True}  # see `filters.py`
             options |= {"chunksizes": _chunks(shape, chunks), "fletcher32": True}  # HDF5 refuses damaged chunks
-    return encoding
+    return encoding | labels
 
 
 def _zarr_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:

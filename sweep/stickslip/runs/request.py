@@ -10,7 +10,7 @@ from typing import Any, Literal
 from stickslip.config.addresses import EXPECTED, HERE, is_address
 from stickslip.config.model import Config
 from stickslip.config.overrides import Setting
-from stickslip.config.reader import load_config, parse_config
+from stickslip.config.reader import Given, as_config, load_config, parse_config
 from stickslip.engine import Progress, warm_up
 from stickslip.errors import StoreError
 from stickslip.files.locations import Location, Url, location
@@ -94,22 +94,22 @@ class Outcome:
 
 
 def request_for(
-    place: str | os.PathLike[str],
+    place: Given,
     output: str | os.PathLike[str] | None = None,
     store: str | None = None,
     settings: Sequence[Setting] = (),
 ) -> Request:
-    """The request behind a configuration file, or behind the path or URL of a store.
+    """The request behind a configuration, or behind the path or URL of a store.
 
-    store : place of the store of a configuration file, if not beside its output.
+    store : place of the store of a configuration, if not beside its output.
     settings : of a command line, put into the configuration; those that change the results of a store are refused when
         it is used.
     The output is the one named, else that of the configuration; a store called `FILE.parts` belongs to FILE.
     Raises ConfigError or StoreError.
     """
-    text = os.fspath(place)
-    if not _is_store(text):
-        config = load_config(text, settings)
+    text = os.fspath(place) if isinstance(place, str | os.PathLike) else None
+    if text is None or not _is_store(text):
+        config = as_config(place) if text is None else load_config(text, settings)
         return Request(config, _output(output, config), store)
     config = parts.config_of(parts.find(folder_at(text)))
     if settings:
