@@ -38,10 +38,10 @@ _MOST_ROWS = 60  # on screen
 @click.command(
     epilog="""\b
 Examples:
-  stickslip rig configs/rig/materials.yaml
-  stickslip rig configs/rig/materials.yaml --test 0 --test 1 --from 0 --to "0.5 s"
-  stickslip rig configs/rig/test_matrix.yaml --report matrix.html
-  stickslip rig my.yaml --records signals       # CSV files, as a rig would write them"""
+  stickslip rig run configs/rig/materials.yaml
+  stickslip rig run configs/rig/materials.yaml --test 0 --test 1 --from 0 --to "0.5 s"
+  stickslip rig run configs/rig/test_matrix.yaml --report matrix.html
+  stickslip rig run my.yaml --records signals       # CSV files, as a rig would write them"""
 )
 @CONFIG
 @click.option("-o", "--output", type=WHERE, help="File of features to write, .nc or .zarr, or the URL of a .zarr.")
@@ -192,7 +192,7 @@ def _write_records(folder: Path, tests: RigTests) -> None:
     for test in tests.tests(range(tests.grid.size)):
         if test.record is not None:
             write_record(test.record, folder / f"test{test.number:0{digits}d}.csv")
-    click.echo(f"records   {folder}/test*.csv; stickslip rig-features reads them")
+    click.echo(f"records   {folder}/test*.csv; stickslip rig features reads them")
 
 
 def _write_report(report: Path, found: xr.Dataset, asked: RigConfig, tests: RigTests, drawn: list[int]) -> None:
