@@ -21,6 +21,7 @@ from stickslip.cli import (
     exporting,
     fits,
     inspection,
+    listen,
     maps,
     planning,
     results,
@@ -38,7 +39,7 @@ SECTIONS = {  # of the help: a new command is one word here
     "To begin": (configs.init, configs.validate, configs.schema, topics.help_command),
     "Maps": (planning.plan, maps.run, results.plot, inspection.inspect, explore.explore, exporting.export),
     "One cell, and what a designer asks": (
-        *(trajectories.simulate, borders.border, contours.contours, advice.advise),
+        *(trajectories.simulate, listen.listen, borders.border, contours.contours, advice.advise),
         *(attractors.attractors, attractors.ramp),
     ),
     "Friction curves": (fits.fit,),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import screen
+from stickslip.cli import rig_sounds, screen
 from stickslip.cli.common import (
     CONFIG,
     WHERE,
@@ -48,6 +48,7 @@ Examples:
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot: signals of up to six tests, else a heat map.")
 @click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html): maps, traces, table.")
 @click.option("--records", type=click.Path(path_type=Path), help="Folder for the signals, a CSV file for each test.")
+@click.option("--sound", type=click.Path(path_type=Path), help="Folder for the sounds, a WAV file for each test.")
 @click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
 @click.option("--beside", is_flag=True, help="Plot signals beside each other instead of over each other.")
 @click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each test on.")
@@ -59,6 +60,7 @@ def rig(
     plot: Path | None,
     report: Path | None,
     records: Path | None,
+    sound: Path | None,
     chosen: tuple[int, ...],
     beside: bool,
     begin: str | None,
@@ -81,6 +83,8 @@ def rig(
     if chosen and plot is None and report is None:
         fail("--test says what is plotted: name a plot with --plot, or a page with --report")
     _check_targets(output, plot, report, records)
+    if sound is not None:
+        rig_sounds.check(sound, tests)
     if output is not None:
         writing.check_writable(output)
     prepare_kernels(asked.config.friction.law, signals=True)
@@ -100,6 +104,8 @@ def rig(
         click.echo(f"features  {output} ({screen.size_of(output)})")
     if records is not None:
         _write_records(records, tests)
+    if sound is not None:
+        rig_sounds.write(sound, asked)
     if report is not None:
         _write_report(report, found, asked, tests, drawn)
 
