@@ -25,7 +25,8 @@ FLOORS = (
     ("where motions end, how far it is", {"basins", "distances"}),
     ("what is kept", {"runs"}),
     ("records of a rig, the Python calls", {"rig", "api", "api_basins", "designing"}),
-    ("the article, recomputed", {"article", "__init__"}),
+    ("what datasets can do", {"accessor"}),
+    ("the article, recomputed, and the doors", {"article", "backend", "__init__"}),
     ("the command", {"cli"}),
     ("its process", {"__main__"}),
 )

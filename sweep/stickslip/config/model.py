@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from stickslip.config.html import as_html
 from stickslip.config.margins import Margins
 from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import (
@@ -194,6 +195,10 @@ class Config(Section):
         plain = {key: value.resolved() if isinstance(value, Section) else value for key, value in self}
         plain["axes"] = {axis.name: axis.resolved() for axis in self.axes}
         return {key: value for key, value in plain.items() if value is not None}
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        return as_html(self.resolved())
 
     def to_yaml(self) -> str:
         """`resolved` as YAML text; what result files keep, and what `reader.parse_config` reads."""

@@ -132,6 +132,8 @@ def _prepared(
 ) -> tuple[xr.Dataset, str]:
     """The points to draw, and the title that names them."""
     ds, places = selected(ds, select or {})
+    lone = [dim for dim in ds[variable].dims if ds.sizes[dim] == 1]
+    ds = ds.squeeze(lone[: max(0, ds[variable].ndim - dims)], drop=True)  # a single line needs no selecting
     if ds[variable].ndim > dims:
         more = [str(dim) for dim in ds[variable].dims if dim != "direction"]
         raise PlotError(f"more than one dimension: {', '.join(more)}\nhint: fix all but one with select")
