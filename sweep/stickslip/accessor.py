@@ -64,7 +64,12 @@ class StickslipAccessor:
 
         ds = self._ds
         if "direction" in ds.dims:
-            return plots.plot_ramp(ds, variable or "velocity_amplitude", **how)
+            draw = (
+                plots.plot_branches
+                if variable in (None, "velocity_amplitude", "displacement_amplitude")
+                else plots.plot_ramp
+            )
+            return draw(ds, variable or "velocity_amplitude", **how)
         if variable is not None:
             return plots.plot_map(ds, variable, **how)
         if "time" in ds.dims and "mode" in ds.data_vars:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stickslip.dataset.build import variable_of
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import ATTRACTOR_VARIABLES, RAMP_VARIABLES
+from stickslip.vocabulary.results import ATTRACTOR_VARIABLES, BETWEEN_VARIABLES, RAMP_VARIABLES
 
 
 def attractor_dataset(
@@ -51,11 +51,13 @@ def ramp_dataset(
     dims: Sequence[str],
     coordinates: Mapping[str, xr.Variable],
     results: Mapping[str, NDArray[Any]],
+    between: Mapping[str, NDArray[Any]],
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:
     """Attractors along a parameter that goes up and down again.
 
     dims, coordinates : of the lines. results : by names of `RAMP_VARIABLES`, of the shape (*lines, direction, values).
+    between : by names of `BETWEEN_VARIABLES`, of the shape (*lines, values).
     """
     row = PARAMETERS[along]
     ahead = {"units": row.units, "long_name": row.long_name, "axis_spacing": "linear"}
@@ -65,4 +67,6 @@ def ramp_dataset(
     }
     shape = (*dims, "direction", along)
     variables = {name: variable_of(declared, shape, results[name]) for name, declared in RAMP_VARIABLES.items()}
+    for name, declared in BETWEEN_VARIABLES.items():
+        variables[name] = variable_of(declared, (*dims, along), between[name])
     return xr.Dataset(variables, dict(coordinates) | more, dict(attributes))

@@ -8,12 +8,13 @@ Every function returns a matplotlib Figure and touches no global state: no pyplo
 
 from stickslip.errors import PlotError
 from stickslip.plots.attractors import plot_attractors, plot_ramp
+from stickslip.plots.branches import plot_branches
 from stickslip.plots.maps import BORDERS, MAX_PANELS, plot_map
 from stickslip.plots.page import save
 from stickslip.plots.traces import plot_trace
 from stickslip.plots.uncertainty import plot_probability
 
 __all__ = [
-    "BORDERS", "MAX_PANELS", "PlotError", "plot_attractors", "plot_map", "plot_probability", "plot_ramp", "plot_trace",
-    "save",
+    "BORDERS", "MAX_PANELS", "PlotError", "plot_attractors", "plot_branches", "plot_map", "plot_probability",
+    "plot_ramp", "plot_trace", "save",
 ]  # fmt: skip
