@@ -79,6 +79,18 @@ def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Re
     return parse_config(text, source, settings).shown_in(units_shown(ds))
 
 
+def shared_by(ds: xr.Dataset) -> dict[str, Any]:
+    """What all cells of a result have in common: law, rtol and max_steps, as `simulate` takes them.
+
+    Raises ConfigError.
+    """
+    recipe = recipe_of(ds, "this dataset")
+    plain = recipe.resolved() if isinstance(recipe, Config) else recipe
+    solver = plain.get("solver", {})
+    shared = {name: solver[name] for name in ("rtol", "max_steps") if name in solver}
+    return {"law": plain.get("friction", {}).get("law", "stribeck")} | shared
+
+
 def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> list[str]:
     """The settings that pick the cell of a result at `position`, by dimension, out of its recipe, bit for bit."""
     shape = tuple((str(dim), length) for dim, length in ds["regime"].sizes.items())
