@@ -11,7 +11,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli.common import DONE, JSON, WRONG_INPUT, ConfigPath, config_file, fail, tell_json
+from stickslip.cli.common import (
+    DONE,
+    JSON,
+    SET,
+    WRONG_INPUT,
+    ConfigPath,
+    config_file,
+    configuration,
+    fail,
+    settings,
+    tell_json,
+)
 
 if TYPE_CHECKING:
     from stickslip.config.understood import Row
@@ -20,6 +31,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("configs", type=ConfigPath(), nargs=-1, required=True)
+@SET
 @JSON
 def validate(configs: tuple[Path, ...], as_json: bool) -> None:
     """Check configurations without computing anything.
@@ -28,7 +40,6 @@ def validate(configs: tuple[Path, ...], as_json: bool) -> None:
     quantity in SI and in customary units, what they come to (natural frequency, static deflection), every axis with
     its points. Values that are legal and implausible are asked about.
     """
-    from stickslip.config.reader import load_config
     from stickslip.config.understood import understood
     from stickslip.errors import ConfigError
     from stickslip.rig.simulate.config import is_rig, load_rig
@@ -41,7 +52,7 @@ def validate(configs: tuple[Path, ...], as_json: bool) -> None:
         try:
             with warnings.catch_warnings(record=True) as asked:
                 warnings.simplefilter("always")
-                config = load_rig(path).config if is_rig(path) else load_config(path)
+                config = load_rig(path, settings()).config if is_rig(path) else configuration(path)
         except ConfigError as error:
             answer |= {"valid": False, "problems": [_problem(problem) for problem in error.problems]}
             if not as_json:
@@ -66,10 +77,11 @@ def _problem(problem: Problem) -> dict[str, Any]:
     """A problem for programs."""
     from stickslip.errors import dotted
 
-    line, column = problem.place or (None, None)
+    line, column, option = problem.place or (None, None, "")
     return {
-        "line": line,
-        "column": column,
+        "line": line or None,  # what an option gave has none
+        "column": column or None,
+        "option": option or None,
         "key": dotted(problem.path),
         "message": problem.message,
         "hint": problem.hint,

@@ -71,8 +71,10 @@ class Complaints:
         return value if isinstance(value, dict) else {}
 
     def line(self, path: Path) -> str:
-        """` on line 7`, or nothing for plain data."""
+        """` on line 7`, ` by --set mass=1`, or nothing for plain data."""
         place = self.document.keys.get(path)
+        if place and place.option:
+            return f" by {place.option}"
         return f" on line {place.line}" if place else ""
 
     def text(self, path: Path) -> str:

@@ -33,7 +33,7 @@ from stickslip.files.mistaken import CONFIGURATIONS_HERE, names_in, no_configura
 from stickslip.vocabulary.words import nearest
 
 _LARGEST = 1_000_000  # bytes, which take seconds to read; a configuration has a few hundred
-_DEEPEST = 20  # levels; a configuration has four
+DEEPEST = 20  # levels; a configuration has four
 _INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _WORDS = {word: None for word in ("", "~", "null", "Null", "NULL")} | {
@@ -130,7 +130,7 @@ def _syntax_problem(error: MarkedYAMLError, text: str) -> Problem:
     if error.context and error.problem:
         message += f", {error.context}"
     began = None if error.context_mark is None else error.context_mark.line + 1
-    hint = None if place is None else hints.for_syntax(message, text.splitlines(), *place, began)
+    hint = None if place is None else hints.for_syntax(message, text.splitlines(), place.line, place.column, began)
     return Problem((), f"not valid YAML: {message.replace('<stream end>', 'the end of the file')}", place, hint)
 
 
@@ -161,8 +161,8 @@ class _Builder:
             raise self._refused(event, message, "write the value out wherever it is needed", path)
         if event.tag is not None:
             raise self._refused(event, f"got the tag {event.tag}, expected a plain value", "remove the tag", path)
-        if len(path) > _DEEPEST:
-            raise self._refused(event, f"nested more than {_DEEPEST} levels deep", None, path[:3])
+        if len(path) > DEEPEST:
+            raise self._refused(event, f"nested more than {DEEPEST} levels deep", None, path[:3])
         self._document.values[path] = _place(event)
         if isinstance(event, ScalarEvent) and not event.value and path in self._document.keys:
             self._document.values[path] = self._document.keys[path]  # ruamel.yaml says: on the next line

@@ -85,14 +85,34 @@ def _position(ds: xr.Dataset, dim: Hashable, wanted: Any) -> int:
 
 def _cell_of(ds: xr.Dataset, dim: Hashable, wanted: Any) -> int:
     """The cell of a numeric axis in which `wanted` lies: the one that is nearest on the scale of the axis."""
-    axis, number = MapAxis(ds, dim, plain=True), _number(dim, wanted)
-    low, high = axis.centres[0], axis.centres[-1]
+    axis = MapAxis(ds, dim, plain=True)
+    number, low, high = axis.unit.of(_number(dim, wanted)), axis.centres[0], axis.centres[-1]
     if not (low <= number <= high or any(math.isclose(number, end, rel_tol=_AS_SHOWN) for end in (low, high))):
-        last = axis.length - 1
-        runs = f"is {axis.text(0)} only" if last == 0 else f"runs from {axis.text(0)} to {axis.text(last)}"
-        raise PlotError(f"cannot select {dim}={wanted}; the axis {runs}")
+        raise PlotError(f"cannot select {dim}={wanted}; the axis {_runs(axis)}")
     cell = int(np.searchsorted(axis.edges, number, side="right")) - 1
     return min(max(cell, 0), axis.length - 1)
+
+
+def span(ds: xr.Dataset, dim: Hashable) -> tuple[float, float, str]:
+    """How far the cells of a numeric axis that rises reach, in SI, and from where to where it runs, in words."""
+    axis = MapAxis(ds, dim, plain=True)
+    low, high = (float(axis.unit.to_si(end)) for end in (axis.edges[0], axis.edges[-1]))
+    return low, high, _runs(axis)
+
+
+def _runs(axis: MapAxis) -> str:
+    last = axis.length - 1
+    return f"is {axis.text(0)} only" if last == 0 else f"runs from {axis.text(0)} to {axis.text(last)}"
+
+
+def within(ds: xr.Dataset, dim: Hashable, low: float, high: float) -> xr.Dataset:
+    """The part of a dataset whose cells along a numeric axis that rises reach into a range in SI. Raises PlotError."""
+    axis = MapAxis(ds, dim, plain=True)
+    edges = axis.unit.to_si(axis.edges)
+    inside = np.flatnonzero((edges[1:] > low) & (edges[:-1] < high))
+    if not inside.size:
+        raise PlotError(f"nothing of the map lies within the limits of {dim}; the axis {_runs(axis)}")
+    return ds.isel({dim: slice(int(inside[0]), int(inside[-1]) + 1)})
 
 
 def _number(dim: Hashable, wanted: Any) -> float:

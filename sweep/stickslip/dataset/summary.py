@@ -44,7 +44,10 @@ def flag_counts(flags: xr.DataArray) -> dict[str, int]:
     """
     counts = np.zeros(_CODES, np.int64)
     for chunk in chunks(flags):
-        counts += np.bincount(codes(flags.isel(chunk)), minlength=_CODES)
+        part = flags.isel(chunk)
+        if part.dtype.kind == "f":  # `where` left cells out
+            part = xr.DataArray(part.values[~np.isnan(part.values)])
+        counts += np.bincount(codes(part), minlength=_CODES)
     return named(counts, str(flags.name))
 
 
@@ -83,7 +86,13 @@ def one_regime_remark(ds: xr.Dataset, found: Mapping[str, Share]) -> str | None:
 
 
 def step_limit_remark(ds: xr.Dataset, file: str | None = None) -> str | None:
-    """What to tell of cells that ran out of steps; None if there are none. file : as for `remark`."""
+    """What to tell of cells that ran out of steps; None if there are none. file : as for `remark`.
+
+    Of a map that does not keep `status`, that it could tell why cells are unresolved.
+    """
+    if "status" not in ds:
+        open_cells = flag_counts(ds["regime"])["unresolved"]
+        return "why cells are unresolved is in status, which output.variables leaves out" if open_cells else None
     limited = flag_counts(ds["status"])["step_limit"]
     if not limited:
         return None
