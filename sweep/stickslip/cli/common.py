@@ -313,11 +313,22 @@ def write_table_asked_for(options: Mapping[str, Any]) -> None:
     table, output = click.get_current_context().meta.get(_TABLE), options.get("output")
     if table is None or options.get("shard") or not isinstance(output, Path) or not output.exists():
         return
-    from stickslip.cli.exporting import tell_table, write
+    from stickslip.cli.tables import tell_table, write
     from stickslip.files import reading
 
     with reading.look_into(output) as ds:
         tell_table(write(ds, table), table)
+
+
+def pairs(texts: tuple[str, ...]) -> dict[str, str]:
+    """NAME=VALUE texts as a mapping."""
+    found = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals:
+            fail(f"got {text!r}, expected NAME=VALUE")
+        found[name.strip()] = value.strip()
+    return found
 
 
 def path_or_none(name: str | Path | None) -> Path | None:
