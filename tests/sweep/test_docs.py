@@ -17,6 +17,7 @@ from stickslip.rig.records.record import write_record
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))}
 ELSEWHERE = "dask.md"  # its blocks need a cluster, or configure one
+IN_ORDER = ("notebook.md",)  # their blocks build on each other
 RIG = """\
 system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}
 friction: {mu_start: 0.4, mu_reversal: 0.3, v_reversal: 100 mm/s, a4: 20 mm/s}
@@ -47,7 +48,7 @@ def here(tmp_path, monkeypatch):
 
 
 YAML = {name: text for name, text in blocks("yaml").items() if not name.startswith(ELSEWHERE)}
-PYTHON = {name: text for name, text in blocks("python").items() if not name.startswith(ELSEWHERE)}
+PYTHON = {name: text for name, text in blocks("python").items() if not name.startswith((ELSEWHERE, *IN_ORDER))}
 
 
 def test_pages_have_blocks_to_try():
@@ -86,6 +87,17 @@ def test_every_python_block_of_the_docs_runs(here, name):
     inputs = {"sticks": [7, 30, 68, 100, 300], "acceleration_max": [1.0, 9.0, 74.0, 90.0, 200.0],
               "acceleration_integral": [0.5, 6.0, 24.0, 40.0, 90.0]}  # fmt: skip
     exec(compile(PYTHON[name], name, "exec"), {"stickslip": stickslip, "inputs": inputs, "rpn": [2, 4, 7, 8, 9]})
+
+
+@pytest.mark.parametrize("page", IN_ORDER)
+def test_blocks_that_build_on_each_other_run_one_after_the_other(here, page, capsys):
+    names = {}
+    for name, text in blocks("python").items():
+        if name.startswith(page):
+            exec(compile(text, name, "exec"), names)
+    shown = re.findall(r"^```\n\n```text\n(.*?)^```", PAGES[page], re.MULTILINE | re.DOTALL)
+    printed = capsys.readouterr().out
+    assert shown and all(text in printed for text in shown)
 
 
 @pytest.mark.parametrize("line", commands())
