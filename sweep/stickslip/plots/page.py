@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
+from textwrap import fill
 from typing import Any
 
 from matplotlib.artist import Artist
@@ -14,9 +16,24 @@ from matplotlib.legend_handler import HandlerTuple
 from stickslip.errors import PlotError, reason
 
 DPI = 150  # of pictures unless asked for
+TITLE_WIDTH = 70  # letters in a line above a plot
+BESIDE_LEGEND = 54  # and above one with a legend at its side
 _NOTE_COLOUR = "#555555"
+_FIRM_SPACE = "\N{NO-BREAK SPACE}"
 _MADE_BY = "stickslip plot"
 _KEPT_AS = {".png": "Description", ".svg": "Description", ".pdf": "Subject"}  # the keys that the formats have
+
+
+def wrapped(text: str, width: int) -> str:
+    """`text` in lines of about `width` letters; a value stays with its name, and so does what is in brackets."""
+    kept = re.sub(r"\([^)]*\)|[^\s,=][^,=]* = [^,]+", lambda found: found[0].replace(" ", _FIRM_SPACE), text)
+    return fill(kept, width).replace(_FIRM_SPACE, " ")
+
+
+def annotate(figure: Figure, notes: Sequence[str | None]) -> None:
+    """Lines in small print below a plot without a legend there."""
+    if note := "\n".join(filter(None, notes)):
+        figure.supxlabel(note, fontsize="x-small", color=_NOTE_COLOUR)
 
 
 def legend(
@@ -29,8 +46,8 @@ def legend(
     labels = [str((handle[0] if isinstance(handle, tuple) else handle).get_label()) for handle in handles]
     looks: dict[str, Any] = {"frameon": False, "fontsize": "small"}
     looks["handler_map"] = {tuple: HandlerTuple(ndivide=None, pad=0.0)}
-    if note and (at_right or not shown):
-        figure.supxlabel(note, fontsize="x-small", color=_NOTE_COLOUR)
+    if at_right or not shown:
+        annotate(figure, notes)
     if shown and at_right:
         figure.legend(shown, labels, loc="outside right upper", **looks)
     elif shown:
@@ -39,8 +56,12 @@ def legend(
         legend.get_title().set(fontsize="x-small", color=_NOTE_COLOUR)
 
 
-def entitle(figure: Figure, top: Axes, title: str, *, above_all: bool = False) -> None:
-    """The title, over the axes it belongs to: over the figure it would be centred on a legend at the side as well."""
+def entitle(figure: Figure, top: Axes, title: str, *, above_all: bool = False, width: int = TITLE_WIDTH) -> None:
+    """The title, over the axes it belongs to: over the figure it would be centred on a legend at the side as well.
+
+    width : letters of a line.
+    """
+    title = "\n".join(wrapped(line, width) for line in title.splitlines())
     if above_all:
         figure.suptitle(title, fontsize="large")
     else:
