@@ -12,7 +12,7 @@ from stickslip.errors import PlotError
 from stickslip.plots.hatching import rectangles
 from stickslip.plots.look import Look
 from stickslip.plots.maps import plot_map
-from stickslip.plots.page import request_of, save
+from stickslip.plots.page import request_of, resize, save
 from stickslip.vocabulary.flags import REGIMES
 
 
@@ -178,6 +178,12 @@ def test_a_picture_says_what_it_was_made_for(tmp_path):
     assert request_of(tmp_path / "foreign.png") is None
 
 
-def test_titles_beside_a_legend_are_wrapped():
-    figure = plot_map(plane(), title="A title that is so long that it would run into the legend at the side of the map")
-    assert len(figure.axes[0].get_title().splitlines()) == 2
+def test_titles_beside_a_legend_are_wrapped_and_again_where_the_figure_gets_narrow():
+    long = "A title that is so long that it would run into the legend at the side of the map"
+    figure = plot_map(plane(), title=f"{long}\nsecond")
+    broken = figure.axes[0].get_title().splitlines()
+    assert len(broken) == 3 and "".join(broken[:2]) == long
+    resize(figure, 3.5, 3.0)
+    again = figure.axes[0].get_title().splitlines()
+    assert "".join(again[:-1]) == long and again[-1] == "second"
+    assert max(map(len, again)) < max(map(len, broken)) and tuple(figure.get_size_inches()) == (3.5, 3.0)

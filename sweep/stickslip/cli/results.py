@@ -74,7 +74,14 @@ def plot(
     ds, picture = reading.look_into(file), Picture(**wishes)
     if output is not None and output.suffix.lower() in PAGES:
         check_page(output)
-        return shown.write_page(ds, output, Extras(map_file), picture)
+        of_pictures = {"--variable": variable, "--select": select, "--lines": lines, "--size": picture.size,
+                       "--dpi": picture.dpi}  # fmt: skip
+        if given := [name for name, value in of_pictures.items() if value]:
+            fail(f"{', '.join(given)}: for a picture; a page shows the whole result")
+        try:
+            return shown.write_page(ds, output, Extras(map_file), picture)
+        except PlotError as error:
+            fail(f"{file}: {error}")
     places = _pairs(select) if "time" not in ds.dims else {}
     if output is not None:
         check_plot(output)

@@ -40,6 +40,7 @@ def simulate(
     """
     from stickslip import api, plots
     from stickslip.config.pick import cell_of, config_at, seconds
+    from stickslip.dataset.display import shown_as_written
     from stickslip.files import writing
 
     one = config_at(recipe_in(config), at)
@@ -54,6 +55,7 @@ def simulate(
     prepare_kernels(law, signals=True)
     cell = cell_of(one)
     ds = api.simulate(duration=time, samples=samples, law=law, rtol=solver.rtol, max_steps=solver.max_steps, **cell)
+    ds = shown_as_written(ds, one.written_in)
     if output is not None:
         writing.write(ds, output)
         click.echo(f"trajectory  {output} ({screen.size_of(output)})")

@@ -19,6 +19,7 @@ from stickslip.pages.frame import Section, page
 from stickslip.pages.parts import Cell, Column, configuration, embedded, paragraph, provenance, table, terms, warning
 from stickslip.plots import plot_attractors, plot_map, plot_probability, plot_ramp
 from stickslip.plots.held import held_fixed
+from stickslip.plots.look import PLAIN, Look
 from stickslip.plots.palette import FLAG_COLOURS
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
 
@@ -45,10 +46,10 @@ class Drawn(NamedTuple):
     figure: Figure | None = None
 
 
-def drawn_of(ds: xr.Dataset) -> list[Drawn]:
-    """The pictures of a result that is no set of borders over a map."""
+def drawn_of(ds: xr.Dataset, look: Look = PLAIN) -> list[Drawn]:
+    """The pictures of a result that is no set of borders over a map. look : of maps."""
     if "probability" in ds:
-        return [_tried("probability", lambda: plot_probability(ds))]
+        return [_tried("probability", lambda: plot_probability(ds, look=look))]
     if "direction" in ds.dims:
         return [_tried("ramp", lambda: plot_ramp(ds))]
     if "settling_share" in ds:
@@ -56,7 +57,10 @@ def drawn_of(ds: xr.Dataset) -> list[Drawn]:
         return [_tried("share that settles", lambda: plot_attractors(ds) if one else plot_map(ds, "settling_share"))]
     names = [name for name in _OF_MAPS if name in ds.data_vars] or [str(name) for name in ds.data_vars][:1]
     names += [str(name) for name in ds.data_vars if str(name).startswith("margin_")]
-    return [_tried(str(ds[name].attrs.get("long_name", name)), lambda name=name: plot_map(ds, name)) for name in names]
+    return [
+        _tried(str(ds[name].attrs.get("long_name", name)), lambda name=name: plot_map(ds, name, look=look))
+        for name in names
+    ]
 
 
 def _tried(said: str, draw: Any) -> Drawn:

@@ -10,11 +10,10 @@ import xarray as xr
 from stickslip.dataset.axis import short_name
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.summary import summary
-from stickslip.plots.page import wrapped
+from stickslip.plots.page import NOTE_WIDTH, folded
 from stickslip.vocabulary.flags import flag_label
 from stickslip.vocabulary.quantities import QUANTITIES
 
-_NOTE_WIDTH = 110  # letters in a line
 _OF_CYCLES = "period", "frequency", "stick_fraction", "energy_per_cycle", "mu_reversal", "mu_breakaway", "tendency"
 _WHY = {  # what no cell does where a variable has no value
     **dict.fromkeys(_OF_CYCLES, "no cell stick-slips"),
@@ -44,7 +43,7 @@ def held_fixed(ds: xr.Dataset, without: Collection[Hashable] = ()) -> list[tuple
 def held_note(ds: xr.Dataset, first: Sequence[str] = ()) -> list[str]:
     """The note below a plot of what is held fixed, a line or none. first : what is chosen for this plot."""
     fixed = [*first, *(f"{name} = {value}" for name, value in held_fixed(ds))]
-    return [wrapped(f"held fixed: {', '.join(fixed)}", _NOTE_WIDTH)] if fixed else []
+    return [folded(f"held fixed: {', '.join(fixed)}", NOTE_WIDTH)] if fixed else []
 
 
 def _of_no_use(ds: xr.Dataset, name: str) -> bool:
