@@ -58,7 +58,7 @@ def legend(
     elif shown:
         columns = min(4, len(shown))
         legend = figure.legend(shown, labels, loc="outside lower center", ncols=columns, title=note or None, **looks)
-        legend.get_title().set(fontsize="x-small", color=_NOTE_COLOUR)
+        legend.get_title().set(fontsize="x-small", color=_NOTE_COLOUR, multialignment="center")
 
 
 def entitle(figure: Figure, top: Axes, title: str, *, above_all: bool = False, width: int = TITLE_WIDTH) -> None:
