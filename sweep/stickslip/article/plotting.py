@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Plot
 from matplotlib.figure import FigureBase
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.dataset.axis import title
 from stickslip.dataset.display import si_unit
+from stickslip.plots.figure import Figure as Plot
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 from stickslip.vocabulary.flags import MODES
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Plot
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
@@ -27,6 +26,7 @@ from stickslip.article.recipe import (
     labelled,
     stick_slip_border,
 )
+from stickslip.plots.figure import Figure as Plot
 from stickslip.plots.palette import BLACK, paint
 from stickslip.theory import tendency
 from stickslip.vocabulary.flags import REGIMES

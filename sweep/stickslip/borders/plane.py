@@ -137,20 +137,19 @@ def plane_of_config(config: Config, axes: tuple[str, str] | None, between: Range
 
 
 def _plain(cells: Mapping[str, Any] | xr.Dataset, without: str) -> dict[str, Any]:
-    """What cells say of parameters, as arrays that broadcast against each other."""
+    """What cells say of parameters."""
     if not isinstance(cells, xr.Dataset):
         return dict(cells)
     kept = cells.drop_vars(without, errors="ignore")
-    names = [str(name) for name in kept.variables if name in PARAMETERS]
-    return dict(zip(names, (one.values for one in xr.broadcast(*(kept[n] for n in names))), strict=True))
+    return {str(name): kept[name] for name in kept.variables if name in PARAMETERS}
 
 
 def _plane(across: Lines, along: Lines, points: int) -> Plane:
     """A plane from lines along x, and along y in what is left."""
     y, x = _side(along, points), _side(across, points)
     others = {name: values for name, values in along.others(0, along.size).items() if name != x.name}
-    coordinates = {name: one for name, one in along.coordinates.items() if name != x.name}
-    plane = Plane(x, y, along.dims, along.shape, coordinates, others)
+    coordinates = {name: one for name, one in across.coordinates.items() if name != y.name}
+    plane = Plane(x, y, across.dims, across.shape, coordinates, others)
     plane.check()
     return plane
 

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from stickslip.files.locations import Location
 
 
+_AMPLITUDES = ("velocity_amplitude", "displacement_amplitude")  # of a ramp, which have branches
+
+
 @click.command(
     epilog="""\b
 Examples:
@@ -68,6 +71,7 @@ def plot(
     Numbers are shown in the units in which the configuration was written; the file is SI.
     """
     from stickslip.dataset import select as selection
+    from stickslip.dataset.kept import why_absent
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
@@ -101,6 +105,8 @@ def plot(
         picture.save(figure, target, request)
     except PlotError as error:
         fail(f"{file}: {error}")
+    if not no_borders and (absent := why_absent(ds, "damping_ratio")):
+        click.echo(f"{file}: no borders of linear theory are drawn: the map {absent}", err=True)
     click.echo(f"plot     {target}")
 
 
@@ -119,7 +125,8 @@ def _drawn(
         return plots.plot_probability(selection.selected(ds, places)[0], state, title=title, look=picture.look(ds))
     if "direction" in ds.dims:
         picture.refuse_for("a ramp")
-        return plots.plot_ramp(ds, variable or "velocity_amplitude", select=places, title=title)
+        draw = plots.plot_branches if variable in (None, *_AMPLITUDES) else plots.plot_ramp
+        return draw(ds, variable or _AMPLITUDES[0], select=places, title=title)
     if "settling_share" in ds and variable is None:
         variable = "settling_share"
         if len(set(ds["settling_share"].dims) - set(places)) == 1:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from stickslip.config.html import as_html
 from stickslip.config.margins import Margins
 from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import (
@@ -199,6 +200,12 @@ class Config(Section):
         other._written_in = dict(written_in)
         return other
 
+    @property
+    def is_map(self) -> bool:
+        """Whether a map of cells is asked for, refined or not, and nothing else."""
+        others = (self.border, self.contours, self.margins, self.attractors, self.uncertain, self.drive)
+        return all(asked is None for asked in others)
+
     def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; `quantities.MEASURED` among them where they were given."""
         sections = (self.system, self.friction, self.start, self.drive or ())
@@ -209,7 +216,13 @@ class Config(Section):
         """Everything as plain data: SI, defaults filled in. Read again, it gives an equal configuration."""
         plain = {key: value.resolved() if isinstance(value, Section) else value for key, value in self}
         plain["axes"] = {axis.name: axis.resolved() for axis in self.axes}
+        if not self.is_map:  # what is asked for on a command line instead of the map of a file has other variables
+            plain["output"].pop("variables", None)
         return {key: value for key, value in plain.items() if value is not None}
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        return as_html(self.resolved())
 
     def to_yaml(self) -> str:
         """`resolved` as YAML text; what result files keep, and what `reader.parse_config` reads."""

@@ -32,6 +32,8 @@ _COUNTS = (
     "steps",
     "scan_undecided",
     "node_count",
+    "rank",
+    "points",
 )  # whole numbers defined in every cell; other counts are NaN where nothing was counted
 _NO_FILL = {"_FillValue": None}
 _AS_KNOWN = {slot for kind in xr.Variable.__mro__ for slot in getattr(kind, "__slots__", ())} == {
@@ -63,7 +65,7 @@ def grid_coordinates(grid: Grid) -> dict[str, xr.Variable]:
         if c.labels is not None:
             coordinates.setdefault(c.dim, _labels(grid, c.dim, c.labels))
     for name, value in grid.fixed.items():
-        coordinates[name] = shown_in(_parameter(name, (), value), grid.written_in.get(name))
+        coordinates[name] = shown_in(parameter_variable(name, (), value), grid.written_in.get(name))
     return coordinates
 
 
@@ -96,25 +98,56 @@ def cell_dataset(
     cells : by names of `PARAMETERS`, each a number or of length n; they become coordinates along ``cell``.
     results : by names of `VARIABLES`, each of length n.
     """
-    variables = {
-        v.name: variable_of(v, ("cell",), np.asarray(results[v.name]).reshape(-1)) for v in _known(results, VARIABLES)
+    columns = {
+        v.name: variable_of(v, ("cell",), np.asarray(results[v.name]).reshape(-1)).values
+        for v in _known(results, VARIABLES)
     }
-    size = next(iter(variables.values())).size
-    coordinates = cell_coordinates(cells, size)
+    size = next(iter(columns.values())).size
+    return evaluated_dataset(("cell",), (size,), cell_coordinates(cells, size), columns, attributes)
+
+
+def evaluated_dataset(
+    dims: tuple[str, ...],
+    shape: tuple[int, ...],
+    coordinates: dict[str, xr.Variable],
+    results: Mapping[str, NDArray[Any]],
+    attributes: Mapping[str, Any],
+) -> xr.Dataset:
+    """Cells evaluated one by one, over any dimensions.
+
+    dims, shape, coordinates : of the cells.
+    results : by names of `VARIABLES`, each flat, of the types that `engine.columns` says.
+    """
+    flat = len(shape) == 1
+    variables = {
+        name: _variable(dims, results[name] if flat else results[name].reshape(shape), dict(attrs), encoding)
+        for name, attrs, encoding in _told()
+        if name in results
+    }
     # Merging and aligning 40 variables, all of them over `cell` and none an index, takes xarray half a millisecond,
     # ten times as long as a few cells take. So, where this xarray has it, straight to the dataset.
-    if direct := getattr(xr.Dataset, "_construct_direct", None):
-        return direct(variables | coordinates, set(coordinates), {"cell": size}, dict(attributes))  # type: ignore[no-any-return]
+    direct = getattr(xr.Dataset, "_construct_direct", None)
+    if direct and dims == ("cell",) and dims[0] not in coordinates:
+        return direct(variables | coordinates, set(coordinates), {"cell": shape[0]}, dict(attributes))  # type: ignore[no-any-return]
     return xr.Dataset(variables, coordinates, dict(attributes))
 
 
+@cache
+def _told() -> list[tuple[str, dict[str, Any], Mapping[str, Any] | None]]:
+    """What is told of each result of a cell: its name, attributes and encoding."""
+    whole = (*FLAGS, *_COUNTS)
+    return [(name, _attributes_of(v), _NO_FILL if name in whole else None) for name, v in VARIABLES.items()]
+
+
 def cell_coordinates(cells: Mapping[str, ArrayLike], size: int) -> dict[str, xr.Variable]:
-    """The parameters of a list of cells, each a number or of length `size`."""
-    columns = {name: np.asarray(values) for name, values in cells.items()}
-    return {
-        name: _parameter(name, ("cell",), values if values.shape == (size,) else np.broadcast_to(values, size))
-        for name, values in columns.items()
-    }
+    """The parameters of a list of cells, each a number or of length `size`; arrays that are whole are not copied."""
+    found = {}
+    for name, given in cells.items():
+        values = np.asarray(given, np.float64)
+        if values.shape != (size,) or not values.flags.writeable:
+            values = np.array(np.broadcast_to(values, size))
+        found[name] = _variable(("cell",), values, dict(_attributes_of_parameter(name)), _NO_FILL)
+    return found
 
 
 def trace_dataset(
@@ -130,7 +163,7 @@ def trace_dataset(
     attributes_of_time = {"units": "s", "long_name": "time since the start"}
     coordinates = {"time": xr.Variable("time", np.asarray(time, np.float64), attributes_of_time, _NO_FILL)}
     for name, value in cell.items():
-        coordinates[f"{name}_start" if name in TRACE_VARIABLES else name] = _parameter(name, (), value)
+        coordinates[f"{name}_start" if name in TRACE_VARIABLES else name] = parameter_variable(name, (), value)
     variables = {
         v.name: variable_of(v, ("time",), np.asarray(samples[v.name])) for v in _known(samples, TRACE_VARIABLES)
     }
@@ -191,7 +224,7 @@ def _variable(
     return variable
 
 
-def _parameter(name: str, dims: Sequence[Hashable], values: ArrayLike) -> xr.Variable:
+def parameter_variable(name: str, dims: Sequence[Hashable], values: ArrayLike) -> xr.Variable:
     """A coordinate that holds a parameter."""
     return _variable(dims, np.array(values, np.float64), dict(_attributes_of_parameter(name)), _NO_FILL)
 

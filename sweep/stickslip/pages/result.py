@@ -17,7 +17,7 @@ from stickslip.dataset.summary import BAD_REGIMES, Share, codes, shares, summary
 from stickslip.errors import ConfigError, PlotError
 from stickslip.pages.frame import Section, page
 from stickslip.pages.parts import Cell, Column, configuration, embedded, paragraph, provenance, table, terms, warning
-from stickslip.plots import plot_attractors, plot_map, plot_probability, plot_ramp
+from stickslip.plots import plot_attractors, plot_branches, plot_map, plot_probability
 from stickslip.plots.held import held_fixed
 from stickslip.plots.look import PLAIN, Look
 from stickslip.plots.palette import FLAG_COLOURS
@@ -51,7 +51,7 @@ def drawn_of(ds: xr.Dataset, look: Look = PLAIN) -> list[Drawn]:
     if "probability" in ds:
         return [_tried("probability", lambda: plot_probability(ds, look=look))]
     if "direction" in ds.dims:
-        return [_tried("ramp", lambda: plot_ramp(ds))]
+        return [_tried("ramp", lambda: plot_branches(ds))]
     if "settling_share" in ds:
         one = ds["settling_share"].ndim == 1
         return [_tried("share that settles", lambda: plot_attractors(ds) if one else plot_map(ds, "settling_share"))]

@@ -16,16 +16,17 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.cm import ScalarMappable
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.coarse import pixel_for
+from stickslip.dataset.kept import why_absent
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
 from stickslip.plots import marks, overlays
 from stickslip.plots.axes import apply
+from stickslip.plots.figure import Figure
 from stickslip.plots.hatching import hatch, patterns
 from stickslip.plots.held import held_note, why_nothing
 from stickslip.plots.linear import border_handles, draw_borders
@@ -66,7 +67,8 @@ def plot_map(
     a file turns out to be damaged.
     """
     if variable not in ds.data_vars:
-        raise PlotError(f"no variable {variable!r}; there are {', '.join(map(str, ds.data_vars))}")
+        absent = why_absent(ds, variable)
+        raise PlotError(absent or f"no variable {variable!r}; there are {', '.join(map(str, ds.data_vars))}")
     whole = ds
     ds, places = selected(ds, select or {})
     ds = look.part(ds)

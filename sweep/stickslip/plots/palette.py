@@ -163,7 +163,8 @@ def marked(variable: str, coarse: Coarse) -> NDArray[np.generic]:
     """The values of pixels as `paint` takes them: a mixed pixel has the code of its flag plus the number of flags."""
     if coarse.mixed is None:
         return coarse.values
-    return np.where(coarse.mixed, coarse.values + len(FLAGS[variable]), coarse.values)
+    values = np.where(coarse.mixed, coarse.values + len(FLAGS[variable]), coarse.values)
+    return np.ma.masked_array(values, coarse.values.mask) if isinstance(coarse.values, np.ma.MaskedArray) else values
 
 
 def _flag_paint(variable: str, drawn: set[int], present: set[int]) -> Paint:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stickslip.dataset import coarse
@@ -19,6 +18,7 @@ from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
 from stickslip.plots import marks
 from stickslip.plots.axes import apply, scaled
+from stickslip.plots.figure import Figure
 from stickslip.plots.hatching import hatch, patterns
 from stickslip.plots.held import why_nothing
 from stickslip.plots.linear import BORDERS, border_handles, levels_inside
@@ -52,7 +52,7 @@ def plot_strip(ds: xr.Dataset, variable: str, title: str, look: Look, notes: Seq
     if flag in axes:
         (codes,), paint, _ = painted([rows[flag]], flag, pixel, look)
         handles += paint.handles(patterns(flag) if look.hatched else None)
-        colours = {"c": codes[0], "cmap": paint.colours, "norm": paint.norm}
+        colours = {"c": np.ma.filled(codes[0].astype(np.float64), np.nan), "cmap": paint.colours, "norm": paint.norm}
         edges = x.pixel_edges(pixel[1]), np.array([0.0, 1.0])
         axes[flag].pcolormesh(*edges, codes, cmap=paint.colours, norm=paint.norm)
         if look.hatched:

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stickslip.dataset.axis import MapAxis, spoken
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply
+from stickslip.plots.figure import Figure
 from stickslip.plots.held import held_note
 from stickslip.plots.look import PLAIN, Look
 from stickslip.plots.maps import plot_map

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stickslip.dataset.axis import title
 from stickslip.dataset.display import si_unit
+from stickslip.plots.figure import Figure
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 from stickslip.rig.quantities import SIGNALS
 from stickslip.rig.records.record import force_of
