@@ -17,8 +17,12 @@ from stickslip.cli import (
     borders,
     configs,
     contours,
+    explore,
+    exporting,
+    fits,
     inspection,
     maps,
+    planning,
     results,
     rig,
     rig_tests,
@@ -30,12 +34,12 @@ from stickslip.cli.common import EXIT_CODES
 
 COMMANDS = (
     *(configs.init, configs.schema, configs.validate),
-    *(maps.plan, maps.run),
+    *(planning.plan, maps.run),
     *(stores.collect, stores.retry_failed, stores.status),
-    *(results.plot, inspection.inspect, trajectories.simulate),
+    *(results.plot, exporting.export, inspection.inspect, trajectories.simulate, explore.explore),
     *(borders.border, contours.contours, advice.advise),
     *(attractors.attractors, attractors.ramp),
-    *(science.article, science.fit),
+    *(science.article, fits.fit),
     *(rig_tests.rig, rig.rig_features, rig.calibrate),
 )
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli.common import DONE, WRONG_INPUT, config_file, fail
+from stickslip.cli.common import DONE, SET, WRONG_INPUT, config_file, configuration, fail, settings
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("configs", type=click.Path(path_type=Path), nargs=-1, required=True)
+@SET
 def validate(configs: tuple[Path, ...]) -> None:
     """Check configurations without computing anything.
 
     Every mistake of every file is listed, with its line and column. For valid ones it shows what was understood: every
     quantity in SI, every axis with its points.
     """
-    from stickslip.config.reader import load_config
     from stickslip.errors import ConfigError
     from stickslip.rig.simulate.config import is_rig, load_rig
     from stickslip.runs.work import study_of
@@ -32,7 +32,7 @@ def validate(configs: tuple[Path, ...]) -> None:
     wrong = False
     for path in map(config_file, configs):
         try:
-            config = load_rig(path).config if is_rig(path) else load_config(path)
+            config = load_rig(path, settings()).config if is_rig(path) else configuration(path)
             click.echo(f"{path}: valid, {study_of(config).described()}")
             _show(config)
         except ConfigError as error:

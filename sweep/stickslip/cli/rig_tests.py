@@ -19,7 +19,9 @@ from stickslip.cli.common import (
     path_or_none,
     prepare_kernels,
     reports_wrong_input,
+    settings,
 )
+from stickslip.cli.progress import progress_bar
 from stickslip.cli.rig import feature_screen_table, time_window
 
 if TYPE_CHECKING:
@@ -72,7 +74,7 @@ def rig(
     from stickslip.rig.simulate.matrix import run_matrix
     from stickslip.rig.simulate.simulation import RigTests
 
-    asked = load_rig(config)
+    asked = load_rig(config, settings())
     output, plot = output or location_or_none(asked.config.output.file), plot or path_or_none(asked.config.output.plot)
     tests, window = RigTests(asked), time_window(begin, end)
     drawn = _drawn(tests, chosen)
@@ -86,7 +88,7 @@ def rig(
     click.echo(f"{asked.config.title}\n{_counted(tests)}")
     began = perf_counter()
     try:
-        with screen.progress_bar(size, of="tests") as moved:
+        with progress_bar(size, of="tests") as moved:
             found = run_matrix(asked, moved)
     except KeyboardInterrupt:
         incomplete("interrupted: nothing was written; a matrix takes seconds, run it again")

@@ -1,4 +1,4 @@
-"""What the command says on screen: numbers for people, the progress bar, the summary of a run.
+"""What the command says on screen: numbers for people, the summary of a run.
 
 Rich is imported when it is needed, so that `--help` answers at once.
 """
@@ -6,12 +6,11 @@ Rich is imported when it is needed, so that `--help` answers at once.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from time import perf_counter
 from typing import TYPE_CHECKING
+
+import click
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from stickslip.engine import Options
     from stickslip.files.locations import Location
 
+QUIET = "stickslip.quiet"  # in what click knows of a call
 _WIDE = 1000  # characters, wider than any table
 
 
@@ -45,7 +45,7 @@ def size_of(path: Location) -> str:
 def memory(count: float) -> str:
     """A number of bytes, for people."""
     for unit in ("B", "kB", "MB"):
-        if count < 1000:
+        if count < 999.5:
             return f"{count:.3g} {unit}"
         count /= 1000
     return f"{count:.3g} GB"
@@ -63,34 +63,10 @@ def share_text(fraction: float) -> str:
     return "<0.1%" if 0.0 < fraction < 0.0005 else f"{fraction:.1%}"
 
 
-@contextmanager
-def progress_bar(total: int, doing: str = "", of: str = "cells") -> Iterator[Callable[[int, int], None]]:
-    """A bar of cells, or what else is counted, with the rate and the time left; gives the function that moves it.
-
-    It is shown once it moves. What is done by then was found finished, and does not count for the rate.
-    """
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    counts = TextColumn(
-        f"{{task.completed:,.0f}} of {{task.total:,.0f}} {of}{doing}" + ", {task.fields[rate]:,.0f} per second"
-    )
-    bar = Progress(BarColumn(), counts, TimeRemainingColumn(), console=terminal(stderr=True))
-    task = bar.add_task("cells", total=total, rate=0.0)
-    first: list[tuple[int, float]] = []
-
-    def move(done: int, total: int) -> None:
-        if not first:
-            first.append((done, perf_counter()))
-            bar.reset(task, completed=done, rate=0.0)
-            bar.start()
-        found, began = first[0]
-        bar.update(task, completed=done, total=total, rate=(done - found) / max(perf_counter() - began, 1e-9))
-
-    try:
-        yield move
-    finally:
-        if first:
-            bar.stop()
+def is_quiet() -> bool:
+    """Whether nothing but warnings and errors is to be printed."""
+    context = click.get_current_context(silent=True)
+    return bool(context and context.meta.get(QUIET))
 
 
 def threads(options: Options) -> str:

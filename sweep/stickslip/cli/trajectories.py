@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.common import CONFIG_OR_RESULT, OUTPUT, check_plot, fail, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import (
+    CONFIG_OR_RESULT,
+    OUTPUT,
+    check_plot,
+    configuration,
+    fail,
+    prepare_kernels,
+    reports_wrong_input,
+    settings,
+)
 
 if TYPE_CHECKING:
     from stickslip.config.pick import Recipe
@@ -65,11 +74,10 @@ def simulate(
 def recipe_in(path: Location) -> Recipe:
     """The configuration in a YAML file, or the one in a result."""
     from stickslip.config.pick import recipe_of
-    from stickslip.config.reader import load_config
     from stickslip.config.sections import OUTPUT_SUFFIXES
     from stickslip.files import reading
 
     if path.suffix.lower() not in OUTPUT_SUFFIXES:
-        return load_config(path)
+        return configuration(path)  # type: ignore[arg-type]
     with reading.look_into(path) as ds:
-        return recipe_of(ds, str(path))
+        return recipe_of(ds, str(path), settings())

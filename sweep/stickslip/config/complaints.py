@@ -61,8 +61,10 @@ class Complaints:
         self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
 
     def line(self, path: Path) -> str:
-        """` on line 7`, or nothing for plain data."""
+        """` on line 7`, ` by --set mass=1`, or nothing for plain data."""
         place = self.document.keys.get(path)
+        if place and place.option:
+            return f" by {place.option}"
         return f" on line {place.line}" if place else ""
 
     def text(self, path: Path) -> str:

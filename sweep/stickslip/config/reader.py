@@ -1,7 +1,8 @@
-"""Configurations from YAML files: everything is checked before anything is computed.
+"""Configurations from YAML files, or from Python: everything is checked before anything is computed.
 
-All problems are reported at once, each with its line and column. `model.py` holds what a configuration consists of,
-`rules.py` what must hold between its parts; this file reads, finds what is missing or given twice, and explains.
+All problems are reported at once, each with its line and column, or with its key where there are none. `model.py` holds
+what a configuration consists of, `rules.py` what must hold between its parts, `yaml.py` and `python.py` make the plain
+data that is read here; this file finds what is missing or given twice, and explains.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
 from stickslip.config.model import Axis, Config, Group, Range, Values
+from stickslip.config.overrides import Setting, overridden
+from stickslip.config.python import python_document
 from stickslip.config.sections import (
     REFUSED,
     Drive,
@@ -32,6 +35,7 @@ from stickslip.config.sections import (
 )
 from stickslip.config.studies import STUDIES
 from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
+from stickslip.config.written import written_units
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
 from stickslip.vocabulary import units
@@ -51,17 +55,34 @@ _GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
 
 AnySection = TypeVar("AnySection", bound=Section)
+Given = Config | str | os.PathLike[str] | Mapping[str, Any]  # what stands for a configuration in Python
 
 
-def load_config(path: str | os.PathLike[str]) -> Config:
+def load_config(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = ()) -> Config:
     """The configuration in a YAML file, or the one of the package that `path` calls (see `examples.found`).
 
+    path : may be the configuration itself: mappings shaped like the YAML, with numbers in SI, texts with units, lists
+        and arrays (`python.py`). Paths in it start at the folder that the program runs in.
+    settings : of a command line, which are put into it.
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
-    document = read_yaml(examples.found(path))
+    document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.found(path))
+    document = overridden(document, settings)
     config = _read(document)
     ask(document, config)
     return config
+
+
+def as_config(given: Given) -> Config:
+    """The configuration that was given: as it is, as a mapping, or as a file. Raises ConfigError."""
+    return given if isinstance(given, Config) else load_config(given)
+
+
+def is_config(given: object) -> bool:
+    """Whether a configuration was given, in any of its forms, and not a mapping of parameters of cells."""
+    return isinstance(given, Config | str | os.PathLike) or (
+        isinstance(given, Mapping) and any(key in Config.model_fields for key in given)
+    )
 
 
 def read_rig_config(document: Document, others: Collection[str]) -> Config:
@@ -69,22 +90,22 @@ def read_rig_config(document: Document, others: Collection[str]) -> Config:
     return _read(document, rig=True, others=others)
 
 
-def parse_config(text: str, name: str = "<text>") -> Config:
+def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = ()) -> Config:
     """The configuration in a YAML text, such as the one kept in a result; `name` stands for a file in messages.
 
-    Raises ConfigError.
+    settings : of a command line, which are put into the text. Raises ConfigError.
     """
-    return _read(parse_yaml(text, name))
+    return _read(overridden(parse_yaml(text, name), settings))
 
 
 def make_config(data: Mapping[str, Any], name: str = "<data>") -> Config:
-    """The configuration in plain data (mappings, lists, numbers, texts), shaped like the YAML. Raises ConfigError."""
-    return _read(Document(name, dict(data)))
+    """The configuration in mappings shaped like the YAML; `name` stands for a file in messages. Raises ConfigError."""
+    return _read(python_document(data, name))
 
 
 def _read(document: Document, rig: bool = False, others: Collection[str] = ()) -> Config:
     """A document with its curve fitted, if it names points, and then checked."""
-    return _Reader(fitted(document), rig, others).config()
+    return _Reader(fitted(document), rig, others).config().shown_in(written_units(document.data))
 
 
 class _Reader(Complaints):

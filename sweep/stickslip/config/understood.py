@@ -58,6 +58,8 @@ def understood(config: Config) -> Iterator[Row]:
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))
+    if config.output.variables is not None:
+        yield Row("variables", ", ".join(config.output.variables), "all that is stored and written of a cell")
     files = [name for name in (config.output.file, config.output.plot) if name is not None]
     yield Row("output", ", ".join(files) or "none", "" if config.output.file else "the result is not kept without -o")
 

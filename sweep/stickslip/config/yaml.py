@@ -30,7 +30,7 @@ from ruamel.yaml.reader import ReaderError
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem
 
 _LARGEST = 1_000_000  # bytes, which take seconds to read; a configuration has a few hundred
-_DEEPEST = 20  # levels; a configuration has four
+DEEPEST = 20  # levels; a configuration has four
 _INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _WORDS = {word: None for word in ("", "~", "null", "Null", "NULL")} | {
@@ -152,8 +152,8 @@ class _Builder:
             raise self._refused(event, message, "write the value out wherever it is needed", path)
         if event.tag is not None:
             raise self._refused(event, f"got the tag {event.tag}, expected a plain value", "remove the tag", path)
-        if len(path) > _DEEPEST:
-            raise self._refused(event, f"nested more than {_DEEPEST} levels deep", None, path[:3])
+        if len(path) > DEEPEST:
+            raise self._refused(event, f"nested more than {DEEPEST} levels deep", None, path[:3])
         self._document.values[path] = _place(event)
         if isinstance(event, ScalarEvent) and not event.value and path in self._document.keys:
             self._document.values[path] = self._document.keys[path]  # ruamel.yaml says: on the next line

@@ -77,12 +77,33 @@ def _position(ds: xr.Dataset, dim: Hashable, wanted: Any) -> int:
 
 def _cell_of(ds: xr.Dataset, dim: Hashable, wanted: Any) -> int:
     """The cell of a numeric axis in which `wanted` lies; the outer ones reach as far out as in."""
-    axis, number = MapAxis(ds, dim, plain=True), _number(dim, wanted)
+    axis = MapAxis(ds, dim, plain=True)
+    number = axis.unit.of(_number(dim, wanted))
     if not axis.edges[0] <= number <= axis.edges[-1]:
-        last = axis.length - 1
-        runs = f"is {axis.text(0)} only" if last == 0 else f"runs from {axis.text(0)} to {axis.text(last)}"
-        raise PlotError(f"cannot select {dim}={wanted}; the axis {runs}")
+        raise PlotError(f"cannot select {dim}={wanted}; the axis {_runs(axis)}")
     return min(int(np.searchsorted(axis.edges, number, side="right")) - 1, axis.length - 1)
+
+
+def span(ds: xr.Dataset, dim: Hashable) -> tuple[float, float, str]:
+    """How far the cells of a numeric axis that rises reach, in SI, and from where to where it runs, in words."""
+    axis = MapAxis(ds, dim, plain=True)
+    low, high = (float(axis.unit.to_si(end)) for end in (axis.edges[0], axis.edges[-1]))
+    return low, high, _runs(axis)
+
+
+def _runs(axis: MapAxis) -> str:
+    last = axis.length - 1
+    return f"is {axis.text(0)} only" if last == 0 else f"runs from {axis.text(0)} to {axis.text(last)}"
+
+
+def within(ds: xr.Dataset, dim: Hashable, low: float, high: float) -> xr.Dataset:
+    """The part of a dataset whose cells along a numeric axis that rises reach into a range in SI. Raises PlotError."""
+    axis = MapAxis(ds, dim, plain=True)
+    edges = axis.unit.to_si(axis.edges)
+    inside = np.flatnonzero((edges[1:] > low) & (edges[:-1] < high))
+    if not inside.size:
+        raise PlotError(f"nothing of the map lies within the limits of {dim}; the axis {_runs(axis)}")
+    return ds.isel({dim: slice(int(inside[0]), int(inside[-1]) + 1)})
 
 
 def _number(dim: Hashable, wanted: Any) -> float:

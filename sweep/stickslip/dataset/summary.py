@@ -73,7 +73,13 @@ def remark(found: Mapping[str, Share], file: str | None = None, bad: Collection[
 
 
 def step_limit_remark(ds: xr.Dataset, file: str | None = None) -> str | None:
-    """What to tell of cells that ran out of steps; None if there are none. file : as for `remark`."""
+    """What to tell of cells that ran out of steps; None if there are none. file : as for `remark`.
+
+    Of a map that does not keep `status`, that it could tell why cells are unresolved.
+    """
+    if "status" not in ds:
+        open_cells = flag_counts(ds["regime"])["unresolved"]
+        return "why cells are unresolved is in status, which output.variables leaves out" if open_cells else None
     limited = flag_counts(ds["status"])["step_limit"]
     if not limited:
         return None

@@ -227,7 +227,7 @@ def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
     import zarr
 
     options: Any = {} if isinstance(source, Path) else {"storage_options": _UNCACHED}
-    group = zarr.open_group(source, mode="r", **options)
+    group = zarr.open_group(source, mode="r", use_consolidated=False, **options)
     for name in ds.variables:
         array: Any = group[str(name)]
         if array.nchunks_initialized != array.nchunks:
@@ -240,9 +240,10 @@ def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
 
 
 def _labels_as_index(ds: xr.Dataset) -> xr.Dataset:
-    """Text labels beside a dimension, ``pad_label``, as its index ``pad``; `writing.write` does the opposite."""
+    """Text indices as plain texts; earlier versions wrote them beside the dimension, ``pad_label``."""
     for dim in [str(dim) for dim in ds.dims]:
-        if (label := dim + _LABEL) in ds.coords and ds[label].dims == (dim,):
+        label = dim if dim in ds.coords else dim + _LABEL
+        if label in ds.coords and ds[label].dims == (dim,) and ds[label].dtype.kind not in "fiu":
             text = xr.Variable(dim, np.array([str(name) for name in ds[label].values]), ds[label].attrs)
             ds = ds.drop_vars(label).assign_coords({dim: text})
     return ds

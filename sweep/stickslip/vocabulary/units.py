@@ -13,9 +13,13 @@ import math
 import re
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import QuantityError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 _LONGEST = 60  # characters of a quantity; more is nonsense, and Fraction would compute with them all
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?(?![\d.])"
@@ -37,11 +41,13 @@ _KINDS = {  # by unit: what such a quantity is, and how one writes it
     "m s-2": ("an acceleration", "50 mm/s2"),
     "s-1": ("a frequency", "2 kHz"),
 }
-_MILLI, _ONE, _KILO = Fraction(1, 1000), Fraction(1), Fraction(1000)
+_MICRO, _MILLI, _CENTI = Fraction(1, 10**6), Fraction(1, 1000), Fraction(1, 100)
+_ONE, _KILO = Fraction(1), Fraction(1000)
 _PLAIN = {  # in SI base units: the factor; powers of metre, kilogram and second
-    "m": (_ONE, (1, 0, 0)), "mm": (_MILLI, (1, 0, 0)), "km": (_KILO, (1, 0, 0)),
+    "m": (_ONE, (1, 0, 0)), "cm": (_CENTI, (1, 0, 0)), "mm": (_MILLI, (1, 0, 0)), "km": (_KILO, (1, 0, 0)),
     "g": (_MILLI, (0, 1, 0)), "kg": (_ONE, (0, 1, 0)), "s": (_ONE, (0, 0, 1)), "ms": (_MILLI, (0, 0, 1)),
     "N": (_ONE, (1, 1, -2)), "kN": (_KILO, (1, 1, -2)), "Hz": (_ONE, (0, 0, -1)), "kHz": (_KILO, (0, 0, -1)),
+    "µm": (_MICRO, (1, 0, 0)), "µs": (_MICRO, (0, 0, 1)),
 }  # fmt: skip
 _OTHER_KINDS = {  # what else people may write by mistake
     "m2": "an area",
@@ -73,6 +79,19 @@ def si_value(value: object, units: str) -> float:
     return number
 
 
+def si_array(values: NDArray[np.float64], unit: str, units: str) -> NDArray[np.float64]:
+    """Numbers in `unit`, as people write it, in the SI `units`. Raises QuantityError.
+
+    A decimal fraction of a unit divides, so that 0.7 mm is the double nearest to 0.0007.
+    """
+    if units == "1":
+        if unit not in ("", "1"):
+            raise QuantityError(expected(units))
+        return values
+    factor = _factor(unit, units)
+    return values * float(factor.numerator) / float(factor.denominator)
+
+
 def expected(units: str) -> str:
     """What to write for a quantity of these units: ``a speed such as '10 mm/s' or a number in m/s``."""
     if units == "1":
@@ -100,6 +119,17 @@ def spelled(units: str) -> str:
     for name, power in _factors(units):
         (over if power > 0 else under).append(name + (str(abs(power)) if abs(power) != 1 else ""))
     return "/".join([" ".join(over) or "1", *under])
+
+
+def unit_in(text: str) -> str | None:
+    """The unit in a text of a number and a unit, as it is written; None where there is none."""
+    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
+    return (match[2] or None) if match else None
+
+
+def factor(unit: str, units: str) -> float:
+    """What a number in `unit` is multiplied with to be in the SI `units`. Raises QuantityError."""
+    return float(_factor(unit, units))
 
 
 def _in(units: str) -> str:
