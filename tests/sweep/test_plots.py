@@ -191,6 +191,8 @@ def test_a_dimension_without_index_is_fixed_by_position():
     ("place", "message"),
     [
         ({"mass": 1}, "dimensions are lubricant, stiffness, belt_speed"),
+        ({"k": 1}, r"dimensions are .*; did you mean stiffness\?"),
+        ({"lubricant": "greese"}, r"labels are .*; did you mean grease\?"),
         ({"lubricant": "oil"}, "labels are dry, grease, bonded coating"),
         ({"belt_speed": "fast"}, "expected a speed such as '10 mm/s' or a number in m/s"),
         ({"belt_speed": "5 N"}, "expected a speed"),
@@ -204,8 +206,10 @@ def test_impossible_selections_say_what_is_possible(place, message):
         plot_map(make_map(*lubricants(LUBRICANTS), stiffnesses(), speeds()), select=place)
 
 
-@pytest.mark.parametrize(("asked", "drawn"), [(0.06, 0.1), (20, 10), (40, 100), (3000, 1000), ("0.2 N/mm", 100)])
-def test_a_value_within_the_axis_or_half_a_cell_beyond_takes_the_cell_that_holds_it(asked, drawn):
+@pytest.mark.parametrize(
+    ("asked", "drawn"), [(0.1, 0.1), (20, 10), (40, 100), (1000.0001, 1000), ("1 N/mm", 1000), ("0.2 N/mm", 100)]
+)
+def test_a_value_within_the_axis_takes_the_cell_that_holds_it(asked, drawn):
     """On the scale of the axis: 40 lies above the border between the cells of 10 and 100 of a logarithmic one."""
     for rising in (True, False):
         ds = make_map(axis("stiffness", np.geomspace(0.1, 1000, 5)[:: 1 if rising else -1], "log"), speeds())
@@ -213,7 +217,7 @@ def test_a_value_within_the_axis_or_half_a_cell_beyond_takes_the_cell_that_holds
         assert float(part["stiffness"]) == pytest.approx(drawn)
 
 
-@pytest.mark.parametrize("asked", [0.03, 3300.0, 0.0, -1.0])
+@pytest.mark.parametrize("asked", [0.09, 0.03, 1001.0, "1.1 N/mm", 3300.0, 0.0, -1.0])
 def test_a_value_beyond_the_axis_is_refused_with_its_range(asked):
     with pytest.raises(PlotError, match=r"cannot select stiffness=.*the axis runs from 0.1 N/m to 1000 N/m"):
         plot_map(plane(), select={"stiffness": asked})

@@ -119,7 +119,7 @@ def _show(ds: xr.Dataset, config: Config, home: str, wanted: tuple[str, ...]) ->
     for change in changes:
         table.add_row(*change.row())
     if changes:
-        screen.terminal().print(table)
+        screen.print_table(table)
     missing = words.without_border(ds)
     if missing:
         click.echo(f"no border within reach along {', '.join(missing)}")

@@ -14,6 +14,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
+from click.shell_completion import CompletionItem
 
 from stickslip.cli import screen
 
@@ -28,11 +29,40 @@ class _Where(click.ParamType):  # type: ignore[type-arg]
 
     name = "path_or_url"
 
+    def __init__(self, or_configuration: bool = False) -> None:
+        self._or_configuration = or_configuration
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
         """What a text on the command line names."""
         from stickslip.files.locations import location
 
         return location(value)
+
+    def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
+        """What could have been named."""
+        from stickslip.files.mistaken import RESULTS_HERE, names_in
+
+        if self._or_configuration:
+            return next_step()
+        here = names_in(Path(), RESULTS_HERE)
+        return f"Results in this folder: {', '.join(here)}" if here else "No result (.nc, .zarr) is in this folder."
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Files, as the shell finds them."""
+        return [CompletionItem(incomplete, type="file")]
+
+
+class ConfigPath(click.Path):
+    """The file of a configuration; where none is named, the ones of this folder are."""
+
+    name = "configuration"
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
+        """What could have been named."""
+        return next_step()
 
 
 PAGES = (".html", ".htm")
@@ -71,9 +101,7 @@ QUIET = click.option(
 
 def CONFIG(command: Command) -> Command:  # noqa: N802, a decorator as those above
     """The argument `config`, and `--set` with it; `configuration` reads both."""
-    path = click.argument(
-        "config", type=click.Path(path_type=Path), callback=lambda _context, _parameter, path: config_file(path)
-    )
+    path = click.argument("config", type=ConfigPath(), callback=lambda _context, _parameter, path: config_file(path))
     return path(SET(command))
 
 
@@ -81,7 +109,7 @@ def CONFIG_OR_RESULT(command: Command) -> Command:  # noqa: N802
     """The same where a result, which holds its configuration, will do as well."""
     place = click.argument(
         "config",
-        type=WHERE,
+        type=_Where(or_configuration=True),
         callback=lambda _context, _parameter, path: config_file(path) if isinstance(path, Path) else path,
     )
     return place(SET(command))
@@ -106,6 +134,15 @@ Exit codes:
   0  done
   1  computed, but not to the end (Ctrl-C, a full disk, a failed block), or a bug (a traceback)
   2  the input is wrong or the cluster is not there, and nothing was computed"""
+
+
+def next_step() -> str:
+    """What can be done in this folder."""
+    from stickslip.files.mistaken import CONFIGURATIONS_HERE, names_in
+
+    if here := names_in(Path(), CONFIGURATIONS_HERE):
+        return f"Configurations in this folder: {', '.join(here)}"
+    return "No configuration is in this folder; `stickslip init my.yaml` writes one to start from."
 
 
 def config_file(path: Path) -> Path:

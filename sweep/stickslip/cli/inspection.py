@@ -74,7 +74,7 @@ def _table(found: Survey) -> None:
     total = max(1, sum(found.counts.values()))
     for (regime, status), cells in found.counts.items():
         table.add_row(flag_label(regime), status, f"{cells:,}", screen.share_text(cells / total))
-    screen.terminal().print(table)
+    screen.print_table(table)
 
 
 def _lines(found: Survey, file: str) -> None:

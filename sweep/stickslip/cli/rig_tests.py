@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import screen
+from stickslip.cli import rig_sounds, screen
 from stickslip.cli.common import (
     CONFIG,
     WHERE,
@@ -38,16 +38,17 @@ _MOST_ROWS = 60  # on screen
 @click.command(
     epilog="""\b
 Examples:
-  stickslip rig configs/rig/materials.yaml
-  stickslip rig configs/rig/materials.yaml --test 0 --test 1 --from 0 --to "0.5 s"
-  stickslip rig configs/rig/test_matrix.yaml --report matrix.html
-  stickslip rig my.yaml --records signals       # CSV files, as a rig would write them"""
+  stickslip rig run configs/rig/materials.yaml
+  stickslip rig run configs/rig/materials.yaml --test 0 --test 1 --from 0 --to "0.5 s"
+  stickslip rig run configs/rig/test_matrix.yaml --report matrix.html
+  stickslip rig run my.yaml --records signals       # CSV files, as a rig would write them"""
 )
 @CONFIG
 @click.option("-o", "--output", type=WHERE, help="File of features to write, .nc or .zarr, or the URL of a .zarr.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot: signals of up to six tests, else a heat map.")
 @click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html): maps, traces, table.")
 @click.option("--records", type=click.Path(path_type=Path), help="Folder for the signals, a CSV file for each test.")
+@click.option("--sound", type=click.Path(path_type=Path), help="Folder for the sounds, a WAV file for each test.")
 @click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
 @click.option("--beside", is_flag=True, help="Plot signals beside each other instead of over each other.")
 @click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each test on.")
@@ -59,6 +60,7 @@ def rig(
     plot: Path | None,
     report: Path | None,
     records: Path | None,
+    sound: Path | None,
     chosen: tuple[int, ...],
     beside: bool,
     begin: str | None,
@@ -81,6 +83,8 @@ def rig(
     if chosen and plot is None and report is None:
         fail("--test says what is plotted: name a plot with --plot, or a page with --report")
     _check_targets(output, plot, report, records)
+    if sound is not None:
+        rig_sounds.check(sound, tests)
     if output is not None:
         writing.check_writable(output)
     prepare_kernels(asked.config.friction.law, signals=True)
@@ -100,6 +104,8 @@ def rig(
         click.echo(f"features  {output} ({screen.size_of(output)})")
     if records is not None:
         _write_records(records, tests)
+    if sound is not None:
+        rig_sounds.write(sound, asked)
     if report is not None:
         _write_report(report, found, asked, tests, drawn)
 
@@ -192,7 +198,7 @@ def _write_records(folder: Path, tests: RigTests) -> None:
     for test in tests.tests(range(tests.grid.size)):
         if test.record is not None:
             write_record(test.record, folder / f"test{test.number:0{digits}d}.csv")
-    click.echo(f"records   {folder}/test*.csv; stickslip rig-features reads them")
+    click.echo(f"records   {folder}/test*.csv; stickslip rig features reads them")
 
 
 def _write_report(report: Path, found: xr.Dataset, asked: RigConfig, tests: RigTests, drawn: list[int]) -> None:

@@ -5,6 +5,7 @@ Rich is imported when it is needed, so that `--help` answers at once.
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ import click
 if TYPE_CHECKING:
     import xarray as xr
     from rich.console import Console
+    from rich.table import Table
 
     from stickslip.engine import Options
     from stickslip.files.locations import Location
@@ -24,14 +26,28 @@ _WIDE = 1000  # characters, wider than any table
 
 
 def terminal(stderr: bool = False) -> Console:
-    """The terminal. Colours only where it shows them; numbers and paths are not decorated.
+    """The terminal. Colours only where it shows them, and with NO_COLOR no bold type either; numbers and paths are
+    not decorated.
 
     A file or a pipe has no width, so nothing that is printed there is cut to that of a terminal.
     """
     from rich.console import Console
 
     stream = sys.stderr if stderr else sys.stdout
-    return Console(stderr=stderr, highlight=False, soft_wrap=True, width=None if stream.isatty() else _WIDE)
+    return Console(
+        stderr=stderr,
+        highlight=False,
+        soft_wrap=True,
+        width=None if stream.isatty() else _WIDE,
+        color_system=None if os.environ.get("NO_COLOR") else "auto",
+    )
+
+
+def print_table(table: Table, console: Console | None = None) -> None:
+    """Print a table with all it says: on a screen that is too narrow its lines run on, and no number is cut."""
+    console = console or terminal()
+    needed = console.measure(table, options=console.options.update(width=_WIDE)).maximum
+    console.print(table, width=max(needed, min(console.width, _WIDE)), crop=False)
 
 
 def size_of(path: Location) -> str:
@@ -99,7 +115,7 @@ def show_map(ds: xr.Dataset, output: Location | None) -> None:
     """The regimes of a map, and remarks on cells that have none."""
     from rich.table import Table
 
-    from stickslip.dataset.summary import remark, step_limit_remark, summary
+    from stickslip.dataset.summary import one_regime_remark, remark, step_limit_remark, summary
     from stickslip.vocabulary.flags import flag_label
 
     found = summary(ds)
@@ -109,8 +125,10 @@ def show_map(ds: xr.Dataset, output: Location | None) -> None:
     for name, share in found.items():
         table.add_row(flag_label(name), f"{share.cells:,}", share_text(share.fraction))
     console = terminal()
-    console.print(table)
+    print_table(table, console)
     if words := remark(found, None if output is None else str(output)):
+        console.print(words, markup=False)
+    if words := one_regime_remark(ds, found):
         console.print(words, markup=False)
     if words := step_limit_remark(ds, None if output is None else str(output)):
         console.print(words, markup=False)

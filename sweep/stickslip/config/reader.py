@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from stickslip.config import examples, kinds, rules, studied
+from stickslip.config import examples, hints, kinds, rules, studied
 from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
@@ -142,7 +142,8 @@ class _Reader(Complaints):
         fixed = kinds.with_ramp(self._rig, fixed, sections["drive"], "ramp" in given)  # type: ignore[arg-type]
         for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"))):
             got = finding.got or self.text(finding.path)
-            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
+            hint = self._about_list(finding.path) or finding.hint
+            self.add(finding.path, f"got {got}, expected {finding.expected}", hint)
         self.raise_any()
         for key in QUANTITY_SECTIONS:
             own = [name for name in type(sections[key]).model_fields if name in QUANTITIES]
@@ -178,16 +179,25 @@ class _Reader(Complaints):
         whole = [key for key in Config.model_fields if kinds.has(self._rig, key)]
         sections = SECTIONS | STUDIES
         keys = listed(sections[str(path[0])].model_fields if path and path[0] in sections else whole)
-        return self.mapping(value, path, "names of quantities" if path == ("axes",) else f"the keys {keys}")
+        hint = f"output: {{file: {value}}}" if path == ("output",) and isinstance(value, str) else None
+        return self.mapping(value, path, "names of quantities" if path == ("axes",) else f"the keys {keys}", hint)
 
     def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
         """Note that the last key of `path` is none of those `known`; a quantity belongs elsewhere."""
         key = str(path[-1])
         if key in QUANTITIES:
+            self.meant.add(key)
             hint = f"{key} belongs to {QUANTITIES[key].section}, or to axes"
             self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
         elif len(path) > 1 or key not in kinds.OF_RIGS:  # which are known to be misplaced
             super().unknown_key(path, known, what, hint)
+
+    def _about_list(self, path: Path) -> str | None:
+        """A hint about the list in which the value at `path` is, where that is the reason."""
+        value = self.document.data
+        for key in self._written(path)[:-1]:
+            value = value.get(key) if isinstance(value, dict) else None
+        return hints.for_list(value)
 
     def _title(self, data: Mapping[str, Any]) -> str:
         title = data.get("title", DEFAULT_TITLE)
@@ -218,6 +228,8 @@ class _Reader(Complaints):
             context = detail.get("ctx", {})
             if detail["type"] == REFUSED:
                 self.refuse(where, context["expected"], context["hint"], context["found"])
+            elif detail["type"] == "missing" and where[-1] in self.meant:
+                continue  # under another word
             elif detail["type"] == "missing":
                 known = STUDIES[str(path[0])].model_fields[str(where[-1])].description if path[0] in STUDIES else None
                 self.add(where, f"missing, expected {known or _AXIS_FORMS}")
@@ -244,7 +256,7 @@ class _Reader(Complaints):
         if isinstance(raw, dict) and raw:
             known = self.known_keys(raw, path, [key for key in Range.model_fields if key != "name"])
             return self._valid(Range, {"name": name, **known}, path)
-        self.refuse(path, _AXIS_FORMS)
+        self.refuse(path, _AXIS_FORMS, f"{name}: {_example_range(name)}")
         return None
 
     def _valid(
@@ -335,8 +347,8 @@ class _Reader(Complaints):
                 self._check_given(name, given)
 
     def _check_given(self, name: str, given: Collection[str]) -> None:
-        if name not in given and name not in self.meant:
-            declared = QUANTITIES[name]
+        declared = QUANTITIES[name]
+        if name not in given and not self.meant & {name, declared.section, "axes"}:
             message = f"missing, expected the {declared.long_name}: {units.expected(declared.units)}"
             self.add((declared.section, name), message, f"or vary it: axes: {{{name}: ...}}")
 
@@ -368,6 +380,15 @@ class _Reader(Complaints):
         if law != "stribeck_delta" and "delta" in given and friction.delta != QUANTITIES["delta"].default:
             message = f"got an exponent with the law {law}, expected none"
             self.add(given["delta"][0], message, "the law stribeck_delta has one", at_key=True)
+
+
+def _example_range(name: str) -> str:
+    """A range as it is written for a quantity."""
+    declared = QUANTITIES[name]
+    if declared.units == "1":
+        return "{start: 0.1, stop: 0.5, num: 50}"
+    number, unit = units.example(declared.units).split(" ", 1)
+    return f"{{start: {number} {unit}, stop: {float(number) * 10:g} {unit}, num: 50}}"
 
 
 def _fixed(sections: Iterable[Section]) -> dict[str, float]:

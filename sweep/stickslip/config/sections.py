@@ -44,6 +44,8 @@ def number(row: Parameter, value: object) -> float:
         return row.read(value)
     except QuantityError as error:
         remedy = f"leave {row.name} out for {row.absent}" if row.default is None and row.absent else None
+        if isinstance(value, list | dict) and row.name in QUANTITIES:
+            remedy = f"what varies belongs to axes: {{{row.name}: ...}}"
         raise refused(error.expected, error.hint or remedy, error.found) from None
 
 
@@ -62,13 +64,22 @@ def interval(row: Parameter, value: object) -> tuple[float, float]:
 def one_of(value: object, words: tuple[str, ...]) -> str:
     """One of some words."""
     if value not in words:
-        raise refused(listed(words))
+        near = next((word for word in words if str(value).lower().startswith(word)), None) or nearest(str(value), words)
+        raise refused(listed(words), f"did you mean {near}?" if near else None)
     return str(value)
 
 
 def _file(value: object, suffixes: tuple[str, ...]) -> str:
     if not isinstance(value, str) or PurePath(value).suffix.lower() not in suffixes or "\0" in value:
-        raise refused(f"a file name that ends in {listed(suffixes)}")
+        is_bare = isinstance(value, str) and value and not PurePath(value).suffix
+        raise refused(
+            f"a file name that ends in {listed(suffixes)}", f"did you mean {value}{suffixes[0]}?" if is_bare else None
+        )
+    if not value.isprintable():
+        raise refused(
+            "a file name without control characters",
+            "in double quotes a backslash begins an escape: use single quotes, or /",
+        )
     if "://" in value and PurePath(value).suffix.lower() != REMOTE_SUFFIX:
         zarr = f", or a URL that ends in {REMOTE_SUFFIX}" if REMOTE_SUFFIX in suffixes else ""
         raise refused(f"a file of this machine{zarr}", "a file can be copied there afterwards")
@@ -186,7 +197,9 @@ class Solver(Section):
     @classmethod
     def _early_stop(cls, value: object, info: ValidationInfo) -> bool:
         if not isinstance(value, bool):
-            raise refused("true or false")
+            words = {"yes": "true", "on": "true", "1": "true", "no": "false", "off": "false", "0": "false"}
+            meant = words.get(str(value).lower())
+            raise refused("true or false", f"did you mean {meant}?" if meant else None)
         if not value and info.data.get("horizon", 0.0) is None:  # a horizon that was refused is not in `data`
             raise refused("true, because no horizon is given", "add a horizon such as '100 s' to solver")
         return value
