@@ -41,18 +41,34 @@ def call(*arguments):
 
 # --- --set, --threads -------------------------------------------------------------------------------------------------
 
-NEEDED = {"border": ["--along", "stiffness"], "ramp": ["--along", "belt_speed"], "simulate": ["-t", "1"]}
+NEEDED = {
+    "explore": ["--static", "page.html"],
+    "border": ["--along", "stiffness"],
+    "ramp": ["--along", "belt_speed"],
+    "simulate": ["-t", "1"],
+}
+
+
+def commands(group=main, before=""):
+    """All commands by their words, those of groups too."""
+    found = {}
+    for name, command in group.commands.items():
+        found[f"{before}{name}"] = command
+        if isinstance(command, click.Group):
+            found |= commands(command, f"{before}{name} ")
+    return found
 
 
 def commands_with(option):
-    return [name for name, command in main.commands.items() if any(option in p.opts for p in command.params)]
+    return [name for name, command in commands().items() if any(option in p.opts for p in command.params)]
 
 
 def test_every_command_that_takes_a_configuration_takes_settings():
-    takers = {name for name, command in main.commands.items()
+    takers = {name for name, command in commands().items()
               if any(p.name in ("config", "configs", "config_or_store") and isinstance(p, click.Argument)
                      for p in command.params)}  # fmt: skip
-    assert takers == set(commands_with("--set")) >= {"run", "plan", "validate", "simulate", "border", "status", "rig"}
+    assert takers == set(commands_with("--set"))
+    assert takers >= {"run", "plan", "validate", "simulate", "border", "status", "rig run", "explore"}
 
 
 @pytest.mark.parametrize("name", commands_with("--set"))
@@ -60,8 +76,8 @@ def test_no_command_leaves_a_setting_out(here, name):
     """A setting that is wrong is refused, which it would not be if it were ignored."""
     write_config(here, more="output: {file: map.nc}\n")
     (here / "rig.yaml").write_text(RIG)
-    config = "rig.yaml" if name == "rig" else "small.yaml"
-    done = call(name, config, *NEEDED.get(name, ()), "--set", "system.nonsense=1")
+    config = "rig.yaml" if name == "rig run" else "small.yaml"
+    done = call(*name.split(), config, *NEEDED.get(name, ()), "--set", "system.nonsense=1")
     assert done.exit_code == 2
     assert f"{config}: --set system.nonsense=1: system.nonsense: unknown key" in done.stderr
 
