@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
@@ -57,9 +58,11 @@ class MapFigure:
         """Draw a picture. What is in sight stays so as long as the sides are the same."""
         described = (shown.x.name, shown.x.kind, shown.x.unit, shown.y.name, shown.y.kind, shown.y.unit)
         if described != self._sides:
-            lay_out(self.plot, shown.x, "x")
-            lay_out(self.plot, shown.y, "y")
-            self._look_at(shown)
+            document = self.plot.document
+            with nullcontext() if document is None else document.models.freeze():  # else it counts them at each change
+                lay_out(self.plot, shown.x, "x")
+                lay_out(self.plot, shown.y, "y")
+                self._look_at(shown)
             self._sides = described
         palette = self.palette_of(shown)
         if palette != self.mapper.palette:

@@ -90,8 +90,9 @@ def page_html(subject: Subject) -> str:
     below = words("below", _about(subject, len(found), first, config.to_yaml()))
     roots = [_variables(page, pictures), *page.roots, below]
     document = Document()
-    for root in roots:
-        document.add_root(root)
+    with document.models.freeze():
+        for root in roots:
+            document.add_root(root)
     names = [str(root.name) for root in roots]
     return str(
         file_html(document, INLINE, f"{subject.config.title} - stickslip", template=template(),

@@ -42,7 +42,7 @@ class Subject:
     @cached_property
     def plain(self) -> dict[str, Any]:
         """The configuration as plain data, without files to write."""
-        return self.config.model_copy(update={"output": Output(file=None, plot=None)}).resolved()
+        return self.config.model_copy(update={"output": Output.model_construct(file=None, plot=None)}).resolved()
 
     @cached_property
     def axes(self) -> Mapping[str, Axis]:
