@@ -17,8 +17,8 @@ from stickslip.explore.motions import CellMotions
 from stickslip.explore.page import WIDGETS, button, words
 
 _PACES = (
-    ("0.01", "100 times faster"), ("0.1", "10 times faster"), ("1", "true pitch"), ("10", "10 times slower"),
-    ("100", "100 times slower"),
+    ("0.01", "100 times faster (slow 0.01)"), ("0.1", "10 times faster (slow 0.1)"), ("1", "true pitch"), ("10", "10 times slower (slow 10)"),
+    ("100", "100 times slower (slow 100)"),
 )  # fmt: skip
 _SECONDS = 2.0
 _LOUDEST = 0.9  # of full scale, where a sound is made as loud as may be
@@ -40,11 +40,15 @@ class Below:
         self._outbox.js_on_change("data", CustomJS(args={"box": self._outbox}, code=scripts.DOWNLOAD))
         self._wave = ColumnDataSource({"wav": []}, name="sound")
         self._wave.js_on_change("data", CustomJS(args={"wave": self._wave}, code=scripts.PLAY))
-        self._pace = Select(options=list(_PACES), value="1", name="pace", width=140, stylesheets=[WIDGETS])
+        self._pace = Select(options=list(_PACES), value="1", name="pace", width=200, stylesheets=[WIDGETS])
         self._loud = Checkbox(label="as loud as may be", name="loud", stylesheets=[WIDGETS], margin=(10, 5, 5, 5))
         self._heard, self._reproduce = words("heard"), words("reproduce")
+        self._heard.visible = False
         pins = [self._calling(f"Pin as {name}", f"pin_{name}", partial(pin, name)) for name in ("A", "B")]
-        heard = [self._calling(f"▶ {name}", f"hear_{name}", partial(hear, name)) for name in ("cell", "A", "B")]
+        heard = [
+            self._calling(f"▶ {label}", f"hear_{name}", partial(hear, name))
+            for label, name in (("Hear the cell", "cell"), ("A", "A"), ("B", "B"))
+        ]
         files = [
             self._calling(label, f"file_{name}", partial(self._send, name))
             for label, name in (("Map as CSV", "map.csv"), ("Motions as CSV", "motions.csv"), ("YAML", "view.yaml"))
@@ -52,7 +56,7 @@ class Below:
         copies = [self._copying("Copy the command", "command"), self._copying("Copy the YAML", "yaml")]
         rows = [
             _row(*pins, self._calling("Unpin", "unpin", unpin)),
-            _row(words("hear_words", "<b>Hear</b> its acceleration"), *heard, self._pace, self._loud),
+            _row(*heard, self._pace, self._loud),
             self._heard, _row(*files, *copies), self._reproduce,
         ]  # fmt: skip
         self.column = Column(children=rows, name="below", sizing_mode="stretch_width")
@@ -85,6 +89,7 @@ class Below:
         """Have the browser play a sound, and say what to know of it."""
         self._wave.data = {"wav": [base64.b64encode(heard.wav()).decode("ascii")]}
         said = [f"<b>{escape(name)}</b>: {escape(heard.told())}", *map(escape, heard.remarks())]
+        self._heard.visible = True
         self._heard.text = f'<span class="note">{"<br>".join(said)}</span>'
 
     def _send(self, name: str) -> None:

@@ -51,7 +51,8 @@ class MapFigure:
         self.plot.scatter("x", "y", source=self.marks, size=13, marker="circle", fill_color="colour",
                           line_color="black", line_width=1.8)  # fmt: skip
         self.plot.text("x", "y", "name", source=self.marks, x_offset=9, y_offset=-7, text_color="black",
-                       text_font_size="13px", text_font_style="bold", text_outline_color="white")  # fmt: skip
+                       text_font_size="13px", text_font_style="bold", background_fill_color="white",
+                       background_fill_alpha=0.75)  # fmt: skip
         self._sides: tuple[Any, ...] = ()
 
     def show(self, shown: Picture) -> None:

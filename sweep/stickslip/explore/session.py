@@ -246,7 +246,7 @@ class Session:
     def _show_cell(self) -> None:
         now = self._now
         pinned = {name: seen.motions for name, seen in now.pins.items()}
-        said = "" if now.cell is None else cell_html(now.cell.motions, now.cell.words)
+        said = "" if now.cell is None else cell_html(now.cell.motions, now.cell.words, now.cell.at)
         said += "".join(f"<br><b>{name}</b>: {escape(seen.words)}" for name, seen in now.pins.items())
         self.page.show_cell(None if now.cell is None else now.cell.motions, pinned, said)
         self._mark()

@@ -129,7 +129,7 @@ def _kept(subject: Subject, view: View, shown: Picture, i: int, j: int) -> dict[
     command = f"<pre>{simulate_command(subject, view, at, motions)}</pre>"
     return {
         "x": float(shown.x.centres[j]), "y": float(shown.y.centres[i]), **_drawn(short),
-        "words": f"{cell_html(motions, where)}<br>{_NEAREST}",
+        "words": f"{cell_html(motions, where, at)}<br>{_NEAREST}",
         "numbers": numbers_html(columns_of(motions, {})) + command,
     }  # fmt: skip
 
