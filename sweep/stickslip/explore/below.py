@@ -17,9 +17,12 @@ from stickslip.explore.motions import CellMotions
 from stickslip.explore.page import WIDGETS, button, words
 
 _PACES = (
-    ("0.01", "100 times faster (slow 0.01)"), ("0.1", "10 times faster (slow 0.1)"), ("1", "true pitch"), ("10", "10 times slower (slow 10)"),
+    ("0.01", "100 times faster (slow 0.01)"),
+    ("0.1", "10 times faster (slow 0.1)"),
+    ("1", "true pitch"),
+    ("10", "10 times slower (slow 10)"),
     ("100", "100 times slower (slow 100)"),
-)  # fmt: skip
+)
 _SECONDS = 2.0
 _LOUDEST = 0.9  # of full scale, where a sound is made as loud as may be
 
