@@ -11,6 +11,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from stickslip.vocabulary.words import nearest
+
 _PREFIX = "configs/"
 _PACKAGE = Path(__file__).resolve().parents[1]
 _FOLDERS = (_PACKAGE / "configs", _PACKAGE.parents[1] / "configs")
@@ -40,7 +42,9 @@ def config_path(name: str) -> Path:
     names = config_names()
     stem = _stem(name)
     if stem not in names:
-        raise FileNotFoundError(f"no configuration is called {name!r}; there are {', '.join(names)}")
+        near = nearest(stem, names)
+        meant = f"did you mean {near}? " if near else ""
+        raise FileNotFoundError(f"no configuration is called {name!r}; {meant}there are {', '.join(names)}")
     return _folder() / f"{stem}.yaml"
 
 
@@ -55,6 +59,19 @@ def found(path: str | os.PathLike[str]) -> Path:
         return here
     stem = _stem(name)
     return config_path(stem) if stem in config_names() else here
+
+
+def found_points(path: str | os.PathLike[str]) -> Path:
+    """The file of measured points at `path`; where there is none, that of the package which ``configs/NAME.csv`` or
+    ``NAME.csv`` calls, such as ``measured/dry.csv``. A path that calls none either is returned as it is.
+    """
+    here = Path(path)
+    if here.exists() or here.is_absolute() or ".." in here.parts:
+        return here
+    for folder in _FOLDERS:
+        if (there := folder / here.as_posix().removeprefix(_PREFIX)).is_file():
+            return there
+    return here
 
 
 def _stem(name: str) -> str:

@@ -55,7 +55,7 @@ def of(
 
     Raises TypeError or ValueError for bad input, NotReachedError where the motion cannot be integrated so far.
     """
-    _check(seconds=seconds, rate=rate, slow=slow, full_scale=full_scale)
+    checked(seconds=seconds, rate=rate, slow=slow, full_scale=full_scale)
     full = as_cells(cell)
     if full["mass"].size != 1:
         raise ValueError("a sound is that of one cell: give every parameter one number")
@@ -72,7 +72,7 @@ def of(
         acceleration = asked.cycle(cycles.cells, float(cycles.period[0])).values(asked.rate, count)
     else:
         acceleration = asked.stretch(cycles.cells, 0.0, count)
-    acceleration *= _fades(count, rate)
+    acceleration *= fades(count, rate)
     frequency = _frequency(full, results)
     return Sound(acceleration, int(rate), float(slow), float(full_scale), regime, frequency, repeats, title)
 
@@ -120,7 +120,7 @@ def _transient(cell: Cells, results: Results, asked: _Asked, count: int) -> Floa
     return np.concatenate([np.zeros(silent), asked.stretch(cell, start, left), np.zeros(count - silent - left)])
 
 
-def _fades(count: int, rate: float) -> Floats:
+def fades(count: int, rate: float) -> Floats:
     """Factors that rise from 0 and fall to 0 at the ends, as a cosine does."""
     length = min(round(_FADE * rate), count // 4)
     rise = 0.5 - 0.5 * np.cos(pi * np.arange(length) / max(length, 1))
@@ -138,7 +138,8 @@ def _frequency(cell: Cells, results: Results) -> float:
     return nan
 
 
-def _check(**numbers: float) -> None:
+def checked(**numbers: float) -> None:
+    """Raise ValueError for a number that makes no sound."""
     for name, value in numbers.items():
         if not (isfinite(value) and value > 0):
             raise ValueError(f"{name}: got {value!r}, expected a number > 0")

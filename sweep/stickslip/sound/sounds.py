@@ -28,7 +28,8 @@ class Sound:
 
     acceleration : m/s2, limited to what is heard, faded at both ends. rate : samples a second. slow : how many times
         slower than the motion. full_scale : the acceleration (m/s2) that is the loudest the sound can be.
-    regime : of the cell. frequency : of its cycle, or of its decay (Hz, of the motion); NaN where there is none.
+    regime : of the cell; nothing of a record. frequency : of its cycle, or of its decay (Hz, of the motion); NaN where
+        there is neither.
     repeats : whether it is the cycle without the transient before.
     """
 
@@ -78,7 +79,7 @@ class Sound:
     def _of_regime(self) -> str:
         if self.peak == 0.0 and self.regime == "stuck":
             return "silence: the cell is stuck, the contact never breaks away"
-        if self.repeats:
+        if self.repeats or not self.regime:
             return ""
         if self.regime in ("damped", "creep"):
             return "it settles to steady sliding: what sounds is the decay, silence after it"
@@ -127,7 +128,8 @@ class Sound:
         """Regime, frequency and peak, on a line."""
         tone = f", {_hertz(self.frequency)}" if isfinite(self.frequency) else ""
         pace = "" if self.slow == 1.0 else f", {self.slow:g} times slower"
-        return f"{self.regime.replace('_', '-')}{tone}, peaks of {self.peak:.3g} m/s2{pace}"
+        kind = f"{self.regime.replace('_', '-')}{tone}, " if self.regime else ""
+        return f"{kind}peaks of {self.peak:.3g} m/s2{pace}"
 
 
 def softly_clipped(samples: Floats) -> Floats:

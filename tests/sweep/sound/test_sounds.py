@@ -10,7 +10,7 @@ from scipy import signal
 from scipy.io import wavfile
 
 import stickslip
-from helpers.cycles import COULOMB, PAIR, STICKING, UNIT, coulomb_harmonics
+from helpers.cycles import COULOMB, PAIR, STICKING, UNIT, coulomb_harmonics, faster
 from stickslip import sound
 from stickslip.theory.coulomb import coulomb_cycle
 
@@ -22,12 +22,6 @@ def tone(samples, rate):
     """The frequency of the strongest line, between the bins of a long transform."""
     spectrum = np.abs(np.fft.rfft(samples * np.hanning(samples.size), 8 * samples.size))
     return np.argmax(spectrum) * rate / (8 * samples.size)
-
-
-def faster(cell, times=1000.0):
-    """The same motion, so many times as fast: 100 Hz instead of 0.1 Hz."""
-    to_be = {"mass": -2, "damping": -1, "belt_speed": 1, "a2": -1, "a4": 1, "ageing_time": -1}
-    return {name: value * times ** to_be.get(name, 0) for name, value in cell.items()}
 
 
 def at_stiffness(frequency):
