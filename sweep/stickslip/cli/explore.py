@@ -34,9 +34,9 @@ Examples:
 )
 @reports_wrong_input
 def explore(config: Location, port: int, no_browser: bool, static: Path | None) -> None:
-    """Explore a map in the browser, cell by cell.
+    """Explore a map in the browser.
 
-    A click on a cell shows its motion, a slider has the map computed anew.
+    Click a cell to see its motion, move a slider to have the map computed anew.
 
     CONFIG is a YAML file, or a map (.nc, .zarr). The page is served on this machine only, to whoever has its address,
     until Ctrl-C.
