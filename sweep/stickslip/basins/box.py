@@ -9,7 +9,8 @@ from math import isfinite
 from numbers import Integral
 from typing import Any
 
-from stickslip.errors import ArgumentError
+from stickslip.errors import ArgumentError, QuantityError
+from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import ATTRACTORS, RANDOMISATIONS
 
 Interval = tuple[float, float]
@@ -53,8 +54,11 @@ class Box:
 
 
 def _interval(name: str, ends: Any) -> Interval:
+    row = QUANTITIES[name]
     try:
-        low, high = (float(end) for end in ends)
+        low, high = (row.read(end) if isinstance(end, str) else float(end) for end in ends)
+    except QuantityError as error:
+        raise ArgumentError("box", f"{name}: got {ends!r}, {error}") from None
     except (TypeError, ValueError):
         raise TypeError(f"box: {name}: got {ends!r}, expected two numbers (low, high)") from None
     for word, end in (("lower", low), ("upper", high)):

@@ -21,6 +21,7 @@ from stickslip.cli.common import (
     reports_wrong_input,
     tell_json,
 )
+from stickslip.cli.progress import progress_bar
 from stickslip.cli.trajectories import recipe_in
 from stickslip.cli.trajectory_words import titled
 
@@ -222,7 +223,7 @@ def _levels(
     prepare_kernels(law)
     prepare_kernels(law, signals=True)
     try:
-        with screen.progress_bar(size) if size > 1 else nullcontext() as moved:
+        with progress_bar(size) if size > 1 else nullcontext() as moved:
             ds = sound.levels(one, zero, max_steps=one.solver.max_steps, threads=threads, progress=moved)
     except KeyboardInterrupt:
         incomplete("interrupted: nothing was written")

@@ -19,7 +19,9 @@ from stickslip.cli.common import (
     path_or_none,
     prepare_kernels,
     reports_wrong_input,
+    settings,
 )
+from stickslip.cli.progress import progress_bar
 from stickslip.cli.rig import feature_screen_table, time_window
 
 if TYPE_CHECKING:
@@ -36,10 +38,10 @@ _MOST_ROWS = 60  # on screen
 @click.command(
     epilog="""\b
 Examples:
-  stickslip rig configs/rig/materials.yaml
-  stickslip rig configs/rig/materials.yaml --test 0 --test 1 --from 0 --to "0.5 s"
-  stickslip rig configs/rig/test_matrix.yaml --report matrix.html
-  stickslip rig my.yaml --records signals       # CSV files, as a rig would write them"""
+  stickslip rig run configs/rig/materials.yaml
+  stickslip rig run configs/rig/materials.yaml --test 0 --test 1 --from 0 --to "0.5 s"
+  stickslip rig run configs/rig/test_matrix.yaml --report matrix.html
+  stickslip rig run my.yaml --records signals       # CSV files, as a rig would write them"""
 )
 @CONFIG
 @click.option("-o", "--output", type=WHERE, help="File of features to write, .nc or .zarr, or the URL of a .zarr.")
@@ -74,7 +76,7 @@ def rig(
     from stickslip.rig.simulate.matrix import run_matrix
     from stickslip.rig.simulate.simulation import RigTests
 
-    asked = load_rig(config)
+    asked = load_rig(config, settings())
     output, plot = output or location_or_none(asked.config.output.file), plot or path_or_none(asked.config.output.plot)
     tests, window = RigTests(asked), time_window(begin, end)
     drawn = _drawn(tests, chosen)
@@ -90,7 +92,7 @@ def rig(
     click.echo(f"{asked.config.title}\n{_counted(tests)}")
     began = perf_counter()
     try:
-        with screen.progress_bar(size, of="tests") as moved:
+        with progress_bar(size, of="tests") as moved:
             found = run_matrix(asked, moved)
     except KeyboardInterrupt:
         incomplete("interrupted: nothing was written; a matrix takes seconds, run it again")
@@ -196,7 +198,7 @@ def _write_records(folder: Path, tests: RigTests) -> None:
     for test in tests.tests(range(tests.grid.size)):
         if test.record is not None:
             write_record(test.record, folder / f"test{test.number:0{digits}d}.csv")
-    click.echo(f"records   {folder}/test*.csv; stickslip rig-features reads them")
+    click.echo(f"records   {folder}/test*.csv; stickslip rig features reads them")
 
 
 def _write_report(report: Path, found: xr.Dataset, asked: RigConfig, tests: RigTests, drawn: list[int]) -> None:

@@ -14,8 +14,10 @@ from stickslip.cli.common import (
     JSON,
     OUTPUT,
     check_plot,
+    configuration,
     prepare_kernels,
     reports_wrong_input,
+    settings,
     tell_json,
 )
 
@@ -121,11 +123,10 @@ def _tell_files(look: words.Look, output: Location | None, plot: Path | None) ->
 def recipe_in(path: Location) -> Recipe:
     """The configuration in a YAML file, or the one in a result."""
     from stickslip.config.pick import recipe_of
-    from stickslip.config.reader import load_config
     from stickslip.config.sections import OUTPUT_SUFFIXES
     from stickslip.files import reading
 
     if path.suffix.lower() not in OUTPUT_SUFFIXES:
-        return load_config(path)
+        return configuration(path)  # type: ignore[arg-type]
     with reading.look_into(path) as ds:
-        return recipe_of(ds, str(path))
+        return recipe_of(ds, str(path), settings())

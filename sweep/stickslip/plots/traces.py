@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from stickslip.dataset.axis import spoken
 from stickslip.dataset.axis import title as array_title
+from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
+from stickslip.plots.figure import Figure
 from stickslip.plots.page import entitle, legend
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.vocabulary import units
@@ -34,8 +35,10 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     """
     if missing := {"displacement", "velocity", "relative_speed", "mode"} - set(ds.data_vars):
         raise PlotError(f"not a trajectory: no {', '.join(sorted(missing))}")
-    time, displacement, velocity = (ds[name].values for name in ("time", "displacement", "velocity"))
-    belt = ds["relative_speed"].values + velocity
+    names = "time", "displacement", "velocity"
+    units = {name: unit_of(ds[name]) for name in names}
+    time, displacement, velocity = (units[name].of(ds[name].values) for name in names)
+    belt = units["velocity"].of(ds["relative_speed"].values) + velocity
     sticks = ds["mode"].values == MODES.index("stick")
     figure = Figure(figsize=(10.0, 4.6), layout="constrained")
     places = figure.add_gridspec(2, 2, width_ratios=[3, 2])
@@ -60,9 +63,10 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     if np.ptp(belt) <= 1e-9 * np.abs(belt).max():
         phase.axhline(belt[0], zorder=0, **belt_line)
 
-    upper.set_ylabel(array_title(ds["displacement"]))
-    lower.set(xlabel=array_title(ds["time"]), ylabel=array_title(ds["velocity"]))
-    phase.set(xlabel=array_title(ds["displacement"]), ylabel=array_title(ds["velocity"]))
+    named = {name: array_title(ds[name], unit) for name, unit in units.items()}
+    upper.set_ylabel(named["displacement"])
+    lower.set(xlabel=named["time"], ylabel=named["velocity"])
+    phase.set(xlabel=named["displacement"], ylabel=named["velocity"])
     for ax in (upper, lower, phase):
         ax.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
     handles: list[Artist] = [

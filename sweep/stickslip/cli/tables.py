@@ -1,0 +1,37 @@
+"""Results written as tables, and the word on that."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from stickslip.dataset.export import Table
+
+_LONG = 500_000  # rows from which a bar tells how far it is
+
+
+def write(ds: xr.Dataset, target: Path, variables: tuple[str, ...] = (), decimal: str = ".") -> Table:
+    """Write a table; a long one with a bar."""
+    from stickslip.cli.progress import progress_bar
+    from stickslip.dataset.export import table_of, write_table
+
+    rows = table_of(ds, variables).rows
+    if rows < _LONG:
+        return write_table(ds, target, variables, decimal=decimal)
+    with progress_bar(rows, " written", "rows") as move:
+        return write_table(ds, target, variables, decimal=decimal, moved=move)
+
+
+def tell_table(table: Table, target: Path) -> None:
+    """Say what was written, and what was not."""
+    from stickslip.cli import screen
+
+    click.echo(f"table    {target} ({table.rows:,} rows, {len(table.columns)} columns, {screen.size_of(target)})")
+    if table.left_out:
+        names = ", ".join(table.left_out)
+        click.echo(f"left out {names}: of other dimensions; write them with stickslip export --variable")
