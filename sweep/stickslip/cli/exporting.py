@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from stickslip.cli.common import WHERE, pairs, reports_wrong_input
-from stickslip.cli.tables import tell_table, write
+from stickslip.cli.tables import tell_table, write_table
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -52,4 +52,4 @@ def export(
             raise click.ClickException(f"{file}: {error}") from None
         for point in selection.told(ds, places) if places else ():
             click.echo(f"taken    {point}")
-        tell_table(write(part, target, variables, "," if decimal_comma else "."), target)
+        tell_table(write_table(part, target, variables, "," if decimal_comma else "."), target)

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from stickslip.files.locations import Location
 
 
+_AMPLITUDES = ("velocity_amplitude", "displacement_amplitude")  # of a ramp, which have branches
+
+
 @click.command(
     epilog="""\b
 Examples:
@@ -75,7 +78,14 @@ def plot(
     ds, picture = reading.look_into(file), Picture(**wishes)
     if output is not None and output.suffix.lower() in PAGES:
         check_page(output)
-        return shown.write_page(ds, output, Extras(map_file), picture)
+        of_pictures = {"--variable": variable, "--select": select, "--lines": lines, "--size": picture.size,
+                       "--dpi": picture.dpi}  # fmt: skip
+        if given := [name for name, value in of_pictures.items() if value]:
+            fail(f"{', '.join(given)}: for a picture; a page shows the whole result")
+        try:
+            return shown.write_page(ds, output, Extras(map_file), picture)
+        except PlotError as error:
+            fail(f"{file}: {error}")
     places = pairs(select) if "time" not in ds.dims else {}
     if output is not None:
         check_plot(output)
@@ -115,7 +125,8 @@ def _drawn(
         return plots.plot_probability(selection.selected(ds, places)[0], state, title=title, look=picture.look(ds))
     if "direction" in ds.dims:
         picture.refuse_for("a ramp")
-        return plots.plot_ramp(ds, variable or "velocity_amplitude", select=places, title=title)
+        draw = plots.plot_branches if variable in (None, *_AMPLITUDES) else plots.plot_ramp
+        return draw(ds, variable or _AMPLITUDES[0], select=places, title=title)
     if "settling_share" in ds and variable is None:
         variable = "settling_share"
         if len(set(ds["settling_share"].dims) - set(places)) == 1:

@@ -1,4 +1,4 @@
-"""Results written as tables, and the word on that."""
+"""Tables on their way to a file, with a bar where they are long, and what is said of them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
+from stickslip.cli import screen
+from stickslip.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,22 +18,19 @@ if TYPE_CHECKING:
 _LONG = 500_000  # rows from which a bar tells how far it is
 
 
-def write(ds: xr.Dataset, target: Path, variables: tuple[str, ...] = (), decimal: str = ".") -> Table:
+def write_table(ds: xr.Dataset, target: Path, variables: tuple[str, ...] = (), decimal: str = ".") -> Table:
     """Write a table; a long one with a bar."""
-    from stickslip.cli.progress import progress_bar
-    from stickslip.dataset.export import table_of, write_table
+    from stickslip.dataset import export
 
-    rows = table_of(ds, variables).rows
+    rows = export.table_of(ds, variables).rows
     if rows < _LONG:
-        return write_table(ds, target, variables, decimal=decimal)
+        return export.write_table(ds, target, variables, decimal=decimal)
     with progress_bar(rows, " written", "rows") as move:
-        return write_table(ds, target, variables, decimal=decimal, moved=move)
+        return export.write_table(ds, target, variables, decimal=decimal, moved=move)
 
 
 def tell_table(table: Table, target: Path) -> None:
     """Say what was written, and what was not."""
-    from stickslip.cli import screen
-
     click.echo(f"table    {target} ({table.rows:,} rows, {len(table.columns)} columns, {screen.size_of(target)})")
     if table.left_out:
         names = ", ".join(table.left_out)
