@@ -227,6 +227,24 @@ def test_tests_of_a_rig_are_heard_as_their_specimens_accelerate(tmp_path, monkey
     assert "name a folder" in call("rig", "two.yaml", "--sound", "two.wav", code=2)
 
 
+def test_measured_records_are_heard_beside_them(tmp_path, monkeypatch):
+    """Two records of 2 kHz, one of them twice as strong."""
+    monkeypatch.chdir(tmp_path)
+    times = np.arange(4000) / 2000.0
+    for name, strength in (("felt", 10.0), ("dry one", 20.0)):
+        a = strength * np.sin(2.0 * np.pi * 300.0 * times)
+        rows = "\n".join(f"{t:.6f},{1.0 + 0.1 * v:.6f},{v:.6f}" for t, v in zip(times, a, strict=True))
+        (tmp_path / f"{name}.csv").write_text(f"time [s],force [N],acceleration [m/s2]\n{rows}\n")
+    said = call(
+        "rig", "features", "felt.csv", "dry one.csv", "--load", "10 N", "--speed", "10 mm/s", "--sound", "heard"
+    )
+    assert "sounds" in said
+    assert sorted(p.name for p in (tmp_path / "heard").iterdir()) == ["dry_one.wav", "felt.wav"]
+    felt, dry = (wavfile.read(tmp_path / "heard" / name)[1] / 32767 for name in ("felt.wav", "dry_one.wav"))
+    assert felt.size == pytest.approx(2 * 44_100, abs=50)
+    assert np.abs(felt).max() == pytest.approx(0.1, rel=0.05) and np.abs(dry).max() == pytest.approx(0.2, rel=0.05)
+
+
 def test_a_record_is_resampled_to_its_pitch():
     rate, times = 5000.0, np.arange(10_000) / 5000.0
     heard = sound.of_record(np.sin(2.0 * np.pi * 440.0 * times), rate)
