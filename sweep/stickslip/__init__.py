@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     from .designing import border, contours, margins
     from .engine import Options
     from .errors import ClusterError, ConfigError, IncompleteError, Interrupted
+    from .materials import compare
 
 __all__ = [
     "ClusterError", "Config", "ConfigError", "IncompleteError", "Interrupted", "Options", "__version__",
-    "attractors", "border", "collect", "contours", "evaluate", "load_config", "margins", "open", "ramp", "retry_failed",
-    "run", "run_shard", "simulate", "status", "sweep",
+    "attractors", "border", "collect", "compare", "contours", "evaluate", "load_config", "margins", "open", "ramp",
+    "retry_failed", "run", "run_shard", "simulate", "status", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
@@ -30,7 +31,7 @@ _HOMES = {
     "attractors": "api_basins", "ramp": "api_basins",
     "collect": "api", "evaluate": "api", "open": "api", "retry_failed": "api", "run": "api",
     "run_shard": "api", "simulate": "api", "status": "api", "sweep": "api",
-    "border": "designing", "contours": "designing", "margins": "designing",
+    "compare": "materials", "border": "designing", "contours": "designing", "margins": "designing",
 }  # fmt: skip
 
 

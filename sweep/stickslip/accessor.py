@@ -64,12 +64,7 @@ class StickslipAccessor:
 
         ds = self._ds
         if "direction" in ds.dims:
-            draw = (
-                plots.plot_branches
-                if variable in (None, "velocity_amplitude", "displacement_amplitude")
-                else plots.plot_ramp
-            )
-            return draw(ds, variable or "velocity_amplitude", **how)
+            return plots.plot_of_ramp(ds, variable, **how)
         if variable is not None:
             return plots.plot_map(ds, variable, **how)
         if "time" in ds.dims and "mode" in ds.data_vars:

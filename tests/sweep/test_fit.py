@@ -412,7 +412,9 @@ def test_a_unit_that_the_header_lacks_is_assumed_aloud_or_taken_from_the_caller(
         ("speed [mm/s],mu\n1,0.5\n2,x\n", (3, 3), "mu: got 'x', expected a number"),
         ('speed [mm/s],mu\n1,"0,5"\n', (2, 3), "write a decimal point, not a comma: 0.5"),
         ("speed [mm/s],mu\n10,0,5\n", (2, 6), "write decimal points, not commas"),
-        ("speed [mm/s];mu\n10;0,5\n", (1, 1), "separated by commas"),
+        ("speed [mm/s];mu\n10;0,5\n1;0.4\n", (3, 3), "mixes decimal commas and decimal points"),
+        ("speed [mm/s];mu\n10;1.234,5\n", (2, 4), "leave out the points between thousands"),
+        ("speed [mm/s];dry;oil\n10;0,5;0,1\n20;x;\n", (3, 4), "mu: got 'x', expected a number"),
         ("speed [mm/s],mu\n10;0,5\n", (2, 1), "speed: got '10;0', expected a number"),
         ("speed [mm/s],mu\n10\n", (2, 1), "got 1 value, expected 2"),
         ("speed [mm/s],mu\n1,\n", (2, 3), "mu: empty, expected a number"),
@@ -454,5 +456,7 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
     for path, said in ((tmp_path / "no.csv", "no such file"), (tmp_path, "this is a folder")):
         with pytest.raises(ConfigError, match=said):
             read_points(path, CURVE_COLUMNS)
-    with pytest.raises(ConfigError, match="not UTF-8"):
-        read_points(write(tmp_path, "speed [µm/s],mu\n1,1\n", "latin-1"), CURVE_COLUMNS)
+    workbook = tmp_path / "points.xlsx"
+    workbook.write_bytes(b"PK\x03\x04" + bytes(40))
+    with pytest.raises(ConfigError, match="no text, expected a CSV file\n  hint: save the table as CSV"):
+        read_points(workbook, CURVE_COLUMNS)

@@ -52,9 +52,11 @@ def of_one(quantity):
 def test_speeds_meant_in_millimetres_are_asked_about_as_they_were_understood(tmp_path):
     assert said(tmp_path, QUIET) == [
         "map.yaml:2:37: friction.a4: 20 understood as 20 m/s; did you mean 20 mm/s?\n"
+        "map.yaml:4:3: axes.stiffness: 1 to 100 understood as 1 to 100 N/m: under 10 N the belt drags the mass "
+        "0.03 to 3 m far before it breaks away; did you mean 1 to 100 N/mm?\n"
         "map.yaml:5:3: axes.belt_speed: 1 to 500 understood as 1 to 500 m/s; did you mean 1 to 500 mm/s?\n"
-        "  also without a unit: normal_load 10 N, stiffness 1 to 100 N/m\n"
-        "  hint: numbers without a unit are in SI; a value with its unit is never questioned"
+        "  also without a unit: normal_load 10 N\n"
+        "  hint: numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help units`)"
     ]
 
 
@@ -87,7 +89,11 @@ def test_axes_of_every_form_are_looked_at(tmp_path, axis):
 
 
 def test_values_with_units_in_a_list_are_not_counted_among_those_without(tmp_path):
-    text = QUIET.replace("a4: 20", "a4: 20 mm/s").replace("{start: 1, stop: 500, num: 5}", "[0.1, 500 m/s]")
+    text = (
+        QUIET.replace("a4: 20", "a4: 20 mm/s")
+        .replace("{start: 1, stop: 500, num: 5}", "[0.1, 50 m/s]")
+        .replace("start: 1,", "start: 90,")
+    )
     assert said(tmp_path, text) == []
 
 
@@ -107,7 +113,8 @@ def test_no_configuration_that_ships_is_questioned(name):
 def test_the_configuration_in_a_result_is_not_questioned(tmp_path):
     """It is in SI throughout, whatever units were written."""
     (tmp_path / "map.yaml").write_text(QUIET.replace("a4: 20", "a4: 20 m/s").replace("stop: 500", "stop: 500 m/s"))
-    config = load_config(tmp_path / "map.yaml")
+    with pytest.warns(UnitWarning):
+        config = load_config(tmp_path / "map.yaml")
     with warnings.catch_warnings(record=True) as questions:
         warnings.simplefilter("always")
         parse_config(config.to_yaml())

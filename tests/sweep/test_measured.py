@@ -110,7 +110,7 @@ def test_the_command_says_what_was_assumed_and_takes_the_unit_of_a_bare_header(f
     assert "no unit of speed, so the numbers were read in m/s" in done.stdout
     told = call("fit", folder / "bare.csv", "--unit", "mm/s").stdout
     assert "header" not in told and "0.00203 m/s" in told
-    (row,) = (line for line in told.splitlines() if line.strip().startswith("a2"))
+    (row,) = (line for line in told.splitlines() if line.strip().startswith("a2 "))
     assert row.split()[1:] == ["0", "s/m", "assumed"]
     wrong = call("fit", folder / "bare.csv", "--unit", "mm")
     assert wrong.exit_code == 2 and "expected the unit of a speed" in wrong.stderr

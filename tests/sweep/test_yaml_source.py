@@ -38,7 +38,7 @@ YAML = {
     "an open bracket": (
         b"axes: [1,",
         "DIR/map.yaml:1:10: not valid YAML: expected the node content, but found 'the end of the file', "
-        "while parsing a flow node",
+        "while parsing a flow node\n  hint: the brace or bracket that opens on line 1 is not closed",
     ),
     "a colon too many": (
         b"title: a: b\n",
@@ -71,7 +71,11 @@ YAML = {
     ),
     "a result": (
         b"CDF\x01\x00",
-        "DIR/map.yaml:1:4: character U+0001 is not allowed in YAML\n  hint: a configuration is a text file",
+        "DIR/map.yaml: this is a netCDF file, expected a configuration in YAML\n"
+        "  hint: `stickslip inspect DIR/map.yaml` says what is in a result, `stickslip plot DIR/map.yaml` draws it",
+    ),
+    "bytes": (
+        b"a\x01", "DIR/map.yaml:1:2: character U+0001 is not allowed in YAML\n  hint: a configuration is a text file",
     ),
 }  # fmt: skip
 
@@ -86,12 +90,14 @@ def test_what_is_no_configuration_at_all_is_explained(tmp_path, name):
 
 def test_a_missing_file_is_named_with_what_lies_there(tmp_path):
     (tmp_path / "maps.yaml").write_text(GOOD)
-    assert file_message(tmp_path / "map.yaml") == "DIR/map.yaml: no such file\n  hint: DIR holds maps.yaml"
+    assert file_message(tmp_path / "map.yaml") == "DIR/map.yaml: no such file\n  hint: did you mean DIR/maps.yaml?"
+    assert file_message(tmp_path / "quite_another.yaml").endswith("no such file\n  hint: DIR holds maps.yaml")
+    assert file_message(tmp_path / "none" / "map.yaml").endswith("no such file\n  hint: there is no folder DIR")
 
 
 def test_a_folder_is_no_file(tmp_path):
     (tmp_path / "maps").mkdir()
-    assert file_message(tmp_path / "maps") == "DIR/maps: this is a folder, expected a YAML file"
+    assert file_message(tmp_path / "maps") == "DIR/maps: this is a folder, expected a configuration in YAML"
 
 
 def test_a_huge_file_is_not_read(tmp_path):

@@ -130,7 +130,7 @@ def figure_box() -> Made:
     _table(right, true, "{:+.2f}", "RdBu_r", (-0.9, 0.9), "tendency where stick-slip begins / drop", made)
     for ax in (left, right):
         tick_values(ax, stiffness, speeds)
-        name_axes(ax, "stiffness (N m$^{-1}$), mass 1 kg", "belt speed (m s$^{-1}$)")
+        name_axes(ax, "stiffness (N/m), mass 1 kg", "belt speed (m/s)")
         ax.tick_params(axis="x", labelsize="small")
     right.set_ylabel("")
     findings = _shares(ds) | _summary(share, true, speeds, stiffness)

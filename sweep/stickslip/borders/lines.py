@@ -26,7 +26,7 @@ class Lines:
 
     along : the parameter. between : its range, in SI. spacing : of the axis it is taken from, None for none.
     dims, shape, coordinates : of the lines. others : the other quantities of the lines from start to stop.
-    complete : the cells from all quantities, `along` among them.
+    complete : the cells from all quantities, `along` among them. written_in : the unit in which `along` is shown.
     """
 
     along: str
@@ -37,6 +37,7 @@ class Lines:
     coordinates: Mapping[str, xr.Variable]
     others: Callable[[int, int], Cells]
     complete: Callable[[Cells], Cells] = lambda cells: cells  # noqa: E731
+    written_in: str | None = None
 
     @property
     def size(self) -> int:
@@ -84,7 +85,10 @@ def lines_of_config(config: Config, along: str, between: Between | None) -> Line
     without: dict[str, Any] = {"axes": tuple(axis for axis in config.axes if axis is not own)}
     without[section] = getattr(config, section).model_copy(update={along: None})
     grid = build_grid(config.model_copy(update=without))
-    return Lines(along, between, spacing, grid.dims, grid.shape, grid_coordinates(grid), grid.quantities, parameters_of)
+    return Lines(
+        along, between, spacing, grid.dims, grid.shape, grid_coordinates(grid), grid.quantities, parameters_of,
+        config.written_in.get(along),
+    )  # fmt: skip
 
 
 def _check_name(along: str) -> None:

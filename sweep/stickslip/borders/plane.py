@@ -27,13 +27,17 @@ Ranges = Mapping[str, Between]
 
 @dataclass(frozen=True)
 class Side:
-    """One of the two parameters: its range in SI, `spacing` "linear" or "log", and how many grid points it has."""
+    """One of the two parameters: its range in SI, `spacing` "linear" or "log", and how many grid points it has.
+
+    written_in : the unit in which it is shown.
+    """
 
     name: str
     low: float
     high: float
     spacing: str
     points: int
+    written_in: str | None = None
 
     @cached_property
     def places(self) -> Floats:
@@ -123,9 +127,9 @@ def plane_of_config(config: Config, axes: tuple[str, str] | None, between: Range
     for name in found:
         section = QUANTITIES[name].section
         without[section] = without.get(section, getattr(config, section)).model_copy(update={name: None})
-    grid = build_grid(config.model_copy(update=without))
+    grid, written_in = build_grid(config.model_copy(update=without)), config.written_in
     y, x = (
-        Side(name, *line.between, line.spacing or Scan.over(*line.between, 2).spacing, points)
+        Side(name, *line.between, line.spacing or Scan.over(*line.between, 2).spacing, points, written_in.get(name))
         for name, line in found.items()
     )
     others, coordinates = grid.quantities(0, grid.size), grid_coordinates(grid)

@@ -93,7 +93,7 @@ def show_margins(ds: xr.Dataset) -> None:
         spelled = [f"x {one:.3g}" if by_factor else f"{one:.3g}" for one in sizes]
         told = [spelled[0], spelled[len(spelled) // 2], spelled[-1]] if spelled else ["-"] * 3
         table.add_row(name, f"{np.count_nonzero(~np.isnan(margin)):,} of {margin.size:,}", *told)
-    screen.terminal().print(table)
+    screen.print_table(table)
     click.echo(f"found    {ds.attrs['margin_found']}")
     click.echo(f"within   {ds.attrs['margin_within']}")
     click.echo(f"scan     {ds.attrs['margin_scan']}")

@@ -57,5 +57,18 @@ def found(path: str | os.PathLike[str]) -> Path:
     return config_path(stem) if stem in config_names() else here
 
 
+def found_points(path: str | os.PathLike[str]) -> Path:
+    """The file of measured points at `path`; where there is none, that of the package which ``configs/NAME.csv`` or
+    ``NAME.csv`` calls, such as ``measured/dry.csv``. A path that calls none either is returned as it is.
+    """
+    here = Path(path)
+    if here.exists() or here.is_absolute() or ".." in here.parts:
+        return here
+    for folder in _FOLDERS:
+        if (there := folder / here.as_posix().removeprefix(_PREFIX)).is_file():
+            return there
+    return here
+
+
 def _stem(name: str) -> str:
     return name.removeprefix(_PREFIX).removesuffix(".yaml")

@@ -18,6 +18,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.config.grid import quantity_of
+from stickslip.config.written import DISPLAY
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES, Variable
@@ -30,6 +32,8 @@ _COUNTS = (
     "steps",
     "scan_undecided",
     "node_count",
+    "rank",
+    "points",
 )  # whole numbers defined in every cell; other counts are NaN where nothing was counted
 _NO_FILL = {"_FillValue": None}
 _AS_KNOWN = {slot for kind in xr.Variable.__mro__ for slot in getattr(kind, "__slots__", ())} == {
@@ -56,13 +60,20 @@ def map_dataset(grid: Grid, results: Mapping[str, ArrayLike], attributes: Mappin
 
 def grid_coordinates(grid: Grid) -> dict[str, xr.Variable]:
     """What varies, the labels of points, and what is equal in every cell."""
-    coordinates = {c.name: _axis(c) for c in grid.coords}
+    coordinates = {c.name: shown_in(_axis(c), grid.written_in.get(quantity_of(c.name))) for c in grid.coords}
     for c in grid.coords:
         if c.labels is not None:
             coordinates.setdefault(c.dim, _labels(grid, c.dim, c.labels))
     for name, value in grid.fixed.items():
-        coordinates[name] = parameter_variable(name, (), value)
+        coordinates[name] = shown_in(parameter_variable(name, (), value), grid.written_in.get(name))
     return coordinates
+
+
+def shown_in(variable: xr.Variable, unit: str | None) -> xr.Variable:
+    """The variable, which is in SI, with the unit in which it is shown (`display.py`), if there is one."""
+    if unit is not None:
+        variable.attrs[DISPLAY] = unit
+    return variable
 
 
 def map_template(grid: Grid, columns: Mapping[str, np.dtype[Any]], attributes: Mapping[str, Any]) -> xr.Dataset:

@@ -25,7 +25,7 @@ class Options:
     """How to integrate and how to spread the work. Defaults and limits are those of the configuration.
 
     law : one of `vocabulary.laws.LAWS`. horizon : s; inf for none. threads : None for one per processor.
-    block : most cells computed together.
+    block : most cells computed together. variables : the only ones that are kept, `regime` among them; None for all.
     """
 
     law: str = "stribeck"
@@ -35,6 +35,7 @@ class Options:
     early_stop: bool = True
     threads: int | None = None
     block: int = 4096
+    variables: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:

@@ -30,6 +30,7 @@ from xarray.core.indexing import (
 from stickslip.errors import StoreError, reason
 from stickslip.files.duck_arrays import import_no_more
 from stickslip.files.locations import Url, location
+from stickslip.files.mistaken import RESULTS_HERE, names_in, no_result
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.seal import SEAL, digest, is_unwritten
 
@@ -102,7 +103,14 @@ def _source(path: str | os.PathLike[str]) -> Path | str:
     if isinstance(where, Url):
         return str(where)
     if not where.exists():
-        raise StoreError(f"{path}: no such file")
+        here = names_in(where.parent, RESULTS_HERE)
+        folder = "this folder" if where.parent == Path() else where.parent
+        raise StoreError(f"{path}: no such file" + (f"\nhint: {folder} holds {', '.join(here)}" if here else ""))
+    if mistaken := no_result(where):
+        raise StoreError(
+            f"{path}: this is {mistaken.what}, expected a result (.nc or .zarr)"
+            + (f"\nhint: {mistaken.hint}" if mistaken.hint else "")
+        )
     return where
 
 

@@ -1,14 +1,16 @@
 """The reader of all CSV files that people hand in: measured points, and records of a rig, which are long.
 
-People's programs write commas or semicolons, decimal points or decimal commas.
+People's programs write commas, semicolons or tabs, decimal points or decimal commas, UTF-8 or what came before.
 
 Columns separated by commas have decimal points. Columns separated by semicolons or tabs have either, the same in
-the whole file; a file that mixes them is refused, because "1,234" might then mean thousands. Lines that are empty or
-start with # hold no numbers; what such remarks say is kept.
+the whole file; a file that mixes them is refused, because "1,234" might then mean thousands. Lines that are empty,
+hold nothing but separators or start with # hold no numbers; what such remarks say is kept. A first line `sep=;`, which
+Excel reads and writes, names the separator.
 """
 
 from __future__ import annotations
 
+import codecs
 import csv
 import math
 import re
@@ -23,6 +25,7 @@ from numpy.typing import NDArray
 from stickslip.errors import ConfigError, Place, Problem
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
+_SAID = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
@@ -30,18 +33,35 @@ MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
 
 
 def read_text(path: Path) -> str:
-    """What a file says, as UTF-8 with or without a byte order mark. Raises ConfigError if it cannot be read so."""
+    """What a file says: UTF-8 or UTF-16 as its byte order mark tells, else UTF-8, else Windows-1252 or Latin-1.
+
+    Raises ConfigError if it cannot be read, or is no text.
+    """
     try:
-        return path.read_bytes().decode("utf-8-sig")
+        return _decoded(path.read_bytes())
     except FileNotFoundError:
         raise ConfigError(str(path), [Problem((), "no such file")]) from None
     except IsADirectoryError:
         raise ConfigError(str(path), [Problem((), "this is a folder, expected a CSV file")]) from None
     except OSError as error:
         raise ConfigError(str(path), [Problem((), f"cannot be read: {error.strerror or error}")]) from None
-    except UnicodeDecodeError as error:
-        message = f"byte 0x{error.object[error.start]:02x} is not UTF-8 text"
-        raise ConfigError(str(path), [Problem((), message, hint="save the file as CSV in UTF-8")]) from None
+    except UnicodeError:
+        message = "this is no text, expected a CSV file"
+        raise ConfigError(str(path), [Problem((), message, hint="save the table as CSV")]) from None
+
+
+def _decoded(data: bytes) -> str:
+    """Bytes as text. Raises UnicodeError for what is none: a workbook, for one, is a ZIP archive."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # Excel's "Unicode text"
+        return data.decode("utf-16")
+    if data.startswith(b"PK\3\4") or b"\0" in data:
+        raise UnicodeError
+    for encoding in ("utf-8-sig", "cp1252"):
+        try:
+            return data.decode(encoding)
+        except UnicodeDecodeError:
+            pass
+    return data.decode("latin-1")  # which knows every byte
 
 
 class Cell(NamedTuple):
@@ -56,7 +76,7 @@ class Table:
     """A file in parts, no number read yet.
 
     remarks : the text after the # of comment lines. heading : the cells of the first other line.
-    lines : the rest, each with its number. separator : one of comma, semicolon and tab; `separators` might be.
+    lines : the rest, each with its number. separator : one of comma, semicolon and tab.
     """
 
     name: str
@@ -64,34 +84,58 @@ class Table:
     heading: tuple[Cell, ...]
     lines: tuple[tuple[int, str], ...]
     separator: str
-    separators: tuple[str, ...]
 
 
-def read_table(path: Path, example: str, rows_are: str = "samples", separators: Iterable[str] = _SEPARATORS) -> Table:
+def read_table(path: Path, example: str, rows_are: str = "samples") -> Table:
     """The parts of a file. Raises ConfigError if it cannot be read or holds no table.
 
     example : of the line that names the columns. rows_are : what the other lines are, for messages.
-    separators : those allowed between columns.
     """
     name = str(path)
     numbered = [(number, line) for number, line in enumerate(read_text(path).splitlines(), 1) if line.strip()]
+    said = _SAID.fullmatch(numbered[0][1]) if numbered else None
+    numbered = numbered[1:] if said else numbered
     remarks = tuple(_remark(number, line) for number, line in numbered if _is_remark(line))
     rows = [(number, line) for number, line in numbered if not _is_remark(line)]
     if not rows:
         hint = f"the first line that is not a comment says, for instance, '{example}'"
         raise ConfigError(name, [Problem((), "no line names the columns", hint=hint)])
     (number, line), *rest = rows
-    separator = next((mark for mark in separators if mark in line), ",")
-    if not rest:
+    separator = said[1] if said else _separator(line, rest[0][1] if rest else line)
+    heading = _cells(name, number, line, separator)
+    while len(heading) > 1 and not heading[-1].text:
+        heading = heading[:-1]
+    lines = tuple(_within(rest, separator, len(heading)))
+    if not lines:
         raise ConfigError(name, [Problem((), f"no {rows_are}, only the names of columns", Place(number, 1))])
-    return Table(name, remarks, _cells(name, number, line, separator), tuple(rest), separator, tuple(separators))
+    return Table(name, remarks, heading, lines, separator)
+
+
+def _separator(heading: str, row: str) -> str:
+    """What separates columns: what cuts the heading and the first row into as many cells; else what the heading has."""
+    counts = {mark: tuple(len(list(_parts(line, mark))) for line in (heading, row)) for mark in _SEPARATORS}
+    used = [mark for mark, (cells, _) in counts.items() if cells > 1]
+    alike = [mark for mark in used if len(set(counts[mark])) == 1]
+    return next(iter([*alike, *used]), ",")
+
+
+def _within(rows: Iterable[tuple[int, str]], separator: str, width: int) -> Iterator[tuple[int, str]]:
+    """Lines that hold something, without the empty cells that spreadsheets write behind the last column."""
+    for number, line in rows:
+        if line.endswith(separator):
+            if not line.strip(f"{separator} "):
+                continue
+            spare = line.count(separator) - width + 1
+            for _ in range(spare):
+                line = line.removesuffix(separator)
+        yield number, line
 
 
 def numbers(table: Table, wanted: Sequence[int]) -> dict[int, NDArray[np.float64]]:
     """The columns at the positions `wanted`, unconverted. Raises ConfigError naming line and column."""
     width = len(table.heading)
     rows = [_texts(table, number, line) for number, line in table.lines]
-    comma = table.separator != "," and _has_decimal_commas(rows, wanted)
+    comma = has_decimal_commas(table, rows, wanted)
     found = {}
     try:
         if any(len(row) != width for row in rows):
@@ -174,8 +218,16 @@ def _parts(line: str, separator: str) -> Iterator[tuple[int, int]]:
 # --- what is wrong ----------------------------------------------------------------------------------------------------
 
 
-def _has_decimal_commas(rows: Sequence[Sequence[str]], wanted: Sequence[int]) -> bool:
-    return any("," in row[column] for row in rows for column in wanted if column < len(row))
+def has_decimal_commas(table: Table, rows: Sequence[Sequence[str]], wanted: Sequence[int]) -> bool:
+    """Whether numbers are written with commas in the columns `wanted` of the cells in `rows`."""
+    return table.separator != "," and any("," in row[column] for row in rows for column in wanted if column < len(row))
+
+
+def mixed_marks(text: str, comma: bool) -> str:
+    """The remedy where a text has a decimal point though the file has decimal commas; nothing where it has none."""
+    if comma and _DECIMAL_POINT.fullmatch(text):
+        return "the file mixes decimal commas and decimal points: write one of them throughout"
+    return "leave out the points between thousands" if comma and "." in text else ""
 
 
 def _problems(table: Table, wanted: Sequence[int], comma: bool) -> list[Problem]:
@@ -197,10 +249,8 @@ def _problems(table: Table, wanted: Sequence[int], comma: bool) -> list[Problem]
 def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:
     """What is wrong with a cell, None if it is a finite number."""
     text = cell.text
-    if comma and _DECIMAL_POINT.fullmatch(text):
-        hint = "the file mixes decimal commas and decimal points: write one of them throughout"
-    elif comma and "." in text:
-        hint = "leave out the points between thousands"
+    if hint := mixed_marks(text, comma):
+        pass
     elif NUMBER.fullmatch(text.replace(",", ".") if comma else text) and math.isfinite(float(text.replace(",", "."))):
         return None
     elif text.lower() in ("", "nan", "na", "n/a", "-"):
@@ -219,8 +269,7 @@ def wrong_count(table: Table, cells: Sequence[Cell]) -> Problem:
     hint = None
     if table.separator == "," and len(cells) > wanted:
         hint = "commas separate these columns, so write decimal points, not commas"
-        if ";" in table.separators:
-            hint += "; or separate the columns with semicolons"
+        hint += "; or separate the columns with semicolons"
     elif table.separator == "," and any(";" in cell.text or "\t" in cell.text for cell in cells):
         hint = "the line that names the columns has commas; use the same separator throughout"
     message = (

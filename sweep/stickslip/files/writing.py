@@ -3,9 +3,9 @@
 Writing is all or nothing (`atomic.py`; behind a URL, where only Zarr is written, `swapping.py`); netCDF4 opened for
 writing would truncate the target first. These files are results, not checkpoints.
 
-Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by it.
-In netCDF they are rows of characters, ``pad(pad, pad_letters)``: CF wants a variable of one dimension and its name to
-hold numbers. (Earlier versions wrote ``pad_label``, which `open` reads.)
+Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by
+them. In netCDF they are rows of characters, ``pad(pad, pad_letters)``, as CF wants a variable of one dimension and its
+name to hold numbers. (Earlier versions wrote ``pad_label``, which `open` reads.)
 
 Every chunk carries a checksum, and a seal covers the rest (`seal.py`). `reading.py` is the other half.
 """
@@ -27,7 +27,7 @@ from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
 from stickslip.files import swapping
-from stickslip.files.atomic import neighbour, replaced
+from stickslip.files.atomic import Move, neighbour, replaced
 from stickslip.files.chunks import Chunks, Packed
 from stickslip.files.locations import ROOT, Location, Url, location
 from stickslip.files.netcdf_lock import NETCDF_LOCK
@@ -42,33 +42,48 @@ __all__ = ["StoreError", "check_writable", "open", "write", "write_netcdf", "wri
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
 _ZARR_MARKERS = (ROOT, ".zgroup")
 Fill = Callable[[Any], None]
+Check = Callable[[], None]
 Encoding = dict[str, dict[str, Any]]
 
 
 def write(
-    ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None, chunks: tuple[int, ...] | None = None
+    ds: xr.Dataset,
+    path: str | os.PathLike[str],
+    fill: Fill | None = None,
+    chunks: tuple[int, ...] | None = None,
+    check: Check | None = None,
 ) -> Location:
     """Write to a path or URL: Zarr if it ends in ``.zarr``, netCDF if in ``.nc``. Returns it.
 
     fill : writes the values of the variables in chunks, whatever they are in the dataset; called with what
         `open_chunks` takes, in which all else is written.
     chunks : of variables that have so many dimensions; by default such that a chunk takes 1 MiB.
+    check : called at last, before what is new takes the place of what is there; what it raises leaves that alone.
+        Behind a URL nothing can come between, since who writes holds a lock.
     """
-    return _writer(location(path))(ds, path, fill, chunks)
+    return _writer(location(path))(ds, path, fill, chunks, check)
 
 
 def write_netcdf(
-    ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None, chunks: tuple[int, ...] | None = None
+    ds: xr.Dataset,
+    path: str | os.PathLike[str],
+    fill: Fill | None = None,
+    chunks: tuple[int, ...] | None = None,
+    check: Check | None = None,
 ) -> Path:
     """Write a compressed netCDF-4 file, replacing `path` only once the new file is whole and on the disk."""
     target = _target(path)
-    with replaced(target) as temporary:
+    with replaced(target, _checked(os.replace, check)) as temporary:
         _created(ds, chunks, _netcdf_encoding, _create_netcdf, temporary, fill)
     return Path(path)
 
 
 def write_zarr(
-    ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None, chunks: tuple[int, ...] | None = None
+    ds: xr.Dataset,
+    path: str | os.PathLike[str],
+    fill: Fill | None = None,
+    chunks: tuple[int, ...] | None = None,
+    check: Check | None = None,
 ) -> Location:
     """Write a Zarr store, a folder or what is behind a URL.
 
@@ -77,7 +92,7 @@ def write_zarr(
     require_zarr(path)
     from stickslip.files.zarr_chunks import NewZarr
 
-    with _replaced_store(path) as put:
+    with _replaced_store(path, check) as put:
         store = NewZarr(put, waits=isinstance(location(path), Url))
         _created(ds, chunks, _zarr_encoding, _create_zarr, store, fill)
         store.finish()
@@ -85,14 +100,16 @@ def write_zarr(
 
 
 @contextmanager
-def _replaced_store(path: str | os.PathLike[str]) -> Iterator[Callable[[str, Packed], None]]:
+def _replaced_store(
+    path: str | os.PathLike[str], check: Check | None = None
+) -> Iterator[Callable[[str, Packed], None]]:
     """What puts bytes under the keys of a new store, which replaces that at `path` in the end."""
     where = location(path)
     if isinstance(where, Url):
         with swapping.replaced_store(where) as put:
             yield put
         return
-    with replaced(_target(where, zarr=True), _replace_folder) as temporary:
+    with replaced(_target(where, zarr=True), _checked(_replace_folder, check)) as temporary:
 
         def write(key: str, data: Packed) -> None:
             file = temporary / key
@@ -170,6 +187,17 @@ class _Later(ArrayWriter):
                 whole = [values.rechunk(chunks.layout(name).chunks) for name, values in lazy.items()]
                 targets: Any = [chunks[name] for name in lazy]
                 store(whole, targets, lock=False, scheduler="threads")
+
+
+def _checked(move: Move, check: Check | None) -> Move:
+    """The move, after the check."""
+
+    def checked(temporary: Path, target: Path) -> None:
+        if check:
+            check()
+        move(temporary, target)
+
+    return checked
 
 
 def _replace_folder(temporary: Path, target: Path) -> None:
@@ -284,7 +312,7 @@ def _chunks(shape: tuple[int, ...], asked: tuple[int, ...] | None = None) -> tup
 
 def _writer(
     path: Location,
-) -> Callable[[xr.Dataset, str | os.PathLike[str], Fill | None, tuple[int, ...] | None], Location]:
+) -> Callable[[xr.Dataset, str | os.PathLike[str], Fill | None, tuple[int, ...] | None, Check | None], Location]:
     """The function that writes this kind of file."""
     if path.suffix == ".zarr":
         return write_zarr

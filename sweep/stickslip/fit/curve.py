@@ -27,7 +27,8 @@ class CurveFit:
     be.
     standard_error, interval : by name, of a1 to a4 and of mu_start = a1 + a3; the intervals are those of 95 %
         confidence, without the part below a bound at 0. inf where the points determine nothing.
-    covariance : (4, 4), in the order a1 to a4.
+    covariance : (4, 4), in the order a1 to a4. freedom : of their t distribution, inf where sigma was given.
+    speeds : the slowest and the fastest point, m/s. searched : between which a4 was looked for, m/s.
     residual_rms : of mu. r_squared : explained share of the variance of mu, NaN if mu does not vary.
     unidentified : coefficients that the points do not determine. assumed : those of them that were taken as 0.
     at_bound : those (and mu_start) that the points would have beyond their bound.
@@ -41,6 +42,9 @@ class CurveFit:
     standard_error: Mapping[str, float]
     interval: Mapping[str, Interval]
     covariance: Floats = field(repr=False)
+    freedom: float
+    speeds: Interval
+    searched: Interval
     residual_rms: float
     r_squared: float
     points: int
@@ -62,6 +66,21 @@ class CurveFit:
     def predict(self, speed: ArrayLike) -> Floats:
         """Friction coefficient at slip speeds (m/s)."""
         return stribeck(speed, **self.coefficients())
+
+    def band(self, speed: ArrayLike) -> tuple[Floats, Floats]:
+        """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s); infinite where the points
+        determine nothing. To first order in the coefficients, and not below 0.
+        """
+        w = np.asarray(speed, np.float64)
+        decay = np.exp(-w / self.a4)
+        slopes = np.stack([np.ones_like(w), w, decay, self.a3 * w / self.a4**2 * decay], axis=-1)
+        known = np.isfinite(np.diag(self.covariance))
+        matrix = np.where(np.outer(known, known), self.covariance, 0.0)
+        error = np.sqrt(np.maximum(np.einsum("...i,ij,...j->...", slopes, matrix, slopes), 0.0))
+        reach = np.where((slopes[..., ~known] != 0).any(axis=-1), np.inf, 0.0)
+        reach = reach + (student(self.freedom) * error if error.any() else error)
+        middle = self.predict(w)
+        return np.maximum(middle - reach, 0.0), middle + reach
 
 
 def fit_curve(speed: ArrayLike, mu: ArrayLike, sigma: ArrayLike | None = None) -> CurveFit:
@@ -111,6 +130,9 @@ def fit_curve(speed: ArrayLike, mu: ArrayLike, sigma: ArrayLike | None = None) -
             name: _interval(estimates[name], r, name in (*form.nonnegative, "mu_start")) for name, r in reach.items()
         },
         covariance=matrix,
+        freedom=freedom,
+        speeds=(float(w.min()), float(w.max())),
+        searched=chosen.ends,
         residual_rms=rms(residuals),
         r_squared=share,
         points=int(w.size),

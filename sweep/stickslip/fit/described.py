@@ -1,39 +1,22 @@
-"""Measured points on screen: fits of files, in words."""
+"""Fits in words: coefficients with their intervals, the section of a configuration they make, materials in order."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from stickslip.fit import AgeingFit, CurveFit, Ranking, fit_ageing_file, fit_file, rank
+from stickslip.fit.ageing import AgeingFit, Ranking, rank
+from stickslip.fit.curve import CurveFit
+from stickslip.fit.files import MaterialFit
 
 _CURVE = ("a1", "a2", "a3", "a4")
+_AGEING = ("mu0", "beta", "t0")
 _UNITS = {"a2": "s/m", "a4": "m/s", "t0": "s", "beta": "per decade"}
 
 
-@dataclass(frozen=True)
-class FileFit:
-    """What the points of a file say: a curve, or ageing."""
-
-    curve: CurveFit | None = None
-    ageing: AgeingFit | None = None
-
-
-def fit_points(path: Path, unit: str | None = None) -> FileFit:
-    """The fit that belongs to the columns of a CSV file: speed and mu, or time and mu.
-
-    unit : of the speeds or times, where the header names none. Raises ConfigError.
-    """
-    try:
-        heading = next(
-            (line for line in path.read_text("utf-8-sig").splitlines() if line.strip()[:1] not in ("", "#")), ""
-        )
-    except (OSError, UnicodeDecodeError):
-        heading = ""  # the reader of points says what is wrong
-    if heading.strip().lower().startswith("time"):
-        return FileFit(ageing=fit_ageing_file(path, unit))
-    return FileFit(curve=fit_file(path, unit))
+def describe(fit: MaterialFit) -> str:
+    """What the points of one material say."""
+    return describe_curve(fit.curve) if fit.curve else describe_ageing(fit.ageing)
 
 
 def describe_curve(fit: CurveFit) -> str:
@@ -50,7 +33,7 @@ def describe_ageing(fit: AgeingFit | None) -> str:
     """Level, slope and onset with their 95 % intervals, and the quality of the fit."""
     if fit is None:
         return ""
-    rows = [_row(name, getattr(fit, name), fit.interval[name]) for name in ("mu0", "beta", "t0")]
+    rows = [_row(name, getattr(fit, name), fit.interval[name]) for name in _AGEING]
     worth = f"  {fit.points} points, residual {fit.residual_rms:.2g}, R2 {fit.r_squared:.4f}"
     return "\n".join([*rows, worth, f"  {fit.quality}"])
 
@@ -63,7 +46,68 @@ def describe_ranking(fits: Mapping[str, AgeingFit], at: float) -> str:
     return f"best first\n  by static friction after {at:g} s: {level}\n  by growth per decade: {slope}"
 
 
+def describe_columns(fits: Sequence[MaterialFit]) -> str:
+    """What the columns of the table of these materials were taken for."""
+    points = fits[0].points
+    taken = [f"{heading!r} is {name}" for name, heading in points.read.items() if name != "mu"]
+    taken.append(f"{', '.join(repr(one.points.read['mu']) for one in fits)} friction")
+    left = f"; not used: {', '.join(map(repr, points.ignored))}" if points.ignored else ""
+    return f"{', '.join(taken)}{left}"
+
+
+def as_yaml(fits: Sequence[MaterialFit]) -> str:
+    """The curves as a configuration has them: the section friction, of several an axis of materials."""
+    curves = [(one.name, one.curve) for one in fits if one.curve is not None]
+    if len(curves) == 1:
+        ((_, curve),) = curves
+        rows = [f"  {name}: {_number(getattr(curve, name)):14}{_comment(name)}".rstrip() for name in _CURVE]
+        return "\n".join(["friction:", *rows])
+    columns = [
+        f"      {name}: [{', '.join(_number(getattr(curve, name)) for _, curve in curves)}]{_comment(name, '   ')}"
+        for name in _CURVE
+    ]
+    labels = ", ".join(_quoted(name) for name, _ in curves)
+    return "\n".join(["axes:", "  material:", "    zip:", *columns, f"    labels: [{labels}]"])
+
+
+def as_plain(fit: MaterialFit) -> dict[str, Any]:
+    """A fit as plain data, for programs."""
+    found = fit.curve or fit.ageing
+    assert found is not None
+    names = (*_CURVE, "mu_start") if fit.curve else _AGEING
+    told: dict[str, Any] = {
+        "name": fit.name, "file": str(fit.path), "kind": "curve" if fit.curve else "ageing",
+        "coefficients": {name: getattr(found, name) for name in names},
+        "interval": {name: list(found.interval[name]) for name in names},
+        "standard_error": dict(found.standard_error), "covariance": found.covariance, "confidence": 0.95,
+        "residual_rms": found.residual_rms, "r_squared": found.r_squared, "points": found.points,
+        "good": found.good, "quality": found.quality,
+        "columns": dict(fit.points.read), "ignored": list(fit.points.ignored),
+        "assumed_units": {column.name: column.units for column in fit.points.assumed},
+    }  # fmt: skip
+    if fit.curve is not None:
+        told |= {"unidentified": fit.curve.unidentified, "assumed": fit.curve.assumed, "at_bound": fit.curve.at_bound}
+    return told
+
+
 def _row(name: str, value: float, interval: tuple[float, float] | None, at_bound: bool = False) -> str:
     """A coefficient with its 95 % interval; None: it was assumed."""
     known = "assumed" if interval is None else f"95 %: {interval[0]:.4g} to {interval[1]:.4g}"
     return f"  {name:9}{value:10.4g} {_UNITS.get(name, ''):11} {known}{', at its bound' if at_bound else ''}"
+
+
+def _number(value: float) -> str:
+    """A number that YAML reads as one: with a point before an exponent."""
+    text = f"{value:.6g}"
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+
+
+def _comment(name: str, before: str = "") -> str:
+    return f"{before}# {_UNITS[name]}" if name in _UNITS else ""
+
+
+def _quoted(name: str) -> str:
+    """A name as YAML writes it in a list; in quotes unless it is a plain word."""
+    words = name.replace("-", "").replace("_", "").replace(" ", "")
+    is_word = words.isalnum() and words[:1].isalpha() and words.lower() not in ("null", "true", "false", "yes", "no")
+    return name if is_word and name == name.strip() else '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -80,15 +80,28 @@ class Verdict:
         )
         return (
             f"Friction falls all the way from {first:.3g} at {slowest:.3g} m/s to {last:.3g} at {fastest:.3g} m/s, and "
-            f"the points do not determine a2, which was taken as 0 (no rise at speed).{lost} Use the curve between "
-            f"these speeds; {missing}."
+            f"the points do not determine a2, which was taken as 0 (no rise at speed).{lost}{self._scale()} "
+            f"Use the curve between these speeds; {missing}."
         )
+
+    def _scale(self) -> str:
+        """How far a4 is known, where four coefficients are too many."""
+        a4, reach = self.estimates["a4"], self.reach["a4"]
+        if not math.isfinite(reach):
+            return " Of a4 they say nothing."
+        low = max(a4 - reach, 0.0)
+        return f" a4 = {a4:.3g} m/s may be anything from {low:.2g} to {a4 + reach:.2g} m/s (95 %)."
 
     def _unseen(self, slowest: float, fastest: float) -> str:
         """Points without a declining branch, or too few to tell."""
         where = f"between {slowest:.3g} and {fastest:.3g} m/s"
         if self.freedom < _FEW:
             return f"{self.speed.size} points are too few to show whether friction declines {where}: measure more."
+        if falls(self.speed, self.mu):
+            return (
+                f"Most points fall {where}, but none of these curves follows them: a3 and a4 mean nothing. Look for "
+                "outliers, and measure more points."
+            )
         return (
             f"The points show no declining branch {where}, so a3 and a4 mean nothing: use a3 = 0, or measure at "
             "lower speed if the friction is known to fall."

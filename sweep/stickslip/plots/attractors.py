@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.axis import title as array_title
+from stickslip.dataset.display import unit_of
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply, wrapped
@@ -56,17 +57,17 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
         upper.vlines(x.centres, low, high, color=BLACK, linewidth=1.0)
         handles.append(Line2D([], [], color=BLACK, linewidth=1.0, label="undecided starting states"))
     upper.set(ylabel="share of starting states that settle", ylim=(-0.03, 1.03))
+    unit = unit_of(ds["critical_shock"])
     looks: tuple[tuple[str, str, Literal["solid", "dashed"]], ...]
     looks = ("along", VERMILLION, "solid"), ("against", BLUE, "dashed")
     for name, colour, style in looks:
-        shock = ds[f"critical_shock_{name}"].values
+        shock = unit.of(ds[f"critical_shock_{name}"].values)
         lower.plot(x.centres, np.where(np.isfinite(shock), shock, np.nan), color=colour, linestyle=style, linewidth=1.4)
         handles.append(Line2D([], [], color=colour, linestyle=style, label=f"shock {name} the belt"))
     if safe.any():
         shade(lower, x, safe, _NONE)
         handles.append(Patch(**_NONE, label="no shock is enough"))
-    unit = array_title(ds["critical_shock"]).rpartition("(")[2]
-    lower.set(ylabel=f"critical shock ({unit}", xlabel=x.title)
+    lower.set(ylabel=f"critical shock ({unit.printed})", xlabel=x.title)
     lower.set_ylim(bottom=0.0)
     apply(x, lower, "x")
     if shaded:
@@ -93,14 +94,14 @@ def plot_ramp(
         raise PlotError(f"not a ramp with {variable}")
     ds, title = line_of(ds, variable, 2, select, title)
     along = ds[variable].dims[-1]
-    x = MapAxis(ds, along)
+    x, unit = MapAxis(ds, along), unit_of(ds[variable])
     figure = Figure(figsize=(7.6, 4.8), layout="constrained")
     ax = figure.subplots()
     up, down = (ds.sel(direction=name) for name in ("up", "down"))
     shaded = shade(ax, x, _kinds(up["regime"].values) != _kinds(down["regime"].values))
     handles: list[Any] = []
     for branch, name, marker, style, width in ((up, "up", ">", "solid", 2.6), (down, "down", "<", "dashed", 1.2)):
-        values = branch[variable].values
+        values = unit.of(branch[variable].values)
         look: dict[str, Any] = {"color": BLACK if name == "down" else _RISING, "linestyle": style, "linewidth": width}
         ax.plot(x.centres, values, zorder=2, **look)
         _arrows(ax, x.centres, values, branch["regime"].values, marker)
@@ -110,7 +111,8 @@ def plot_ramp(
         cycle = {"velocity_amplitude": "unstable_velocity_amplitude", "displacement_amplitude": "unstable_amplitude"}
         if variable not in cycle:
             raise PlotError(f"the unstable cycle has no {variable}")
-        ax.plot(attractors[along], attractors[cycle[variable]], color=VERMILLION, linestyle="dotted", linewidth=1.8)
+        unstable = x.unit.of(attractors[along].values), unit.of(attractors[cycle[variable]].values)
+        ax.plot(*unstable, color=VERMILLION, linestyle="dotted", linewidth=1.8)
         handles.append(Line2D([], [], color=VERMILLION, linestyle="dotted", linewidth=1.8, label="unstable cycle"))
     for code in np.unique(ds["regime"].values):
         name = REGIMES[int(code)]
@@ -119,7 +121,7 @@ def plot_ramp(
         handles.append(Line2D([], [], linestyle="none", marker="o", color=face, markeredgecolor="black", label=label))
     if shaded:
         handles.append(Patch(**BAND, label="bistable"))
-    ax.set(xlabel=x.title, ylabel=wrapped(array_title(ds[variable]), 45))
+    ax.set(xlabel=x.title, ylabel=wrapped(array_title(ds[variable], unit), 45))
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     apply(x, ax, "x")
     legend(figure, handles, at_right=False)

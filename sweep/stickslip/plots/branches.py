@@ -13,9 +13,9 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.axis import title as array_title
+from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
-from stickslip.plots.attractors import BAND, line_of, shade
+from stickslip.plots.attractors import BAND, line_of, plot_ramp, shade
 from stickslip.plots.axes import apply
 from stickslip.plots.figure import Figure
 from stickslip.plots.page import entitle, legend
@@ -55,6 +55,9 @@ def plot_branches(
     if "direction" not in ds.dims or variable not in ds.data_vars:
         raise PlotError("not a ramp, of which branches are drawn\nhint: stickslip.ramp follows them up and down")
     ds, title = line_of(ds, variable, 2, select, title)
+    unit = unit_of(ds[variable])
+    amplitudes = [name for name in (variable, _UNSTABLE[variable]) if name in ds]
+    ds = ds.assign({name: (ds[name].dims, unit.of(ds[name].values)) for name in amplitudes})
     x = MapAxis(ds, ds[variable].dims[-1])
     figure = Figure(figsize=(7.6, 4.8), layout="constrained")
     ax = figure.subplots()
@@ -65,13 +68,22 @@ def plot_branches(
     handles += _limits(ax, ds, variable, x.centres)
     if shade(ax, x, bistable):
         handles.append(Patch(**BAND, label="bistable"))
-    unit = array_title(ds[variable]).rpartition("(")[2]
-    ax.set(xlabel=x.title, ylabel=f"amplitude of {variable.removesuffix('_amplitude')} ({unit}")
+    ax.set(xlabel=x.title, ylabel=f"amplitude of {variable.removesuffix('_amplitude')} ({unit.printed})")
     apply(x, ax, "x")
     ax.margins(y=0.08)
     legend(figure, handles, at_right=False)
     entitle(figure, ax, title)
     return figure
+
+
+def plot_of_ramp(ds: xr.Dataset, variable: str | None = None, **how: Any) -> Figure:
+    """The plot of a ramp: its branches for an amplitude, and unless another variable is named; else both ways of that.
+
+    how : select and title. Raises PlotError.
+    """
+    if variable is None or variable in _UNSTABLE:
+        return plot_branches(ds, variable or "velocity_amplitude", **how)
+    return plot_ramp(ds, variable, **how)
 
 
 def _is(ds: xr.Dataset, direction: str, *names: str) -> Flags:

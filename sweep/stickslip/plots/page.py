@@ -13,13 +13,18 @@ from matplotlib.legend_handler import HandlerTuple
 
 from stickslip.errors import PlotError, reason
 
+DPI = 150  # of pictures unless asked for
 _NOTE_COLOUR = "#555555"
+_MADE_BY = "stickslip plot"
+_KEPT_AS = {".png": "Description", ".svg": "Description", ".pdf": "Subject"}  # the keys that the formats have
 
 
 def legend(
-    figure: Figure, handles: Sequence[Artist | tuple[Artist, ...]], *, at_right: bool, note: str | None = None
-) -> None:
-    """The legend, outside the axes: at the right of a lone map, else below. The note is below the plot."""
+    figure: Figure, handles: Sequence[Artist | tuple[Artist, ...]], *, at_right: bool,
+    notes: Sequence[str | None] = (),
+) -> None:  # fmt: skip
+    """The legend, outside the axes: at the right of a lone map, else below. The notes, lines, are below the plot."""
+    note = "\n".join(filter(None, notes))
     shown: list[Any] = list(handles)  # matplotlib's types know nothing of several artists for one label
     labels = [str((handle[0] if isinstance(handle, tuple) else handle).get_label()) for handle in handles]
     looks: dict[str, Any] = {"frameon": False, "fontsize": "small"}
@@ -30,7 +35,7 @@ def legend(
         figure.legend(shown, labels, loc="outside right upper", **looks)
     elif shown:
         columns = min(4, len(shown))
-        legend = figure.legend(shown, labels, loc="outside lower center", ncols=columns, title=note, **looks)
+        legend = figure.legend(shown, labels, loc="outside lower center", ncols=columns, title=note or None, **looks)
         legend.get_title().set(fontsize="x-small", color=_NOTE_COLOUR)
 
 
@@ -42,9 +47,26 @@ def entitle(figure: Figure, top: Axes, title: str, *, above_all: bool = False) -
         top.set_title(title, fontsize="large")
 
 
-def save(figure: Figure, path: str | os.PathLike[str], dpi: float = 150) -> None:
-    """Write a plot; its format is that of the name (.png, .svg, .pdf). Raises PlotError."""
+def save(figure: Figure, path: str | os.PathLike[str], dpi: float = DPI, request: str = "") -> None:
+    """Write a plot; its format is that of the name (.png, .svg, .pdf). Raises PlotError.
+
+    request : what was asked of the picture besides what it shows by itself; kept in it, so that `request_of` tells
+    pictures apart.
+    """
+    where = _KEPT_AS.get(os.path.splitext(path)[1].lower())
     try:
-        figure.savefig(path, dpi=dpi)
+        figure.savefig(path, dpi=dpi, metadata={where: f"{_MADE_BY} {request}".rstrip()} if where else None)
     except (OSError, ValueError) as error:
         raise PlotError(f"{os.fspath(path)}: cannot be written ({reason(error)})") from error
+
+
+def request_of(path: str | os.PathLike[str]) -> str | None:
+    """The request a PNG was made for (`save`); None if it is no PNG, or not one of ours."""
+    from PIL import Image  # matplotlib writes with it
+
+    try:
+        with Image.open(path) as image:
+            said = str(image.info.get(_KEPT_AS[".png"], ""))
+    except (OSError, ValueError):
+        return None
+    return said.removeprefix(_MADE_BY).strip() if said.startswith(_MADE_BY) else None

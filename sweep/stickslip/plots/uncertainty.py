@@ -13,6 +13,7 @@ from stickslip.dataset.axis import MapAxis, spoken
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply
 from stickslip.plots.figure import Figure
+from stickslip.plots.look import PLAIN, Look
 from stickslip.plots.maps import plot_map
 from stickslip.plots.page import entitle
 from stickslip.plots.palette import (
@@ -37,10 +38,13 @@ _COLOURS = (BLUE, ORANGE, BLACK, GREEN, PURPLE, VERMILLION, SKY)
 _STYLES = ("solid", "dashed", "dotted", "dashdot")
 
 
-def plot_probability(ds: xr.Dataset, state: str = "stick_slip", *, title: str | None = None) -> Figure:
+def plot_probability(
+    ds: xr.Dataset, state: str = "stick_slip", *, title: str | None = None, look: Look = PLAIN
+) -> Figure:
     """The probability of a regime: bars for one cell, a line with its band over one axis, a map over more.
 
-    Beside or below it, if they were computed, the Sobol indices of the uncertain quantities. Raises PlotError.
+    Beside or below it, if they were computed, the Sobol indices of the uncertain quantities. look : of maps.
+    Raises PlotError.
     """
     if "probability" not in ds or state not in ds.get("state", []):
         raise PlotError(f"holds no probability of {state}: it needs a result of a configuration with uncertain inputs")
@@ -54,7 +58,7 @@ def plot_probability(ds: xr.Dataset, state: str = "stick_slip", *, title: str | 
     if len(dims) == 1:
         return _line(one, state, title)
     named = one["probability"].assign_attrs(long_name=f"probability of {_name(state)}")
-    return plot_map(one.assign(probability=named), "probability", title=title)
+    return plot_map(one.assign(probability=named), "probability", title=title, look=look)
 
 
 def _cell(ds: xr.Dataset, state: str, title: str) -> Figure:

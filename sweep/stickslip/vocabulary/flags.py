@@ -52,6 +52,13 @@ COMPUTED_MESSAGES = {
     "inferred": "not computed itself: its regime is that of the computed cells around it",
     "computed": "computed itself",
 }
+QUIET_MESSAGES = {
+    "not_computed": "this material was not computed",
+    "border": "vibration ends there: above, up to the fastest speed searched, nothing vibrates for long",
+    "quiet_throughout": "no vibration at any speed searched: the value is the slowest of them, an upper bound",
+    "vibrates_throughout": "vibration up to the fastest speed searched: the value is that speed, a lower bound",
+    "unresolved": "cells without a verdict lie around the border: the value is where these end, an upper bound",
+}
 REGIMES = tuple(REGIME_MESSAGES)
 # Codes of regimes that do not say what the motion is, and names of those that do.
 UNDECIDED = tuple(REGIMES.index(name) for name in ("not_computed", "unresolved", "failed"))
@@ -60,11 +67,13 @@ STATUSES = tuple(STATUS_MESSAGES)
 MODES = tuple(MODE_MESSAGES)
 SHARE_METHODS = tuple(SHARE_MESSAGES)
 METHODS = tuple(METHOD_MESSAGES)
+QUIET_STATES = tuple(QUIET_MESSAGES)
+VIBRATING = ("stick_slip", "sustained")  # regimes in which a vibration lasts
 FLAGS: dict[str, dict[str, str]] = {
     "regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES, "computed": COMPUTED_MESSAGES,
     "regime_below": REGIME_MESSAGES, "regime_above": REGIME_MESSAGES, "method": METHOD_MESSAGES,
     "regime_from_stick": REGIME_MESSAGES, "regime_from_sliding": REGIME_MESSAGES, "share_method": SHARE_MESSAGES,
-    "regime_left": REGIME_MESSAGES, "regime_right": REGIME_MESSAGES,
+    "regime_left": REGIME_MESSAGES, "regime_right": REGIME_MESSAGES, "quiet_state": QUIET_MESSAGES,
 }  # fmt: skip
 
 # What is said beside a flag that has another name in the field.

@@ -3,9 +3,10 @@
 `VARIABLES` are those of a cell, `MAP_VARIABLES` those that a map may have (`computed` where it is refined),
 `TRACE_VARIABLES` those of one trajectory over time, `BORDER_VARIABLES` those of the borders between regimes (`border`
 and its width in the units of the parameter searched), `ATTRACTOR_VARIABLES` those of the attractors of a cell,
-`RAMP_VARIABLES` those followed along a ramp, `UNCERTAIN_VARIABLES` those of scatter (the names of metrics are
-put behind `STATISTICS`). Datasets, plots and documentation read these tables; nothing else repeats a unit or a long
-name. Units are spelled as UDUNITS requires (``m s-1``).
+`RAMP_VARIABLES` those followed along a ramp, `MATERIAL_VARIABLES` those of materials compared, `UNCERTAIN_VARIABLES`
+those of scatter (the names of metrics are put behind `STATISTICS`), `LEVEL_VARIABLES` those of how loud cells are.
+Datasets, plots and documentation read these
+tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS requires (``m s-1``).
 """
 
 from __future__ import annotations
@@ -176,9 +177,53 @@ _MARGIN_VARIABLES = (
     Variable("joint_checked", "flag", "regime of the simulation past the border, of the cheapest joint change"),
 )  # fmt: skip
 
+_MATERIAL_VARIABLES = (
+    Variable("rank", "1", "rank of the material, 1 for the one that is quiet from the lowest speed on"),
+    Variable("quiet_above", "m s-1", "belt speed above which the pair is quiet",
+             comment="no stick-slip and no other lasting vibration that began in stick; see quiet_state"),
+    Variable("quiet_state", "1", "what the speed above which the pair is quiet is"),
+    Variable("quiet_above_low", "m s-1", "lower end of the confidence interval of quiet_above",
+             comment="0: no vibration at any speed searched; NaN: the points do not determine it"),
+    Variable("quiet_above_high", "m s-1", "upper end of the confidence interval of quiet_above",
+             comment="inf: vibration up to the fastest speed searched; NaN: the points do not determine it"),
+    Variable("better_than_next", "1", "probability of being quiet from a lower speed on than the next in rank",
+             comment="as far as the scatter of the points goes"),
+    Variable("draws_used", "1", "curves drawn whose verdict is known"),
+    Variable("margin", "1", "belt speed over quiet_above", comment="above 1: quiet"),
+    Variable("quiet_probability", "1", "probability of being quiet at the belt speed",
+             comment="as far as the scatter of the points goes; draws without a verdict do not count as quiet"),
+    *(v for v in _VARIABLES if v.name in ("regime", "frequency", "stick_fraction", "tendency")),
+    Variable("a1", "1", "friction coefficient a1, constant part of the Stribeck curve"),
+    Variable("a2", "s m-1", "slope a2 of the rising branch of the Stribeck curve"),
+    Variable("a3", "1", "drop a3 of the declining branch of the Stribeck curve"),
+    Variable("a4", "m s-1", "decay speed a4 of the declining branch of the Stribeck curve"),
+    Variable("mu_start", "1", "friction coefficient at break-away"),
+    Variable("residual_rms", "1", "residual of the fit, root mean square"),
+    Variable("points", "1", "measured points"),
+    Variable("slowest_point", "m s-1", "slowest measured speed"),
+    Variable("fastest_point", "m s-1", "fastest measured speed"),
+    Variable("fit_good", "1", "whether the points determine the curve"),
+    Variable("friction", "1", "friction coefficient of the fitted curve"),
+    Variable("friction_low", "1", "lower end of the 95 % band of the fitted curve"),
+    Variable("friction_high", "1", "upper end of the 95 % band of the fitted curve"),
+    Variable("point_friction", "1", "measured friction coefficient"),
+    Variable("point_sigma", "1", "standard deviation of the measured friction coefficient"),
+)  # fmt: skip
+
+LEVEL = Variable(
+    "acceleration_level_a", "1", "time-average A-weighted level of the acceleration, dB re 1e-6 m/s2",
+    comment="Of the limit cycle, from the Fourier series of one period, up to 20 kHz; IEC 61672-1, ISO 1683. No level "
+    "of sound pressure: levels of cells can be compared with each other. NaN where there is no cycle; -inf where "
+    "nothing of it is heard.",
+)  # fmt: skip
+
 VARIABLES: dict[str, Variable] = {v.name: v for v in _VARIABLES}
+MATERIAL_VARIABLES: dict[str, Variable] = {v.name: v for v in _MATERIAL_VARIABLES}
 COMPUTED = Variable("computed", "1", "whether a cell was computed or its regime was inferred")
 MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
+LEVEL_VARIABLES: dict[str, Variable] = {
+    name: VARIABLES[name] for name in ("regime", "status", "period", "frequency")
+} | {LEVEL.name: LEVEL}
 UNCERTAIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _UNCERTAIN_VARIABLES}
 TRACE_VARIABLES: dict[str, Variable] = {v.name: v for v in _TRACE_VARIABLES}
 BORDER_VARIABLES: dict[str, Variable] = {v.name: v for v in _BORDER_VARIABLES}

@@ -102,7 +102,7 @@ def test_a_dict_is_read_as_the_yaml_that_says_the_same(data):
 def test_a_good_configuration_is_equal_from_python_and_its_yaml_gives_it_again(text):
     config = read(parse_yaml(text).data)
     assert config == read(text)
-    assert load_config(config.resolved()) == config == parse_config(config.to_yaml())
+    assert read(config.resolved()) == config == parse_config(config.to_yaml())
 
 
 def test_what_is_wrong_is_told_at_once_with_the_path_of_the_key():

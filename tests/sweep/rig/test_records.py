@@ -73,6 +73,15 @@ def test_numbers_are_read_as_they_were_written(tmp_path_factory, values):
     assert found["spring_force"].values.tolist() == values
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252", "latin-1"])
+def test_the_encoding_does_not_matter(tmp_path, encoding):
+    path = tmp_path / "felt.csv"
+    rows = [f"{t};1;{t / 2:g};".replace(".", ",") for t in range(20)]  # with the empty cell of a spreadsheet
+    path.write_bytes("\r\n".join(["sep=;", "Time [ms];Force [N];a [m/s²];", *rows]).encode(encoding))
+    found = read_record(path)
+    assert found["acceleration"].values.tolist() == [t / 2 for t in range(20)]
+
+
 def test_a_configuration_names_columns_units_and_conditions(tmp_path):
     config = tmp_path / "rig.yaml"
     config.write_text(
@@ -159,8 +168,8 @@ def test_every_bad_cell_is_reported_up_to_a_limit(tmp_path):
 def test_files_that_are_none(tmp_path):
     assert "no such file" in complaint(read_record, tmp_path / "none.csv")
     assert "this is a folder" in complaint(read_record, tmp_path)
-    (tmp_path / "latin.csv").write_bytes("time, force, a [m/s²]\n".encode("latin-1"))
-    assert "not UTF-8" in complaint(read_record, tmp_path / "latin.csv")
+    (tmp_path / "zip.csv").write_bytes(b"PK\x03\x04" + bytes(40))
+    assert "this is no text" in complaint(read_record, tmp_path / "zip.csv")
     (tmp_path / "empty.csv").write_text("# nothing\n\n")
     assert "no line names the columns" in complaint(read_record, tmp_path / "empty.csv")
 

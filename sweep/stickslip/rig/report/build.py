@@ -1,16 +1,13 @@
 """The report of a test matrix: one self-contained HTML file, without network or scripts.
 
-Plots are embedded, as SVG or PNG, whichever is smaller. Everything that users wrote is escaped.
+The frame and its parts are those of `stickslip.pages`, which escape everything that users wrote.
 """
 
 from __future__ import annotations
 
 import os
-import re
-from base64 import b64encode
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from html import escape
-from io import BytesIO
 from itertools import islice
 from pathlib import Path
 from string import Template
@@ -19,11 +16,10 @@ from textwrap import fill
 import numpy as np
 import xarray as xr
 
-from stickslip.files.atomic import replaced
-from stickslip.plots.figure import Figure
+from stickslip import pages
+from stickslip.pages import Cell, Column, Section
 from stickslip.rig.quantities import FEATURES
 from stickslip.rig.report.matrix import MEANINGS, plot_matrix
-from stickslip.rig.report.page import PAGE
 from stickslip.rig.report.traces import LIGHTS, plot_records
 from stickslip.rig.risk import BANDS, RPN_NAME
 from stickslip.rig.simulate.config import RigConfig
@@ -37,6 +33,18 @@ _MOST_TOGETHER = 6  # records drawn over each other, as many as there are colour
 _WIDEST_ENTRY = 22  # letters, of a legend
 _MOST_NAMED = 20  # tests that a warning names
 _DOTS = 200  # per inch, of plots without lines
+_LIGHTS_IN_PRINT = """\
+.green, .yellow, .red, .unknown { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
+td.green, td.yellow, td.red, td.unknown { text-align: center; font-weight: 600; }
+"""
+_WORDS = """\
+<p><strong>RPN</strong> is the $rpn_name: a number from 1 to 10 made of the number of sticks, the largest acceleration
+and the integral of the acceleration over the test. It has the inputs, the scale and the bands of the rig makers' risk
+priority number, whose formula is not public, and ranks tests on one rig. Sticks and integral grow with the length of a
+test, so compare tests of the same strokes and speeds.</p>
+$meanings
+<p>The tests were simulated, sensors and their noise included. Friction coefficients are read from the force of the
+spring as the rig would measure them, over the load. A dash marks a number that is not defined.</p>"""
 # Of the table: feature, heading, unit, factor from SI.
 _COLUMNS = (
     ("sticks", "sticks", "", 1.0),
@@ -59,32 +67,32 @@ def write_report(
     records : those to draw, by name; names that `RigTests.name` gives get their model RPN in the legend. rig : what the
     matrix was computed from. Raises StoreError.
     """
-    page = report(ds, records, rig)
-    with replaced(Path(os.path.realpath(path))) as temporary:
-        temporary.write_text(page, encoding="utf-8")
-    return Path(path)
+    return pages.write_page(path, report(ds, records, rig))
 
 
 def report(ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: RigConfig) -> str:
     """The text of the file that `write_report` writes."""
     dims = [along(ds, dim) for dim in ds["model_rpn"].dims]
+    traces = _traces(records, _known(ds, rig)) or pages.paragraph("No traces were asked for.")
+    again = pages.paragraph("The full configuration; saved as a file, it gives the same matrix again:")
+    sections = [
+        Section("The matrix", _maps(ds)),
+        Section("Traces", traces),
+        Section("All tests", f'<p class="legend">RPN: {escape(RPN_NAME)}. {_legend()}</p>\n{_table(ds, dims)}'),
+        Section(
+            "What the numbers mean", Template(_WORDS).substitute(rpn_name=escape(RPN_NAME), meanings=_meanings(ds))
+        ),
+        Section("Equal in all tests", _same(ds, rig)),
+        Section("Where this comes from", pages.provenance(ds.attrs) + again + pages.configuration(rig.to_yaml())),
+    ]
     title = str(ds.attrs.get("title", "")) or rig.config.title
-    return Template(PAGE).substitute(
-        title=escape(title),
-        rpn_name=escape(RPN_NAME),
-        lights="\n".join(f".{name} {{ background: {colour}; color: #000; }}" for name, colour in LIGHTS.items()),
-        red=LIGHTS["red"],
-        summary=_summary(ds, dims),
-        warnings=_warnings(ds, dims),
-        maps=_maps(ds),
-        traces=_traces(records, _known(ds, rig)) or "<p>No traces were asked for.</p>",
-        table=_table(ds, dims),
-        legend=_legend(),
-        same=_same(ds, rig),
-        meanings=_meanings(ds),
-        provenance=_provenance(ds),
-        configuration=escape(_compact(rig.to_yaml())),
-    )
+    return pages.page(title, _summary(ds, dims), sections, warnings=_warnings(ds, dims), style=_style())
+
+
+def _style() -> str:
+    """The colours of the bands."""
+    lights = (f".{name} {{ background: {colour}; color: #000; }}\n" for name, colour in LIGHTS.items())
+    return "".join(lights) + _LIGHTS_IN_PRINT
 
 
 # --- words ------------------------------------------------------------------------------------------------------------
@@ -97,10 +105,10 @@ def _summary(ds: xr.Dataset, dims: list[Along]) -> str:
     tests = f"{count} tests: {sizes}" if dims else "One test"
     bands = ds["model_rpn_band"].values.ravel()
     shares = [f"{int((bands == code).sum())} {name}" for code, name in enumerate(("unknown", *BANDS)) if code in bands]
-    return escape(f"{tests}. Bands of the {RPN_NAME}: {', '.join(reversed(shares))}.")
+    return f"{tests}. Bands of the {RPN_NAME}: {', '.join(reversed(shares))}."
 
 
-def _warnings(ds: xr.Dataset, dims: list[Along]) -> str:
+def _warnings(ds: xr.Dataset, dims: list[Along]) -> list[str]:
     """Tests that were not integrated to their end, by the reason."""
     status = ds["status"].values.ravel()
     found = []
@@ -110,8 +118,8 @@ def _warnings(ds: xr.Dataset, dims: list[Along]) -> str:
         more = f"; and {len(numbers) - _MOST_NAMED} more" if len(numbers) > _MOST_NAMED else ""
         tests = "1 test was" if len(numbers) == 1 else f"{len(numbers)} tests were"
         said = f"{tests} not integrated to the end: {STATUS_MESSAGES[STATUSES[code]]} ({names}{more})"
-        found.append(f'<p class="warning"><strong>Warning.</strong> {escape(said)}.</p>')
-    return "\n".join(found)
+        found.append(pages.warning(said))
+    return found
 
 
 def _legend() -> str:
@@ -129,7 +137,12 @@ def _same(ds: xr.Dataset, rig: RigConfig) -> str:
         if name not in left_out and not c.dims and c.dtype.kind == "f" and np.isfinite(c):
             value = quantity(float(c), str(c.attrs.get("units", "1")))
             found.append((str(c.attrs.get("long_name", name)), value))
-    return _terms(found)
+    return pages.terms(found, "two")
+
+
+def _numbers(ds: xr.Dataset) -> str:
+    """What the RPN is, and the columns of the table."""
+    return Template(_WORDS).substitute(rpn_name=escape(RPN_NAME), meanings=_meanings(ds))
 
 
 def _meanings(ds: xr.Dataset) -> str:
@@ -137,22 +150,7 @@ def _meanings(ds: xr.Dataset) -> str:
     said = [(heading, FEATURES[feature].long_name) for feature, heading, _, _ in _COLUMNS]
     if any(_is_limited(ds, feature) for feature, *_ in _COLUMNS):
         said.append(("limited", "accelerations are those within the bandwidth that the configuration gives"))
-    return _terms(said)
-
-
-def _provenance(ds: xr.Dataset) -> str:
-    words = {"computed": "date_created", "by": "source", "with": "software"}
-    return _terms((word, str(ds.attrs.get(key, "not known"))) for word, key in words.items())
-
-
-def _compact(configuration: str) -> str:
-    """The same with lists of plain values on one line; no text in it breaks a line itself."""
-    return re.sub(r"\[\n[^\[\]{}]*\]", lambda found: re.sub(r"\n\s*", " ", found[0]), configuration)
-
-
-def _terms(pairs: Iterable[tuple[str, str]]) -> str:
-    """A list of terms and what they mean."""
-    return "\n".join(f"<div><dt>{escape(term)}</dt><dd>{escape(said)}</dd></div>" for term, said in pairs)
+    return pages.terms(said, "short")
 
 
 # --- table ------------------------------------------------------------------------------------------------------------
@@ -161,23 +159,13 @@ def _terms(pairs: Iterable[tuple[str, str]]) -> str:
 def _table(ds: xr.Dataset, dims: list[Along]) -> str:
     """All tests, the rows after `MOST_ROWS` left out, which a line below says."""
     size = ds["model_rpn"].size
-    heads = [_head("test", ""), *(_head(d.name, d.unit, d.is_text) for d in dims), _head("RPN", "")]
-    heads += [_head(heading, unit) for _, heading, unit, _ in _COLUMNS]
-    rows = "\n".join(islice(_rows(ds, dims), MOST_ROWS))
-    cut = f"<p>{size - MOST_ROWS} more tests are left out here; the file of results has all.</p>"
-    return (
-        f'<div class="wide"><table><thead><tr>{"".join(heads)}</tr></thead>\n<tbody>\n{rows}\n</tbody></table></div>\n'
-        + (cut if size > MOST_ROWS else "")
-    )
+    columns = [Column("test"), *(Column(d.name, d.unit, d.is_text) for d in dims), Column("RPN")]
+    columns += [Column(heading, unit) for _, heading, unit, _ in _COLUMNS]
+    cut = pages.paragraph(f"{size - MOST_ROWS} more tests are left out here; the file of results has all.")
+    return pages.table(columns, islice(_rows(ds, dims), MOST_ROWS)) + (cut if size > MOST_ROWS else "")
 
 
-def _head(name: str, unit: str, is_text: bool = False) -> str:
-    small = f"<br><small>{escape(unit)}</small>" if unit else ""
-    kind = ' class="text"' if is_text else ""
-    return f'<th scope="col"{kind}>{escape(name)}{small}</th>'
-
-
-def _rows(ds: xr.Dataset, dims: list[Along]) -> Iterator[str]:
+def _rows(ds: xr.Dataset, dims: list[Along]) -> Iterator[list[str | Cell]]:
     """A row for each test."""
     lengths = [len(d.points) for d in dims]
     values = [_best(ds, feature) * factor for feature, _, _, factor in _COLUMNS]
@@ -185,14 +173,9 @@ def _rows(ds: xr.Dataset, dims: list[Along]) -> Iterator[str]:
     lights = ("unknown", *BANDS)
     for n in range(ds["model_rpn"].size):
         at = np.unravel_index(n, lengths) if dims else ()
-        where = "".join(_cell(d.points[int(i)], d.is_text) for d, i in zip(dims, at, strict=True))
-        light = f'<td class="{lights[bands[n]]}">{rpn[n] or "?"}</td>'
-        found = "".join(_cell(number(float(column[n]))) for column in values)
-        yield f'<tr><th scope="row">{n}</th>{where}{light}{found}</tr>'
-
-
-def _cell(text: str, is_text: bool = False) -> str:
-    return f'<td class="text">{escape(text)}</td>' if is_text else f"<td>{escape(text)}</td>"
+        where = (d.points[int(i)] for d, i in zip(dims, at, strict=True))
+        found = (number(float(column[n])) for column in values)
+        yield [str(n), *where, Cell(str(rpn[n] or "?"), lights[bands[n]]), *found]
 
 
 def _is_limited(ds: xr.Dataset, feature: str) -> bool:
@@ -211,8 +194,8 @@ def _best(ds: xr.Dataset, feature: str) -> np.ndarray[tuple[int], np.dtype[np.fl
 def _maps(ds: xr.Dataset) -> str:
     shown = "acceleration_max_limited" if _is_limited(ds, "acceleration_max") else "acceleration_max"
     largest = f"Heat map: {FEATURES[shown].long_name} of every test"
-    rated = _embedded(plot_matrix(ds), f"Heat map: {RPN_NAME} of every test")
-    return rated + _embedded(plot_matrix(ds, shown), largest)
+    rated = pages.embedded(plot_matrix(ds), f"Heat map: {RPN_NAME} of every test")
+    return pages.side_by_side(rated, pages.embedded(plot_matrix(ds, shown), largest))
 
 
 def _known(ds: xr.Dataset, rig: RigConfig) -> dict[str, tuple[str, int]]:
@@ -235,8 +218,8 @@ def _traces(records: Mapping[str, xr.Dataset], known: Mapping[str, tuple[str, in
         whole = plot_records(drawn, numbers=rpn, heading="Whole tests")
         start = plot_records(drawn, numbers=rpn, heading="The first stroke", window=(0.0, end))
         said = "; ".join(said for said, _ in chosen.values())
-        found.append(_embedded(whole, f"Force and acceleration over time: {said}"))
-        found.append(_embedded(start, f"The first stroke of the same: {said}"))
+        found.append(pages.embedded(whole, f"Force and acceleration over time: {said}"))
+        found.append(pages.embedded(start, f"The first stroke of the same: {said}"))
     return "\n".join(found)
 
 
@@ -256,15 +239,3 @@ def _first_stroke(record: xr.Dataset) -> float:
         if moving.any() and rests.size:
             return float(time[begin + rests[0]])
     return 0.1 * float(time[-1])
-
-
-def _embedded(figure: Figure, said: str) -> str:
-    """A plot embedded in the page, with its alternative text."""
-    lines, dots = BytesIO(), BytesIO()
-    figure.savefig(lines, format="svg", metadata={"Date": None})
-    figure.savefig(dots, format="png", dpi=_DOTS)
-    kind, best = min([("svg+xml", lines.getvalue()), ("png", dots.getvalue())], key=lambda found: len(found[1]))
-    width, height = (round(96 * inches) for inches in figure.get_size_inches())
-    data = b64encode(best).decode("ascii")
-    source = f"data:image/{kind};base64,{data}"
-    return f'<figure><img src="{source}" width="{width}" height="{height}" alt="{escape(said)}"></figure>'

@@ -1,8 +1,49 @@
-"""The frame of a report: a page with places `$name` to fill (string.Template; a dollar itself is written twice)."""
+"""The frame of a page: title, summary, warnings and sections in one HTML file, and how it is written."""
 
 from __future__ import annotations
 
-PAGE = """\
+import os
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from string import Template
+from typing import NamedTuple
+
+from stickslip.files.atomic import replaced
+from stickslip.plots.palette import VERMILLION
+
+
+class Section(NamedTuple):
+    """A part of a page: its heading, plain text, and what is in it, HTML as `parts` makes it."""
+
+    heading: str
+    html: str
+
+
+def page(
+    title: str, summary: str, sections: Sequence[Section | tuple[str, str]], *, warnings: Sequence[str] = (),
+    style: str = "",
+) -> str:  # fmt: skip
+    """A page as text. title, summary : plain text. warnings : as `parts.warning` makes them. style : more CSS."""
+    return Template(_PAGE).substitute(
+        title=escape(title),
+        summary=escape(summary),
+        warnings="\n".join(warnings),
+        sections="\n".join(f"<section>\n<h2>{escape(name)}</h2>\n{html}\n</section>" for name, html in sections),
+        red=VERMILLION,
+        style=style,
+    )
+
+
+def write_page(path: str | os.PathLike[str], text: str) -> Path:
+    """Write a page, replacing `path` only once it is whole. Raises StoreError."""
+    with replaced(Path(os.path.realpath(path))) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return Path(path)
+
+
+# Places to fill are `$name` (string.Template; a dollar itself is written twice).
+_PAGE = """\
 <!DOCTYPE html>
 <html lang="en">
 <head>
@@ -46,9 +87,6 @@ dl.two { columns: 2 24rem; column-gap: 2.5rem; }
 dl.two div { break-inside: avoid; }
 pre { font: .78rem/1.4 ui-monospace, Consolas, Menlo, monospace; background: var(--shade); padding: .8rem 1rem;
   border-radius: 4px; white-space: pre-wrap; overflow-wrap: anywhere; }
-$lights
-.green, .yellow, .red, .unknown { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
-td.green, td.yellow, td.red, td.unknown { text-align: center; font-weight: 600; }
 @page { margin: 15mm; }
 @media print {
   :root { color-scheme: light; --ink: #000; --paper: #fff; --faint: #555; --line: #ccc; --shade: #f5f5f5; }
@@ -59,7 +97,7 @@ td.green, td.yellow, td.red, td.unknown { text-align: center; font-weight: 600; 
   .wide { overflow: visible; }
   .maps { display: block; }
 }
-</style>
+$style</style>
 </head>
 <body>
 <header>
@@ -68,45 +106,7 @@ td.green, td.yellow, td.red, td.unknown { text-align: center; font-weight: 600; 
 </header>
 $warnings
 <main>
-<section>
-<h2>The matrix</h2>
-<div class="maps">$maps</div>
-</section>
-<section>
-<h2>Traces</h2>
-$traces
-</section>
-<section>
-<h2>All tests</h2>
-<p class="legend">RPN: $rpn_name. $legend</p>
-$table
-</section>
-<section>
-<h2>What the numbers mean</h2>
-<p><strong>RPN</strong> is the $rpn_name: a number from 1 to 10 made of the number of sticks, the largest acceleration
-and the integral of the acceleration over the test. It has the inputs, the scale and the bands of the rig makers' risk
-priority number, whose formula is not public, and ranks tests on one rig. Sticks and integral grow with the length of a
-test, so compare tests of the same strokes and speeds.</p>
-<dl class="short">
-$meanings
-</dl>
-<p>The tests were simulated, sensors and their noise included. Friction coefficients are read from the force of the
-spring as the rig would measure them, over the load. A dash marks a number that is not defined.</p>
-</section>
-<section>
-<h2>Equal in all tests</h2>
-<dl class="two">
-$same
-</dl>
-</section>
-<section>
-<h2>Where this comes from</h2>
-<dl class="short">
-$provenance
-</dl>
-<p>The full configuration; saved as a file, it gives the same matrix again:</p>
-<pre id="configuration">$configuration</pre>
-</section>
+$sections
 </main>
 </body>
 </html>

@@ -1,0 +1,146 @@
+"""`fit`: measured points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from stickslip.cli.common import JSON, check_plot, points_file, reports_wrong_input, tell_json
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from stickslip.fit import MaterialFit, Wanted
+
+_COLUMNS = (
+    click.option("--unit", metavar="UNIT", help="Of the speeds or times, such as mm/s, where a header names none."),
+    click.option("--speed-column", metavar="NAME", help="Heading of the column of speeds, if it is none of the usual."),
+    click.option("--friction-column", metavar="NAME", multiple=True,
+                 help="Heading of a column of friction coefficients; several give a fit each."),
+)  # fmt: skip
+POINTS = click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
+
+
+def columns(command: Callable[..., None]) -> Callable[..., None]:
+    """The options that say what the columns of a table are."""
+    for option in reversed(_COLUMNS):
+        command = option(command)
+    return command
+
+
+def wanted_of(
+    unit: str | None, speed_column: str | None, friction_column: tuple[str, ...], time_column: str | None = None
+) -> Wanted:
+    """What these options say."""
+    from stickslip.fit import Wanted
+
+    return Wanted(unit or "", speed_column or "", time_column or "", friction_column)
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip fit configs/measured/dry.csv --plot dry.png    # columns: speed [mm/s], mu
+  stickslip fit configs/measured/greases.csv               # a column for each grease
+  stickslip fit bare.csv --unit mm/s                       # columns: speed, mu
+  stickslip fit odd.csv --speed-column "Motor 1" --friction-column "Signal B"
+  stickslip fit greaseA.csv greaseB.csv --at "5 min"       # columns: time [s], mu"""
+)
+@POINTS
+@click.option(
+    "--at", default="300", metavar="TIME", show_default=True, help="Hold time at which lubricants are ranked."
+)
+@columns
+@click.option("--time-column", metavar="NAME", help="Heading of the column of waiting times.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Plot of points, curves and their 95 % bands.")
+@JSON
+@reports_wrong_input
+def fit(
+    files: tuple[Path, ...], at: str, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
+    time_column: str | None, plot: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Fit friction curves, or ageing, to measured points.
+
+    Points of (speed, mu) give a1 to a4 of the Stribeck curve, as YAML to paste; points of (time, mu) the growth of
+    static friction with the waiting time (hold time), and several of these are ranked. Files are CSV as instruments and
+    Excel write it: commas, semicolons or tabs, decimal points or commas. The header of each names columns and units; a
+    table with several columns of friction, one a material, gives a fit of each.
+    """
+    from stickslip.config.pick import seconds
+    from stickslip.fit import described
+
+    if plot is not None:
+        check_plot(plot)
+    wanted = wanted_of(unit, speed_column, friction_column, time_column)
+    fits = fitted([points_file(file) for file in files], wanted, ask=not as_json)
+    ageing = {one.name: one.ageing for one in fits if one.ageing}
+    if plot is not None:
+        from stickslip import plots
+        from stickslip.plots.curves import plot_fits
+
+        plots.save(plot_fits(fits), plot)
+    if as_json:
+        return tell_json(_answer(fits, ageing, seconds(at), plot))
+    told: set[Path] = set()
+    for one in fits:
+        if one.path not in told and _is_worth_saying(one):
+            click.echo(f"{one.path}: {described.describe_columns([each for each in fits if each.path == one.path])}\n")
+        told.add(one.path)
+        click.echo(f"{one.name}\n{described.describe(one)}\n")
+    if len(ageing) > 1:
+        click.echo(described.describe_ranking(ageing, seconds(at)))
+    if len(ageing) < len(fits):
+        click.echo(f"to paste into a configuration\n{described.as_yaml(fits)}")
+    if plot is not None:
+        click.echo(f"plot     {plot}")
+
+
+def fitted(files: Sequence[Path], wanted: Wanted, ask: bool = True) -> list[MaterialFit]:
+    """The fits of files; where a header names no unit and somebody sits at the terminal, the unit is asked for."""
+    from dataclasses import replace
+
+    from stickslip.fit import fit_materials
+    from stickslip.vocabulary import units
+
+    fits = fit_materials(files, wanted)
+    bare = [one for one in fits if one.points.assumed]
+    if not (ask and bare and _somebody_sits_there()):
+        return fits
+    (column, *_), points = bare[0].points.assumed, bare[0].points[bare[0].points.assumed[0].name]
+    names = ", ".join(dict.fromkeys(str(one.path) for one in bare))
+    click.echo(
+        f"{names}: the header gives no unit of {column.name}; it goes from {points.min():g} to {points.max():g}."
+    )
+    usual = units.example(column.units).split(" ", 1)[1]
+    unit = click.prompt(f"Unit of {column.name}, such as {usual}", default=units.spelled(column.units))
+    return fit_materials(files, replace(wanted, unit=unit.strip()))
+
+
+def _somebody_sits_there() -> bool:
+    import sys
+
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def _is_worth_saying(one: MaterialFit) -> bool:
+    """Whether the columns are not plainly called what they were taken for."""
+    return bool(one.points.ignored) or any(not text.lower().startswith(n) for n, text in one.points.read.items())
+
+
+def _answer(fits: Sequence[MaterialFit], ageing: dict[str, Any], at: float, plot: Path | None) -> dict[str, Any]:
+    """The fits for programs."""
+    from stickslip.fit import described, rank
+
+    told: dict[str, Any] = {"fits": [described.as_plain(one) for one in fits]}
+    if len(ageing) > 1:
+        order = rank(ageing, at)
+        told["ranking"] = {
+            "at": order.at,
+            "by_level": [place.name for place in order.by_level],
+            "by_slope": [place.name for place in order.by_slope],
+        }
+    if len(ageing) < len(fits):
+        told["yaml"] = described.as_yaml(fits)
+    return told | ({"plot": str(plot)} if plot else {})

@@ -1,0 +1,223 @@
+"""Results as tables for other programs: CSV and Excel, one row a cell, a column for every coordinate and variable.
+
+Headings carry units (``belt_speed [m/s]``), flags are words, values that are not defined are empty. Rows are written a
+chunk at a time, so that a file may be larger than memory; the table appears whole or not at all.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from math import prod
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.dataset.chunks import Chunk, chunks
+from stickslip.errors import StoreError
+from stickslip.files.atomic import replaced
+from stickslip.vocabulary import units
+from stickslip.vocabulary.words import listed, nearest
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+TABLE_SUFFIXES = (".csv", ".xlsx")
+_ROWS_OF_SHEET = 2**20 - 1  # and the headings
+_MOST_ROWS = 2**17  # put together at once
+_LONGEST_CELL = 32_767  # characters of a cell of Excel
+_ABOUT = ("title", "source", "history", "date_created", "references", "configuration")
+
+
+@dataclass(frozen=True)
+class Table:
+    """What becomes a table. dims, shape : of its rows, the last dimension running fastest.
+
+    columns : coordinates first; none has other dimensions. left_out : variables that have, and are in no column.
+    """
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    columns: Mapping[str, xr.DataArray]
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """How many rows, without the headings."""
+        return prod(self.shape)
+
+
+Move = Callable[[int, int], None]
+
+
+def check_table(path: Path) -> None:
+    """Raises StoreError if no table can be written there."""
+    if path.suffix.lower() not in TABLE_SUFFIXES:
+        raise StoreError(f"{path}: unknown kind of table, expected a name that ends in {listed(TABLE_SUFFIXES)}")
+    if path.suffix.lower() == ".xlsx" and find_spec("openpyxl") is None:
+        raise StoreError(f'{path}: Excel files need openpyxl\nhint: pip install "stickslip[excel]", or write .csv')
+    if path.is_dir():
+        raise StoreError(f"{path}: is a folder, so it is left alone")
+
+
+def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
+    """The table of a result: all its variables that share the dimensions of the largest, or those that are named.
+
+    Of contours a row is a node, with what is known of its line. Raises StoreError for variables there are not, or whose
+    dimensions do not fit together.
+    """
+    ds = _by_node(ds) if "contour_found" in ds.attrs else ds
+    chosen = _named(ds, variables) if variables else [str(name) for name in ds.data_vars if ds[name].dtype.kind != "S"]
+    if not chosen:
+        raise StoreError("nothing to write: the result holds no variables")
+    rows = max((ds[name] for name in chosen), key=lambda array: (array.ndim, array.size))
+    dims = tuple(map(str, rows.dims))
+    fitting = [name for name in chosen if set(ds[name].dims) <= set(dims)]
+    left_out = tuple(name for name in chosen if name not in fitting)
+    if variables and left_out:
+        over = [f"{name} is over {listed(map(str, ds[name].dims), 'and')}" for name in (str(rows.name), left_out[0])]
+        hint = "hint: write a table for each"
+        raise StoreError(f"these variables have no table in common: {', '.join(over)}\n{hint}")
+    columns = {name: array for name, array in _coordinates(ds, dims)}
+    columns |= {name: ds[name] for name in fitting}
+    return Table(dims, tuple(ds.sizes[dim] for dim in dims), columns, left_out)
+
+
+def write_table(
+    ds: xr.Dataset, path: str | os.PathLike[str], variables: Sequence[str] = (), *, decimal: str = ".",
+    moved: Move | None = None,
+) -> Table:  # fmt: skip
+    """Write a result as CSV or Excel, by the suffix of the path, replacing the file only once the new one is whole.
+
+    decimal : "," writes decimal commas and semicolons into CSV, for programs that expect these. moved : called with
+    (rows done, rows in all) from time to time. Returns the table, which knows what was left out. Raises StoreError.
+    """
+    target = Path(path)
+    check_table(target)
+    table = table_of(ds, variables)
+    if target.suffix.lower() == ".xlsx":
+        if table.rows > _ROWS_OF_SHEET:
+            raise StoreError(
+                f"{target}: {table.rows:,} rows, and a sheet of Excel holds {_ROWS_OF_SHEET:,}\n"
+                "hint: write .csv, or a part of the result (stickslip export --select)"
+            )
+        with replaced(Path(os.path.realpath(target))) as temporary:
+            _write_excel(ds, table, temporary, moved)
+        return table
+    with replaced(Path(os.path.realpath(target))) as temporary:
+        _write_csv(table, temporary, decimal, moved)
+    return table
+
+
+def _write_csv(table: Table, path: Path, decimal: str, moved: Move | None) -> None:
+    separator = ";" if decimal == "," else ","
+    with path.open("w", encoding="utf-8", newline="") as file:
+        for number, frame in enumerate(_frames(table, moved)):
+            frame.to_csv(file, header=number == 0, index=False, sep=separator, decimal=decimal, lineterminator="\n")
+
+
+def _write_excel(ds: xr.Dataset, table: Table, path: Path, moved: Move | None) -> None:
+    """The table in one sheet, and where it comes from in another."""
+    import pandas as pd
+
+    told = [(name, str(ds.attrs[name])[:_LONGEST_CELL]) for name in _ABOUT if name in ds.attrs]
+    told += [(_heading(ds[name]), str(ds[name].item())) for name in ds.coords if not ds[name].ndim]
+    with path.open("wb") as file, pd.ExcelWriter(file, engine="openpyxl") as writer:
+        whole = pd.concat(list(_frames(table, moved)), ignore_index=True)
+        whole.to_excel(writer, sheet_name="data", index=False, freeze_panes=(1, 0))
+        sheet = writer.sheets["data"]
+        for number, name in enumerate(whole.columns, 1):
+            letter = sheet.cell(1, number).column_letter
+            sheet.column_dimensions[letter].width = min(max(len(str(name)) + 2, 10), 40)
+        pd.DataFrame(told, columns=["what", "value"]).to_excel(writer, sheet_name="about", index=False)
+        writer.sheets["about"].column_dimensions["A"].width = 30
+        writer.sheets["about"].column_dimensions["B"].width = 100
+
+
+# --- rows -------------------------------------------------------------------------------------------------------------
+
+
+def _frames(table: Table, moved: Move | None) -> Iterator[pd.DataFrame]:
+    """The rows, a chunk of cells at a time, in the order of the cells."""
+    import pandas as pd
+
+    largest = max(table.columns.values(), key=lambda array: (array.ndim, array.size))
+    done = 0
+    for chunk in chunks(largest, _MOST_ROWS) if table.shape else ({},):
+        columns = {_heading(array): _column(array, table, chunk) for array in table.columns.values()}
+        frame = pd.DataFrame(columns)
+        yield frame
+        done += len(frame)
+        if moved:
+            moved(done, table.rows)
+
+
+def _column(array: xr.DataArray, table: Table, chunk: Chunk) -> NDArray[Any]:
+    """The values of a column in the rows of a chunk; flags as words."""
+    part = array.isel({dim: chunk[dim] for dim in array.dims})
+    values = part.values
+    if "flag_meanings" in array.attrs:
+        values = _words(values, array.attrs)
+    shape = [len(range(*chunk[dim].indices(length))) for dim, length in zip(table.dims, table.shape, strict=True)]
+    spread = values.reshape([n if dim in array.dims else 1 for dim, n in zip(table.dims, shape, strict=True)])
+    return np.broadcast_to(spread, shape).reshape(-1)
+
+
+def _words(codes: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[Any]:
+    """Flags by their meanings; a code without one as a number."""
+    known = np.atleast_1d(np.asarray(attributes["flag_values"])).tolist()
+    names = dict(zip(known, str(attributes["flag_meanings"]).split(), strict=True))
+    found, place = np.unique(codes, return_inverse=True)
+    return np.array([names.get(code, str(code)) for code in found.tolist()], object)[place.reshape(codes.shape)]
+
+
+def _heading(array: xr.DataArray) -> str:
+    """The name of a column with its unit in brackets."""
+    unit = str(array.attrs.get("units", "1"))
+    spelled = "" if unit == "1" or "flag_meanings" in array.attrs else units.spelled(unit)
+    return f"{array.name} [{spelled}]" if spelled else str(array.name)
+
+
+# --- columns ----------------------------------------------------------------------------------------------------------
+
+
+def _coordinates(ds: xr.Dataset, dims: tuple[str, ...]) -> Iterator[tuple[str, xr.DataArray]]:
+    """What tells the rows apart: for each dimension its index, or a number, and what varies along it."""
+    for dim in dims:
+        beside = [str(name) for name in ds.coords if ds[name].dims == (dim,) and name != dim]
+        if dim in ds.coords:
+            yield dim, ds[dim]
+        elif dim == "cell" or not beside:
+            yield dim, xr.DataArray(np.arange(ds.sizes[dim]), dims=dim, name=dim)
+        for name in beside:
+            yield name, ds[name]
+    for known, array in ds.coords.items():
+        if array.ndim > 1 and set(array.dims) <= set(dims):
+            yield str(known), array
+
+
+def _named(ds: xr.Dataset, variables: Sequence[str]) -> list[str]:
+    """The variables of these names. Raises StoreError."""
+    known = [str(name) for name in ds.data_vars]
+    for name in variables:
+        if name not in known:
+            near = nearest(name, known)
+            hint = f"\nhint: did you mean {near}?" if near else ""
+            raise StoreError(f"no variable is called {name!r}, expected {listed(known)}{hint}")
+    return list(dict.fromkeys(variables))
+
+
+def _by_node(ds: xr.Dataset) -> xr.Dataset:
+    """Contours with what is known of lines at each of their nodes, and the number of the line."""
+    times = ds["node_count"].values
+    of_line = {name: one for name, one in ds.variables.items() if one.dims == ("line",)}
+    repeated = {name: xr.Variable("node", np.repeat(one.values, times), one.attrs) for name, one in of_line.items()}
+    number = xr.Variable("node", np.repeat(np.arange(times.size), times), {"long_name": "number of the line"})
+    coordinates = {name: one for name, one in repeated.items() if name in ds.coords}
+    variables = {name: one for name, one in repeated.items() if name not in ds.coords and name != "node_count"}
+    return ds.drop_dims("line").assign_coords({"line": number, **coordinates}).assign(variables)

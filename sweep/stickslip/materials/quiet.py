@@ -1,0 +1,105 @@
+"""The belt speed above which a pair is quiet, for many friction curves in one system.
+
+Quiet is a pair whose vibration, begun in stick with a relaxed spring, does not last: no stick-slip, and none without
+sticking. Along the belt speed each curve is a line, searched by the machinery of borders (`borders/search.py`), where
+labels are two: vibrates, or does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.borders import Looked, Scan, search_lines
+from stickslip.engine import Options, compute
+from stickslip.errors import Interrupted
+from stickslip.vocabulary.cells import Cells, as_cells
+from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+BORDER, QUIET, VIBRATES, UNRESOLVED = (
+    QUIET_STATES.index(name) for name in ("border", "quiet_throughout", "vibrates_throughout", "unresolved")
+)
+_VIBRATING = tuple(REGIMES.index(name) for name in VIBRATING)
+
+
+@dataclass(frozen=True)
+class Quiet:
+    """What was found for each curve.
+
+    speed : m/s; at the ends of the range it is a bound, as `state` (codes of QUIET_STATES) says. low : the fastest
+    speed known to vibrate, 0 where none is; between the two lies the border.
+    """
+
+    speed: Floats
+    low: Floats
+    state: NDArray[np.int8]
+
+    def between(self) -> tuple[Floats, Floats]:
+        """What the speeds may be at least and at most: 0 for curves that are quiet throughout and inf for those that
+        vibrate throughout; of those without a verdict the bounds, of the others the border twice."""
+        beyond = np.where(self.state == VIBRATES, np.inf, self.speed)
+        most = np.where(self.state == QUIET, 0.0, beyond)
+        return np.where(self.state == UNRESOLVED, self.low, most), most
+
+
+def quiet_above(
+    curves: Mapping[str, Floats], system: Mapping[str, float], scan: Scan, tolerance: float, options: Options
+) -> Quiet:
+    """Where the vibration of each curve ends for good.
+
+    curves : a1 to a4 by name, each (n,). system : the other parameters of a cell but the belt speed, in SI. scan : the
+    speeds looked at first, between the ends of the range; a vibration that begins and ends between two of them is
+    missed. tolerance : width of the last bracket over the border.
+    Raises Interrupted on Ctrl-C.
+    """
+    count = next(iter(curves.values())).size
+    full = as_cells({**system, **curves, "belt_speed": scan.low})
+    first: list[Looked] = []
+
+    def looked(line: NDArray[np.int64], place: Floats) -> Looked:
+        def cells(start: int, stop: int) -> Cells:
+            taken = {name: values[line[start:stop]] for name, values in full.items()}
+            return taken | {"belt_speed": place[start:stop]}
+
+        found = compute(cells, line.size, options)
+        if not found.complete:
+            raise Interrupted(found.done, line.size)
+        regime = found.results["regime"]
+        labels = np.isin(regime, _VIBRATING).astype(np.int8)
+        answer = Looked(labels, ~np.isin(regime, UNDECIDED), found.results["restick_margin"])
+        first.append(answer)
+        return answer
+
+    brackets, _ = search_lines(count, scan, tolerance, looked)
+    shape = (count, scan.points)
+    vibrates = first[0].labels.reshape(shape) == 1
+    decided = first[0].decided.reshape(shape)
+    return _last_borders(brackets, vibrates, decided, scan, tolerance)
+
+
+def _last_borders(brackets: NDArray[np.void], vibrates: Flags, decided: Flags, scan: Scan, tolerance: float) -> Quiet:
+    """From the brackets of all lines, and what the scan saw, the last end of vibration on each line."""
+    count, places = len(vibrates), scan.places
+    doubtful = vibrates | ~decided
+    last = np.where(doubtful.any(axis=1), scan.points - 1 - np.argmax(doubtful[:, ::-1], axis=1), -1)
+    speed, low = np.full(count, scan.low), np.zeros(count)
+    state = np.full(count, QUIET, np.int8)
+    at_top = last == scan.points - 1
+    speed[at_top], state[at_top] = scan.high, VIBRATES
+    known = vibrates & decided
+    low[at_top] = np.where(known.any(axis=1), places[scan.points - 1 - np.argmax(known[:, ::-1], axis=1)], 0.0)[at_top]
+    inside = np.flatnonzero((last >= 0) & ~at_top)
+    speed[inside], state[inside] = places[last[inside] + 1], UNRESOLVED
+    for one in brackets[(brackets["below"] == 1) & (brackets["above"] == 0)]:  # in order, so that the last one stays
+        line = one["line"]
+        if state[line] != UNRESOLVED or one["high"] < places[last[line]]:
+            continue
+        narrow = one["high"] - one["low"] <= scan.width(tolerance, one["low"], one["high"])
+        speed[line] = one["low"] + (one["high"] - one["low"]) / 2 if narrow else one["high"]
+        low[line], state[line] = one["low"], BORDER if narrow else UNRESOLVED
+    return Quiet(speed, low, state)

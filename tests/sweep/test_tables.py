@@ -1,0 +1,180 @@
+"""Tables of measured points as people, instruments and Excel write them are read to the same numbers."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stickslip.cli import fits as command
+from stickslip.cli import main
+from stickslip.errors import ConfigError
+from stickslip.fit import AGEING_COLUMNS, CURVE_COLUMNS, Wanted, fit_materials, read_materials, read_points
+from stickslip.fit.names import names_of
+
+SPEED_WORDS = [
+    "speed",
+    "Speed",
+    "V",
+    "v",
+    "velocity",
+    "Sliding speed",
+    "sliding_speed",
+    "SLIP SPEED",
+    "Geschwindigkeit",
+]
+MU_WORDS = ["mu", "µ", "μ", "COF", "cof", "Friction", "friction coefficient", "Coefficient of friction", "Reibwert"]
+UNITS = {"mm/s": 1e-3, "m/s": 1.0, "cm/min": 1e-2 / 60, "µm/s": 1e-6}
+HEADINGS = ["{0} [{1}]", "{0} ({1})", "{0} / ({1})", "{0} in {1}", '"{0} [{1}]"', "{0}[{1}]"]
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def write(folder, text, encoding="utf-8", name="points.csv"):
+    path = folder / name
+    path.write_bytes(text.encode(encoding))
+    return path
+
+
+numbers = st.lists(
+    st.tuples(st.decimals(0, 1000, places=3), st.decimals(0, 2, places=4)), min_size=1, max_size=8
+)  # fmt: skip
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    rows=numbers, separator=st.sampled_from(",;\t"), comma=st.booleans(), data=st.data(),
+    encoding=st.sampled_from(["utf-8", "utf-8-sig", "cp1252", "latin-1", "utf-16", "utf-16-le"]),
+    unit=st.sampled_from(list(UNITS)), speed=st.sampled_from(SPEED_WORDS), mu=st.sampled_from(MU_WORDS),
+    heading=st.sampled_from(HEADINGS), end=st.sampled_from(["\n", "\r\n"]), swapped=st.booleans(),
+    spare=st.integers(0, 3), named=st.booleans(), quoted=st.booleans(), below=st.booleans(),
+)  # fmt: skip
+def test_a_table_in_any_dialect_is_read_to_the_same_numbers(
+    rows, separator, comma, data, encoding, unit, speed, mu, heading, end, swapped, spare, named, quoted, below,
+    tmp_path_factory,
+):  # fmt: skip
+    """Separators, decimal marks, encodings, headings, units beside the names or below, and what Excel adds."""
+    decimal = "," if comma and separator != "," else "."
+    encoding = encoding if "μ" not in mu or encoding.startswith("utf") else "utf-8"  # the Greek letter is in neither
+    texts = [[f"{number:f}".replace(".", decimal) for number in row] for row in rows]
+    head = [speed, mu] if below else [heading.format(speed, unit), mu]
+    lines = [head, *([[unit, "-"]] if below else []), *texts]
+    lines = [line[::-1] if swapped else line for line in lines]
+    if quoted:
+        lines = [[cell if cell.startswith('"') else f'"{cell}"' for cell in line] for line in lines]
+    text = end.join(separator.join(line) + separator * spare for line in lines) + end
+    text = f"sep={separator}{end}{text}" if named else text
+    raw = b"\xff\xfe" if encoding == "utf-16-le" else b""
+    path = tmp_path_factory.getbasetemp() / "dialect.csv"
+    path.write_bytes(raw + text.encode(encoding))
+    if below and len(texts) == 1:
+        return  # a line of units alone, without numbers below, is no table
+    found = read_points(path, CURVE_COLUMNS)
+    np.testing.assert_allclose(found["speed"], [float(v) * UNITS[unit] for v, _ in rows], rtol=1e-12)
+    assert found["mu"].tolist() == [float(m) for _, m in rows]
+    assert not found.assumed
+
+
+def test_a_wide_table_is_a_fit_for_each_material_with_gaps_where_it_was_not_measured(tmp_path):
+    text = "v [mm/s];dry;grease A;Load [N];Temperature\n1;0,4;0,1;10;20\n2;0,38;;10;20\n3;-;0,09;10;21\n"
+    found = read_materials(write(tmp_path, text), CURVE_COLUMNS)
+    assert list(found) == ["dry", "grease A"]
+    assert found["dry"]["speed"].tolist() == [0.001, 0.002] and found["dry"]["mu"].tolist() == [0.4, 0.38]
+    assert found["grease A"]["speed"].tolist() == [0.001, 0.003]
+    assert found["dry"].ignored == ("Load [N]", "Temperature")
+    with pytest.raises(ConfigError, match=r"got 2 materials \(dry, grease A\), expected one"):
+        read_points(write(tmp_path, text), CURVE_COLUMNS)
+
+
+def test_a_column_of_names_tells_materials_apart(tmp_path):
+    text = "Material,speed [mm/s],COF\nfelt,1,0.4\noil,1,0.1\nfelt,2,0.3\n"
+    found = read_materials(write(tmp_path, text), CURVE_COLUMNS)
+    assert {name: points["mu"].tolist() for name, points in found.items()} == {"felt": [0.4, 0.3], "oil": [0.1]}
+
+
+def test_columns_are_what_people_say_they_are(tmp_path):
+    text = "Motor 1 [mm/s];Signal A;Signal B;speed [m/s]\n1;5;0,4;7\n2;6;0,3;8\n"
+    wanted = Wanted(speed="motor 1", friction=("Signal B",))
+    ((name, points),) = read_materials(write(tmp_path, text), CURVE_COLUMNS, wanted).items()
+    assert name == "Signal B" and points["speed"].tolist() == [0.001, 0.002] and points["mu"].tolist() == [0.4, 0.3]
+    with pytest.raises(ConfigError, match="no column is called 'Signal C', expected 'Motor 1"):
+        read_materials(write(tmp_path, text), CURVE_COLUMNS, Wanted(speed="motor 1", friction=("Signal C",)))
+
+
+def test_a_record_with_time_and_speed_holds_a_curve_and_one_with_time_alone_ageing(tmp_path):
+    rows = "".join(f"{t};{10 * t};{0.3 - t / 100:g}\n" for t in range(1, 7))
+    (curve,) = fit_materials([write(tmp_path, "time [s];speed [mm/s];mu\n" + rows)])
+    assert curve.curve is not None and curve.points.ignored == ("time [s]",)
+    (ageing,) = fit_materials([write(tmp_path, "mu;t [min]\n" + "".join(f"{0.1 * t};{t}\n" for t in range(1, 7)))])
+    assert ageing.ageing is not None and ageing.points["time"][0] == 60.0
+    assert read_points(write(tmp_path, "hold time [s],static friction\n1,0.2\n"), AGEING_COLUMNS)["mu"].tolist() == [
+        0.2
+    ]
+
+
+def test_files_of_one_name_are_told_apart_by_their_folders(tmp_path):
+    from pathlib import Path
+
+    assert names_of([Path("a/x.csv"), Path("b/x.csv"), Path("y.csv")]) == ["a/x", "b/x", "y"]
+    assert names_of([Path("1/a/x.csv"), Path("2/a/x.csv")]) == ["1/a/x", "2/a/x"]
+    assert names_of([Path("x.csv"), Path("x.csv"), Path("b/x.csv")]) == ["x", "x (2)", "b/x"]
+
+
+@pytest.fixture
+def points(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    speed = np.array([0.5, 1, 5, 20, 50, 100, 200, 400])
+    for folder, a1 in (("a", 0.2), ("b", 0.1)):
+        (tmp_path / folder).mkdir()
+        mu = a1 + 0.2 * speed / 1000 + 0.1 * np.exp(-speed / 30)
+        rows = "".join(f"{v:g}, {m:.6f}\n" for v, m in zip(speed, mu, strict=True))
+        (tmp_path / folder / "x.csv").write_text("speed [mm/s], mu\n" + rows)
+        (tmp_path / folder / "bare.csv").write_text("speed, mu\n" + rows)
+    return tmp_path
+
+
+def test_two_files_of_one_name_are_two_fits(points):
+    told = json.loads(call("fit", "a/x.csv", "b/x.csv", "--json").stdout)
+    assert [one["name"] for one in told["fits"]] == ["a/x", "b/x"]
+    assert [one["coefficients"]["a1"] for one in told["fits"]] == pytest.approx([0.2, 0.1], rel=1e-3)
+    assert told["fits"][0]["interval"]["a4"][0] < 0.03 < told["fits"][0]["interval"]["a4"][1]
+
+
+def test_the_printed_yaml_is_a_configuration_of_the_fitted_curves(points):
+    from stickslip.config.reader import parse_config
+
+    rest = "system: {mass: 1, stiffness: 10, normal_load: 1, belt_speed: 0.1}\n"
+    _, _, one = call("fit", "a/x.csv").stdout.partition("configuration\n")
+    assert parse_config(one + rest).friction.a4 == pytest.approx(0.03, rel=1e-3)
+    _, _, both = call("fit", "a/x.csv", "b/x.csv").stdout.partition("configuration\n")
+    (axis,) = parse_config(both + rest).axes
+    assert axis.labels == ("a/x", "b/x") and axis.members[0].values == pytest.approx((0.2, 0.1), rel=1e-3)
+
+
+def test_somebody_at_a_terminal_is_asked_for_a_unit_that_is_missing(points, monkeypatch):
+    monkeypatch.setattr(command, "_somebody_sits_there", lambda: True)
+    done = CliRunner().invoke(main, ["fit", "a/bare.csv"], input="mm/s\n")
+    assert "gives no unit of speed; it goes from 0.5 to 400." in done.stdout
+    assert "0.03 m/s" in done.stdout and "were read in m/s" not in done.stdout
+    told = CliRunner().invoke(main, ["fit", "a/bare.csv", "--json"], input="")
+    assert json.loads(told.stdout)["fits"][0]["assumed_units"] == {"speed": "m s-1"}
+
+
+def test_points_curve_and_band_are_drawn(points):
+    assert call("fit", "a/x.csv", "b/x.csv", "--plot", "fit.png").exit_code == 0
+    assert (points / "fit.png").read_bytes().startswith(b"\x89PNG")
+    wrong = call("fit", "a/x.csv", "--plot", "fit.docx")
+    assert wrong.exit_code == 2 and "plots end in" in wrong.stderr
+
+
+def test_the_tables_that_come_with_the_package_are_found_anywhere(points):
+    done = call("fit", "configs/measured/dry.csv", "configs/measured/table.csv", "--json")
+    assert [one["name"] for one in json.loads(done.stdout)["fits"]] == ["dry", "table: dry", "grease A", "grease B"]
+    assert "taken from those that come with stickslip" in done.stderr
+    alone, of_table = (one["coefficients"]["a1"] for one in json.loads(done.stdout)["fits"][:2])
+    assert math.isclose(alone, of_table)
