@@ -9,7 +9,7 @@ MODULES = ("stickslip", "stickslip.plots", "stickslip.fit", "stickslip.theory", 
 HEAD = """# Python reference
 
 Every public name, by module. `help(stickslip.run)` shows in a session what the site shows below each table; first
-steps are on [cheatsheet.md](cheatsheet.md#python) and in [uses.md](uses.md). All numbers are in SI, in and out.
+steps are on [cheatsheet.md](cheatsheet.md) and in [uses.md](uses.md). All numbers are in SI, in and out.
 This page is written by `make reference` from the docstrings; a test compares.
 """
 

@@ -24,7 +24,7 @@ _COMMAND = re.compile(r"^\$ stickslip ((?:.*\\\n)*.*)$", re.MULTILINE)
 _PICTURE = re.compile(r"!\[[^\]]*\]\((images/(\w+)/([\w.-]+))\)")
 _NUMBER = re.compile(r"\d[\d,]*\.?\d*(?:e[-+]?\d+)?")
 _OF_THE_MACHINE = re.compile(  # times, rates, sizes, threads, and widths, which rounding decides
-    r"[\d.,]+ (?=(?:m?s|min|[a-zA-Z]+/s|[a-z]+ per second|[kM]?B|threads?|at a time)\b)|(?<=width )[\de.+-]+"
+    r"[\d.,]+ (?:m?s|min|[a-zA-Z]+/s|[a-z]+ per second|[kMG]?B|threads?|at a time)\b|(?<=width )[\de.+-]+"
 )
 
 
@@ -73,7 +73,11 @@ def differences(shown: str, came: str) -> list[tuple[str, str]]:
     one, other = shown.splitlines(), came.splitlines()
     rows = max(len(one), len(other))
     pairs = zip(one + [""] * (rows - len(one)), other + [""] * (rows - len(other)), strict=True)
-    return [pair for pair in pairs if not _agree(*(_OF_THE_MACHINE.sub("", line) for line in pair))]
+    return [pair for pair in pairs if not _agree(*(_OF_THE_MACHINE.sub("", _slashes(line)) for line in pair))]
+
+
+def _slashes(path: str) -> str:
+    return path.replace("\\", "/")
 
 
 def _agree(one: str, other: str) -> bool:

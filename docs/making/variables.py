@@ -14,7 +14,7 @@ does not exist: the period of a motion that settles, say. What the field calls t
 [glossary.md](glossary.md), what certifies a regime in [regimes.md](regimes.md).
 This page is written by `make reference` from the tables in `stickslip.vocabulary`; a test compares.
 """
-_EARLY = "of `solver: {early_stop: false}` only"
+_FULL = "; only with `solver: {early_stop: false}`"
 _FAMILIES: dict[str, tuple[str, Mapping[str, Variable]]] = {
     "Of a cell": ("what `run` and `evaluate` give", results.MAP_VARIABLES),
     "Of a trajectory": ("what `simulate` gives, over `time`", results.TRACE_VARIABLES),
@@ -60,9 +60,7 @@ def _meaning(variable: Variable) -> str:
     words = [variable.long_name]
     if variable.comment:
         words.append(sentence(variable.comment).rstrip("."))
-    if variable.when == "full":
-        words.append(_EARLY)
-    return ". ".join(words)
+    return ". ".join(words) + (_FULL if variable.when == "full" else "")
 
 
 def _unit(name: str) -> str:

@@ -134,8 +134,9 @@ def ramp(
         for found in (basins.follow_ramp(asked, options, stop), basins.between_branches(asked, options, stop))
     )
     attributes = provenance(text, title=title, action=f"ramp of {along}")
-    return ramp_dataset(along, values, lines.dims, lines.coordinates, followed, between_them, attributes,
-                        lines.written_in)  # fmt: skip
+    return ramp_dataset(
+        along, values, lines.dims, lines.coordinates, followed, between_them, attributes, lines.written_in
+    )
 
 
 def _options(

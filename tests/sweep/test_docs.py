@@ -53,15 +53,16 @@ def commands():
     joined = "\n".join(shown).replace("\\\n", " ")
     fenced = re.findall(r"^```(?:console|bash|sh|text)\n(.*?)^```", joined, re.MULTILINE | re.DOTALL)
     lines = re.findall(r"^ {2,4}(stickslip .*)$", joined, re.MULTILINE)
-    lines += re.findall(
-        r"^(?:\$ )?(stickslip [^$\n]*)$", "\n".join(fenced), re.MULTILINE
-    )  # without variables of the shell
+    lines += re.findall(r"^(?:\$ )?(stickslip [^$\n]*)$", "\n".join(fenced), re.MULTILINE)
+    for name in ("README.md", "cheatsheet.md"):  # tables of commands, each of them whole
+        rows = "\n".join(re.findall(r"^\|.*$", PAGES[name], re.MULTILINE))
+        lines += re.findall(r"`(stickslip [a-z][^`]*)`", rows)
     return sorted(set(lines))
 
 
 def mentioned():
-    """Commands in the middle of a text, of which arguments may be left out."""
-    return sorted({line for text in PAGES.values() for line in re.findall(r"`(stickslip [a-z][^`\n]*)`", text)})
+    """Commands in the middle of a text, of which arguments may be left out; none with a choice or a key in it."""
+    return sorted({line for text in PAGES.values() for line in re.findall(r"`(stickslip [a-z][^`\n|<]*)`", text)})
 
 
 def resolved(arguments):

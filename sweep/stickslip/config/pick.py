@@ -20,7 +20,8 @@ from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.settings import SOLVER
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.synonyms import meant
+from stickslip.vocabulary.words import listed
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
 _SOURCE = "--at"
@@ -111,7 +112,7 @@ def seconds(text: str, option: str = "--duration") -> float:
 def value_of(name: str, text: str, option: str) -> float:
     """A value of a parameter of a cell on the command line, in SI. Raises ConfigError."""
     if name not in PARAMETERS:
-        near = nearest(name, PARAMETERS)
+        near = meant(name, PARAMETERS)
         hint = f"did you mean {near!r}?" if near else f"known are {', '.join(PARAMETERS)}"
         raise ConfigError(option, [Problem((), f"{name!r} is not a parameter of a cell", hint=hint)])
     try:
@@ -171,7 +172,7 @@ def _number_or_text(value: str) -> float | str:
 def _check_name(name: str, axes: Iterable[str]) -> None:
     known = [*axes, *(quantity for quantity in QUANTITIES if quantity not in axes)]
     if name not in known:
-        near = nearest(name, known)
+        near = meant(name, known)
         hint = f"did you mean {near}?" if near else None
         raise ConfigError(_SOURCE, [Problem((name,), f"unknown quantity, expected {listed(known)}", hint=hint)])
 

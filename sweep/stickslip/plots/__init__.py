@@ -2,8 +2,8 @@
 
 Every function returns a matplotlib Figure and touches no global state: no pyplot, no window, safe in threads.
 
-    maps, traces, spectrogram, attractors, uncertainty   the plots      axes   their axes
-    page   title, legend and file                        palette   colours
+    maps, traces, spectrogram, attractors, branches, uncertainty, curves, materials   the plots
+    axes   their axes      page   title, legend and file      palette   colours
 """
 
 from stickslip.errors import PlotError

@@ -17,9 +17,10 @@ from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
-from stickslip.plots.axes import apply, wrapped
+from stickslip.plots.axes import apply
 from stickslip.plots.figure import Figure
-from stickslip.plots.page import entitle, legend
+from stickslip.plots.held import held_note
+from stickslip.plots.page import entitle, legend, wrapped
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREY, SKY, VERMILLION
 from stickslip.vocabulary.flags import REGIMES, flag_label
 
@@ -72,7 +73,7 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
     apply(x, lower, "x")
     if shaded:
         handles.append(Patch(**BAND, label="bistable"))
-    legend(figure, handles, at_right=False)
+    legend(figure, handles, at_right=False, notes=held_note(ds))
     entitle(figure, upper, title)
     return figure
 
@@ -124,7 +125,7 @@ def plot_ramp(
     ax.set(xlabel=x.title, ylabel=wrapped(array_title(ds[variable], unit), 45))
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     apply(x, ax, "x")
-    legend(figure, handles, at_right=False)
+    legend(figure, handles, at_right=False, notes=held_note(ds))
     entitle(figure, ax, title)
     return figure
 

@@ -55,10 +55,9 @@ def plot_branches(
     if "direction" not in ds.dims or variable not in ds.data_vars:
         raise PlotError("not a ramp, of which branches are drawn\nhint: stickslip.ramp follows them up and down")
     ds, title = line_of(ds, variable, 2, select, title)
-    unit = unit_of(ds[variable])
+    x, unit = MapAxis(ds, ds[variable].dims[-1]), unit_of(ds[variable])
     amplitudes = [name for name in (variable, _UNSTABLE[variable]) if name in ds]
-    ds = ds.assign({name: (ds[name].dims, unit.of(ds[name].values)) for name in amplitudes})
-    x = MapAxis(ds, ds[variable].dims[-1])
+    ds = ds.assign({name: ds[name].copy(data=unit.of(ds[name].values)) for name in amplitudes})
     figure = Figure(figsize=(7.6, 4.8), layout="constrained")
     ax = figure.subplots()
     handles: list[Any] = _cycles(ax, ds, variable, x.centres)
