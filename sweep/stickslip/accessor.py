@@ -14,12 +14,14 @@ import xarray as xr
 if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.plots.figure import Figure
+    from stickslip.sound import Sound
 
+__all__ = ["StickslipAccessor"]
 _NAME = "stickslip"
 
 
 class StickslipAccessor:
-    """Our results: their plot, their summary, the configuration they came from, their cells one by one."""
+    """`ds.stickslip`: the plot, the summary and the configuration of a result, and its cells one by one."""
 
     def __init__(self, ds: xr.Dataset) -> None:
         self._ds = ds
@@ -105,6 +107,19 @@ class StickslipAccessor:
         if duration is None:
             duration = duration_of({"solver": {}}, api.evaluate(cell, **how).isel(cell=0).reset_coords())
         return api.simulate(**{"duration": duration, "samples": samples, **how, **cell})
+
+    def sound(self, seconds: float = 2.0, *, slow: float = 1.0, transient: bool = False, **at: Any) -> Sound:
+        """What one cell sounds like; a notebook plays it.
+
+        seconds, slow, transient : as for `sound.of`. at : which cell, as for `cell`. Sounds of cells can be compared.
+        """
+        from stickslip import sound
+        from stickslip.config.pick import shared_by
+
+        cell, how = self.cell(**at), shared_by(self._ds)
+        how.pop("rtol", None)  # sounds have a tolerance of their own
+        title = str(self._ds.attrs.get("title", ""))
+        return sound.of(cell, seconds, slow=slow, transient=transient, title=title, **how)
 
     # --- what a notebook shows ----------------------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import stickslip
-from stickslip import plots, progress
+from stickslip import plots, progress, sound
 from stickslip.errors import ConfigError, PlotError
 from stickslip.plots.figure import Figure
 from stickslip.vocabulary.flags import REGIMES
@@ -68,6 +68,13 @@ def test_a_cell_is_simulated_as_it_was_computed():
     some = cells.stickslip.simulate(cell=1)
     period = float(cells["period"][1])
     assert 3 * period < float(some["time"][-1]) < 20 * period, "some cycles, unless a duration is given"
+
+
+def test_a_cell_is_heard_at_its_frequency(ds):
+    heard = ds.stickslip.sound(0.5, slow=0.01, grease="A", mu_stop="none", belt_speed=0.1)
+    cell = ds.stickslip.cell(grease="A", mu_stop="none", belt_speed=0.1)
+    np.testing.assert_array_equal(heard.acceleration, sound.of(cell, 0.5, slow=0.01).acceleration)
+    assert "<audio" in heard._repr_html_() and heard.wav().startswith(b"RIFF")
 
 
 def test_the_configuration_computes_the_result_again(ds):

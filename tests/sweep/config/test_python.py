@@ -245,6 +245,17 @@ def test_sweep_run_and_a_file_give_the_same_map(tmp_path):
     written.close()
 
 
+def test_the_output_of_a_sweep_may_be_its_section(tmp_path):
+    asked = {"system": SYSTEM, "friction": PAD["friction"], "axes": AXES}
+    few = stickslip.sweep(**asked, output={"variables": ["period"]})
+    assert set(few.data_vars) == {"regime", "period"}
+    with stickslip.sweep(**asked, output={"file": tmp_path / "few.nc", "variables": ["period"]}) as written:
+        assert (tmp_path / "few.nc").exists()
+        xr.testing.assert_equal(written.compute(), few)
+    with pytest.raises(ConfigError, match=r"output\.file: got 'map\.txt', expected a file name that ends in"):
+        stickslip.sweep(**asked, output={"file": "map.txt"})
+
+
 def test_every_call_that_takes_a_configuration_takes_a_dict(tmp_path):
     text = load_config(MAP)
     one = MAP | {"axes": {"belt_speed": AXES["belt_speed"]}, "system": SYSTEM | {"stiffness": "5 N/mm"}}
