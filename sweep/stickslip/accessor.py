@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from stickslip.vocabulary.words import listed
+
 if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.plots.figure import Figure
@@ -53,6 +55,16 @@ class StickslipAccessor:
             "share": ("regime", [one.fraction for one in found.values()]),
         }
         return xr.Dataset(table, {"regime": list(found)}).to_dataframe()
+
+    def mask(self, *names: str, flag: str = "regime") -> xr.DataArray:
+        """Where a flag has one of these names: `ds.where(ds.stickslip.mask("stick_slip"))`.
+
+        flag : any variable with flag meanings: regime, status, ... Raises ValueError for a name that it does not have.
+        """
+        meanings = self._ds[flag].attrs.get("flag_meanings", "").split()
+        if unknown := [name for name in names if name not in meanings]:
+            raise ValueError(f"{flag} has no {listed(unknown)}, expected {listed(meanings) if meanings else 'a flag'}")
+        return self._ds[flag].isin([meanings.index(name) for name in names])
 
     # --- pictures -----------------------------------------------------------------------------------------------------
 

@@ -97,6 +97,17 @@ def test_the_summary_counts_what_is_there(ds):
     assert "<script" not in ds.assign_attrs(title="<script>").stickslip._repr_html_()
 
 
+def test_cells_are_masked_by_the_names_of_flags(ds):
+    sticks = ds.stickslip.mask("stick_slip")
+    np.testing.assert_array_equal(sticks, ds["regime"] == REGIMES.index("stick_slip"))
+    both = ds.stickslip.mask("stick_slip", "damped")
+    np.testing.assert_array_equal(both, ds["regime"].isin([1, 2]))
+    assert ds["period"].where(sticks).notnull().equals(sticks.drop_attrs()), "cycles have periods"
+    np.testing.assert_array_equal(ds.stickslip.mask("settled", flag="status"), ~sticks)
+    with pytest.raises(ValueError, match="regime has no squeaks, expected not_computed, stick_slip, .* or failed"):
+        ds.stickslip.mask("squeaks")
+
+
 def test_each_kind_of_result_is_drawn_as_what_it_is(ds):
     box = {"displacement": (0.0, 1.5), "velocity": (-0.5, 0.5)}
     cells = PAIR | {"belt_speed": np.linspace(0.1, 1.0, 4)}
