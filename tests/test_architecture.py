@@ -25,7 +25,8 @@ FLOORS = (
     ("where motions end, how far it is, pages", {"basins", "distances", "pages"}),
     ("what is kept", {"runs"}),
     ("records of a rig, the Python calls", {"rig", "materials", "api", "api_basins", "designing"}),
-    ("the article, recomputed; the explorer", {"article", "explore", "__init__"}),
+    ("what datasets can do", {"accessor"}),
+    ("the article, recomputed; the explorer; the doors", {"article", "backend", "explore", "__init__"}),
     ("the command", {"cli"}),
     ("its process", {"__main__"}),
 )

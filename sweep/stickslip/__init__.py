@@ -3,6 +3,7 @@
 The names below are loaded when first used, so that the command line answers at once.
 """
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -37,8 +38,19 @@ _HOMES = {
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    found = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    _add_accessor()
+    return found
+
+
+def _add_accessor() -> None:
+    """Give datasets `ds.stickslip`, if there are any; where xarray comes later, it loads `backend.py` itself."""
+    if "xarray" in sys.modules:
+        import_module(".accessor", __name__)
 
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+_add_accessor()

@@ -111,7 +111,10 @@ def ramp(
     rtol, horizon, law, max_steps : of `evaluate`; None takes the defaults, or what the configuration says.
 
     Returns a dataset over the lines, `direction` ("up", "down") and the parameter: regime, status, velocity_amplitude,
-    displacement_amplitude, period, stick_fraction. Raises as `border` does.
+    displacement_amplitude, period, stick_fraction; and of what lies between both branches, over the lines and the
+    parameter: unstable_amplitude, unstable_velocity_amplitude and unstable_period of the unstable cycle (as
+    `attractors` finds it, NaN where it is not known exactly) and damping_ratio. `plots.plot_branches` draws it.
+    Raises as `border` does.
     """
     if isinstance(points, bool) or not AXIS["num"].allows(points) or points != int(points):
         raise ArgumentError("points", f"got {points!r}, expected {AXIS['num'].expected}")
@@ -125,12 +128,15 @@ def ramp(
     title = f"Slow ramp: {PARAMETERS[along].long_name}" + (f": {config.title}" if config else "")
     asked = basins.Ramp(lines, values)
     warm_up(options.law)
-    found = basins.follow_ramp(asked, options, stop_flag())
-    shaped = {name: result.reshape(*lines.shape, *result.shape[1:]) for name, result in found.items()}
+    stop = stop_flag()
+    followed, between_them = (
+        {name: result.reshape(*lines.shape, *result.shape[1:]) for name, result in found.items()}
+        for found in (basins.follow_ramp(asked, options, stop), basins.between_branches(asked, options, stop))
+    )
+    attributes = provenance(text, title=title, action=f"ramp of {along}")
     return ramp_dataset(
-        along, values, lines.dims, lines.coordinates, shaped, provenance(text, title=title, action=f"ramp of {along}"),
-        lines.written_in,
-    )  # fmt: skip
+        along, values, lines.dims, lines.coordinates, followed, between_them, attributes, lines.written_in
+    )
 
 
 def _options(

@@ -103,15 +103,15 @@ class _TerminalBar:
 
         counts = TextColumn(f"{{task.completed:,.0f}} of {{task.total:,.0f}} {counted}")
         self._bar = Progress(BarColumn(), counts, TimeRemainingColumn(), console=Console(stderr=True))
-        self._task = self._bar.add_task(counted, total=None)
+        self._task = self._bar.add_task(counted, total=0)
         self._is_shown = False
 
     def move(self, done: int, total: int) -> None:
         """Show that so many are done."""
+        self._bar.update(self._task, completed=done, total=total)
         if not self._is_shown:
             self._is_shown = True
             self._bar.start()
-        self._bar.update(self._task, completed=done, total=total)
 
     def end(self) -> None:
         """Leave the bar as far as it came."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from math import prod
 from typing import Any
 
@@ -18,6 +17,7 @@ from stickslip.dataset.given import given_cells
 from stickslip.errors import ArgumentError
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.synonyms import meant
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +93,6 @@ def lines_of_config(config: Config, along: str, between: Between | None) -> Line
 
 def _check_name(along: str) -> None:
     if along not in SEARCHABLE:
-        near = get_close_matches(str(along), SEARCHABLE, 1)
-        hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(SEARCHABLE)}"
+        near = meant(str(along), SEARCHABLE)
+        hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(SEARCHABLE)}"
         raise TypeError(f"along: {along!r} is not a parameter of a cell{hint}")

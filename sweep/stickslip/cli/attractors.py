@@ -131,7 +131,7 @@ def ramp(
         click.echo(f"written  {output} ({screen.size_of(output)})")
     if plot is not None:
         try:
-            plots.save(plots.plot_ramp(ds), plot)
+            plots.save(plots.plot_branches(ds), plot)
         except PlotError as error:
             fail(f"{plot}: {error}")
         click.echo(f"plot     {plot}")

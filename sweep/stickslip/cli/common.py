@@ -301,9 +301,7 @@ def kept_output(context: click.Context, output: Location | None) -> Location | N
         fail(error)
     kept = output.with_suffix(".nc")
     if context.command.name not in _KNOWS_ITS_OWN and kept.exists():
-        fail(
-            f"{output}: its numbers are kept in {kept}, and there is another: choose another name, or remove that file"
-        )
+        fail(f"{output}: its numbers are kept in {kept}, which exists: choose another name, or remove that file")
     context.meta[_TABLE] = output
     return kept
 
@@ -313,11 +311,22 @@ def write_table_asked_for(options: Mapping[str, Any]) -> None:
     table, output = click.get_current_context().meta.get(_TABLE), options.get("output")
     if table is None or options.get("shard") or not isinstance(output, Path) or not output.exists():
         return
-    from stickslip.cli.exporting import tell_table, write
+    from stickslip.cli.tables import tell_table, write_table
     from stickslip.files import reading
 
     with reading.look_into(output) as ds:
-        tell_table(write(ds, table), table)
+        tell_table(write_table(ds, table), table)
+
+
+def pairs(texts: tuple[str, ...]) -> dict[str, str]:
+    """NAME=VALUE texts as a mapping."""
+    found = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals:
+            fail(f"got {text!r}, expected NAME=VALUE")
+        found[name.strip()] = value.strip()
+    return found
 
 
 def path_or_none(name: str | Path | None) -> Path | None:

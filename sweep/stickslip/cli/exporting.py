@@ -7,15 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli.common import WHERE, reports_wrong_input
+from stickslip.cli.common import WHERE, pairs, reports_wrong_input
+from stickslip.cli.tables import tell_table, write_table
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from stickslip.dataset.export import Table
     from stickslip.files.locations import Location
-
-_LONG = 500_000  # rows from which a bar tells how far it is
 
 
 @click.command(
@@ -43,40 +39,17 @@ def export(
     Headings carry units, flags are words, what is not defined is empty. FILE may be larger than memory. A sheet of
     Excel holds 1,048,575 cells. (pip install "stickslip[excel]")
     """
-    from stickslip.cli.results import _pairs
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
     target = output or Path(file.name).with_suffix(".csv")
     with reading.look_into(file) as ds:
-        places = _pairs(select)
+        places = pairs(select)
         try:
             part = selection.selected(ds, places)[0] if places else ds
         except PlotError as error:
             raise click.ClickException(f"{file}: {error}") from None
         for point in selection.told(ds, places) if places else ():
             click.echo(f"taken    {point}")
-        tell_table(write(part, target, variables, "," if decimal_comma else "."), target)
-
-
-def write(ds: xr.Dataset, target: Path, variables: tuple[str, ...] = (), decimal: str = ".") -> Table:
-    """Write a table; a long one with a bar."""
-    from stickslip.cli.progress import progress_bar
-    from stickslip.dataset.export import table_of, write_table
-
-    rows = table_of(ds, variables).rows
-    if rows < _LONG:
-        return write_table(ds, target, variables, decimal=decimal)
-    with progress_bar(rows, " written", "rows") as move:
-        return write_table(ds, target, variables, decimal=decimal, moved=move)
-
-
-def tell_table(table: Table, target: Path) -> None:
-    """Say what was written, and what was not."""
-    from stickslip.cli import screen
-
-    click.echo(f"table    {target} ({table.rows:,} rows, {len(table.columns)} columns, {screen.size_of(target)})")
-    if table.left_out:
-        names = ", ".join(table.left_out)
-        click.echo(f"left out {names}: of other dimensions; write them with stickslip export --variable")
+        tell_table(write_table(part, target, variables, "," if decimal_comma else "."), target)

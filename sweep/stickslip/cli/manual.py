@@ -139,7 +139,7 @@ def for_terminal(text: str) -> str:
     text = re.sub(r"!\[[^\]]*\]\([^)]*\)\n?", "", text)
     text = re.sub(r"^\$\$\n(.*?)^\$\$", lambda m: f"    {plain_formula(m[1])}", text, flags=re.MULTILINE | re.DOTALL)
     text = re.sub(r"(?<![\\$`])\$([^$\n`]+)\$", lambda m: plain_formula(m[1]), text)
-    text = re.sub(r"\[([^\]]+)\]\((?:docs/)?([\w-]+)\.md(?:#[\w-]*)?\)", _link, text)
+    text = re.sub(r"\[([^\]]+)\]\((?:[\w.]+/)*([\w-]+)\.md(?:#[\w-]*)?\)", _link, text)
     return re.sub(r"\[([^\]]+)\]\((?!https?:)[^)\s]*\)", r"\1", text)
 
 

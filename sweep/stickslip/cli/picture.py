@@ -65,9 +65,10 @@ class Picture:
     def save(self, figure: Figure, target: Path, request: str = "") -> None:
         """Write a figure in the size and at the resolution that are asked for. Raises PlotError."""
         from stickslip import plots
+        from stickslip.plots.page import resize
 
         if self.size is not None:
-            figure.set_size_inches(*inches(self.size, self.dpi or plots.DPI))
+            resize(figure, *inches(self.size, self.dpi or plots.DPI))
         plots.save(figure, target, self.dpi or plots.DPI, request)
 
     def request(self) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import click
 
 from stickslip.cli import shown
 from stickslip.cli.backdrop import MAP, Extras
-from stickslip.cli.common import PAGES, WHERE, check_page, check_plot, fail, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import PAGES, WHERE, check_page, check_plot, fail, pairs, prepare_kernels, reports_wrong_input
 from stickslip.cli.picture import Picture, free_name
 
 if TYPE_CHECKING:
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stickslip.files.locations import Location
+
+
+_AMPLITUDES = ("velocity_amplitude", "displacement_amplitude")  # of a ramp, which have branches
 
 
 @click.command(
@@ -75,8 +78,15 @@ def plot(
     ds, picture = reading.look_into(file), Picture(**wishes)
     if output is not None and output.suffix.lower() in PAGES:
         check_page(output)
-        return shown.write_page(ds, output, Extras(map_file), picture)
-    places = _pairs(select) if "time" not in ds.dims else {}
+        of_pictures = {"--variable": variable, "--select": select, "--lines": lines, "--size": picture.size,
+                       "--dpi": picture.dpi}  # fmt: skip
+        if given := [name for name, value in of_pictures.items() if value]:
+            fail(f"{', '.join(given)}: for a picture; a page shows the whole result")
+        try:
+            return shown.write_page(ds, output, Extras(map_file), picture)
+        except PlotError as error:
+            fail(f"{file}: {error}")
+    places = pairs(select) if "time" not in ds.dims else {}
     if output is not None:
         check_plot(output)
     try:
@@ -115,7 +125,8 @@ def _drawn(
         return plots.plot_probability(selection.selected(ds, places)[0], state, title=title, look=picture.look(ds))
     if "direction" in ds.dims:
         picture.refuse_for("a ramp")
-        return plots.plot_ramp(ds, variable or "velocity_amplitude", select=places, title=title)
+        draw = plots.plot_branches if variable in (None, *_AMPLITUDES) else plots.plot_ramp
+        return draw(ds, variable or _AMPLITUDES[0], select=places, title=title)
     if "settling_share" in ds and variable is None:
         variable = "settling_share"
         if len(set(ds["settling_share"].dims) - set(places)) == 1:
@@ -153,14 +164,3 @@ def _words(asked: dict[str, Any]) -> str:
     """What is asked of a picture as one text, nothing for a picture without any wishes."""
     found = {name: ", ".join(value) if isinstance(value, tuple) else value for name, value in asked.items() if value}
     return "; ".join(f"{name}: {value}" for name, value in sorted(found.items()))
-
-
-def _pairs(texts: tuple[str, ...]) -> dict[str, str]:
-    """NAME=VALUE texts as a mapping."""
-    pairs = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals:
-            fail(f"got {text!r}, expected NAME=VALUE")
-        pairs[name.strip()] = value.strip()
-    return pairs

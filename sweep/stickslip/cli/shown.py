@@ -87,15 +87,18 @@ def figure(ds: xr.Dataset, extras: Extras | None = None, picture: Picture | None
 def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, picture: Picture | None = None) -> None:
     """Write the page of a result, and say so: its plots, what was held fixed, what the words mean, how exact it is."""
     from stickslip import pages
+    from stickslip.cli.picture import Picture
     from stickslip.errors import PlotError
     from stickslip.pages.result import Drawn, drawn_of, result_page
 
+    picture = picture or Picture()
     if is_over_map(ds):
         try:
             found = [Drawn(str(ds.attrs.get("title", "")), figure(ds, extras, picture))]
         except PlotError as error:
             found = [Drawn(str(error))]
     else:
-        found = drawn_of(ds) if is_drawn(ds) or "time" in ds.dims else []
-    pages.write_page(target, result_page(ds, found, title=None if picture is None else picture.title))
+        ds = picture.prepared(ds)
+        found = drawn_of(ds, picture.look(ds)) if is_drawn(ds) else []
+    pages.write_page(target, result_page(ds, found, picture.title))
     click.echo(f"page     {target} ({screen.size_of(target)})")

@@ -62,6 +62,7 @@ def simulate(
     """
     from stickslip import api
     from stickslip.config.pick import cell_of, config_at, seconds
+    from stickslip.dataset.display import shown_as_written
     from stickslip.files import writing
 
     one = config_at(recipe_in(config), at)
@@ -88,7 +89,7 @@ def simulate(
         duration=look.duration, samples=samples or look.samples, law=law, rtol=solver.rtol,
         max_steps=solver.max_steps, **cell,
     )  # fmt: skip
-    ds = words.in_units_of(ds, at)
+    ds = shown_as_written(ds, one.written_in)
     if output is not None:
         writing.write(ds, output)
     if plot is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import ceil, floor, isfinite, log10, pi, sqrt
@@ -23,7 +22,6 @@ _SLOW = 30.0  # natural periods, for what neither sticks nor settles
 _PER_PERIOD = 60  # samples a natural period
 _MOST_SAMPLES = 40_001
 _LONGEST = 1e3  # natural periods, of what does not stick
-_NUMBER_AND_UNIT = re.compile(r"\s*[-+.\deE]+\s*([^\s\d.+-].*?)\s*")
 _WIDTH = 90  # characters of a title
 _SHOWN = (  # row, variable and what it is, in this order, where it is finite
     ("frequency", "frequency"), ("period", "period"), ("stick_fraction", "sticking"),
@@ -127,15 +125,6 @@ def titled(title: str, at: Iterable[str]) -> str:
     pairs = (text.partition("=") for text in at)
     named = [f"{spoken(name.strip())} = {value.strip()}" for name, _, value in pairs]
     return "\n".join([*wrap(title, _WIDTH), *wrap(", ".join(named), _WIDTH)])
-
-
-def in_units_of(ds: xr.Dataset, at: Iterable[str]) -> xr.Dataset:
-    """The trajectory, whose parameters are shown in the units in which they were set."""
-    for name, _, value in (text.partition("=") for text in at):
-        written = _NUMBER_AND_UNIT.fullmatch(value)
-        if written and name.strip() in ds.coords:
-            ds[name.strip()].attrs["display_units"] = written[1]
-    return ds
 
 
 def time(seconds: float) -> str:

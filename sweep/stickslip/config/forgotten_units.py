@@ -65,7 +65,7 @@ def question(document: Document, config: Config) -> str | None:
     asked = {found.name: _understood(found) for found in bare if found.is_large}
     by_name = {found.name: found for found in bare}
     for doubt in doubts(config, by_name.keys()):
-        if doubt.name not in asked:
+        if doubt.name not in asked and _is_given(document.data, doubt.name):  # a fitted curve has its own warning
             found = by_name.get(doubt.name) if doubt.reason else None  # else it is what has a unit that is too large
             asked[doubt.name] = _doubted(doubt, found)
     if not asked:
@@ -116,6 +116,12 @@ def _problem(document: Document, name: str, text: str) -> Problem:
     """The question, where the quantity is given."""
     path = _path(document.data, name)
     return Problem(path, text, document.keys.get(path) or document.values.get(path))
+
+
+def _is_given(data: Any, name: str) -> bool:
+    """Whether a quantity is in the document."""
+    path = _path(data, name)
+    return path[0] == "axes" or name in (data.get(path[0]) or {})
 
 
 def _path(data: Any, name: str) -> Path:

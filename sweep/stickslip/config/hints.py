@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection
 from typing import Any, NamedTuple
 
-from stickslip.vocabulary.synonyms import synonym_of
+from stickslip.vocabulary.synonyms import meant
 from stickslip.vocabulary.words import nearest
 
 _GLUED = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(\s*[:=]\s*)(\S.*)")  # a1:0.2, a1 = 0.2
@@ -25,13 +25,13 @@ def for_key(key: str, entries: dict[str, Any], known: Collection[str]) -> Meant 
     """What an unknown key was probably meant to be; `entries` is the mapping it stands in."""
     if (glued := _GLUED.fullmatch(key)) and entries.get(key) is None:
         name, sign, value = glued.groups()
-        if meant := name if name in known else nearest(name, known):
+        if ours := name if name in known else nearest(name, known):
             lacks = "a space after the colon" if ":" in sign else "a colon and a space instead of ="
-            return Meant(meant, f"write {lacks}: {meant}: {value}")
+            return Meant(ours, f"write {lacks}: {ours}: {value}")
     if entries.get(key) is None and (hint := for_decimals(key, entries)):
         return Meant(None, hint)
-    if meant := synonym_of(key, known) or nearest(key, known):
-        return Meant(meant, f"did you mean {meant}?")
+    if near := meant(key, known):
+        return Meant(near, f"did you mean {near}?")
     return None
 
 

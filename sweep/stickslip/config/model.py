@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from stickslip.config.html import as_html
 from stickslip.config.margins import Margins
 from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import (
@@ -218,6 +219,10 @@ class Config(Section):
         if not self.is_map:  # what is asked for on a command line instead of the map of a file has other variables
             plain["output"].pop("variables", None)
         return {key: value for key, value in plain.items() if value is not None}
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        return as_html(self.resolved())
 
     def to_yaml(self) -> str:
         """`resolved` as YAML text; what result files keep, and what `reader.parse_config` reads."""

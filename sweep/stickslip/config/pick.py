@@ -20,7 +20,8 @@ from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.settings import SOLVER
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.synonyms import meant
+from stickslip.vocabulary.words import listed
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
 _SOURCE = "--at"
@@ -79,6 +80,18 @@ def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Re
     return parse_config(text, source, settings).shown_in(units_shown(ds))
 
 
+def shared_by(ds: xr.Dataset) -> dict[str, Any]:
+    """What all cells of a result have in common: law, rtol and max_steps, as `simulate` takes them.
+
+    Raises ConfigError.
+    """
+    recipe = recipe_of(ds, "this dataset")
+    plain = recipe.resolved() if isinstance(recipe, Config) else recipe
+    solver = plain.get("solver", {})
+    shared = {name: solver[name] for name in ("rtol", "max_steps") if name in solver}
+    return {"law": plain.get("friction", {}).get("law", "stribeck")} | shared
+
+
 def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> list[str]:
     """The settings that pick the cell of a result at `position`, by dimension, out of its recipe, bit for bit."""
     shape = tuple((str(dim), length) for dim, length in ds["regime"].sizes.items())
@@ -99,7 +112,7 @@ def seconds(text: str, option: str = "--duration") -> float:
 def value_of(name: str, text: str, option: str) -> float:
     """A value of a parameter of a cell on the command line, in SI. Raises ConfigError."""
     if name not in PARAMETERS:
-        near = nearest(name, PARAMETERS)
+        near = meant(name, PARAMETERS)
         hint = f"did you mean {near!r}?" if near else f"known are {', '.join(PARAMETERS)}"
         raise ConfigError(option, [Problem((), f"{name!r} is not a parameter of a cell", hint=hint)])
     try:
@@ -159,7 +172,7 @@ def _number_or_text(value: str) -> float | str:
 def _check_name(name: str, axes: Iterable[str]) -> None:
     known = [*axes, *(quantity for quantity in QUANTITIES if quantity not in axes)]
     if name not in known:
-        near = nearest(name, known)
+        near = meant(name, known)
         hint = f"did you mean {near}?" if near else None
         raise ConfigError(_SOURCE, [Problem((name,), f"unknown quantity, expected {listed(known)}", hint=hint)])
 

@@ -18,7 +18,7 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
-_FAR = 0.1  # m, the same in the middle of the grid, where the numbers had no unit
+_FAR = 0.2  # m, the same in the middle of the grid, where the numbers had no unit
 _FREQUENCIES = 0.1, 50e3  # Hz; a hanging garden gate, an ultrasonic motor
 _HEAVY = 1000.0  # kg; from here on it may be a fault of the earth, whose springs are long and slow
 # A belt this many times faster than the speed over which friction falls never reaches the drop, whatever the spring.
@@ -26,6 +26,8 @@ _FASTER = 30.0
 _SLOW = 1.0  # m/s; up to here any ratio may be meant, since curves that fall at once are common
 _OVERDAMPED = 10.0  # of critical damping
 _FRICTION = 5.0  # a friction coefficient; rubber and clean metals in vacuum reach it
+_ORDER_ONE = 0.2, 5.0  # mass and load of a dimensionless study ...
+_FRICTION_OF_RATIOS = 0.8  # ... and its friction coefficient, as in the article; few dry contacts have more
 _NEVER = {"belt_speed": 200.0, "velocity": 200.0, "a4": 5.0, "v_reversal": 20.0, "stroke": 10.0}  # SI, even with units
 _OTHERS = {"kg": "g", "m": "mm", "m s-1": "mm/s", "N m-1": "N/mm"}  # the unit that was likely meant
 _COEFFICIENTS = ("a1", "a3", "mu_start", "mu_reversal", "mu_stop", "mu_static")
@@ -79,7 +81,7 @@ def natural_frequency(config: Config) -> Span | None:
 def static_deflection(config: Config) -> Span | None:
     """mu_start N/k, m: how far the belt drags the mass before it breaks away."""
     load, stiffness = span(config, "normal_load"), span(config, "stiffness")
-    start = span(config, "mu_start") or _sum(span(config, "a1"), span(config, "a3"))
+    start = _start(config)
     if load is None or stiffness is None or start is None:
         return None
     return Span(start.least * load.least / stiffness.most, start.most * load.most / stiffness.least)
@@ -107,9 +109,13 @@ def doubts(config: Config, bare: Collection[str]) -> Iterator[Doubt]:
 
 
 def _is_normalised(config: Config) -> bool:
-    """Whether the study is one of ratios: mass, stiffness and load are 1, but for one of them."""
+    """Whether the study is one of ratios: two of mass, stiffness and load are 1, or all is of order one."""
     fixed = config.fixed()
-    return sum(fixed.get(name) == 1.0 for name in ("mass", "stiffness", "normal_load")) >= 2
+    if sum(fixed.get(name) == 1.0 for name in ("mass", "stiffness", "normal_load")) >= 2:
+        return True
+    start, (low, high) = _start(config), _ORDER_ONE
+    of_order_one = all(low <= fixed.get(name, math.nan) <= high for name in ("mass", "normal_load"))
+    return of_order_one and start is not None and start.most >= _FRICTION_OF_RATIOS
 
 
 def _never(config: Config) -> Iterator[Doubt]:
@@ -117,7 +123,9 @@ def _never(config: Config) -> Iterator[Doubt]:
     for name, limit in _NEVER.items():
         found = span(config, name)
         if found is not None and found.most > limit:
-            yield _doubt(config, name, "")
+            declared, upto = QUANTITIES[name].units, "up to " if found.least < found.most else ""
+            value = f"{upto}{found.most:.3g} {units.spelled(declared)}"
+            yield Doubt(name, value, "", f"{found.most:.3g} {_OTHERS[declared]}")
 
 
 def _coefficients(config: Config) -> Iterator[Doubt]:
@@ -154,7 +162,7 @@ def _long_spring(config: Config, bare: Collection[str]) -> Iterator[Doubt]:
     if deflection is None or mass is None or mass.least > _HEAVY:
         return
     may_lack = bool({"stiffness", "normal_load"} & set(bare))
-    if deflection.least > _FARTHEST or (may_lack and deflection.middle > _FAR and deflection.most > _FARTHEST):
+    if deflection.least > _FARTHEST or (may_lack and deflection.middle > _FAR):
         load = span(config, "normal_load")
         assert load is not None
         reason = f": under {load.text('N')} the belt drags the mass {deflection.text('m')} far before it breaks away"
@@ -182,6 +190,11 @@ def _doubt(config: Config, name: str, reason: str) -> Doubt:
     assert found is not None
     unit = _OTHERS.get(declared)
     return Doubt(name, found.text(units.spelled(declared)), reason, None if unit is None else found.text(unit), unit)
+
+
+def _start(config: Config) -> Span | None:
+    """mu_start, by either form of the curve."""
+    return span(config, "mu_start") or _sum(span(config, "a1"), span(config, "a3"))
 
 
 def _sum(one: Span | None, other: Span | None) -> Span | None:

@@ -104,6 +104,11 @@ def with_units(ds: xr.Dataset, wanted: Mapping[str, str]) -> xr.Dataset:
     return ds
 
 
+def shown_as_written(ds: xr.Dataset, written_in: Mapping[str, str]) -> xr.Dataset:
+    """The dataset, whose coordinates are shown in the units in which a configuration has them (`Config.written_in`)."""
+    return with_units(ds, {name: unit for name, unit in written_in.items() if name in ds.coords})
+
+
 def _expected(si: str) -> str:
     if si == "1":
         return "none: it is a pure number"

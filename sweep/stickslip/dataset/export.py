@@ -72,7 +72,7 @@ def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
     dimensions do not fit together.
     """
     ds = _by_node(ds) if "contour_found" in ds.attrs else ds
-    chosen = _named(ds, variables) if variables else [str(name) for name in ds.data_vars if ds[name].dtype.kind != "S"]
+    chosen = _named(ds, variables) if variables else _usual(ds)
     if not chosen:
         raise StoreError("nothing to write: the result holds no variables")
     rows = max((ds[name] for name in chosen), key=lambda array: (array.ndim, array.size))
@@ -169,9 +169,13 @@ def _column(array: xr.DataArray, table: Table, chunk: Chunk) -> NDArray[Any]:
 
 
 def _words(codes: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[Any]:
-    """Flags by their meanings; a code without one as a number."""
-    known = np.atleast_1d(np.asarray(attributes["flag_values"])).tolist()
-    names = dict(zip(known, str(attributes["flag_meanings"]).split(), strict=True))
+    """Flags by their meanings, several at once joined by a plus; a code without one as a number."""
+    meanings = str(attributes["flag_meanings"]).split()
+    if "flag_masks" in attributes:
+        masks = dict(zip(np.atleast_1d(attributes["flag_masks"]).tolist(), meanings, strict=True))
+        names = {code: " + ".join(word for mask, word in masks.items() if code & mask) for code in range(256)}
+    else:
+        names = dict(zip(np.atleast_1d(attributes["flag_values"]).tolist(), meanings, strict=True))
     found, place = np.unique(codes, return_inverse=True)
     return np.array([names.get(code, str(code)) for code in found.tolist()], object)[place.reshape(codes.shape)]
 
@@ -210,6 +214,12 @@ def _named(ds: xr.Dataset, variables: Sequence[str]) -> list[str]:
             hint = f"\nhint: did you mean {near}?" if near else ""
             raise StoreError(f"no variable is called {name!r}, expected {listed(known)}{hint}")
     return list(dict.fromkeys(variables))
+
+
+def _usual(ds: xr.Dataset) -> list[str]:
+    """The variables that are written unless others are named: of materials compared, what is known of each."""
+    names = [str(name) for name in ds.data_vars if ds[name].dtype.kind != "S"]
+    return [name for name in names if ds[name].dims == ("material",)] if "quiet_above" in ds else names
 
 
 def _by_node(ds: xr.Dataset) -> xr.Dataset:

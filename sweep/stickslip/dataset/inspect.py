@@ -147,11 +147,11 @@ def _cells(ds: xr.Dataset, recipe: Recipe, places: list[tuple[int, ...]]) -> lis
             _name(flag, int(codes(one[flag])[0])) if flag in one else NOT_KEPT for flag in ("regime", "status")
         )
         settings = tuple(settings_at(recipe, ds, position))
-        found.append(Cell(number, position, regime, status, settings, _duration(recipe, one)))
+        found.append(Cell(number, position, regime, status, settings, duration_of(recipe, one)))
     return found
 
 
-def _duration(recipe: Recipe, cell: xr.Dataset) -> float:
+def duration_of(recipe: Recipe, cell: xr.Dataset) -> float:
     """How long to look at a cell, in s: to the horizon, or some cycles, or some oscillations after break-away."""
     solver = recipe.get("solver", {}) if isinstance(recipe, dict) else dict(recipe.solver)  # type: ignore[union-attr]
     known = {name: float(cell[name]) for name in _LOOK if name in cell.variables}

@@ -14,8 +14,7 @@ from stickslip.dataset.axis import MapAxis
 from stickslip.errors import PlotError, QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.synonyms import synonym_of
-from stickslip.vocabulary.words import nearest
+from stickslip.vocabulary.synonyms import meant
 
 _AS_SHOWN = 1e-5  # relative; the ends of an axis may be copied from a message, which has six digits
 
@@ -62,9 +61,9 @@ def _dimension(ds: xr.Dataset, name: str) -> Hashable:
         if name in (dim, quantity_of(str(dim)), str(dim).removesuffix("_case")):
             return dim
     dims = [str(dim) for dim in ds.dims]
-    near = synonym_of(name, dims) or nearest(name, dims)
-    meant = f"; did you mean {near}?" if near else ""
-    raise PlotError(f"cannot select {name!r}; dimensions are {', '.join(dims)}{meant}")
+    near = meant(name, dims)
+    hint = f"; did you mean {near}?" if near else ""
+    raise PlotError(f"cannot select {name!r}; dimensions are {', '.join(dims)}{hint}")
 
 
 def _position(ds: xr.Dataset, dim: Hashable, wanted: Any) -> int:
@@ -78,9 +77,9 @@ def _position(ds: xr.Dataset, dim: Hashable, wanted: Any) -> int:
         return _cell_of(ds, dim, wanted)
     labels = [str(label) for label in ds[dim].values]
     if str(wanted) not in labels:
-        near = nearest(str(wanted), labels)
-        meant = f"; did you mean {near}?" if near else ""
-        raise PlotError(f"cannot select {dim}={wanted}; labels are {', '.join(labels)}{meant}")
+        near = meant(str(wanted), labels)
+        hint = f"; did you mean {near}?" if near else ""
+        raise PlotError(f"cannot select {dim}={wanted}; labels are {', '.join(labels)}{hint}")
     return labels.index(str(wanted))
 
 

@@ -44,7 +44,10 @@ def flag_counts(flags: xr.DataArray) -> dict[str, int]:
     """
     counts = np.zeros(_CODES, np.int64)
     for chunk in chunks(flags):
-        counts += np.bincount(codes(flags.isel(chunk)), minlength=_CODES)
+        part = flags.isel(chunk)
+        if part.dtype.kind == "f":  # `where` left cells out
+            part = xr.DataArray(part.values[~np.isnan(part.values)])
+        counts += np.bincount(codes(part), minlength=_CODES)
     return named(counts, str(flags.name))
 
 

@@ -190,8 +190,10 @@ def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> Side:
         places = np.arange(axis.length, dtype=np.float64)
         labels = tuple(axis.text(i) for i in range(axis.length))
         return Side(name, axis.title, "listed", Unit(1.0, ""), (-0.5, axis.length - 0.5), places, places, labels)
-    values, edges = axis.pixel_points(step), axis.edges
+    values, edges = axis.unit.to_si(axis.pixel_points(step)), axis.unit.to_si(axis.edges)
     unit = unit_for(units_of, [float(np.sqrt(values[0] * values[-1])) if axis.is_log else float(np.abs(values).max())])
+    if "display_units" in ds[dim].attrs:  # people wrote it so
+        unit = Unit(axis.unit.size, axis.unit.name)
     words = str(ds[dim].attrs.get("long_name", name))
     title = f"{words} ({unit.name})" if unit.name else words
     found = Side(name, title, "log" if axis.is_log else "linear", unit, (0.0, 1.0), values, values)

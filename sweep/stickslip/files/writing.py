@@ -3,9 +3,9 @@
 Writing is all or nothing (`atomic.py`; behind a URL, where only Zarr is written, `swapping.py`); netCDF4 opened for
 writing would truncate the target first. These files are results, not checkpoints.
 
-Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by
-them. In netCDF they are rows of characters, ``pad(pad, pad_letters)``, as CF wants a variable of one dimension and its
-name to hold numbers. (Earlier versions wrote ``pad_label``, which `open` reads.)
+Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by it.
+In netCDF they are rows of characters, ``pad(pad, pad_letters)``: CF wants a variable of one dimension and its name to
+hold numbers. (Earlier versions wrote ``pad_label``, which `open` reads.)
 
 Every chunk carries a checksum, and a seal covers the rest (`seal.py`). `reading.py` is the other half.
 """

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from stickslip.config.yaml import parse_yaml
@@ -16,12 +17,14 @@ from stickslip.dataset.summary import BAD_REGIMES, Share, codes, shares, summary
 from stickslip.errors import ConfigError, PlotError
 from stickslip.pages.frame import Section, page
 from stickslip.pages.parts import Cell, Column, configuration, embedded, paragraph, provenance, table, terms, warning
-from stickslip.plots import plot_attractors, plot_map, plot_probability, plot_ramp
+from stickslip.plots import plot_attractors, plot_branches, plot_map, plot_probability
 from stickslip.plots.held import held_fixed
+from stickslip.plots.look import PLAIN, Look
 from stickslip.plots.palette import FLAG_COLOURS
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
 
 _OF_MAPS = ("regime", "period", "damping_ratio")  # variables whose pictures are on the page of a map
+_BESIDE = ("_error", "_low", "_high", "_width")
 _MOST_POINTS = 12  # of an axis that are all named
 # Attributes that say where a dataset comes from, not what was found in it.
 _COMMON = {
@@ -43,17 +46,21 @@ class Drawn(NamedTuple):
     figure: Figure | None = None
 
 
-def drawn_of(ds: xr.Dataset) -> list[Drawn]:
-    """The pictures of a result that is no set of borders over a map."""
+def drawn_of(ds: xr.Dataset, look: Look = PLAIN) -> list[Drawn]:
+    """The pictures of a result that is no set of borders over a map. look : of maps."""
     if "probability" in ds:
-        return [_tried("probability", lambda: plot_probability(ds))]
+        return [_tried("probability", lambda: plot_probability(ds, look=look))]
     if "direction" in ds.dims:
-        return [_tried("ramp", lambda: plot_ramp(ds))]
+        return [_tried("ramp", lambda: plot_branches(ds))]
     if "settling_share" in ds:
         one = ds["settling_share"].ndim == 1
         return [_tried("share that settles", lambda: plot_attractors(ds) if one else plot_map(ds, "settling_share"))]
     names = [name for name in _OF_MAPS if name in ds.data_vars] or [str(name) for name in ds.data_vars][:1]
-    return [_tried(str(ds[name].attrs.get("long_name", name)), lambda name=name: plot_map(ds, name)) for name in names]
+    names += [str(name) for name in ds.data_vars if str(name).startswith("margin_")]
+    return [
+        _tried(str(ds[name].attrs.get("long_name", name)), lambda name=name: plot_map(ds, name, look=look))
+        for name in names
+    ]
 
 
 def _tried(said: str, draw: Any) -> Drawn:
@@ -124,7 +131,13 @@ def _style() -> str:
 
 
 def _pictures(drawn: Sequence[Drawn]) -> str:
-    return "\n".join(paragraph(said) if figure is None else embedded(figure, said) for said, figure in drawn)
+    return "\n".join(paragraph(said) if figure is None else _embedded(figure, said) for said, figure in drawn)
+
+
+def _embedded(figure: Figure, said: str) -> str:
+    return embedded(
+        figure, said, of_cells=any(isinstance(one, QuadMesh) for ax in figure.axes for one in ax.collections)
+    )
 
 
 def _shares(found: dict[str, Share]) -> str:
@@ -175,20 +188,26 @@ def _range(axis: MapAxis) -> str:
 
 
 def _words(ds: xr.Dataset, found: dict[str, Share]) -> str:
-    names = [name for name in REGIMES if name in found] or [*REGIMES[1:6]]
-    told = [(_label(name), REGIME_MESSAGES[name]) for name in names]
-    told += [(_spoken(name), _meaning(ds, name)) for name in _OF_MAPS[1:] if name in ds.data_vars]
-    told += [(_spoken(str(name)), _meaning(ds, str(name))) for name in ds.data_vars
-             if not found and ds[name].attrs.get("long_name")]  # fmt: skip
+    """Regimes that occur or may occur, and variables."""
+    may_occur = [str(name) for name in ds["state"].values] if "state" in ds.coords else REGIMES[1:6]
+    told = [(_label(name), REGIME_MESSAGES[name]) for name in REGIMES if name in (found or may_occur)]
+    names = [str(name) for name in ds.data_vars if not _is_beside(str(name)) and ds[name].attrs.get("long_name")]
+    told += [(_spoken(name), _meaning(ds, name)) for name in names if not found or name in _OF_MAPS[1:]]
+    told += [(_spoken(name), _meaning(ds, name)) for name in names if name.startswith("margin_")]
     if "damping_ratio" in ds.data_vars:
         told.append(("borders (linear)", _LINEAR))
     return terms(told)
 
 
+def _is_beside(name: str) -> bool:
+    """Whether a variable stands beside another one: its error, its bounds, its statistics."""
+    return name.endswith(_BESIDE) or name.startswith(("mean_", "quantile_", "count_"))
+
+
 def _meaning(ds: xr.Dataset, name: str) -> str:
     attributes = ds[name].attrs
     comment = "" if "flag_values" in attributes or "flag_masks" in attributes else attributes.get("comment", "")
-    return ". ".join(filter(None, [str(attributes.get("long_name", name)), str(comment)]))
+    return "; ".join(filter(None, [str(attributes.get("long_name", name)), str(comment)]))
 
 
 def _accuracy(ds: xr.Dataset) -> str:

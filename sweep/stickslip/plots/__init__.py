@@ -2,12 +2,13 @@
 
 Every function returns a matplotlib Figure and touches no global state: no pyplot, no window, safe in threads.
 
-    maps, traces, spectrogram, attractors, uncertainty   the plots      axes   their axes
-    page   title, legend and file                        palette   colours
+    maps, traces, spectrogram, attractors, branches, uncertainty, curves, materials   the plots
+    axes   their axes      page   title, legend and file      palette   colours
 """
 
 from stickslip.errors import PlotError
 from stickslip.plots.attractors import plot_attractors, plot_ramp
+from stickslip.plots.branches import plot_branches
 from stickslip.plots.linear import BORDERS
 from stickslip.plots.look import Look, Mark
 from stickslip.plots.maps import MAX_PANELS, plot_map
@@ -17,6 +18,6 @@ from stickslip.plots.traces import plot_trace
 from stickslip.plots.uncertainty import plot_probability
 
 __all__ = [
-    "BORDERS", "DPI", "Look", "MAX_PANELS", "Mark", "PlotError", "plot_attractors", "plot_map", "plot_probability",
-    "plot_ramp", "plot_sound", "plot_trace", "request_of", "save",
+    "BORDERS", "DPI", "Look", "MAX_PANELS", "Mark", "PlotError", "plot_attractors", "plot_branches", "plot_map",
+    "plot_probability", "plot_ramp", "plot_sound", "plot_trace", "request_of", "save",
 ]  # fmt: skip

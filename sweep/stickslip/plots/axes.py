@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from textwrap import fill
-
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
@@ -14,14 +11,7 @@ from stickslip.errors import PlotError
 from stickslip.plots.look import PLAIN, Look
 
 _MOST_TICKS = 12  # labels side by side
-_FIRM_SPACE = "\N{NO-BREAK SPACE}"
 _CROWDED = 45  # characters of all tick labels of an x axis, from which on they are written at a slant
-
-
-def wrapped(text: str, width: int) -> str:
-    """`text` in lines of about `width` letters; a value stays with its name, and so does what is in brackets."""
-    kept = re.sub(r"\([^)]*\)|[^\s,=][^,=]* = [^,]+", lambda found: found[0].replace(" ", _FIRM_SPACE), text)
-    return fill(kept, width).replace(_FIRM_SPACE, " ")
 
 
 def scaled(ax: Axes, which: str, name: str, unit: Unit, look: Look) -> None:

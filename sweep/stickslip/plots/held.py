@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable
+from collections.abc import Collection, Hashable, Sequence
 
 import numpy as np
 import xarray as xr
@@ -10,6 +10,7 @@ import xarray as xr
 from stickslip.dataset.axis import short_name
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.summary import summary
+from stickslip.plots.page import NOTE_WIDTH, folded
 from stickslip.vocabulary.flags import flag_label
 from stickslip.vocabulary.quantities import QUANTITIES
 
@@ -37,6 +38,12 @@ def held_fixed(ds: xr.Dataset, without: Collection[Hashable] = ()) -> list[tuple
             unit = unit_of(one)
             found.append((short_name(one), f"{unit.of(value):.4g} {unit.printed}".rstrip()))
     return found
+
+
+def held_note(ds: xr.Dataset, first: Sequence[str] = ()) -> list[str]:
+    """The note below a plot of what is held fixed, a line or none. first : what is chosen for this plot."""
+    fixed = [*first, *(f"{name} = {value}" for name, value in held_fixed(ds))]
+    return [folded(f"held fixed: {', '.join(fixed)}", NOTE_WIDTH)] if fixed else []
 
 
 def _of_no_use(ds: xr.Dataset, name: str) -> bool:

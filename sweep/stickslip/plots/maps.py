@@ -25,13 +25,13 @@ from stickslip.dataset.kept import why_absent
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
 from stickslip.plots import marks, overlays
-from stickslip.plots.axes import apply, wrapped
+from stickslip.plots.axes import apply
 from stickslip.plots.figure import Figure
 from stickslip.plots.hatching import hatch, patterns
-from stickslip.plots.held import held_fixed, why_nothing
+from stickslip.plots.held import held_note, why_nothing
 from stickslip.plots.linear import border_handles, draw_borders
 from stickslip.plots.look import PLAIN, Look
-from stickslip.plots.page import entitle, legend
+from stickslip.plots.page import BESIDE_LEGEND, TITLE_WIDTH, entitle, legend, wrapped
 from stickslip.plots.painting import note, painted
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR
 from stickslip.plots.strips import PIXELS, plot_strip
@@ -39,8 +39,6 @@ from stickslip.plots.strips import PIXELS, plot_strip
 MAX_PANELS = 16
 
 _MAX_PANEL_COLUMNS = 4
-_TITLE_WIDTH = 70  # letters in a line above the plot
-_NOTE_WIDTH = 110  # and in a note below it
 _BAR_WIDTH = 45  # letters along a colour bar
 _PANEL_WIDTH, _PANEL_HEIGHT = 36, 30  # letters along the sides of one of several panels
 _PANEL_PIXELS = (270, 340)  # rows and columns of one of several panels
@@ -71,27 +69,22 @@ def plot_map(
     if variable not in ds.data_vars:
         absent = why_absent(ds, variable)
         raise PlotError(absent or f"no variable {variable!r}; there are {', '.join(map(str, ds.data_vars))}")
-    fixed = held_fixed(ds) if look.held else []
+    whole = ds
     ds, places = selected(ds, select or {})
     ds = look.part(ds)
     if title is None:
-        title = "\n".join(filter(None, [str(ds.attrs.get("title", "")), wrapped(", ".join(places), _TITLE_WIDTH)]))
+        title = "\n".join(filter(None, [str(ds.attrs.get("title", "")), ", ".join(places)]))
         places = []
     dims = ds[variable].dims
     if not dims:
         raise PlotError("nothing to map: every parameter is fixed\nhint: look at one cell over time with `simulate`")
     marks.check(look.marks, dims, dims[-2:])
-    held = _held_text([*places, *(f"{name} = {value}" for name, value in fixed)])
+    held = held_note(whole, places) if look.held else []
     if len(dims) == 1:
         figure = plot_strip(ds, variable, title, look, held)
     else:
         figure = _panels(ds, variable, title, borders, lines, look, held)
     return figure
-
-
-def _held_text(fixed: Sequence[str]) -> list[str]:
-    """The note that says what is equal in all cells that are drawn."""
-    return [wrapped(f"held fixed: {', '.join(fixed)}", _NOTE_WIDTH)] if fixed else []
 
 
 def _panels(
@@ -143,7 +136,8 @@ def _panels(
     handles = [*paint.handles(patterns(variable) if look.hatched else None), *border_handles(drawn)]
     handles += [*([overlays.entry()] if exact else []), *marks.entries(look.marks, ds)]
     legend(figure, handles, at_right=is_flag and not outer, notes=[note(pixel, is_flag), *held])
-    entitle(figure, grid.flat[0], title, above_all=bool(outer))
+    beside = is_flag and not outer
+    entitle(figure, grid.flat[0], title, above_all=bool(outer), width=BESIDE_LEGEND if beside else TITLE_WIDTH)
     return figure
 
 

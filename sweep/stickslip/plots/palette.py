@@ -67,7 +67,8 @@ UNDEFINED_COLOUR = "#dddddd"  # cells where a continuous variable has no value
 _LOG_FROM = 100.0  # ratio of largest to smallest value from which colours are logarithmic
 _MOST_RATIO = 1e4  # of the largest value to those around zero on a scale that is linear there and logarithmic beyond
 _SEQUENTIAL, _ABOUT_ZERO = "viridis", "RdBu"  # the second: red below zero, where sliding is unstable
-_DARKER = 0.5  # colour of hatching, times that of the area
+_INK = 0.5  # how far the colour of hatching lies from that of its area on the way to black or white
+_BRIGHTNESS = (0.299, 0.587, 0.114)  # of red, green and blue
 _PALENESS = 0.62  # how far the colour of a mixed pixel lies on the way to white
 _PALE_WHITE = "#ececec"
 
@@ -190,8 +191,10 @@ def _pale(colour: str) -> str:
 
 
 def ink(colour: str) -> str:
-    """The colour of lines that show on an area of a colour."""
-    red, green, blue = (_DARKER * channel for channel in to_rgb(colour))
+    """The colour of lines that show on an area of a colour: light ones on what is dark in grey."""
+    rgb = to_rgb(colour)
+    dark = sum(weight * channel for weight, channel in zip(_BRIGHTNESS, rgb, strict=True)) < 0.5
+    red, green, blue = (1.0 - _INK * (1.0 - channel) if dark else _INK * channel for channel in rgb)
     return to_hex((red, green, blue))
 
 

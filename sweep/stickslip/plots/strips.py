@@ -23,7 +23,7 @@ from stickslip.plots.hatching import hatch, patterns
 from stickslip.plots.held import why_nothing
 from stickslip.plots.linear import BORDERS, border_handles, levels_inside
 from stickslip.plots.look import Look
-from stickslip.plots.page import entitle, legend
+from stickslip.plots.page import BESIDE_LEGEND, entitle, legend
 from stickslip.plots.painting import note, painted
 from stickslip.plots.palette import BLUE, FLAG_COLOURS, Entry
 
@@ -74,7 +74,7 @@ def plot_strip(ds: xr.Dataset, variable: str, title: str, look: Look, notes: Seq
     axes[shown[-1]].set_xlabel(x.title)
     handles += marks.entries(look.marks, ds, line=True)
     legend(figure, handles, at_right=True, notes=[note(pixel, variable in FLAG_COLOURS), *notes])
-    entitle(figure, axes[shown[0]], title)
+    entitle(figure, axes[shown[0]], title, width=BESIDE_LEGEND)
     return figure
 
 

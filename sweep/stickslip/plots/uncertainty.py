@@ -13,9 +13,10 @@ from stickslip.dataset.axis import MapAxis, spoken
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply
 from stickslip.plots.figure import Figure
+from stickslip.plots.held import held_note
 from stickslip.plots.look import PLAIN, Look
 from stickslip.plots.maps import plot_map
-from stickslip.plots.page import entitle
+from stickslip.plots.page import annotate, entitle
 from stickslip.plots.palette import (
     BLACK,
     BLUE,
@@ -84,6 +85,7 @@ def _cell(ds: xr.Dataset, state: str, title: str) -> Figure:
     left.set(xlim=(0, 1), xlabel=f"probability (bars: ± {_ERRORS:g} standard errors)")
     if right:
         _index_bars(right[0], ds.sel(state=state), state)
+    annotate(figure, held_note(ds))
     entitle(figure, left, title, above_all=True)
     return figure
 
@@ -132,6 +134,7 @@ def _line(ds: xr.Dataset, state: str, title: str) -> Figure:
         _index_lines(lower[0], ds, x)
     apply(x, upper, "x")
     (lower[0] if lower else upper).set_xlabel(x.title)
+    annotate(figure, held_note(ds))
     entitle(figure, upper, title)
     return figure
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
 from math import prod
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.synonyms import meant
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,8 +102,8 @@ def _from_dataset(ds: xr.Dataset) -> dict[str, Any]:
 def _check_names(named: Mapping[str, Any]) -> None:
     for name in named:
         if name not in PARAMETERS:
-            near = get_close_matches(str(name), PARAMETERS, 1)
-            hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
+            near = meant(str(name), PARAMETERS)
+            hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
             raise TypeError(f"{name!r} is not a parameter of a cell{hint}")
 
 

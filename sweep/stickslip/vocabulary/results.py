@@ -230,5 +230,7 @@ BORDER_VARIABLES: dict[str, Variable] = {v.name: v for v in _BORDER_VARIABLES}
 ATTRACTOR_VARIABLES: dict[str, Variable] = {v.name: v for v in _ATTRACTOR_VARIABLES}
 _RAMP = ("regime", "status", "velocity_amplitude", "displacement_amplitude", "period", "stick_fraction")
 RAMP_VARIABLES: dict[str, Variable] = {name: VARIABLES[name] for name in _RAMP}
+_BETWEEN = ("unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", "damping_ratio")
+BETWEEN_VARIABLES: dict[str, Variable] = {name: ATTRACTOR_VARIABLES[name] for name in _BETWEEN}
 CONTOUR_VARIABLES: dict[str, Variable] = {v.name: v for v in _CONTOUR_VARIABLES}
 MARGIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _MARGIN_VARIABLES}

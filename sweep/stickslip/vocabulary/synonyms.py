@@ -5,6 +5,10 @@ They are never read, since a file should say the same to everyone; messages name
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+from stickslip.vocabulary.words import nearest
+
 _WORDS = {
     "mass": "m moving_mass weight",
     "stiffness": "k spring spring_constant spring_stiffness spring_rate stiffnes c_spring",
@@ -43,8 +47,14 @@ _MEANT = {word: [ours for ours, words in _WORDS.items() if word in words.split()
           for word in row.split()}  # fmt: skip
 
 
-def synonym_of(word: str, among: object) -> str | None:
+def meant(word: str, among: Iterable[str]) -> str | None:
+    """The word `among` the possible ones that was probably meant: a synonym, or one that is spelled much like it."""
+    known = list(among)
+    return synonym_of(word, known) or nearest(word, known)
+
+
+def synonym_of(word: str, among: Iterable[str]) -> str | None:
     """Our word for what somebody else calls `word`, if it is `among` those that are possible."""
-    known = set(among)  # type: ignore[call-overload]
+    known = set(among)
     spelled = word.strip().lower().replace("-", "_").replace(" ", "_")
     return next((ours for ours in _MEANT.get(spelled, ()) if ours in known), None)

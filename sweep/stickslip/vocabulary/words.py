@@ -11,6 +11,8 @@ def nearest(word: str, words: Iterable[str]) -> str | None:
     known, spelled = list(words), word.lower().replace("-", "_").replace(" ", "_")
     if swapped := [one for one in known if sorted(one) == sorted(spelled)]:  # strokse is strokes rather than stroke
         return swapped[0]
+    if whole := [one for one in known if spelled in one.split("_")]:  # belt is belt_speed rather than delta
+        return whole[0]
     found = difflib.get_close_matches(spelled, known, 1, 0.6)
     return found[0] if found else None
 

@@ -1,0 +1,201 @@
+"""`compare`: which material keeps a contact quiet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from stickslip.cli import screen
+from stickslip.cli.common import (
+    JSON,
+    check_plot,
+    fail,
+    points_file,
+    prepare_kernels,
+    reports_wrong_input,
+    tell_json,
+)
+from stickslip.cli.fits import POINTS, columns, fitted, wanted_of
+from stickslip.cli.tables import tell_table, write_table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from stickslip.materials.words import Words
+
+_ASKED = ("belt_speed", "searched_from", "searched_to", "tendency_at", "confidence", "draws", "seed")
+_FILES = (".nc", ".zarr", ".csv", ".xlsx")
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip compare configs/measured/dry.csv configs/measured/grease_a.csv \\
+      --mass "100 g" --stiffness "5 N/mm" --load "10 N" --damping "1 N s/m" --speed "20 mm/s"
+  stickslip compare configs/measured/table.csv --mass "100 g" --stiffness "5 N/mm" \\
+      --load "10 N" --plot materials.png -o ranks.xlsx"""
+)
+@POINTS
+@click.option("--mass", required=True, help='Of the oscillator: kg, or with a unit ("100 g").')
+@click.option("--stiffness", required=True, help='Of its spring: N/m, or with a unit ("5 N/mm").')
+@click.option("--load", required=True, help='Normal load: N, or with a unit ("2 kN").')
+@click.option("--damping", default="0", show_default=True, help='Of its damper: N s/m, or with a unit ("1 N s/m").')
+@click.option("--speed", help="Belt speed at which regime, margin and tendency are told.")
+@click.option("--between", nargs=2, metavar="LOW HIGH", help="Belt speeds to search.  [default: from the points]")
+@columns
+@click.option("--level", type=float, default=0.95, show_default=True, help="Of confidence of the intervals.")
+@click.option("--draws", type=int, default=1000, show_default=True, help="Curves drawn a material; 0: no intervals.")
+@click.option("--seed", type=int, default=1, show_default=True, help="Of the draws.")
+@click.option(
+    "-o", "--output", "outputs", type=click.Path(path_type=Path), multiple=True,
+    help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.",
+)  # fmt: skip
+@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html): ranks, plot, fits.")
+@JSON
+@reports_wrong_input
+def compare(
+    files: tuple[Path, ...], mass: str, stiffness: str, load: str, damping: str, speed: str | None,
+    between: tuple[str, str] | None, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
+    level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None, report: Path | None,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Rank materials by the belt speed above which each is quiet.
+
+    Fits a friction curve to the points of each FILE (of each column of friction in a table of several), and finds where
+    the vibration that begins in stick ends for good, to nine digits, with the interval that the scatter of the points
+    leaves. FILES are CSV as instruments and Excel write it; see `stickslip fit`.
+    """
+    from stickslip.errors import Interrupted
+    from stickslip.materials import compare as compared
+    from stickslip.materials.words import Words
+
+    _check_outputs(outputs, plot, report)
+    fits = fitted([points_file(file) for file in files], wanted_of(unit, speed_column, friction_column), not as_json)
+    given = {"mass": mass, "stiffness": stiffness, "normal_load": load, "damping": damping}
+    prepare_kernels("stribeck")
+    try:
+        ds = compared(
+            fits, **{name: _number(text) for name, text in given.items()},  # type: ignore[arg-type]
+            belt_speed=None if speed is None else _number(speed),
+            between=None if between is None else (_number(between[0]), _number(between[1])),
+            level=level, draws=draws, seed=seed,
+        )  # fmt: skip
+    except Interrupted:
+        fail("interrupted: nothing was written; a comparison takes seconds, run it again")
+    except ValueError as error:
+        fail(error)
+    words = Words(ds, _unit_of(speed))
+    if not as_json:
+        _show(words)
+    written = _write(ds, words, outputs, plot, report, as_json)
+    if as_json:
+        tell_json(_answer(ds, words, written))
+
+
+def _check_outputs(outputs: tuple[Path, ...], plot: Path | None, report: Path | None) -> None:
+    """End before anything is computed if something cannot be written."""
+    from stickslip.dataset.export import TABLE_SUFFIXES, check_table
+    from stickslip.files import writing
+
+    for output in outputs:
+        if output.suffix.lower() not in _FILES:
+            fail(f"{output}: expected a name that ends in {', '.join(_FILES)}")
+        check = check_table if output.suffix.lower() in TABLE_SUFFIXES else writing.check_writable
+        check(output)
+    if plot is not None:
+        check_plot(plot)
+    if report is not None and report.suffix.lower() not in (".html", ".htm"):
+        fail(f"{report}: pages end in .html")
+
+
+def _number(text: str) -> float | str:
+    """A number as it is, a text with a unit as text."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _unit_of(speed: str | None) -> str | None:
+    """The unit in which the belt speed was given, for the table."""
+    unit = "" if speed is None else speed.lstrip("+-.0123456789eE ").strip()
+    return unit or None
+
+
+def _show(words: Words) -> None:
+    """The table of ranks, and remarks."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    shown = [*words.columns()]
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for column in shown:
+        table.add_column(f"{escape(column.name)}\n{escape(column.unit)}", justify="left" if column.is_text else "right")
+    for row in zip(*(column.cells for column in shown), strict=True):
+        table.add_row(*map(escape, row))
+    screen.terminal().print(table)
+    for remark in words.remarks():
+        click.echo(f"note     {remark}")
+    click.echo(words.what_quiet_means())
+    if said := words.what_the_interval_means():
+        click.echo(said)
+
+
+def _write(
+    ds: xr.Dataset, words: Words, outputs: tuple[Path, ...], plot: Path | None, report: Path | None, silent: bool
+) -> dict[str, str]:
+    """Everything that is asked for; what was written, by kind."""
+    from stickslip.dataset.export import TABLE_SUFFIXES
+    from stickslip.files import writing
+
+    written = {}
+    for output in outputs:
+        if output.suffix.lower() in TABLE_SUFFIXES:
+            table = write_table(ds, output)
+            if not silent:
+                tell_table(table, output)
+        else:
+            writing.write(ds, output)
+            if not silent:
+                click.echo(f"written  {output} ({screen.size_of(output)})")
+        written[output.suffix[1:].lower()] = str(output)
+    if plot is not None:
+        from stickslip import plots
+        from stickslip.plots.materials import plot_materials
+
+        plots.save(plot_materials(ds), plot)
+        written["plot"] = str(plot)
+        if not silent:
+            click.echo(f"plot     {plot}")
+    if report is not None:
+        from stickslip.materials.page import material_page
+        from stickslip.pages import write_page
+
+        write_page(report, material_page(ds, words.unit))
+        written["report"] = str(report)
+        if not silent:
+            click.echo(f"report   {report}")
+    return written
+
+
+def _answer(ds: xr.Dataset, words: Words, written: dict[str, str]) -> dict[str, Any]:
+    """The comparison for programs, in SI."""
+    from stickslip.dataset.export import table_of
+    from stickslip.vocabulary.flags import FLAGS
+
+    materials = []
+    for i in range(ds.sizes["material"]):
+        one: dict[str, Any] = {"name": words.names[i]}
+        for name, array in table_of(ds).columns.items():
+            if name != "material":
+                value = array.values[i].item()
+                one[name] = [*FLAGS[name]][value] if name in FLAGS else value
+        materials.append(one)
+    units = {name: str(array.attrs["units"]) for name, array in table_of(ds).columns.items() if "units" in array.attrs}
+    system = {name.removeprefix("system_"): ds.attrs[name] for name in ds.attrs if name.startswith("system_")}
+    asked = {name: ds.attrs[name] for name in _ASKED if name in ds.attrs}
+    return {"materials": materials, "units": units, "system": system, **asked, "remarks": words.remarks(),
+            "written": written}  # fmt: skip

@@ -1,0 +1,171 @@
+"""Materials compared, in words: the table of ranks and the remarks below it, for the screen and for pages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import xarray as xr
+
+from stickslip.vocabulary import units
+from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, flag_label
+from stickslip.vocabulary.words import listed
+
+_CERTAIN = 0.975  # probability from which the order of two neighbours is
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A column of the table: its heading, its unit, whether it holds words, and the cells, best material first."""
+
+    name: str
+    unit: str
+    is_text: bool
+    cells: tuple[str, ...]
+
+
+class Words:
+    """What is said of a comparison (`stickslip.compare`). unit : of speeds; None takes that of the measured points."""
+
+    def __init__(self, ds: xr.Dataset, unit: str | None = None) -> None:
+        self._ds = ds
+        self.unit = unit or str(ds["quiet_above"].attrs.get("display_units", "m/s"))
+        self._factor = 1.0 / units.si_value(f"1 {self.unit}", "m s-1")
+        self.level = f"{100 * float(ds.attrs['confidence']):g} %"
+
+    @property
+    def names(self) -> list[str]:
+        """The materials, best first."""
+        return [str(name) for name in self._ds["material"].values]
+
+    def speed(self, value: float) -> str:
+        """A speed (m/s) as a number in the unit of the table."""
+        number = self._factor * value
+        return f"{number:.3g}" if number < 1000 else f"{number:.0f}"
+
+    def columns(self) -> Iterator[Shown]:
+        """The table of ranks."""
+        ds, count = self._ds, range(self._ds.sizes["material"])
+        yield Shown("rank", "", False, tuple(str(int(rank)) for rank in ds["rank"].values))
+        yield Shown("material", "", True, tuple(self.names))
+        yield Shown("quiet above", self.unit, False, tuple(map(self._quiet, count)))
+        if "quiet_above_low" in ds:
+            yield Shown(f"{self.level} interval", self.unit, True, tuple(map(self._interval, count)))
+        if "regime" in ds:
+            at = f"at {self.speed(float(ds.attrs['belt_speed']))} {self.unit}"
+            regimes = tuple(flag_label(REGIMES[int(code)]) for code in ds["regime"].values)
+            yield Shown(at, "", True, regimes)
+            yield Shown("margin", "speed over border", False, tuple(map(self._margin, ds["margin"].values)))
+            if "quiet_probability" in ds:
+                yield Shown("P(quiet)", "", False, tuple(map(_share, ds["quiet_probability"].values)))
+        yield Shown("tendency", "Eq. (3)", False, tuple(f"{float(one):.3f}" for one in ds["tendency"].values))
+        yield Shown("mu_start", "", False, tuple(f"{float(one):.3f}" for one in ds["mu_start"].values))
+        yield Shown("fit", "", True, tuple("good" if good else "see below" for good in ds["fit_good"].values))
+
+    def remarks(self) -> list[str]:
+        """What the table does not say by itself."""
+        return [*self._bounds(), *self._extrapolated(), *self._order(), *self._fits()]
+
+    def what_quiet_means(self) -> str:
+        """What was looked for, and where."""
+        ds = self._ds
+        low, high = (self.speed(float(ds.attrs[name])) for name in ("searched_from", "searched_to"))
+        return (
+            "Quiet: what begins in stick ends in steady sliding; neither stick-slip nor another vibration lasts. Belt "
+            f"speeds from {low} to {high} {self.unit} were searched; a vibration that begins and ends between two of "
+            f"{int(ds.attrs['searched_points'])} places there is missed."
+        )
+
+    def what_the_interval_means(self) -> str:
+        """Where intervals come from."""
+        if "quiet_above_low" not in self._ds:
+            return ""
+        return (
+            f"The {self.level} intervals are quantiles of {int(self._ds.attrs['draws']):,} curves a material, drawn "
+            "from the covariance of its fit: the scatter of the points, not of specimens, temperature or the system."
+        )
+
+    # --- cells ----------------------------------------------------------------------------------------------------
+
+    def _state(self, i: int) -> str:
+        return QUIET_STATES[int(self._ds["quiet_state"].values[i])]
+
+    def _quiet(self, i: int) -> str:
+        sign = {"quiet_throughout": "< ", "vibrates_throughout": "> ", "unresolved": "<= "}.get(self._state(i), "")
+        return sign + self.speed(float(self._ds["quiet_above"].values[i]))
+
+    def _interval(self, i: int) -> str:
+        low, high = (float(self._ds[f"quiet_above_{end}"].values[i]) for end in ("low", "high"))
+        if math.isnan(low):
+            return "not determined"
+        least, most = (float(self._ds.attrs[name]) for name in ("searched_from", "searched_to"))
+        first = self.speed(low) if low > 0 else f"< {self.speed(least)}"
+        last = self.speed(high) if math.isfinite(high) else f"> {self.speed(most)}"
+        return (
+            f"< {self.speed(least)}"
+            if high == 0
+            else f"> {self.speed(most)}"
+            if low == math.inf
+            else f"{first} to {last}"
+        )
+
+    @staticmethod
+    def _margin(value: Any) -> str:
+        return f"x {float(value):.3g}" if math.isfinite(value) else "> 1"
+
+    # --- remarks --------------------------------------------------------------------------------------------------
+
+    def _bounds(self) -> Iterator[str]:
+        """Materials whose number is a bound."""
+        states = [self._state(i) for i in range(len(self.names))]
+        told = {
+            "quiet_throughout": "no vibration lasts at any speed searched",
+            "vibrates_throughout": "vibrates up to the fastest speed searched",
+            "unresolved": "cells without a verdict lie around the border: the speed is an upper bound",
+        }
+        for state, words in told.items():
+            if found := [name for name, one in zip(self.names, states, strict=True) if one == state]:
+                yield f"{listed(found, 'and')}: {words}."
+        undamped = self._ds.attrs["system_damping"] == 0
+        for name, state, a2 in zip(self.names, states, self._ds["a2"].values, strict=True):
+            if state == "vibrates_throughout" and undamped and a2 == 0:
+                yield (
+                    f"{name}: nothing takes energy out at high speed: the curve never rises and the damping is 0. Give "
+                    "the damping of the system, or measure at higher speed."
+                )
+
+    def _extrapolated(self) -> Iterator[str]:
+        """Borders outside of what was measured."""
+        for i, name in enumerate(self.names):
+            border, slow, fast = (
+                float(self._ds[one].values[i]) for one in ("quiet_above", "slowest_point", "fastest_point")
+            )
+            if self._state(i) == "border" and not slow <= border <= fast:
+                side = f"slowest, {self.speed(slow)}" if border < slow else f"fastest, {self.speed(fast)}"
+                yield f"{name}: the border lies beyond the {side} {self.unit}, that was measured."
+
+    def _order(self) -> Iterator[str]:
+        """Neighbours whose order may be chance."""
+        if "better_than_next" not in self._ds:
+            return
+        for i, chance in enumerate(self._ds["better_than_next"].values[:-1]):
+            if not chance >= _CERTAIN:
+                one, other = self.names[i], self.names[i + 1]
+                told = "cannot be told" if math.isnan(chance) else f"has a probability of {_share(chance)}"
+                yield f"That {one} is quiet from a lower speed on than {other} {told}."
+
+    def _fits(self) -> Iterator[str]:
+        """Curves that may not be used without reservation."""
+        for name, good, quality in zip(
+            self.names, self._ds["fit_good"].values, self._ds["fit_quality"].values, strict=True
+        ):
+            if not good:
+                yield f"{name}: {quality}"
+
+
+def _share(value: Any) -> str:
+    if math.isnan(value):
+        return "not known"
+    return "> 99.9 %" if value > 0.999 else "< 0.1 %" if value < 0.001 else f"{100 * float(value):.3g} %"

@@ -1,0 +1,202 @@
+"""Materials compared: ranks, borders and intervals against direct calls, and against points measured again."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+import stickslip
+from stickslip.cli import main
+from stickslip.config.examples import found_points
+from stickslip.errors import ConfigError
+from stickslip.fit import draw_curves, fit_curve
+
+FILES = [found_points(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
+SYSTEM = {"mass": "100 g", "stiffness": "5 N/mm", "normal_load": "10 N", "damping": "1 N s/m"}
+SI = {"mass": 0.1, "stiffness": 5000.0, "normal_load": 10.0, "damping": 1.0}
+OPTIONS = ["--mass", "100 g", "--stiffness", "5 N/mm", "--load", "10 N"]
+SPEED = np.array([0.5, 1, 2, 5, 10, 20, 35, 50, 75, 100, 150, 200, 300, 400]) / 1000
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def law(w, a1, a2, a3, a4):
+    return a1 + a2 * w + a3 * np.exp(-w / a4)
+
+
+@pytest.fixture(scope="module")
+def compared():
+    return stickslip.compare(FILES, **SYSTEM, belt_speed="20 mm/s", draws=150)
+
+
+def test_materials_are_ranked_by_the_border_of_their_fitted_curves(compared):
+    curves = {name: compared[name].values for name in ("a1", "a2", "a3", "a4")}
+    between = (compared.attrs["searched_from"], compared.attrs["searched_to"])
+    found = stickslip.border({**SI, **curves}, "belt_speed", between)
+    last = np.nanmax(found["border"].values, axis=1)
+    np.testing.assert_allclose(compared["quiet_above"], last, rtol=3e-9)
+    assert list(compared["material"].values) == ["grease_b", "grease_a", "dry"]
+    assert compared["rank"].values.tolist() == [1, 2, 3] and (np.diff(last) > 0).all()
+    assert (compared["quiet_state"] == 1).all()
+
+
+def test_just_above_the_border_it_is_quiet_and_just_below_it_is_not(compared):
+    curves = {name: np.repeat(compared[name].values, 2) for name in ("a1", "a2", "a3", "a4")}
+    speed = np.outer(compared["quiet_above"].values, [1 - 1e-6, 1 + 1e-6]).ravel()
+    regime = stickslip.evaluate({**SI, **curves, "belt_speed": speed})["regime"].values.reshape(3, 2)
+    assert (regime[:, 0] == 1).all() and np.isin(regime[:, 1], (2, 3)).all()
+
+
+def test_at_a_belt_speed_margin_regime_and_probability_agree_with_the_border(compared):
+    quiet = 0.02 > compared["quiet_above"].values
+    np.testing.assert_allclose(compared["margin"], 0.02 / compared["quiet_above"])
+    assert ((compared["regime"] == 1).values == ~quiet).all()
+    assert (compared["quiet_probability"].values[~quiet] < 0.5).all()
+    assert (compared["quiet_probability"].values[quiet] > 0.5).all()
+    inside = compared["quiet_above"]
+    assert ((compared["quiet_above_low"] < inside) & (inside < compared["quiet_above_high"])).all()
+
+
+def test_tendency_is_eq_3_on_a_curve_whose_friction_at_standstill_is_that_at_break_away(compared):
+    """As the hysteretic law says it, with mu_stop = mu_start."""
+    one = compared.sel(material="dry")
+    cell = {**SI, **{name: float(one[name]) for name in ("a1", "a2", "a3", "a4")}, "belt_speed": 0.02}
+    direct = stickslip.evaluate({**cell, "mu_stop": float(one["mu_start"]) * (1 - 1e-12)})
+    assert float(one["tendency"]) == pytest.approx(float(direct["tendency"][0]), rel=1e-6)
+
+
+@pytest.mark.parametrize("order", [(2, 1, 0), (1, 0, 2)])
+def test_the_order_of_the_files_changes_nothing(compared, order):
+    again = stickslip.compare([FILES[i] for i in order], **SYSTEM, belt_speed=0.02, draws=150)
+    xr.testing.assert_equal(again, compared)
+
+
+def test_a_wide_table_compares_as_its_columns_do(compared):
+    wide = stickslip.compare(found_points("configs/measured/table.csv"), **SYSTEM, belt_speed=0.02, draws=150)
+    assert list(wide["material"].values) == ["grease B", "grease A", "dry"]
+    for i in (0, 2):  # a point of grease A is missing there
+        np.testing.assert_allclose(wide["quiet_above"][i], compared["quiet_above"][i], rtol=1e-9)
+        np.testing.assert_allclose(wide["quiet_above_high"][i], compared["quiet_above_high"][i], rtol=1e-9)
+    assert abs(float(wide["quiet_above"][1]) / float(compared["quiet_above"][1]) - 1) < 0.1
+
+
+def test_the_interval_is_that_of_points_measured_again_and_again():
+    """The fit repeated on points of the curve with new noise, and the border of each: the middle 68 % of them."""
+    random = np.random.default_rng(3)
+    truth, scatter, trials = (0.27, 0.19, 0.15, 0.024), 0.004, 250
+    ds = stickslip.compare(
+        {"dry": fit_curve(SPEED, law(SPEED, *truth) + random.normal(0, scatter, SPEED.size), scatter)},
+        **SYSTEM, level=0.68, draws=2000,
+    )  # fmt: skip
+    again = [fit_curve(SPEED, law(SPEED, *truth) + random.normal(0, scatter, SPEED.size)) for _ in range(trials)]
+    curves = {name: np.array([getattr(one, name) for one in again]) for name in ("a1", "a2", "a3", "a4")}
+    found = stickslip.border({**SI, **curves}, "belt_speed", (0.01, 1.0), 1e-4, scan=24)["border"].values
+    low, high = np.quantile(np.nanmax(found, axis=1), [0.16, 0.84])
+    width = float(ds["quiet_above_high"][0] - ds["quiet_above_low"][0])
+    assert 0.8 < width / (high - low) < 1.25  # either is known to a tenth
+    assert ds["quiet_above_low"][0] - width < low and high < ds["quiet_above_high"][0] + width
+
+
+def test_draws_have_the_mean_and_the_covariance_of_the_fit_and_stay_within_its_bounds():
+    random = np.random.default_rng(4)
+    speed = np.linspace(0, 0.4, 60)
+    fit = fit_curve(speed, law(speed, 0.27, 0.19, 0.15, 0.024) + random.normal(0, 0.004, speed.size), 0.004)
+    drawn = draw_curves(fit, 20_000)
+    values = np.stack(list(drawn.coefficients.values()))
+    np.testing.assert_allclose(values.mean(axis=1), list(fit.coefficients().values()), rtol=0.01)
+    scale = np.sqrt(np.outer(*[np.diag(fit.covariance)] * 2))
+    np.testing.assert_allclose(np.cov(values) / scale, fit.covariance / scale, atol=0.04)
+    assert drawn.kept > 0.999
+    few = fit_curve(speed[:8], law(speed[:8], 0.08, 0.3, 0.01, 0.02) + random.normal(0, 0.003, 8))
+    assert all((draw_curves(few, 100).coefficients[name] >= 0).all() for name in ("a1", "a2", "a3", "a4"))
+
+
+def test_friction_that_only_rises_is_quiet_throughout_and_says_so():
+    points = {"oil": (SPEED, 0.1 - 0.05 * np.exp(-SPEED / 0.05)), "dry": (SPEED, law(SPEED, 0.27, 0.19, 0.15, 0.024))}
+    ds = stickslip.compare(points, **SYSTEM, belt_speed=0.05, draws=50)
+    assert list(ds["material"].values) == ["oil", "dry"] and ds["quiet_state"].values.tolist() == [2, 1]
+    assert float(ds["quiet_above"][0]) == ds.attrs["searched_from"] and np.isinf(ds["margin"][0])
+    assert float(ds["quiet_above_high"][0]) == 0.0 and float(ds["tendency"][0]) <= 0.0
+
+
+def test_friction_that_falls_without_end_and_no_damper_vibrates_throughout_and_the_damper_is_asked_for(tmp_path):
+    (tmp_path / "grease.csv").write_text("speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
+    options = [*OPTIONS, "--draws", 50, "--between", "1 mm/s", "10 mm/s"]
+    done = call("compare", tmp_path / "grease.csv", *options)
+    assert done.exit_code == 0, done.output
+    assert "> 10" in done.stdout and "vibrates up to the fastest speed searched" in done.stdout
+    assert "Give the damping of the system" in done.stdout
+    damped = call("compare", tmp_path / "grease.csv", *options, "--damping", "50 N s/m", "--json")
+    (one,) = json.loads(damped.stdout)["materials"]
+    assert one["quiet_state"] in ("border", "quiet_throughout")
+
+
+def test_points_that_leave_all_open_give_no_interval():
+    four = [0, 3, 6, 13]
+    ds = stickslip.compare({"four": (SPEED[four], law(SPEED[four], 0.27, 0.19, 0.15, 0.024))}, **SYSTEM, draws=50)
+    assert np.isnan(ds["quiet_above_low"][0]) and ds["draws_used"][0] == 0 and not ds["fit_good"][0]
+
+
+def test_a_result_comes_back_from_its_file(compared, tmp_path):
+    from stickslip.files import writing
+
+    writing.write(compared, tmp_path / "found.nc")
+    back = stickslip.open(tmp_path / "found.nc").load()
+    xr.testing.assert_equal(back, compared)
+    again = stickslip.run(stickslip.config.reader.parse_config(str(back.attrs["configuration"])))
+    np.testing.assert_allclose(np.nanmax(again["border"], axis=1), compared["quiet_above"], rtol=3e-9)
+
+
+def test_the_command_writes_table_workbook_page_plot_and_answer(tmp_path):
+    names = {kind: tmp_path / f"found.{kind}" for kind in ("csv", "xlsx", "nc", "png", "html")}
+    outputs = [word for kind in ("csv", "xlsx", "nc") for word in ("-o", names[kind])]
+    done = call("compare", *FILES, *OPTIONS, "--damping", 1, "--speed", "20 mm/s", "--draws", 100, *outputs,
+                "--plot", names["png"], "--report", names["html"])  # fmt: skip
+    assert done.exit_code == 0, done.output
+    rows = [line.split() for line in done.stdout.splitlines() if line.split()[:1] in (["1"], ["2"], ["3"])]
+    assert [row[1] for row in rows] == ["grease_b", "grease_a", "dry"]
+    ds = stickslip.open(names["nc"])
+    for table in (pd.read_csv(names["csv"]), pd.read_excel(names["xlsx"], "data")):
+        assert list(table["material"]) == list(ds["material"].values)
+        np.testing.assert_allclose(table["quiet_above [m/s]"], ds["quiet_above"], rtol=1e-12)
+        assert list(table["quiet_state"]) == ["border"] * 3 and "stick_slip" in list(table["regime"])
+    about = pd.read_excel(names["xlsx"], "about").set_index("what")["value"]
+    assert about["title"] == "3 materials compared" and "belt_speed" in about["configuration"]
+    page = names["html"].read_text()
+    assert page.startswith("<!DOCTYPE html>") and "grease_b is quiet from the lowest belt speed on" in page
+    assert "<img" in page and "http://" not in page.replace("http://www.w3.org", "")
+    told = json.loads(call("compare", *FILES, *OPTIONS, "--damping", 1, "--draws", 100, "--json").stdout)
+    assert [one["name"] for one in told["materials"]] == ["grease_b", "grease_a", "dry"]
+    assert told["materials"][0]["quiet_above"] == pytest.approx(float(ds["quiet_above"][0]), rel=1e-8)
+    assert told["units"]["quiet_above"] == "m s-1" and told["system"]["mass"] == 0.1
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--mass", "100 N"], "mass: got '100 N', expected a mass"),
+        (["--stiffness", "-5"], "expected a stiffness above 0 N/m"),
+        (["--speed", "0"], "belt_speed: got 0, expected a speed above 0 m/s"),
+        (["--between", "2", "1"], "expected two speeds above 0, the slower one first"),
+        (["--level", "95"], "level: got 95.0, expected a share above 0 and below 1"),
+        (["-o", "x.docx"], "expected a name that ends in .nc, .zarr, .csv, .xlsx"),
+        (["--report", "x.pdf"], "pages end in .html"),
+        (["--plot", "x.txt"], "plots end in"),
+    ],
+)
+def test_wrong_input_is_refused_before_anything_is_computed(words, said):
+    done = call("compare", FILES[0], *OPTIONS, *words)
+    assert done.exit_code == 2 and said in done.stderr
+
+
+def test_ageing_is_no_curve(tmp_path):
+    (tmp_path / "aged.csv").write_text("time [s], mu\n1, 0.2\n10, 0.21\n100, 0.22\n1000, 0.23\n")
+    with pytest.raises(ConfigError, match="friction over waiting time, expected it over speed"):
+        stickslip.compare(tmp_path / "aged.csv", **SYSTEM)
+    with pytest.raises(ValueError, match="expected at least one"):
+        stickslip.compare({}, **SYSTEM)

@@ -1,0 +1,187 @@
+"""Results as tables: every value, by the words and units of the dataset, whatever the size."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+import stickslip
+from helpers.configs import write_config
+from stickslip.cli import main
+from stickslip.dataset import export
+from stickslip.errors import StoreError
+from stickslip.fit import CURVE_COLUMNS, read_materials
+
+CELL = {"mass": 1.0, "normal_load": 1.0, "belt_speed": 0.1, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+MAP = """\
+title: small
+system: {mass: 1, normal_load: 1, damping: 0.1}
+axes:
+  lubricant: {zip: {a1: [1, 0.8], a3: [0.3, 0.1]}, labels: ["dry, new", 'oil "B"']}
+  stiffness: [1, 10, 100]
+  belt_speed: {start: 0.1, stop: 3, num: 4}
+friction: {a2: 0.1, a4: 0.1}
+"""
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+@pytest.fixture(scope="module")
+def small():
+    return stickslip.run(stickslip.config.reader.parse_config(MAP))
+
+
+def test_every_cell_is_a_row_with_its_coordinates_and_values(small, tmp_path):
+    table = export.write_table(small, tmp_path / "map.csv")
+    found = pd.read_csv(tmp_path / "map.csv")
+    assert len(found) == table.rows == small["regime"].size and not table.left_out
+    assert list(found.columns[:5]) == ["lubricant", "a1", "a3", "stiffness [N/m]", "belt_speed [m/s]"]
+    names = small["regime"].attrs["flag_meanings"].split()
+    for number, (i, j, k) in enumerate(np.ndindex(small["regime"].shape)):
+        row, cell = found.iloc[number], small.isel(lubricant=i, stiffness=j, belt_speed=k)
+        assert row["lubricant"] == str(cell["lubricant"].values) and row["stiffness [N/m]"] == float(cell["stiffness"])
+        assert row["regime"] == names[int(cell["regime"])]
+        for name, heading in (("period", "period [s]"), ("spring_force_max", "spring_force_max [N]")):
+            np.testing.assert_equal(row[heading], float(cell[name]))  # to the last bit; NaN is empty
+    assert "a1" in found and "mass" not in found
+
+
+def test_decimal_commas_go_with_semicolons(small, tmp_path):
+    export.write_table(small, tmp_path / "map.csv", ["period"], decimal=",")
+    found = pd.read_csv(tmp_path / "map.csv", sep=";", decimal=",")
+    np.testing.assert_array_equal(found["period [s]"], small["period"].values.ravel())
+
+
+def test_a_workbook_has_the_same_rows_and_says_where_they_come_from(small, tmp_path):
+    pytest.importorskip("openpyxl")
+    export.write_table(small, tmp_path / "map.xlsx", ["regime", "period"])
+    found = pd.read_excel(tmp_path / "map.xlsx", sheet_name=None)
+    np.testing.assert_allclose(found["data"]["period [s]"], small["period"].values.ravel(), rtol=1e-15)
+    about = dict(found["about"].values)
+    assert about["title"] == "small" and "axes" in about["configuration"] and "mass [kg]" in about
+
+
+def test_more_rows_than_a_sheet_holds_are_refused_before_anything_is_written(tmp_path):
+    pytest.importorskip("openpyxl")
+    size = 2**20
+    ds = xr.Dataset({"period": ("cell", np.broadcast_to(1.0, size))})
+    with pytest.raises(StoreError, match=r"1,048,576 rows, and a sheet of Excel holds 1,048,575\nhint: write .csv"):
+        export.write_table(ds, tmp_path / "map.xlsx")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_table_larger_than_memory_is_written_a_chunk_at_a_time(tmp_path, monkeypatch):
+    """Rows of a file on disk, in order, no more of them in memory than a few chunks have."""
+    from stickslip.files import reading, writing
+
+    monkeypatch.setattr(export, "_MOST_ROWS", 2**9)
+    monkeypatch.setattr(writing, "_CHUNK_VALUES", 2**9)
+    shape, size = (40, 700), 28_000
+    values = np.arange(float(size)).reshape(shape)
+    attributes = {"source": "stickslip test"}
+    ds = xr.Dataset({name: (("y", "x"), values) for name in "abcdefgh"}, {"x": np.arange(700.0)}, attributes)
+    writing.write(ds, tmp_path / "large.nc")
+    read, column = [], export._column
+    monkeypatch.setattr(export, "_column", lambda *taken: read.append(column(*taken)) or read[-1])
+    with reading.look_into(tmp_path / "large.nc") as lazy:
+        table = export.write_table(lazy, tmp_path / "large.csv")
+    assert table.rows == size and max(one.size for one in read) <= 2**10  # a few stored chunks
+    found = pd.read_csv(tmp_path / "large.csv")
+    np.testing.assert_array_equal(found["a"], np.arange(float(size)))
+    np.testing.assert_array_equal(found["y"], np.repeat(np.arange(40), 700))
+
+
+def test_a_failing_write_leaves_the_good_table_as_it_was(small, tmp_path, monkeypatch):
+    target = tmp_path / "map.csv"
+    export.write_table(small, target, ["regime"])
+    before = target.read_bytes()
+
+    def fail(*_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(export, "_column", fail)
+    with pytest.raises(StoreError, match=r"map\.csv: cannot be written \(disk full\)"):
+        export.write_table(small, target)
+    assert target.read_bytes() == before and [p.name for p in tmp_path.iterdir()] == ["map.csv"]
+
+
+RESULTS = {
+    "cells": lambda: stickslip.evaluate({**CELL, "stiffness": [1.0, 10.0, 100.0]}),
+    "borders": lambda: stickslip.border({**CELL, "stiffness": [1.0, 10.0]}, "belt_speed", (0.01, 5.0), scan=16),
+    "margins": lambda: stickslip.margins({**CELL, "stiffness": [1.0, 10.0]}, ("belt_speed",), joint=False, scan=8),
+    "contours": lambda: stickslip.contours(
+        {**CELL, "stiffness": [1.0]}, ("stiffness", "belt_speed"),
+        {"stiffness": (1.0, 10.0), "belt_speed": (0.1, 3.0)}, 16, scan=16, tolerance=1e-3,
+    ),
+    "attractors": lambda: stickslip.attractors(
+        {**CELL, "stiffness": [1.0, 10.0]}, {"displacement": (-2.0, 2.0), "velocity": (-1.0, 1.0)}, samples=16
+    ),
+    "trajectory": lambda: stickslip.simulate(duration=10.0, samples=50, **CELL, stiffness=1.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", RESULTS)
+def test_every_result_is_a_table(kind, tmp_path):
+    ds = RESULTS[kind]()
+    table = export.write_table(ds, tmp_path / "found.csv")
+    found = pd.read_csv(tmp_path / "found.csv")
+    assert len(found) == table.rows > 0 and len(found.columns) == len(table.columns)
+    if kind == "contours":
+        assert {"line", "regime_left", "stiffness [N/m]", "belt_speed [m/s]"} <= set(found)
+        assert len(found) == ds.sizes["node"] and found["line"].nunique() == ds.sizes["line"]
+    if kind == "trajectory":
+        np.testing.assert_allclose(found["time [s]"], ds["time"])
+
+
+def test_the_command_exports_what_is_asked_for(small, tmp_path, monkeypatch):
+    from stickslip.files import writing
+
+    monkeypatch.chdir(tmp_path)
+    writing.write(small, "map.nc")
+    done = call("export", "map.nc", "--variable", "regime", "--select", "stiffness=10 N/m")
+    assert done.exit_code == 0 and "table    map.csv (8 rows," in done.stdout, done.output
+    assert set(pd.read_csv("map.csv")) == {"lubricant", "a1", "a3", "belt_speed [m/s]", "regime"}
+    for words, said in (
+        (["--variable", "perod"], "did you mean period?"),
+        (["-o", "map.ods"], "expected a name that ends in .csv or .xlsx"),
+    ):
+        wrong = call("export", "map.nc", *words)
+        assert wrong.exit_code == 2 and said in wrong.stderr
+
+
+def test_a_run_keeps_its_map_and_makes_the_table_of_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "small.yaml").write_text(MAP)
+    done = call("run", "small.yaml", "-o", "found.csv", "--no-plot")
+    assert done.exit_code == 0, done.output
+    assert {p.name for p in tmp_path.iterdir()} == {"small.yaml", "found.nc", "found.csv"}
+    assert len(pd.read_csv("found.csv")) == 24
+    (tmp_path / "found.csv").unlink()
+    again = call("run", "small.yaml", "-o", "found.csv", "--no-plot")
+    assert "is complete already" in again.stdout and len(pd.read_csv("found.csv")) == 24
+
+
+def test_a_table_of_another_command_never_replaces_the_map_it_reads(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_config(tmp_path, num=3, name="my.yaml")
+    assert call("run", "my.yaml", "-o", "map.nc", "--no-plot").exit_code == 0
+    before = (tmp_path / "map.nc").read_bytes()
+    done = call("simulate", "my.yaml", "--at", "stiffness=10", "-t", 1, "-o", "map.csv")
+    assert done.exit_code == 2 and "its numbers are kept in map.nc, which exists" in done.stderr
+    assert (tmp_path / "map.nc").read_bytes() == before
+
+
+def test_exported_curves_are_read_as_points_again(tmp_path):
+    """Material, speed and friction, by the headings of the export."""
+    speed = np.geomspace(1e-3, 0.4, 12)
+    points = {"dry": (speed, 0.3 + 0.1 * np.exp(-speed / 0.02) + 0.2 * speed), "oil": (speed, 0.1 + 0.2 * speed)}
+    ds = stickslip.compare(points, mass=0.1, stiffness=5000, normal_load=10, damping=1, draws=0)
+    export.write_table(ds, tmp_path / "curves.csv", ["friction"])
+    back = read_materials(tmp_path / "curves.csv", CURVE_COLUMNS)
+    for name in ("dry", "oil"):
+        one = ds["friction"].sel(material=name)
+        np.testing.assert_array_equal(back[name]["mu"], one.values)
+        np.testing.assert_array_equal(back[name]["speed"], ds["slip_speed"].values)
