@@ -11,10 +11,10 @@ INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check $(PIN
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test coverage lint check nightly bench gallery clean
+.PHONY: help demo test coverage lint check nightly bench gallery reference docs clean
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: $(VENV)/.installed  ## install into .venv and compute the first map
 	$(BIN)/stickslip run configs/quickstart.yaml
@@ -46,6 +46,12 @@ bench: $(VENV)/.installed-bench  ## measure speed beside other solvers into benc
 gallery: $(VENV)/.installed  ## compute the figures of docs/gallery.md again
 	$(BIN)/python -c "from stickslip.article import gallery; gallery.write('docs/gallery.md')"
 
+reference: $(VENV)/.installed  ## write again what pages of docs/ take from the code: tables, outputs, pictures
+	PYTHONPATH=docs $(BIN)/python -m making docs $(ARGS)
+
+docs: $(VENV)/.installed-docs  ## build the site into build/docs; links to elsewhere are tried by: make docs ARGS="-b linkcheck"
+	$(BIN)/python -m sphinx -W --keep-going -E -b html $(ARGS) docs build/docs
+
 clean:  ## remove the environment, caches and builds
 	rm -rf $(VENV) dist build .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find sweep kernels tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -65,4 +71,8 @@ $(VENV)/.installed-test: pyproject.toml constraints.txt | $(BIN)/python
 $(VENV)/.installed-bench: pyproject.toml constraints.txt | $(BIN)/python
 	$(INSTALL) -e ".[bench]" || $(INSTALL) -e .
 	$(INSTALL) numbalsoda || echo "numbalsoda is left out: it wants CMake and a Fortran compiler"
+	@touch $@ $(VENV)/.installed
+
+$(VENV)/.installed-docs: pyproject.toml constraints.txt | $(BIN)/python
+	$(INSTALL) -e ".[docs]"
 	@touch $@ $(VENV)/.installed

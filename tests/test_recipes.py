@@ -144,6 +144,37 @@ assert "halving" in json_schema()["properties"]["friction"]["properties"]["law"]
 
 
 @pytest.mark.slow
+def test_the_law_of_the_page_is_added_as_the_page_says(tmp_path):
+    """docs/own-law.md, followed word by word; its slip is held against SciPy."""
+    page = (ROOT / "docs" / "own-law.md").read_text(encoding="utf-8")
+    law, use = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    names, row = re.findall(r"^    (_NAMES = .*|\"\w+\": .*)$", page, re.MULTILINE)
+    copy = Copy(tmp_path, ["sweep", "kernels"])
+    laws = tmp_path / "kernels" / "stickslip_kernels" / "laws"
+    (laws / "lorentzian.py").write_text(law, encoding="utf-8")
+    old = (laws / "__init__.py").read_text(encoding="utf-8")
+    (laws / "__init__.py").write_text(re.sub(r"^_NAMES = .*$", names, old, flags=re.MULTILINE), encoding="utf-8")
+    copy.insert("sweep/stickslip/vocabulary/laws.py", 'with a2 = 0",', f"\n    {row}")
+    copy.run(f"""{use}
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+assert found["regime"].values.tolist() == [1, 1, 2], found["regime"].values
+for belt, breakaway, restick in zip([0.02, 0.1], found["breakaway_time"].values, found["restick_time"].values):
+    def slip(t, y):
+        w = max(belt - y[1], 0.0)
+        return y[1], 0.2 + 0.02 * w + 0.1 / (1 + (w / 0.1) ** 2) - y[0]
+    stops = lambda t, y: belt - y[1] if t > 1.0 else 1.0
+    stops.terminal, stops.direction = True, -1
+    motion = solve_ivp(slip, (0, 50), (0.3 + 1e-9, belt), method="DOP853", rtol=1e-12, atol=1e-14, events=stops)
+    np.testing.assert_allclose(restick - breakaway, motion.t_events[0][0], rtol=1e-5)
+z = brentq(lambda z: 0.02 - 2 * z / (1 + z * z) ** 2, 3.0**-0.5, 50)  # where the curve is lowest
+near = stickslip.evaluate(pair | dict(belt_speed=[0.099 * z, 0.101 * z]), law="lorentzian")["damping_ratio"].values
+assert near[0] < 0 < near[1]
+""")
+
+
+@pytest.mark.slow
 def test_a_new_law_is_a_file_and_its_row(tmp_path):
     """A law that has the shape of another moves as that one does."""
     copy = Copy(tmp_path, ["sweep", "kernels"])

@@ -3,17 +3,18 @@
 The names below are loaded when first used, so that the command line answers at once.
 """
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from .api import border, collect, evaluate, open, retry_failed, run, run_shard, simulate, status
+    from .api import collect, evaluate, open, retry_failed, run, run_shard, simulate, status, sweep
     from .api_basins import attractors, ramp
     from .config.model import Config
     from .config.reader import load_config
-    from .designing import contours, margins
+    from .designing import border, contours, margins
     from .engine import Options
     from .errors import ClusterError, ConfigError, IncompleteError, Interrupted
     from .materials import compare
@@ -21,24 +22,35 @@ if TYPE_CHECKING:
 __all__ = [
     "ClusterError", "Config", "ConfigError", "IncompleteError", "Interrupted", "Options", "__version__",
     "attractors", "border", "collect", "compare", "contours", "evaluate", "load_config", "margins", "open", "ramp",
-    "retry_failed", "run", "run_shard", "simulate", "status",
+    "retry_failed", "run", "run_shard", "simulate", "status", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
     "Config": "config.model", "load_config": "config.reader", "Options": "engine",
     "ClusterError": "errors", "ConfigError": "errors", "IncompleteError": "errors", "Interrupted": "errors",
     "attractors": "api_basins", "ramp": "api_basins",
-    "border": "api", "collect": "api", "evaluate": "api", "open": "api", "retry_failed": "api", "run": "api",
-    "run_shard": "api", "simulate": "api", "status": "api",
-    "compare": "materials", "contours": "designing", "margins": "designing",
+    "collect": "api", "evaluate": "api", "open": "api", "retry_failed": "api", "run": "api",
+    "run_shard": "api", "simulate": "api", "status": "api", "sweep": "api",
+    "compare": "materials", "border": "designing", "contours": "designing", "margins": "designing",
 }  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    found = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    _add_accessor()
+    return found
+
+
+def _add_accessor() -> None:
+    """Give datasets `ds.stickslip`, if there are any; where xarray comes later, it loads `backend.py` itself."""
+    if "xarray" in sys.modules:
+        import_module(".accessor", __name__)
 
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+_add_accessor()

@@ -3,38 +3,40 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import replace
 from math import isinf
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from . import basins, borders
+from .config.lines import Ends, in_si
 from .config.model import Config
 from .config.options import options_of
-from .config.reader import load_config
+from .config.reader import Given, as_config, is_config
 from .config.studies import Attractors, alone
 from .dataset.attractors import ramp_dataset
+from .dataset.given import given_cells
 from .dataset.provenance import provenance
-from .engine import Options, Progress, stop_flag, warm_up
+from .engine import Options, stop_flag, warm_up
 from .errors import ArgumentError
+from .progress import Watch, watched
 from .runs.memory import compute_study
-from .vocabulary.cells import as_cells
 from .vocabulary.quantities import PARAMETERS
 from .vocabulary.settings import AXIS
 
 __all__ = ["attractors", "ramp"]
 
-CellsOrConfig = Mapping[str, ArrayLike] | xr.Dataset | Config | str | os.PathLike[str]
+Cells = Mapping[str, ArrayLike] | xr.Dataset
+CellsOrConfig = Cells | Given
 
 
 def attractors(
     cells_or_config: CellsOrConfig,
-    box: Mapping[str, tuple[float, float]] | None = None,
+    box: Mapping[str, Ends] | None = None,
     *,
     samples: int = basins.Sampling.samples,
     seed: int = basins.Sampling.seed,
@@ -43,17 +45,17 @@ def attractors(
     threads: int | None = None,
     law: str | None = None,
     max_steps: int | None = None,
-    progress: Progress | None = None,
+    progress: Watch = "auto",
 ) -> xr.Dataset:
     """Which regimes cells have, by starting state, and the share of a box of starting states that settles.
 
-    cells_or_config : cells as `evaluate` takes them, the dimension of the result is `cell`; or a configuration, whose
-        axes are the dimensions. What they say of the state at the start is left out.
-    box : {"displacement": (low, high), "velocity": (low, high)}, in SI; None takes that of the section `attractors` of
-        the configuration, with its samples and seed.
+    cells_or_config : cells as `evaluate` takes them, whose dimensions the result has; or a configuration, as `run`
+        takes it, whose axes are the dimensions. What they say of the state at the start is left out.
+    box : {"displacement": (low, high), "velocity": (low, high)}, in SI or texts with units; None takes that of the
+        section `attractors` of the configuration, with its samples and seed.
     samples : starting states drawn where the share is not exact, 16 times a power of 2. seed : of them.
     rtol, horizon, threads, law, max_steps : of `evaluate`; None takes the defaults, or what the configuration says. A
-        configuration says its law itself. progress : called with (cells done, cells in all) from time to time.
+        configuration says its law itself. progress : as for `run`.
 
     A configuration with a section `attractors` asks for the same of `run`, which resumes and uses clusters.
 
@@ -81,17 +83,17 @@ def attractors(
         title = f"Attractors: {config.title}"
         text = config.model_copy(update=alone("attractors", asked)).to_yaml()
     else:
-        assert isinstance(cells_or_config, Mapping | xr.Dataset)
-        cells, title = basins.asked_of_cells(as_cells(cells_or_config)), "Attractors"
+        cells, title = basins.asked_of_cells(given_cells(cast(Cells, cells_or_config))), "Attractors"
         text = _text(options, {"attractors": asked.resolved()})
     study = basins.AttractorStudy(cells, states, sampling, options)
-    return study.dataset(compute_study(study, progress), provenance(text, title=title, action="attractors"))
+    with watched(progress, study.counted) as moved:
+        return study.dataset(compute_study(study, moved), provenance(text, title=title, action="attractors"))
 
 
 def ramp(
     cells_or_config: CellsOrConfig,
     along: str,
-    between: tuple[float, float] | None = None,
+    between: Ends | None = None,
     points: int = 200,
     *,
     rtol: float | None = None,
@@ -109,24 +111,31 @@ def ramp(
     rtol, horizon, law, max_steps : of `evaluate`; None takes the defaults, or what the configuration says.
 
     Returns a dataset over the lines, `direction` ("up", "down") and the parameter: regime, status, velocity_amplitude,
-    displacement_amplitude, period, stick_fraction. Raises as `border` does.
+    displacement_amplitude, period, stick_fraction; and of what lies between both branches, over the lines and the
+    parameter: unstable_amplitude, unstable_velocity_amplitude and unstable_period of the unstable cycle (as
+    `attractors` finds it, NaN where it is not known exactly) and damping_ratio. `plots.plot_branches` draws it.
+    Raises as `border` does.
     """
     if isinstance(points, bool) or not AXIS["num"].allows(points) or points != int(points):
         raise ArgumentError("points", f"got {points!r}, expected {AXIS['num'].expected}")
     config, options = _options(cells_or_config, law, rtol, horizon, None, max_steps)
+    ends = None if between is None else in_si(along, between)
     if config is not None:
-        lines, text = borders.lines_of_config(config, along, between), config.to_yaml()
+        lines, text = borders.lines_of_config(config, along, ends), config.to_yaml()
     else:
-        assert isinstance(cells_or_config, Mapping | xr.Dataset)
-        lines, text = borders.lines_of_cells(cells_or_config, along, between), _text(options, {})
+        lines, text = borders.lines_of_cells(cast(Cells, cells_or_config), along, ends), _text(options, {})
     values = np.linspace(*lines.between, int(points))
     title = f"Slow ramp: {PARAMETERS[along].long_name}" + (f": {config.title}" if config else "")
     asked = basins.Ramp(lines, values)
     warm_up(options.law)
-    found = basins.follow_ramp(asked, options, stop_flag())
-    shaped = {name: result.reshape(*lines.shape, *result.shape[1:]) for name, result in found.items()}
+    stop = stop_flag()
+    followed, between_them = (
+        {name: result.reshape(*lines.shape, *result.shape[1:]) for name, result in found.items()}
+        for found in (basins.follow_ramp(asked, options, stop), basins.between_branches(asked, options, stop))
+    )
+    attributes = provenance(text, title=title, action=f"ramp of {along}")
     return ramp_dataset(
-        along, values, lines.dims, lines.coordinates, shaped, provenance(text, title=title, action=f"ramp of {along}")
+        along, values, lines.dims, lines.coordinates, followed, between_them, attributes, lines.written_in
     )
 
 
@@ -137,9 +146,9 @@ def _options(
     """The configuration, if there is one, and how to integrate."""
     given: dict[str, Any] = {"rtol": rtol, "horizon": horizon, "threads": threads, "max_steps": max_steps}
     given = {name: value for name, value in given.items() if value is not None}
-    if not isinstance(cells_or_config, Config | str | os.PathLike):
+    if not is_config(cells_or_config):
         return None, Options(law=law or Options.law, **given)
-    config = cells_or_config if isinstance(cells_or_config, Config) else load_config(cells_or_config)
+    config = as_config(cast(Given, cells_or_config))
     if law is not None:
         raise ValueError(f"law: got {law!r}, but a configuration says its law itself: {config.friction.law}")
     return config, replace(options_of(config), early_stop=True, **given)

@@ -1,41 +1,96 @@
-"""The calls of a designer: borders as lines in a plane, and how far cells are from a border."""
+"""The calls of a designer: borders along a parameter, or as lines in a plane, and how far cells are from one."""
 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isinf, prod
 from numbers import Integral
-from typing import Any
+from typing import Any, cast
 
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from . import borders, distances
 from .config.grid import build_grid
+from .config.lines import Ends, in_si
 from .config.model import Config
 from .config.options import options_of
-from .config.reader import load_config
-from .config.studies import Contours, alone
-from .dataset.build import cell_coordinates, grid_coordinates
+from .config.reader import Given, as_config, is_config
+from .config.studies import Border, Contours, alone
+from .dataset.build import grid_coordinates
+from .dataset.given import given_cells
 from .dataset.provenance import provenance
-from .engine import Options, Progress
+from .engine import Options
+from .progress import Watch, watched
 from .runs.memory import compute_study
-from .vocabulary.cells import as_cells
+from .study import Study
 from .vocabulary.settings import CONTOURS
 
-__all__ = ["contours", "margins"]
+__all__ = ["border", "contours", "margins"]
 
 Cells = Mapping[str, ArrayLike] | xr.Dataset
-Asked = Cells | Config | str | os.PathLike[str]
+Asked = Cells | Given
+
+
+def border(
+    cells_or_config: Asked,
+    along: str,
+    between: Ends | None = None,
+    tolerance: float = 1e-9,
+    *,
+    scan: int = 64,
+    rtol: float | None = None,
+    horizon: float | None = None,
+    threads: int | None = None,
+    law: str | None = None,
+    max_steps: int | None = None,
+    progress: Watch = "auto",
+) -> xr.Dataset:
+    """Where along a parameter the regime changes, in every line of cells.
+
+    cells_or_config : cells as `evaluate` takes them, whose dimensions the result has; or a configuration, as `run`
+        takes it, whose other axes are the dimensions. What they say of the searched parameter itself is left out.
+    along : a parameter of a cell. between : its range, in SI or texts with units; None takes that of the axis of the
+        configuration.
+    tolerance : width of the last bracket over the border, or over a thousandth of the larger end of a range if
+        that holds 0 and the border is closer to it.
+    scan : places looked at first, evenly spaced, by ratio where the ends are a factor of 10 apart. A regime that begins
+        and ends between two of them can be missed.
+    rtol : of the integration; None for a hundredth of the tolerance, from 1e-12 to 1e-6.
+    horizon, threads, law, max_steps : of `evaluate`; None takes the defaults, or what the configuration says. A
+        configuration says its law itself. progress : as for `run`.
+
+    A configuration with a section `border` asks for the same of `run`, which resumes and uses clusters.
+
+    Returns a dataset over the lines and `crossing`, in ascending order: border (NaN where a line has fewer),
+    regime_below, regime_above, border_width, method, and scan_undecided per line. Where cells at a border are
+    unresolved or failed, border_width is the stretch of them. No crossing is no error: `crossing` has length 0, and the
+    attribute border_found says so. Raises TypeError or ValueError for bad input before anything is computed,
+    ConfigError for a bad configuration.
+    """
+    limits, ends = borders.Limits(scan, tolerance), None if between is None else in_si(along, between)
+    given = _given(rtol, limits.rtol(), horizon, threads, max_steps)
+    if is_config(cells_or_config):
+        config = as_config(cast(Given, cells_or_config))
+        options = _options_of(config, law, given)
+        lines = borders.lines_of_config(config, along, ends)
+        asked = Border.model_construct(along=along, between=ends, tolerance=tolerance, scan=scan, rtol=rtol)
+        title = f"Borders of regimes: {config.title}"
+        text = config.model_copy(update=alone("border", asked)).to_yaml()
+    else:
+        options = Options(law=law or Options.law, **given)
+        lines = borders.lines_of_cells(cast(Cells, cells_or_config), along, ends)
+        title, text = "Borders of regimes", _text(options)
+    study = borders.BorderStudy(lines, limits, options)
+    return _computed(study, progress, provenance(text, title=title, action=f"border along {along}"))
 
 
 def contours(
     cells_or_config: Asked,
     axes: tuple[str, str] | None = None,
-    between: Mapping[str, tuple[float, float]] | None = None,
+    between: Mapping[str, Ends] | None = None,
     points: int = 512,
     tolerance: float = 1e-9,
     *,
@@ -45,14 +100,14 @@ def contours(
     threads: int | None = None,
     law: str | None = None,
     max_steps: int | None = None,
-    progress: Progress | None = None,
+    progress: Watch = "auto",
 ) -> xr.Dataset:
     """Where the regime changes in a plane of two parameters: lines, loops among them.
 
     cells_or_config : a configuration, whose other axes are further panels; or cells as `evaluate` takes them, each of
         which is a panel.
     axes : the two parameters, (y, x); None takes the last two axes of the configuration, as plots do. between : their
-        ranges (SI) by name; those of the axes of the configuration unless given.
+        ranges by name, in SI or texts with units; those of the axes of the configuration unless given.
     points : of the grid whose sides are crossed, along either axis. Only points beside a line are looked at, so that
         the cost grows with its length, not with the area.
     tolerance : width of the last bracket over the border, for every node.
@@ -65,11 +120,14 @@ def contours(
     searched), or is a junction, where three or more regimes meet. What is unresolved or failed is a region of its own.
     Raises TypeError or ValueError for bad input before anything is computed, ConfigError for a bad configuration.
     """
-    limits, ranges = borders.Limits(scan, tolerance), dict(between or {})
+    limits, ranges = (
+        borders.Limits(scan, tolerance),
+        {name: in_si(name, ends) for name, ends in dict(between or {}).items()},
+    )
     _check_points(points)
     given = _given(rtol, limits.rtol(), horizon, threads, max_steps)
-    if isinstance(cells_or_config, Config | str | os.PathLike):
-        config = _config(cells_or_config)
+    if is_config(cells_or_config):
+        config = as_config(cast(Given, cells_or_config))
         options = _options_of(config, law, given)
         plane = borders.plane_of_config(config, axes, ranges, int(points))
         asked = Contours.model_construct(
@@ -79,11 +137,11 @@ def contours(
         text = config.model_copy(update=alone("contours", asked)).to_yaml()
     else:
         options = Options(law=law or Options.law, **given)
-        plane = borders.plane_of_cells(cells_or_config, axes, ranges, int(points))
+        plane = borders.plane_of_cells(cast(Cells, cells_or_config), axes, ranges, int(points))
         title, text = "Contours of regimes", _text(options)
     study = borders.ContourStudy(plane, limits, options)
     action = f"contours over {plane.y.name} and {plane.x.name}"
-    return study.dataset(compute_study(study, progress), provenance(text, title=title, action=action))
+    return _computed(study, progress, provenance(text, title=title, action=action))
 
 
 def margins(
@@ -102,7 +160,7 @@ def margins(
     threads: int | None = None,
     law: str | None = None,
     max_steps: int | None = None,
-    progress: Progress | None = None,
+    progress: Watch = "auto",
 ) -> xr.Dataset:
     """How far each cell is from a border: along single parameters, and by the cheapest change of all of them together.
 
@@ -126,8 +184,8 @@ def margins(
     """
     limits = borders.Limits(scan, tolerance)
     given = _given(rtol, limits.rtol(), horizon, threads, max_steps)
-    if isinstance(cells_or_config, Config | str | os.PathLike):
-        config = _config(cells_or_config)
+    if is_config(cells_or_config):
+        config = as_config(cast(Given, cells_or_config))
         if config.drive is not None:
             raise ValueError("a configuration with a drive is that of a rig, whose cells have no regime")
         if config.uncertain is not None:
@@ -137,12 +195,8 @@ def margins(
         title, text = f"Margins: {config.title}", config.to_yaml()
     else:
         options = Options(law=law or Options.law, **given)
-        cells = as_cells(cells_or_config)
-        size = cells["mass"].size
-        asking = distances.Asking(
-            ("cell",), (size,), cell_coordinates(cells, size),
-            lambda start, stop: {name: values[start:stop] for name, values in cells.items()},
-        )  # fmt: skip
+        cells = given_cells(cast(Cells, cells_or_config))
+        asking = distances.Asking(cells.dims, cells.shape, cells.coordinates(), cells.part)
         title, text = "Margins of cells", _text(options)
     names = distances.parameters_of(asking.cells(0, prod(asking.shape))) if parameters is None else tuple(parameters)
     question = distances.Question(
@@ -150,7 +204,12 @@ def margins(
     )
     attributes = provenance(text, title=title, action=f"margins along {', '.join(names)}")
     study = distances.MarginStudy(asking, question, options)
-    return study.dataset(compute_study(study, progress), attributes)
+    return _computed(study, progress, attributes)
+
+
+def _computed(study: Study, progress: Watch, attributes: Mapping[str, str]) -> xr.Dataset:
+    with watched(progress, study.counted) as moved:
+        return study.dataset(compute_study(study, moved), attributes)
 
 
 def _check_points(points: object) -> None:
@@ -166,10 +225,6 @@ def _given(
     given: dict[str, Any] = {"horizon": horizon, "threads": threads, "max_steps": max_steps}
     given = {name: value for name, value in given.items() if value is not None}
     return given | {"rtol": default if rtol is None else float(rtol)}
-
-
-def _config(config_or_path: Config | str | os.PathLike[str]) -> Config:
-    return config_or_path if isinstance(config_or_path, Config) else load_config(config_or_path)
 
 
 def _options_of(config: Config, law: str | None, given: Mapping[str, Any]) -> Options:

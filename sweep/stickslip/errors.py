@@ -20,10 +20,18 @@ _LONGEST_KEY = 60  # characters
 
 
 class Place(NamedTuple):
-    """A position in a text; line and column count from 1."""
+    """A position in a text; line and column count from 1.
+
+    option : of the command line (`--set system.mass=1 kg`) that gave a value in place of the text.
+    """
 
     line: int
     column: int
+    option: str = ""
+
+    def text(self, source: str) -> str:
+        """`FILE:4:16`, or `FILE: --set system.mass=1 kg`; `source` is the name of the file."""
+        return f"{source}: {self.option}" if self.option else f"{source}:{self.line}:{self.column}"
 
 
 @dataclass(frozen=True)
@@ -42,9 +50,12 @@ class Problem:
     hint: str | None = None
 
     def text(self, source: str) -> str:
-        """`FILE:LINE:COL: key.path: message`, with the hint on a line of its own; `source` is the name of the file."""
-        where = source if self.place is None else f"{source}:{self.place.line}:{self.place.column}"
-        parts = [where, *([dotted(self.path)] if self.path else []), self.message]
+        """`FILE:LINE:COL: key.path: message`, with the hint on a line of its own.
+
+        source : name of the file; empty for what came from Python.
+        """
+        where = source if self.place is None else self.place.text(source)
+        parts = [*([where] if where else []), *([dotted(self.path)] if self.path else []), self.message]
         return _printable(": ".join(parts)) + (f"\n  hint: {_printable(self.hint)}" if self.hint else "")
 
 

@@ -35,6 +35,7 @@ class Grid:
 
     coords: list[Coordinate]
     fixed: dict[str, float] = field(default_factory=dict)
+    written_in: dict[str, str] = field(default_factory=dict)
 
     @property
     def dims(self):

@@ -1,22 +1,34 @@
-"""What README and docs show works when it is copied, in a folder that is no checkout."""
+"""What README and docs show works when it is copied, in a folder that is no checkout; and links lead somewhere."""
 
+import os
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
 import stickslip
 from helpers.configs import write_config
+from helpers.pages import anchors, links
+from making.__main__ import PAGES as WRITTEN
+from making.contents import sections
+from making.played import differences, pictures, play, played_pages
 from stickslip import rig
 from stickslip.cli import main
 from stickslip.config.yaml import parse_yaml
 from stickslip.rig.records.record import write_record
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))}
-ELSEWHERE = "dask.md"  # its blocks need a cluster, or configure one
+DOCS = ROOT / "docs"
+PATHS = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md")))
+PAGES = {path.name: path.read_text(encoding="utf-8") for path in PATHS}
+WRITTEN_BY_HAND = [text for name, text in PAGES.items() if name not in WRITTEN]
+ELSEWHERE = ("dask.md", "own-law.md")  # blocks that need a cluster; a checkout to change (test_recipes.py)
+PLAYED = played_pages(DOCS)  # their blocks build on each other
 RIG = """\
 system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}
 friction: {mu_start: 0.4, mu_reversal: 0.3, v_reversal: 100 mm/s, a4: 20 mm/s}
@@ -25,19 +37,41 @@ drive: {stroke: 6 mm}
 
 
 def blocks(language):
-    """The fenced blocks of a language, by page and number."""
+    """The fenced blocks of a language that stand for themselves, by page and number."""
     found = {}
     for name, text in PAGES.items():
+        if name in ELSEWHERE or name.removesuffix(".md") in PLAYED:
+            continue
         for number, match in enumerate(re.finditer(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)):
             found[f"{name} {number}"] = match[1]
     return found
 
 
 def commands():
-    """The lines of pages and of helps that call stickslip."""
-    shown = [*PAGES.values(), *(command.epilog or "" for command in main.commands.values())]
+    """The lines of pages and of helps that call stickslip, indented or in a block; not those with shell variables."""
+    shown = [*WRITTEN_BY_HAND, *(command.epilog or "" for command in main.commands.values())]
     joined = "\n".join(shown).replace("\\\n", " ")
-    return sorted(set(re.findall(r"^ {2,4}(stickslip .*)$", joined, re.MULTILINE)))
+    fenced = re.findall(r"^```(?:console|bash|sh|text)\n(.*?)^```", joined, re.MULTILINE | re.DOTALL)
+    lines = re.findall(r"^ {2,4}(stickslip .*)$", joined, re.MULTILINE)
+    lines += re.findall(r"^(?:\$ )?(stickslip [^$\n]*)$", "\n".join(fenced), re.MULTILINE)
+    for name in ("README.md", "cheatsheet.md"):  # tables of commands, each of them whole
+        rows = "\n".join(re.findall(r"^\|.*$", PAGES[name], re.MULTILINE))
+        lines += re.findall(r"`(stickslip [a-z][^`]*)`", rows)
+    return sorted(set(lines))
+
+
+def mentioned():
+    """Commands in the middle of a text, of which arguments may be left out; none with a choice or a key in it."""
+    return sorted({line for text in WRITTEN_BY_HAND for line in re.findall(r"`(stickslip [a-z][^`\n|<]*)`", text)})
+
+
+def resolved(arguments):
+    """The command of a line, and what is left of the line."""
+    command, context = main, main.context_class(main, info_name="stickslip", **main.context_settings)
+    while isinstance(command, click.Group) and arguments and not arguments[0].startswith("-"):
+        name, command, arguments = command.resolve_command(context, arguments)
+        context = type(context)(command, parent=context, info_name=name)
+    return command, arguments
 
 
 @pytest.fixture
@@ -46,21 +80,29 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-YAML = {name: text for name, text in blocks("yaml").items() if not name.startswith(ELSEWHERE)}
-PYTHON = {name: text for name, text in blocks("python").items() if not name.startswith(ELSEWHERE)}
+YAML = blocks("yaml")
+PYTHON = blocks("python")
 
 
 def test_pages_have_blocks_to_try():
-    assert {name.split()[0] for name in YAML} >= {"README.md", "rig.md", "borders.md", "uncertainty.md"}
+    assert {name.split()[0] for name in YAML} >= {
+        "README.md",
+        "cheatsheet.md",
+        "rig.md",
+        "borders.md",
+        "uncertainty.md",
+    }
     assert {name.split()[0] for name in PYTHON} >= {
         "README.md",
         "advise.md",
         "attractors.md",
         "borders.md",
+        "cheatsheet.md",
         "rig.md",
         "runs.md",
         "uncertainty.md",
     }
+    assert {"tutorial", "own-curve", "own-record", "uses", "linear", "modes"} <= set(PLAYED)
 
 
 @pytest.mark.parametrize("name", YAML)
@@ -70,9 +112,9 @@ def test_every_configuration_of_the_docs_is_computed(here, name):
     if "system" not in keys:  # it says how measured records are read
         rig.load_settings(here / "my.yaml")
         return
-    done = CliRunner().invoke(main, ["rig" if "drive" in keys else "run", "my.yaml"])
+    done = CliRunner().invoke(main, [*(["rig"] if "drive" in keys else []), "run", "my.yaml"])
     assert done.exit_code == 0, done.output
-    for file in keys["output"].values():
+    for file in (keys["output"][key] for key in ("file", "plot") if key in keys["output"]):
         assert (here / file).stat().st_size > 0
 
 
@@ -88,8 +130,73 @@ def test_every_python_block_of_the_docs_runs(here, name):
     exec(compile(PYTHON[name], name, "exec"), {"stickslip": stickslip, "inputs": inputs, "rpn": [2, 4, 7, 8, 9]})
 
 
+@pytest.mark.parametrize("page", PLAYED)
+def test_what_a_page_shows_is_what_comes_out(tmp_path, page):
+    """Of commands and Python, but for times and rates; and pictures are made. `make reference` writes all again."""
+    shown = PAGES[f"{page}.md"]
+    came = play(shown, tmp_path)
+    assert differences(shown, came) == []
+    for picture, name in pictures(page, shown).items():
+        assert (DOCS / picture).exists() and (tmp_path / name).stat().st_size > 0
+
+
+def test_a_changed_output_and_a_missing_line_are_differences():
+    shown = "$ stickslip run a.yaml\nstick_slip  2,419  20.0%\n12,100 cells in 0.14 s, 88,059 cells/s on 2 threads\n"
+    assert differences(shown, shown.replace("0.14 s, 88,059", "3.9 s, 100").replace("2 threads", "16 threads")) == []
+    assert differences(shown, shown.replace("2,419", "2,519")) != []
+    assert differences(shown, shown.replace("stick_slip", "damped")) != []
+    assert differences(shown, shown.replace("stick_slip  2,419  20.0%\n", "")) != []
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_pages_of_the_reference_say_what_the_code_says(name):
+    """Where this fails, `make reference` mends it."""
+    assert PAGES[name] == WRITTEN[name].page()
+
+
 @pytest.mark.parametrize("line", commands())
 def test_every_command_line_of_docs_and_helps_is_one(here, line):
     """Click raises where an option does not exist or an argument is missing."""
-    name, *arguments = shlex.split(line.partition(" > ")[0], comments=True)[1:]
-    assert main.commands[name].make_context(name, arguments).command is main.commands[name]
+    command, arguments = resolved(shlex.split(line.partition(" > ")[0].removesuffix(" &"), comments=True)[1:])
+    assert command is not main
+    assert command.make_context(command.name, list(arguments)).command is command
+
+
+@pytest.mark.parametrize("line", mentioned())
+def test_every_command_named_in_a_sentence_is_one_with_these_options(line):
+    command, arguments = resolved([word for word in line.split()[1:] if word.isascii()])
+    options = {name for parameter in command.params for name in parameter.opts} | {"--help"}
+    assert command is not main
+    assert {word.split("=")[0] for word in arguments if re.match(r"--?[a-z]", word)} <= options
+
+
+@pytest.mark.parametrize("path", PATHS, ids=lambda path: path.name)
+def test_links_lead_somewhere(path):
+    """Files that exist, and headings of theirs."""
+    for target, anchor in links(PAGES[path.name]):
+        there = (path.parent / target).resolve() if target else path
+        assert there.exists(), target
+        if anchor:
+            assert anchor in anchors(there.read_text(encoding="utf-8")), f"{target}#{anchor}"
+
+
+def test_every_page_is_in_the_table_of_contents_once():
+    listed = [page for pages in sections(PAGES["index.md"]).values() for page in pages]
+    assert sorted(listed) == sorted(path.stem for path in DOCS.glob("*.md") if path.name != "index.md")
+
+
+@pytest.mark.slow
+def test_the_site_is_built_without_a_warning(tmp_path):
+    """Each page is there, formulas are no TeX, and nothing is loaded from elsewhere."""
+    for package in ("sphinx", "myst_parser", "furo"):
+        pytest.importorskip(package)
+    build = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", DOCS, tmp_path]
+    roots = os.pathsep.join(str(ROOT / name) for name in ("sweep", "kernels"))
+    done = subprocess.run(build, env=os.environ | {"PYTHONPATH": roots}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    for page in DOCS.glob("*.md"):
+        assert (tmp_path / page.with_suffix(".html").name).exists()
+    model = (tmp_path / "model.html").read_text(encoding="utf-8")
+    assert "<math" in model and r"\frac" not in model
+    assert not re.search(r"<(?:script|link)[^>]*(?:src|href)=.http", model)  # read without a network
+    assert 'id="stickslip.evaluate"' in (tmp_path / "api.html").read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.optimize import curve_fit
 
-from stickslip.errors import ConfigError
+from stickslip.errors import ConfigError, Place
 from stickslip.fit import (
     AGEING_COLUMNS,
     CURVE_COLUMNS,
@@ -456,7 +456,7 @@ def test_what_is_wrong_in_a_file_is_said_with_its_place(tmp_path, text, place, s
         read_points(path, CURVE_COLUMNS)
     (problem, *_) = caught.value.problems
     assert said in str(caught.value)
-    assert problem.place == place
+    assert problem.place == (place and Place(*place))
     assert str(caught.value).startswith(str(path) + (f":{place[0]}:{place[1]}: " if place else ": "))
 
 

@@ -52,9 +52,11 @@ def of_one(quantity):
 def test_speeds_meant_in_millimetres_are_asked_about_as_they_were_understood(tmp_path):
     assert said(tmp_path, QUIET) == [
         "map.yaml:2:37: friction.a4: 20 understood as 20 m/s; did you mean 20 mm/s?\n"
+        "map.yaml:4:3: axes.stiffness: 1 to 100 understood as 1 to 100 N/m: under 10 N the belt drags the mass "
+        "0.03 to 3 m far before it breaks away; did you mean 1 to 100 N/mm?\n"
         "map.yaml:5:3: axes.belt_speed: 1 to 500 understood as 1 to 500 m/s; did you mean 1 to 500 mm/s?\n"
-        "  also without a unit: normal_load 10 N, stiffness 1 to 100 N/m\n"
-        "  hint: numbers without a unit are in SI; a value with its unit is never questioned"
+        "  also without a unit: normal_load 10 N\n"
+        "  hint: numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help units`)"
     ]
 
 
@@ -80,6 +82,57 @@ def test_a_value_with_a_unit_or_of_order_one_is_not_questioned(tmp_path, quantit
     assert said(tmp_path, of_one(quantity)) == []
 
 
+PAD = """\
+system: {mass: 100 g, stiffness: 5 N/mm, normal_load: 10 N}
+friction: {a1: 0.3, a2: 0, a3: 0.1, a4: 20 mm/s}
+axes: {belt_speed: {start: 1 mm/s, stop: 200 mm/s, num: 3}}
+"""
+
+
+@pytest.mark.parametrize(("old", "new", "question"), [
+    ("5 N/mm", "5", "system.stiffness: 5 understood as 5 N/m: under 10 N the belt drags the mass 0.8 m far"
+     " before it breaks away; did you mean 5 N/mm?"),
+    ("5 N/mm", "3 N/m", "system.stiffness: got 3 N/m: under 10 N the belt drags the mass 1.33 m far"),
+    ("100 g", "100", "system.mass: 100 understood as 100 kg; did you mean 100 g?"),
+    ("mass: 100 g, stiffness: 5 N/mm", "mass: 40, stiffness: 10 N/m", "frequency is 0.0796 Hz; did you mean 40 g?"),
+    ("20 mm/s}", "20 m/s}", "friction.a4: got 20 m/s; did you mean 20 mm/s?"),
+    ("200 mm/s", "500 m/s", "axes.belt_speed: got up to 500 m/s; did you mean 500 mm/s?"),
+    ("a1: 0.3", "a1: 30", "friction.a1: got 30, a friction coefficient; did you mean 0.3, which is a share in %?"),
+    ("normal_load: 10 N", "normal_load: 10 N, damping: 5000", "112 times critical damping"),
+    ("5 N/mm", "5e12 N/m", "the natural frequency is 1.13e+06 Hz; is that meant?"),
+    ("a2: 0", "a2: 1e5", "adds 100 to the friction coefficient at the speed of the belt"),
+])  # fmt: skip
+def test_what_is_absurd_in_si_is_named_as_understood_with_the_likely_unit(tmp_path, old, new, question):
+    assert said(tmp_path, PAD) == []
+    (asked,) = said(tmp_path, PAD.replace(old, new, 1))
+    assert question in asked
+
+
+def test_a_fault_of_the_earth_is_not_questioned(tmp_path):
+    """Its deflections are metres and its frequencies a hundredth of a hertz."""
+    fault = PAD.replace("100 g", "1e12 kg").replace("5 N/mm", "1e9 N/m").replace("10 N", "1e10 N")
+    assert said(tmp_path, fault) == []
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.0, 2.0, 5.0])
+@pytest.mark.parametrize("name", ["mass", "normal_load", "stiffness", "a4", "belt_speed", "a2"])
+def test_a_dimensionless_study_may_scale_any_of_its_numbers(tmp_path, name, scale):
+    values = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0, "a4": 0.1, "belt_speed": 0.1, "a2": 0.1}
+    assert said(tmp_path, of_one(f"{name}: {values[name] * scale}") if name != "a2" else of_one("a1: 1")) == []
+
+
+def test_a_map_of_one_regime_is_asked_about_once_more(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for speeds, asked in (("start: 1 mm/s, stop: 20 mm/s", False), ("start: 31, stop: 90", True)):
+        (tmp_path / "map.yaml").write_text(PAD.replace("start: 1 mm/s, stop: 200 mm/s", speeds))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UnitWarning)
+            done = CliRunner().invoke(main, ["run", "map.yaml"])
+        assert done.exit_code == 0
+        assert "100.0%" in done.stdout
+        assert ("; is that what was wanted, with belt_speed 31 to 90 m/s?" in done.stdout) is asked
+
+
 @pytest.mark.parametrize("axis", ["a4: [10, 20]", "a4: {values: [10, 20]}", "g: {zip: {a4: [10, 20 mm/s, 20]}}"])
 def test_axes_of_every_form_are_looked_at(tmp_path, axis):
     (asked,) = said(tmp_path, QUIET.replace(", a4: 20", "").replace("  belt_speed", f"  {axis}\n  belt_speed"))
@@ -87,7 +140,11 @@ def test_axes_of_every_form_are_looked_at(tmp_path, axis):
 
 
 def test_values_with_units_in_a_list_are_not_counted_among_those_without(tmp_path):
-    text = QUIET.replace("a4: 20", "a4: 20 mm/s").replace("{start: 1, stop: 500, num: 5}", "[0.1, 500 m/s]")
+    text = (
+        QUIET.replace("a4: 20", "a4: 20 mm/s")
+        .replace("{start: 1, stop: 500, num: 5}", "[0.1, 50 m/s]")
+        .replace("start: 1,", "start: 90,")
+    )
     assert said(tmp_path, text) == []
 
 
@@ -107,7 +164,8 @@ def test_no_configuration_that_ships_is_questioned(name):
 def test_the_configuration_in_a_result_is_not_questioned(tmp_path):
     """It is in SI throughout, whatever units were written."""
     (tmp_path / "map.yaml").write_text(QUIET.replace("a4: 20", "a4: 20 m/s").replace("stop: 500", "stop: 500 m/s"))
-    config = load_config(tmp_path / "map.yaml")
+    with pytest.warns(UnitWarning):
+        config = load_config(tmp_path / "map.yaml")
     with warnings.catch_warnings(record=True) as questions:
         warnings.simplefilter("always")
         parse_config(config.to_yaml())

@@ -69,6 +69,9 @@ def test_a_wheel_carries_both_packages_their_types_and_the_configurations(unpack
     expected = {path.relative_to(ROOT).as_posix().split("/", 1)[1] for path in sources}
     configs = ROOT / "configs"
     expected |= {f"stickslip/configs/{path.relative_to(configs).as_posix()}" for path in configs.rglob("*.yaml")}
+    pages = {path.name for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))}
+    expected |= {f"stickslip/pages_of_docs/{name}" for name in pages}
+    assert not any(name.endswith((".png", "conf.py")) for name in packed)
     expected |= {"stickslip/py.typed", "stickslip_kernels/py.typed"}
     assert expected <= packed
     assert {name.split("/")[0].split("-")[0] for name in packed} == {"stickslip", "stickslip_kernels"}
@@ -83,6 +86,15 @@ def test_an_installed_package_finds_its_own_configurations(unpacked_wheel, tmp_p
     )
     configs = unpacked_wheel / "stickslip" / "configs"
     assert done.stdout.split() == [str(configs / "quickstart.yaml"), str(configs / "article" / "fig9.yaml")]
+
+
+def test_an_installed_package_has_the_pages_of_its_help(unpacked_wheel, tmp_path):
+    paths = os.pathsep.join([str(unpacked_wheel), *(path for path in sys.path if "site-packages" in path)])
+    for topic, said in (("units", "# Units"), ("overview", "# stickslip"), ("shell", "# The command in a shell")):
+        command = [sys.executable, "-S", "-m", "stickslip", "help", topic]
+        environment = os.environ | {"PYTHONPATH": paths}
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+        assert done.stdout.startswith(said)
 
 
 def test_a_wheel_carries_the_kernels_of_this_checkout(unpacked_wheel):

@@ -73,7 +73,7 @@ def test_conversion_gives_the_double_nearest_to_what_was_written(digits, decimal
         (True, "m", "a length such as '10 mm' or a number in m"),
         (None, "m", "a length such as '10 mm' or a number in m"),
         ("", "m", "a length such as '10 mm' or a number in m"),
-        ("mm", "m", "a length such as '10 mm' or a number in m"),
+        ("mm", "m", "a length such as '10 mm' or a number in m; the number is missing: '1 mm'"),
         ("9" * 70 + " mm", "m", "a length such as '10 mm' or a number in m"),
         ("٣ mm", "m", "a length such as '10 mm' or a number in m"),
         (float("nan"), "m", "a finite number in m"),

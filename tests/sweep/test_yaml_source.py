@@ -38,7 +38,7 @@ YAML = {
     "an open bracket": (
         b"axes: [1,",
         "DIR/map.yaml:1:10: not valid YAML: expected the node content, but found 'the end of the file', "
-        "while parsing a flow node",
+        "while parsing a flow node\n  hint: the brace or bracket that opens on line 1 is not closed",
     ),
     "a colon too many": (
         b"title: a: b\n",
@@ -71,7 +71,11 @@ YAML = {
     ),
     "a result": (
         b"CDF\x01\x00",
-        "DIR/map.yaml:1:4: character U+0001 is not allowed in YAML\n  hint: a configuration is a text file",
+        "DIR/map.yaml: this is a netCDF file, expected a configuration in YAML\n"
+        "  hint: `stickslip inspect DIR/map.yaml` says what is in a result, `stickslip plot DIR/map.yaml` draws it",
+    ),
+    "bytes": (
+        b"a\x01", "DIR/map.yaml:1:2: character U+0001 is not allowed in YAML\n  hint: a configuration is a text file",
     ),
 }  # fmt: skip
 
@@ -86,12 +90,14 @@ def test_what_is_no_configuration_at_all_is_explained(tmp_path, name):
 
 def test_a_missing_file_is_named_with_what_lies_there(tmp_path):
     (tmp_path / "maps.yaml").write_text(GOOD)
-    assert file_message(tmp_path / "map.yaml") == "DIR/map.yaml: no such file\n  hint: DIR holds maps.yaml"
+    assert file_message(tmp_path / "map.yaml") == "DIR/map.yaml: no such file\n  hint: did you mean DIR/maps.yaml?"
+    assert file_message(tmp_path / "quite_another.yaml").endswith("no such file\n  hint: DIR holds maps.yaml")
+    assert file_message(tmp_path / "none" / "map.yaml").endswith("no such file\n  hint: there is no folder DIR")
 
 
 def test_a_folder_is_no_file(tmp_path):
     (tmp_path / "maps").mkdir()
-    assert file_message(tmp_path / "maps") == "DIR/maps: this is a folder, expected a YAML file"
+    assert file_message(tmp_path / "maps") == "DIR/maps: this is a folder, expected a configuration in YAML"
 
 
 def test_a_huge_file_is_not_read(tmp_path):
@@ -132,8 +138,12 @@ def test_words_mean_what_yaml_1_2_says(text, value):
 def test_every_key_and_value_has_its_place():
     document = parse_yaml("a:\n  - 1\n  - {b: 2 mm, c: [x]}\n")
     assert document.data == {"a": [1, {"b": "2 mm", "c": ["x"]}]}
-    assert document.keys == {("a",): (1, 1), ("a", 1, "b"): (3, 6), ("a", 1, "c"): (3, 15)}
-    assert document.values == {
+    assert {key: place[:2] for key, place in document.keys.items()} == {
+        ("a",): (1, 1),
+        ("a", 1, "b"): (3, 6),
+        ("a", 1, "c"): (3, 15),
+    }
+    assert {key: place[:2] for key, place in document.values.items()} == {
         (): (1, 1), ("a",): (2, 3), ("a", 0): (2, 5), ("a", 1): (3, 5),
         ("a", 1, "b"): (3, 9), ("a", 1, "c"): (3, 18), ("a", 1, "c", 0): (3, 19),
     }  # fmt: skip
@@ -142,4 +152,4 @@ def test_every_key_and_value_has_its_place():
 def test_the_first_of_two_equal_keys_is_read_and_the_rest_of_the_file_too():
     document = parse_yaml("a: 1\na: {b: 2, b: 3}\nc: 4\n")
     assert document.data == {"a": 1, "c": 4}
-    assert [(problem.path, problem.place) for problem in document.problems] == [(("a",), (2, 1))]
+    assert [(problem.path, problem.place[:2]) for problem in document.problems] == [(("a",), (2, 1))]

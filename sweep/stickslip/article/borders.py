@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Plot
 from matplotlib.patches import Patch
 
 from stickslip.api import run
 from stickslip.article.recipe import STICK_SLIP, Findings, Floats, Made, cell, configuration, labelled
 from stickslip.config.model import Config
 from stickslip.plots import plot_attractors, plot_map
+from stickslip.plots.figure import Figure as Plot
 from stickslip.plots.palette import BLACK
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit
 

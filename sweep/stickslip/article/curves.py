@@ -56,7 +56,7 @@ def draw_branches(ax: Axes, p: Cell, fastest: float) -> None:
     ax.axvline(turn, color=GREY, linewidth=0.9, linestyle="dotted", zorder=0)
     mark(ax, turn, least, rf"$v(\mu_{{min}})$ = {turn:.4f} m/s, $\mu_{{min}}$ = {least:.4f}", (-20, -18))
     ax.set_ylim(bottom=least - 0.03)
-    name_axes(ax, "slip speed (m s$^{-1}$)", "friction coefficient")
+    name_axes(ax, "slip speed (m/s)", "friction coefficient")
 
 
 _TOLERANCE = 1e-5  # the closer to the border, the longer a motion takes to decide
@@ -81,7 +81,7 @@ def figure_2() -> Made:
     legend(curve, loc="upper center")
     _draw_regimes(map_, ds)
     map_.axvline(turn, color=BLACK, linewidth=0.9, linestyle="dotted")
-    name_axes(map_, "slip speed of the curve, belt speed of the regimes (m s$^{-1}$)", "start")
+    name_axes(map_, "slip speed of the curve, belt speed of the regimes (m/s)", "start")
     w = np.linspace(0.0, float(ds["belt_speed"].max()), 601)
     data = ds.assign_coords(slip_speed=("slip_speed", w, {"units": "m s-1", "long_name": "slip speed"}))
     named = {"units": "1", "long_name": "friction coefficient of the curve"}
@@ -135,7 +135,7 @@ def figure_7() -> Made:
         ax.plot(short, line(short, {**p, "mu_stop": stop}, early), color=colour, linewidth=1, linestyle="dashed")
     mark(ax, turn, least, r"reversal at the minimum: $\mu_{reversal}$" + f" = {least:.4f}", (6, -16))
     mark(ax, early, float(friction(early, p)), "earlier reversal (dashed): the line starts there", (8, 6))
-    name_axes(ax, "slip speed (m s$^{-1}$)", "friction coefficient")
+    name_axes(ax, "slip speed (m/s)", "friction coefficient")
     legend(ax, loc="upper right")
 
     findings: Findings = {"mu_reversal": least, "v_reversal": turn}

@@ -27,7 +27,7 @@ from stickslip.article.recipe import (
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREY
 from stickslip.vocabulary.flags import MODES, REGIMES
 
-_SPEED = "speed (m s$^{-1}$)"
+_SPEED = "speed (m/s)"
 
 
 def _cells_by_label(every: Mapping[str, Floats], labels: list[str]) -> dict[str, Cell]:
@@ -58,7 +58,7 @@ def figure_3() -> Made:
         ax.margins(x=0)
     belt_line(lower, p["belt_speed"])
     name_axes(upper, None, "displacement s (m)")
-    name_axes(lower, trace["time"], "velocity v (m s$^{-1}$)")
+    name_axes(lower, trace["time"], "velocity v (m/s)")
     legend(lower, loc="lower left")
 
     names = ("breakaway_time", "period", "frequency", "stick_fraction", "slip_speed_max")
@@ -93,7 +93,7 @@ def figure_4() -> Made:
         over_time.axhline(turn, color=GREY, linestyle="dotted", linewidth=1.2, zorder=0)
         over_time.set_ylim(-0.03, 1.12 * top.max())
         name_axes(over_time, "time since break-away (s)" if i == len(some) - 1 else None, f"slip {_SPEED}")
-    name_axes(passage, "slip speed (m s$^{-1}$)", "friction coefficient")
+    name_axes(passage, "slip speed (m/s)", "friction coefficient")
     legend(passage, loc="lower right")
 
     findings: Findings = {"v_min": turn}
@@ -145,7 +145,7 @@ def figure_5() -> Made:
         frame = {"facecolor": FLAG_COLOURS["regime"][regime], "alpha": 0.45, "linewidth": 0, "pad": 2.5}
         table[1, i].set_title(in_words(regime), fontsize="medium", bbox=frame)
         name_axes(table[0, i], "slip " + _SPEED, "friction coefficient" if i == 0 else None)
-        name_axes(table[1, i], "time (s)", "velocity (m s$^{-1}$)" if i == 0 else None)
+        name_axes(table[1, i], "time (s)", "velocity (m/s)" if i == 0 else None)
     legend(table[1, -1], loc="lower right")
 
     findings: Findings = {}
@@ -180,7 +180,7 @@ def figure_8() -> Made:
             shade_sticks(ax, trace.isel(curve=i))
             ax.margins(x=0)
         belt_line(table[0, i], p["belt_speed"])
-        name_axes(table[0, i], None, "velocity (m s$^{-1}$)" if i == 0 else None)
+        name_axes(table[0, i], None, "velocity (m/s)" if i == 0 else None)
         name_axes(table[1, i], "time (s)", "friction coefficient" if i == 0 else None)
     legend(table[0, -1], loc="lower right")
 

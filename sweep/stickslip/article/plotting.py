@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Plot
 from matplotlib.figure import FigureBase
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.dataset.axis import title
+from stickslip.dataset.display import si_unit
+from stickslip.plots.figure import Figure as Plot
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 from stickslip.vocabulary.flags import MODES
 
@@ -42,9 +43,9 @@ def in_words(regime: str) -> str:
 def name_axes(ax: Axes, x: xr.DataArray | str | None, y: xr.DataArray | str | None) -> None:
     """Titles of the axes, from the names and units of what is drawn."""
     if x is not None:
-        ax.set_xlabel(x if isinstance(x, str) else title(x))
+        ax.set_xlabel(x if isinstance(x, str) else title(x, si_unit(x)))
     if y is not None:
-        ax.set_ylabel(y if isinstance(y, str) else title(y))
+        ax.set_ylabel(y if isinstance(y, str) else title(y, si_unit(y)))
 
 
 def shade_sticks(ax: Axes, trace: xr.Dataset) -> None:

@@ -12,10 +12,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure as Plot
 from numpy.typing import NDArray
 
-from stickslip.api import border as find_border
 from stickslip.api import evaluate, simulate
 from stickslip.borders import Looked, Scan, search_lines
 from stickslip.config.examples import config_path
@@ -23,6 +21,8 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.reader import load_config
 from stickslip.dataset.provenance import provenance
+from stickslip.designing import border as find_border
+from stickslip.plots.figure import Figure as Plot
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.quantities import PARAMETERS
 

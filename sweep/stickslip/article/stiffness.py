@@ -25,7 +25,7 @@ from stickslip.article.recipe import (
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.vocabulary.flags import REGIMES
 
-_STIFFNESS = "stiffness (N m$^{-1}$)"
+_STIFFNESS = "stiffness (N/m)"
 
 
 # --- Figure 6 ---------------------------------------------------------------------------------------------------------
@@ -86,7 +86,7 @@ def _friction_swing(ds: xr.Dataset) -> xr.DataArray:
 def _draw_trends(table: list[Axes], ds: xr.Dataset) -> None:
     """Frequency, amplitude of the displacement, and rise of the friction force, over stiffness."""
     names = (
-        ("frequency", "frequency (s$^{-1}$)"),
+        ("frequency", "frequency (Hz)"),
         ("displacement_amplitude", "amplitude of\ndisplacement (m)"),
         ("friction_swing", "rise of friction\nwhile sticking (N)"),
     )
@@ -129,7 +129,7 @@ def figure_9() -> Made:
         belt_line(ax, p["belt_speed"])
         ax.margins(x=0)
         ax.set_title(f"k = {label}: {in_words(regimes[k])}", fontsize="medium")
-        name_axes(ax, "time (s)", "velocity (m s$^{-1}$)" if k == drawn[0] else None)
+        name_axes(ax, "time (s)", "velocity (m/s)" if k == drawn[0] else None)
     legend(table[0, -1], loc="lower right")
     _draw_causes(axes_of(lower, 2, 1, sharex=True)[:, 0].tolist(), ds, findings, drawn)
     data = labelled(_together(ds, trace), "Figure 9: stiffness, modified curve", ["fig9"], findings)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Plot
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
@@ -27,6 +26,7 @@ from stickslip.article.recipe import (
     labelled,
     stick_slip_border,
 )
+from stickslip.plots.figure import Figure as Plot
 from stickslip.plots.palette import BLACK, paint
 from stickslip.theory import tendency
 from stickslip.vocabulary.flags import REGIMES
@@ -130,7 +130,7 @@ def figure_box() -> Made:
     _table(right, true, "{:+.2f}", "RdBu_r", (-0.9, 0.9), "tendency where stick-slip begins / drop", made)
     for ax in (left, right):
         tick_values(ax, stiffness, speeds)
-        name_axes(ax, "stiffness (N m$^{-1}$), mass 1 kg", "belt speed (m s$^{-1}$)")
+        name_axes(ax, "stiffness (N/m), mass 1 kg", "belt speed (m/s)")
         ax.tick_params(axis="x", labelsize="small")
     right.set_ylabel("")
     findings = _shares(ds) | _summary(share, true, speeds, stiffness)

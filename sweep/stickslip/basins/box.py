@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from math import isfinite
 from numbers import Integral
 from typing import Any
 
-from stickslip.errors import ArgumentError
+from stickslip.errors import ArgumentError, QuantityError
+from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import ATTRACTORS, RANDOMISATIONS
+from stickslip.vocabulary.synonyms import meant
 
 Interval = tuple[float, float]
 _NAMES = ("displacement", "velocity")
@@ -37,8 +38,8 @@ class Box:
             raise TypeError(f"box: got {given!r}, expected {{'displacement': (low, high), 'velocity': (low, high)}}")
         for name in given:
             if name not in _NAMES:
-                near = get_close_matches(str(name), _NAMES, 1)
-                hint = f"; did you mean {near[0]!r}?" if near else ""
+                near = meant(str(name), _NAMES)
+                hint = f"; did you mean {near!r}?" if near else ""
                 raise TypeError(f"box: {name!r} is not one of {', '.join(_NAMES)}{hint}")
         for name in _NAMES:
             if name not in given:
@@ -53,8 +54,11 @@ class Box:
 
 
 def _interval(name: str, ends: Any) -> Interval:
+    row = QUANTITIES[name]
     try:
-        low, high = (float(end) for end in ends)
+        low, high = (row.read(end) if isinstance(end, str) else float(end) for end in ends)
+    except QuantityError as error:
+        raise ArgumentError("box", f"{name}: got {ends!r}, {error}") from None
     except (TypeError, ValueError):
         raise TypeError(f"box: {name}: got {ends!r}, expected two numbers (low, high)") from None
     for word, end in (("lower", low), ("upper", high)):

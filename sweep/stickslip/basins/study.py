@@ -20,7 +20,8 @@ from stickslip.config.options import options_of
 from stickslip.config.states import STATES_IN_BOX, state_axes
 from stickslip.config.studies import Attractors
 from stickslip.dataset.attractors import attractor_dataset
-from stickslip.dataset.build import cell_coordinates, grid_coordinates
+from stickslip.dataset.build import grid_coordinates
+from stickslip.dataset.given import GivenCells
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError
 from stickslip.study import Finished, Moved, Study, joined
@@ -45,15 +46,10 @@ class Asked:
     cells: Callable[[int, int], Cells]
 
 
-def asked_of_cells(cells: Cells) -> Asked:
-    """A list of cells, complete and checked; what they say of the starting state is left out."""
-    size = cells["mass"].size
-    coordinates = cell_coordinates({name: values for name, values in cells.items() if name not in _STATE}, size)
-
-    def part(start: int, stop: int) -> Cells:
-        return {name: values[start:stop] for name, values in cells.items()}
-
-    return Asked(("cell",), (size,), coordinates, part)
+def asked_of_cells(cells: GivenCells) -> Asked:
+    """Cells, complete and checked; what they say of the starting state is left out."""
+    coordinates = {name: c for name, c in cells.coordinates().items() if name not in _STATE}
+    return Asked(cells.dims, cells.shape, coordinates, cells.part)
 
 
 def asked_of_config(config: Config) -> Asked:

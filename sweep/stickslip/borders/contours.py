@@ -89,7 +89,7 @@ class ContourStudy(Study):
         told = dict(attributes) | _told(whole, plane, self._limits, self.options)
         return contour_dataset(
             (plane.x.name, plane.y.name), (plane.x.spacing, plane.y.spacing), plane.dims, plane.shape,
-            plane.coordinates, table, told,
+            plane.coordinates, table, told, (plane.x.written_in, plane.y.written_in),
         )  # fmt: skip
 
 

@@ -94,7 +94,7 @@ class BorderStudy(Study):
         whole, lines = joined(parts), self._lines
         results = _table(whole) | {"scan_undecided": whole["undecided"]}
         told = dict(attributes) | _told(whole, lines, self._scan, self._limits, self.options)
-        return border_dataset(lines.along, lines.dims, lines.shape, lines.coordinates, results, told)
+        return border_dataset(lines.along, lines.dims, lines.shape, lines.coordinates, results, told, lines.written_in)
 
 
 def border_study(config: Config, asked: Border) -> BorderStudy:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from math import prod
 from typing import Any
 
@@ -13,10 +12,12 @@ import xarray as xr
 from stickslip.config.grid import build_grid, parameters_of
 from stickslip.config.lines import Between, broken_rules, checked_range, line_along
 from stickslip.config.model import Config
-from stickslip.dataset.build import cell_coordinates, grid_coordinates
+from stickslip.dataset.build import grid_coordinates
+from stickslip.dataset.given import given_cells
 from stickslip.errors import ArgumentError
-from stickslip.vocabulary.cells import Cells, as_cells
+from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.synonyms import meant
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +26,7 @@ class Lines:
 
     along : the parameter. between : its range, in SI. spacing : of the axis it is taken from, None for none.
     dims, shape, coordinates : of the lines. others : the other quantities of the lines from start to stop.
-    complete : the cells from all quantities, `along` among them.
+    complete : the cells from all quantities, `along` among them. written_in : the unit in which `along` is shown.
     """
 
     along: str
@@ -36,6 +37,7 @@ class Lines:
     coordinates: Mapping[str, xr.Variable]
     others: Callable[[int, int], Cells]
     complete: Callable[[Cells], Cells] = lambda cells: cells  # noqa: E731
+    written_in: str | None = None
 
     @property
     def size(self) -> int:
@@ -54,21 +56,16 @@ def lines_of_cells(cells: Mapping[str, Any] | xr.Dataset, along: str, between: B
     if between is None:
         raise ValueError(f"between: missing; cells need a range of {along} to search, (low, high)")
     between = checked_range(along, between)
-    named = cells.drop_vars(along, errors="ignore") if isinstance(cells, xr.Dataset) else dict(cells)
-    if isinstance(named, dict):
-        named.pop(along, None)
-        plain = named
-    else:  # of a dataset, what as_cells would take
-        names = [str(name) for name in named.variables if name in PARAMETERS]
-        plain = dict(zip(names, (one.values for one in xr.broadcast(*(named[n] for n in names))), strict=True))
-    full = as_cells(plain | {along: between[0]})
-    as_cells(plain | {along: between[1]})  # bounds that hold at both ends hold between: they are linear
-    del full[along]
-    size = next(iter(full.values())).size
-    coordinates = cell_coordinates(full, size)
-    return Lines(
-        along, between, None, ("cell",), (size,), coordinates, lambda a, b: {name: v[a:b] for name, v in full.items()}
-    )
+
+    def at(end: float) -> Mapping[str, Any] | xr.Dataset:
+        if isinstance(cells, xr.Dataset):
+            return cells.drop_vars(along, errors="ignore").assign({along: end})
+        return {**cells, along: end}
+
+    full = given_cells(at(between[0]))
+    given_cells(at(between[1]))  # bounds that hold at both ends hold between: they are linear
+    del full.cells[along]
+    return Lines(along, between, None, full.dims, full.shape, full.coordinates(), full.part)
 
 
 def lines_of_config(config: Config, along: str, between: Between | None) -> Lines:
@@ -88,11 +85,14 @@ def lines_of_config(config: Config, along: str, between: Between | None) -> Line
     without: dict[str, Any] = {"axes": tuple(axis for axis in config.axes if axis is not own)}
     without[section] = getattr(config, section).model_copy(update={along: None})
     grid = build_grid(config.model_copy(update=without))
-    return Lines(along, between, spacing, grid.dims, grid.shape, grid_coordinates(grid), grid.quantities, parameters_of)
+    return Lines(
+        along, between, spacing, grid.dims, grid.shape, grid_coordinates(grid), grid.quantities, parameters_of,
+        config.written_in.get(along),
+    )  # fmt: skip
 
 
 def _check_name(along: str) -> None:
     if along not in SEARCHABLE:
-        near = get_close_matches(str(along), SEARCHABLE, 1)
-        hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(SEARCHABLE)}"
+        near = meant(str(along), SEARCHABLE)
+        hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(SEARCHABLE)}"
         raise TypeError(f"along: {along!r} is not a parameter of a cell{hint}")

@@ -27,13 +27,17 @@ Ranges = Mapping[str, Between]
 
 @dataclass(frozen=True)
 class Side:
-    """One of the two parameters: its range in SI, `spacing` "linear" or "log", and how many grid points it has."""
+    """One of the two parameters: its range in SI, `spacing` "linear" or "log", and how many grid points it has.
+
+    written_in : the unit in which it is shown.
+    """
 
     name: str
     low: float
     high: float
     spacing: str
     points: int
+    written_in: str | None = None
 
     @cached_property
     def places(self) -> Floats:
@@ -123,9 +127,9 @@ def plane_of_config(config: Config, axes: tuple[str, str] | None, between: Range
     for name in found:
         section = QUANTITIES[name].section
         without[section] = without.get(section, getattr(config, section)).model_copy(update={name: None})
-    grid = build_grid(config.model_copy(update=without))
+    grid, written_in = build_grid(config.model_copy(update=without)), config.written_in
     y, x = (
-        Side(name, *line.between, line.spacing or Scan.over(*line.between, 2).spacing, points)
+        Side(name, *line.between, line.spacing or Scan.over(*line.between, 2).spacing, points, written_in.get(name))
         for name, line in found.items()
     )
     others, coordinates = grid.quantities(0, grid.size), grid_coordinates(grid)
@@ -133,20 +137,19 @@ def plane_of_config(config: Config, axes: tuple[str, str] | None, between: Range
 
 
 def _plain(cells: Mapping[str, Any] | xr.Dataset, without: str) -> dict[str, Any]:
-    """What cells say of parameters, as arrays that broadcast against each other."""
+    """What cells say of parameters."""
     if not isinstance(cells, xr.Dataset):
         return dict(cells)
     kept = cells.drop_vars(without, errors="ignore")
-    names = [str(name) for name in kept.variables if name in PARAMETERS]
-    return dict(zip(names, (one.values for one in xr.broadcast(*(kept[n] for n in names))), strict=True))
+    return {str(name): kept[name] for name in kept.variables if name in PARAMETERS}
 
 
 def _plane(across: Lines, along: Lines, points: int) -> Plane:
     """A plane from lines along x, and along y in what is left."""
     y, x = _side(along, points), _side(across, points)
     others = {name: values for name, values in along.others(0, along.size).items() if name != x.name}
-    coordinates = {name: one for name, one in along.coordinates.items() if name != x.name}
-    plane = Plane(x, y, along.dims, along.shape, coordinates, others)
+    coordinates = {name: one for name, one in across.coordinates.items() if name != y.name}
+    plane = Plane(x, y, across.dims, across.shape, coordinates, others)
     plane.check()
     return plane
 

@@ -18,34 +18,49 @@ from stickslip.cli import (
     comparing,
     configs,
     contours,
+    explore,
     exporting,
     fits,
     inspection,
+    listen,
     maps,
+    planning,
     results,
-    rig,
-    rig_tests,
+    rigs,
     science,
     stores,
+    topics,
     trajectories,
 )
-from stickslip.cli.common import EXIT_CODES
+from stickslip.cli.common import EXIT_CODES, next_step
+from stickslip.cli.completion import complete_names
+from stickslip.cli.grouped import SectionedGroup
 
-COMMANDS = (
-    *(configs.init, configs.schema, configs.validate),
-    *(maps.plan, maps.run),
-    *(stores.collect, stores.retry_failed, stores.status),
-    *(results.plot, exporting.export, inspection.inspect, trajectories.simulate),
-    *(borders.border, contours.contours, advice.advise),
-    *(attractors.attractors, attractors.ramp),
-    *(science.article, fits.fit, comparing.compare),
-    *(rig_tests.rig, rig.rig_features, rig.calibrate),
+SECTIONS = {  # of the help: a new command is one word here
+    "To begin": (configs.init, configs.validate, configs.schema, topics.help_command),
+    "Maps": (planning.plan, maps.run, results.plot, inspection.inspect, explore.explore, exporting.export),
+    "One cell, and what a designer asks": (
+        *(trajectories.simulate, listen.listen, borders.border, contours.contours, advice.advise),
+        *(attractors.attractors, attractors.ramp),
+    ),
+    "Friction curves and materials": (fits.fit, comparing.compare),
+    "Test rigs": (rigs.rig,),
+    "Long runs and clusters": (stores.status, stores.collect, stores.retry_failed),
+    "The article": (science.article,),
+}
+
+
+@click.group(
+    cls=SectionedGroup,
+    sections=SECTIONS,
+    old=rigs.OLD,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog=EXIT_CODES,
 )
-
-
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100}, epilog=EXIT_CODES)
 @click.version_option(__version__, prog_name="stickslip")
-def main() -> None:
+@click.pass_context
+def main(context: click.Context) -> None:
     """Where does a friction contact stick and slip?
 
     A YAML file names a friction pair and what to vary; `run` computes the motion of every combination and writes a map
@@ -57,9 +72,12 @@ def main() -> None:
       stickslip plan my.yaml            how many cells, how long
       stickslip run my.yaml             compute it
       stickslip simulate my.yaml ...    one cell over time
+      stickslip help                    what there is to read; each command has --help
     """
     warnings.showwarning = lambda message, *_: click.echo(f"warning: {message}", err=True)
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+        click.echo(f"\n{next_step()}")
 
 
-for command in COMMANDS:
-    main.add_command(command)
+complete_names(main)

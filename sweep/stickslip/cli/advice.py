@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.common import CONFIG_OR_RESULT, OUTPUT, fail, incomplete, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import (
+    CONFIG_OR_RESULT,
+    OUTPUT,
+    THREADS,
+    fail,
+    incomplete,
+    prepare_kernels,
+    reports_wrong_input,
+)
 from stickslip.cli.trajectories import recipe_in
 
 if TYPE_CHECKING:
@@ -33,6 +41,7 @@ Examples:
 @click.option("--within", type=float, default=10.0, show_default=True, help="How far to look, as a factor.")
 @click.option("--into", multiple=True, metavar="REGIME", help="Regime wanted; may be repeated.")
 @OUTPUT
+@THREADS
 @reports_wrong_input
 def advise(
     config: Location, at: tuple[str, ...], parameters: tuple[str, ...], costs: tuple[str, ...], within: float,
@@ -110,7 +119,7 @@ def _show(ds: xr.Dataset, config: Config, home: str, wanted: tuple[str, ...]) ->
     for change in changes:
         table.add_row(*change.row())
     if changes:
-        screen.terminal().print(table)
+        screen.print_table(table)
     missing = words.without_border(ds)
     if missing:
         click.echo(f"no border within reach along {', '.join(missing)}")

@@ -8,8 +8,8 @@ from math import inf, isnan, log
 
 import xarray as xr
 
+from stickslip.dataset.display import Unit, unit_of
 from stickslip.dataset.margins import SIDES
-from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.quantities import PARAMETERS
 
@@ -30,6 +30,7 @@ class Change:
     beyond: str
     checked: str
     holds: bool
+    unit: Unit
 
     def size(self) -> float:
         """The logarithm of the factor; infinite where there is none."""
@@ -38,25 +39,27 @@ class Change:
 
     def words(self) -> str:
         """`belt speed above 0.83 m/s (+66 %)`; parameters without unit by name."""
-        unit = units.spelled(PARAMETERS[self.name].units)
-        told = f"{_plain(self.name)} {self.side} {self.border:.{_DIGITS}g} {unit}".rstrip()
-        return f"{told} ({by(self.value, self.border, unit)})"
+        told = f"{_plain(self.name)} {self.side} {self.unit.told(self.border, _DIGITS)}"
+        return f"{told} ({by(self.value, self.border, self.unit)})"
 
     def row(self) -> tuple[str, ...]:
         """The change as a row of a table."""
-        unit = units.spelled(PARAMETERS[self.name].units)
-        border = f"{self.side} {self.border:.9g} {unit}".rstrip()
+        border = f"{self.side} {self.unit.told(self.border, 9)}"
         if self.width > 1e-6 * abs(self.border):
-            border += f" (undecided over {self.width:.2g})"
+            border += f" (undecided over {self.unit.of(self.width):.2g})"
         past = self.checked if self.holds else f"{self.checked}: does not hold"
-        return self.name, border, by(self.value, self.border, unit), self.beyond, past
+        return self.name, border, by(self.value, self.border, self.unit), self.beyond, past
 
 
 @dataclass(frozen=True)
 class Joint:
-    """The cheapest joint change as it is shown, rounded: parameters with old and new values, and its simulation."""
+    """The cheapest joint change as it is shown, rounded: parameters with old and new values, and its simulation.
+
+    values : in SI. units : in which they are shown.
+    """
 
     values: dict[str, tuple[float, float]]
+    units: dict[str, Unit]
     cost: float
     checked: str
     holds: bool
@@ -65,8 +68,8 @@ class Joint:
         """`belt_speed 0.6 m/s (+20 %) and damping 0.1 N s/m`."""
         told = []
         for name, (old, new) in self.values.items():
-            unit = units.spelled(PARAMETERS[name].units)
-            told.append(f"{_plain(name)} {new:.{_DIGITS}g} {unit}".rstrip() + f" ({by(old, new, unit)})")
+            unit = self.units[name]
+            told.append(f"{_plain(name)} {unit.told(new, _DIGITS)} ({by(old, new, unit)})")
         return " and ".join(filter(None, [", ".join(told[:-1]), *told[-1:]]))
 
     def told(self) -> str:
@@ -75,10 +78,10 @@ class Joint:
         return f"cheapest {self.words()}, simulated: {past}; cost {self.cost:.3g}"
 
 
-def by(value: float, border: float, unit: str) -> str:
+def by(value: float, border: float, unit: Unit) -> str:
     """A change: in percent, as a factor, or, from 0, as the amount."""
     if value == 0 or border / value <= 0:
-        return f"{border - value:+.{_DIGITS}g} {unit}".rstrip()
+        return f"{unit.of(border - value):+.{_DIGITS}g} {unit.name}".rstrip()
     ratio = border / value
     return f"{100 * (ratio - 1):+.3g} %" if abs(ratio - 1) <= _AS_PERCENT else f"x {ratio:.3g}"
 
@@ -95,7 +98,8 @@ def single_changes(ds: xr.Dataset, wanted: Sequence[str]) -> list[Change]:
             if not isnan(border):
                 beyond, checked = (REGIMES[int(here[f"{kind}_{name}"])] for kind in ("beyond", "checked"))
                 width = float(here[f"border_width_{name}"])
-                found.append(Change(name, side, value, border, width, beyond, checked, checked in wanted))
+                unit = unit_of(one[name])
+                found.append(Change(name, side, value, border, width, beyond, checked, checked in wanted, unit))
     return sorted(found, key=Change.size)
 
 
@@ -118,7 +122,9 @@ def joint_change(ds: xr.Dataset, regime: Callable[[dict[str, float]], int], want
         checked = REGIMES[regime(cell | {name: new for name, (_, new) in values.items()})]
         if checked in wanted:
             break
-    return Joint(values, float(one["joint_cost"]), checked, checked in wanted)
+    return Joint(
+        values, {name: unit_of(one[name]) for name in values}, float(one["joint_cost"]), checked, checked in wanted
+    )
 
 
 def sentence(home: str, wanted: Sequence[str], changes: Sequence[Change], joint: Joint | None) -> str:

@@ -63,12 +63,14 @@ def _share(one: xr.Dataset) -> str:
 def _shock(one: xr.Dataset) -> str:
     import numpy as np
 
+    from stickslip.dataset.display import unit_of
+
     shock = float(one["critical_shock"])
     if np.isnan(shock):
         return "critical shock unknown"
     if np.isposinf(shock):
         return "no shock ends sliding"
-    return f"critical shock {shock:.6g} m/s" if shock else "any shock ends sliding"
+    return f"critical shock {unit_of(one['critical_shock']).told(shock)}" if shock else "any shock ends sliding"
 
 
 def show_ramp(ds: xr.Dataset) -> None:
@@ -76,11 +78,10 @@ def show_ramp(ds: xr.Dataset) -> None:
     import numpy as np
 
     from stickslip.dataset.axis import MapAxis
-    from stickslip.vocabulary import units
+    from stickslip.dataset.display import displayed
 
     *dims, _, along = ds["regime"].dims
-    axes, values = [MapAxis(ds, dim, plain=True) for dim in dims], ds[along].values
-    unit = units.spelled(ds[along].attrs["units"])
+    axes, (values, unit) = [MapAxis(ds, dim, plain=True) for dim in dims], displayed(ds[along])
     for number, place in enumerate(np.ndindex(tuple(ds.sizes[dim] for dim in dims))):
         if number == _MOST_ROWS:
             return click.echo("... and more lines; --output FILE.nc keeps them all")

@@ -9,7 +9,18 @@ import click
 
 from stickslip.cli import screen
 from stickslip.cli.carried import run_request
-from stickslip.cli.common import CONFIG, DASK, OUTPUT, check_plot, fail, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import (
+    CONFIG,
+    DASK,
+    OUTPUT,
+    QUIET,
+    THREADS,
+    check_plot,
+    configuration,
+    fail,
+    prepare_kernels,
+    reports_wrong_input,
+)
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -30,6 +41,8 @@ Examples:
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write, .png, .svg or .pdf.")
 @click.option("--fresh", is_flag=True, help="Replace a file of other attractors.")
 @DASK
+@THREADS
+@QUIET
 @reports_wrong_input
 def attractors(
     config: Path,
@@ -49,12 +62,11 @@ def attractors(
     The box is that of the section `attractors` of CONFIG, unless it is given here. With an output the work survives
     interruption as a run does, and `stickslip run` does the same for a configuration with that section.
     """
-    from stickslip.config.reader import load_config
     from stickslip.config.sections import Output
     from stickslip.config.studies import Attractors, alone
     from stickslip.runs.request import Request
 
-    one = load_config(config)
+    one = configuration(config)
     ends = {"displacement": displacement, "velocity": velocity}
     box = {name: _interval(name, pair) for name, pair in ends.items() if pair}
     numbers = {name: value for name, value in (("samples", samples), ("seed", seed)) if value is not None}
@@ -86,6 +98,8 @@ Examples:
 @click.option("--points", type=int, default=200, show_default=True, help="Values to wait at, on each way.")
 @OUTPUT
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write; of a single line.")
+@THREADS
+@QUIET
 @reports_wrong_input
 def ramp(
     config: Path, along: str, between: tuple[str, str] | None, points: int, output: Location | None, plot: Path | None
@@ -95,7 +109,6 @@ def ramp(
     Each value starts from where the motion at the one before ended. The other axes of CONFIG are lines of their own.
     """
     from stickslip import api_basins, plots
-    from stickslip.config.reader import load_config
     from stickslip.errors import PlotError
     from stickslip.files import writing
 
@@ -103,7 +116,7 @@ def ramp(
         writing.check_writable(output)
     if plot is not None:
         check_plot(plot)
-    one = load_config(config)
+    one = configuration(config)
     ends = _interval(along, between) if between else None
     prepare_kernels(one.friction.law)
     try:
@@ -118,7 +131,7 @@ def ramp(
         click.echo(f"written  {output} ({screen.size_of(output)})")
     if plot is not None:
         try:
-            plots.save(plots.plot_ramp(ds), plot)
+            plots.save(plots.plot_branches(ds), plot)
         except PlotError as error:
             fail(f"{plot}: {error}")
         click.echo(f"plot     {plot}")

@@ -25,10 +25,16 @@ _COARSE = 160  # points of an axis of the map that is computed to be drawn
 
 @dataclass(frozen=True)
 class Extras:
-    """What is wanted besides a result: the file of the map behind its plot, a table to write."""
+    """What is wanted besides a result and its plot: the file of the map behind it, a table to write, a page."""
 
     map: Location | None = None
     table: Path | None = None
+    page: Path | None = None
+
+    @property
+    def any(self) -> bool:
+        """Whether there is something to write."""
+        return self.table is not None or self.page is not None
 
     def write_table(self, ds: xr.Dataset) -> None:
         """Write the table, if one is wanted, and say so."""
@@ -49,8 +55,10 @@ class Extras:
             return reading.look_into(self.map)
         from stickslip import api
         from stickslip.config.reader import parse_config
+        from stickslip.config.written import units_shown
 
-        return api.run(coarse_map(parse_config(str(ds.attrs["configuration"]), "the configuration of the borders")))
+        asked = parse_config(str(ds.attrs["configuration"]), "the configuration of the borders")
+        return api.run(coarse_map(asked).shown_in(units_shown(ds)))
 
 
 def coarse_map(config: Config) -> Config:

@@ -30,17 +30,17 @@ def _rows(ds: xr.Dataset) -> Iterator[str]:
     import numpy as np
 
     from stickslip.dataset.axis import MapAxis
-    from stickslip.vocabulary import units
+    from stickslip.dataset.display import unit_of
     from stickslip.vocabulary.flags import METHODS, REGIMES
 
     axes = [MapAxis(ds, dim, plain=True) for dim in ds["border"].dims[:-1]]
-    unit = units.spelled(ds["border"].attrs["units"])
+    unit = unit_of(ds["border"])
     for place in np.argwhere(ds["border"].notnull().values):
         one = ds.isel(dict(zip(ds["border"].dims, map(int, place), strict=True)))
         where = ", ".join(axis.heading(int(i)) for axis, i in zip(axes, place, strict=False))
         below, above = (REGIMES[int(one[name])] for name in ("regime_below", "regime_above"))
-        value = f"{float(one['border']):.12g} {unit}".rstrip()
-        how = f"width {float(one['border_width']):.2g}, by {METHODS[int(one['method'])]}"
+        value = unit.told(float(one["border"]), 12)
+        how = f"width {unit.of(float(one['border_width'])):.2g}, by {METHODS[int(one['method'])]}"
         yield f"{where}{': ' if where else ''}{below} -> {above} at {value} ({how})"
 
 
@@ -59,17 +59,17 @@ def show_contours(ds: xr.Dataset) -> None:
 def _lines(ds: xr.Dataset) -> Iterator[str]:
     """A line of text per line."""
     from stickslip.dataset.contours import plane_names, polylines
-    from stickslip.vocabulary import units
+    from stickslip.dataset.display import unit_of
     from stickslip.vocabulary.flags import REGIMES
 
     names = plane_names(ds)
-    spelled = [units.spelled(ds[name].attrs["units"]) for name in names]
+    units = [unit_of(ds[name]) for name in names]
     beside = [name for name, one in ds.coords.items() if one.dims == ("line",)]
     for number, line in enumerate(polylines(ds)):
         where = ", ".join(f"{name} = {ds[name].values[number]}" for name in beside)
         ranges = ", ".join(
-            f"{name} {values.min():.6g} to {values.max():.6g} {unit}".rstrip()
-            for name, values, unit in zip(names, (line.x, line.y), spelled, strict=True)
+            f"{name} {unit.of(values.min()):.6g} to {unit.told(values.max())}"
+            for name, values, unit in zip(names, (line.x, line.y), units, strict=True)
         )
         kind = "loop" if line.closed else "line"
         sides = f"{REGIMES[line.left]} | {REGIMES[line.right]}"
@@ -93,7 +93,7 @@ def show_margins(ds: xr.Dataset) -> None:
         spelled = [f"x {one:.3g}" if by_factor else f"{one:.3g}" for one in sizes]
         told = [spelled[0], spelled[len(spelled) // 2], spelled[-1]] if spelled else ["-"] * 3
         table.add_row(name, f"{np.count_nonzero(~np.isnan(margin)):,} of {margin.size:,}", *told)
-    screen.terminal().print(table)
+    screen.print_table(table)
     click.echo(f"found    {ds.attrs['margin_found']}")
     click.echo(f"within   {ds.attrs['margin_within']}")
     click.echo(f"scan     {ds.attrs['margin_scan']}")

@@ -9,7 +9,7 @@ import click
 
 from stickslip.cli.backdrop import MAP, Extras
 from stickslip.cli.carried import run_request
-from stickslip.cli.common import CONFIG, DASK, OUTPUT, fail, reports_wrong_input
+from stickslip.cli.common import CONFIG, DASK, OUTPUT, QUIET, THREADS, configuration, fail, reports_wrong_input
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -33,6 +33,8 @@ Examples:
 @MAP
 @click.option("--fresh", is_flag=True, help="Replace a file of another search.")
 @DASK
+@THREADS
+@QUIET
 @reports_wrong_input
 def border(
     config: Path,
@@ -51,14 +53,13 @@ def border(
     The other axes of CONFIG are the lines that are searched. With an output the search survives interruption as a run
     does, and `stickslip run` does the same for a configuration with a section `border`.
     """
-    from stickslip.config.reader import load_config
     from stickslip.config.sections import Output
     from stickslip.config.studies import Border, alone
     from stickslip.runs.request import Request
 
     ends = _ends(along, between) if between else None
     asked = Border.model_construct(along=along, between=ends, tolerance=tolerance, scan=scan)
-    one = load_config(config).model_copy(
+    one = configuration(config).model_copy(
         update={**alone("border", asked), "output": Output.model_construct(file=None, plot=None)}
     )
     again = ["border", str(config), "--along", along, "-o", "borders.nc"]

@@ -12,13 +12,14 @@ from math import prod
 from pathlib import Path
 from threading import Thread
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import screen, shown
+from stickslip.cli import answers, screen, shown
 from stickslip.cli.backdrop import Extras
-from stickslip.cli.common import check_plot, fail, incomplete, prepare_kernels
+from stickslip.cli.common import check_page, check_plot, fail, incomplete, prepare_kernels, settings_again
+from stickslip.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
 _LONG = 300_000  # cells that take so long that something can be done beside; with fewer, all else would wait as long
 
 
-def run_request(request: Request, plot: Path | None, keep: list[str], extras: Extras | None = None) -> None:
-    """Carry out a run, or compute in memory what has no place to be kept, and tell the outcome.
+def run_request(request: Request, plot: Path | None, keep: list[str], extras: Extras | None = None) -> dict[str, Any]:
+    """Carry out a run, or compute in memory what has no place to be kept, and tell the outcome; for programs, too.
 
     keep : the words of the command that writes such a result to a file. extras : of borders.
     """
@@ -44,6 +45,8 @@ def run_request(request: Request, plot: Path | None, keep: list[str], extras: Ex
         files.check_writable(request.output)
     if plot is not None:
         check_plot(plot)
+    if extras is not None and extras.page is not None:
+        check_page(extras.page)
     work = Work(request.config)
     screen.terminal().print(f"{request.config.title}\n{work.study.described()}", markup=False)
     if request.output is None and request.place is None:
@@ -51,14 +54,16 @@ def run_request(request: Request, plot: Path | None, keep: list[str], extras: Ex
             fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")
         return _run_in_memory(request, work.study, plot, keeping(keep), extras or Extras())
     outcome, seconds = carried_out(session.run, request, work.study, drawn=plot is not None)
+    answer = answers.of_run(request, work.study, outcome, seconds)
     if outcome.output is not None:
-        return report(outcome, seconds, request, plot, extras or Extras())
+        return answer | report(outcome, seconds, request, plot, extras or Extras())
     _tell_blocks(outcome, request, work.study)
+    return answer
 
 
 def keeping(words: list[str]) -> str:
     """The command that writes a result to a file here."""
-    return shlex.join(["stickslip", *words])
+    return shlex.join(["stickslip", *words, *settings_again()])
 
 
 def _tell_blocks(outcome: Outcome, request: Request, study: Study) -> None:
@@ -77,10 +82,11 @@ def _named_output(request: Request) -> list[str]:
     return ["-o", str(request.output or "map.nc")]
 
 
-def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str, extras: Extras) -> None:
+def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str, extras: Extras) -> dict[str, Any]:
     """A run that writes no file, and says so; `keep` is the command that does."""
     from stickslip import api
     from stickslip.errors import Interrupted
+    from stickslip.runs.request import Outcome
 
     api.check_in_memory(request.config, request.dask)
     notice(f"no output is named: the {study.name} will be shown and then discarded; to keep it: {keep}")
@@ -94,14 +100,17 @@ def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str,
         move(done, of)
 
     try:
-        with screen.progress_bar(prod(study.shape), of=study.counted) as move:
+        with progress_bar(prod(study.shape), of=study.counted) as move:
             ds = api.run(request.config, progress=note, dask=request.dask)
     except Interrupted as interrupted:
         incomplete(interrupted)
     done = screen.Done(prod(study.shape), study.counted, finished - began, screen.threads(study.options))
-    shown.show(ds, done, None, plot if save_plot(ds, plot, extras) else None)
-    extras.write_table(ds)
-    notice(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep it: {keep}")
+    drawn = plot if save_plot(ds, plot, extras) else None
+    shown.show(ds, done, None, drawn)
+    _write(extras, ds)
+    news(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep it: {keep}")
+    outcome = Outcome(prod(study.shape), computed=prod(study.shape))
+    return answers.of_run(request, study, outcome, finished - began) | answers.of_result(ds, drawn)
 
 
 def carried_out(
@@ -126,7 +135,7 @@ def carried_out(
 
     try:
         size, of = prod(study.shape), study.counted
-        with screen.progress_bar(size, of=of) as move, screen.progress_bar(size, " written") as write:
+        with progress_bar(size, of=of) as move, progress_bar(size, " written") as write:
 
             def note(done: int, of: int) -> None:
                 nonlocal began, finished, moving
@@ -136,7 +145,7 @@ def carried_out(
                 moving = True
                 move(done, of)
 
-            told = replace(request, progress=note, assembling=write, notice=notice, prepare=prepare)
+            told = replace(request, progress=note, assembling=write, notice=notice, news=news, prepare=prepare)
             outcome = action(told)
     except Interrupted as interrupted:
         incomplete(interrupted)
@@ -157,6 +166,12 @@ def notice(text: str) -> None:
     click.echo(text, err=True)
 
 
+def news(text: str) -> None:
+    """The same for what is no warning."""
+    if not screen.is_quiet():
+        notice(text)
+
+
 def save_plot(ds: xr.Dataset, plot: Path | None, extras: Extras) -> bool:
     """Draw a result, if it can be drawn and a plot is asked for; whether it was."""
     if plot is None or not shown.is_drawn(ds):
@@ -167,29 +182,45 @@ def save_plot(ds: xr.Dataset, plot: Path | None, extras: Extras) -> bool:
     return True
 
 
-def report(outcome: Outcome, seconds: float, request: Request, plot: Path | None, extras: Extras | None = None) -> None:
-    """The plot and the summary of a run that wrote its result; of one that had nothing to do, a missing plot."""
+def _write(extras: Extras, ds: xr.Dataset) -> None:
+    """Write what is wanted besides a result and its plot, and say so."""
+    extras.write_table(ds)
+    if extras.page is not None:
+        shown.write_page(ds, extras.page, extras)
+
+
+def report(
+    outcome: Outcome, seconds: float, request: Request, plot: Path | None, extras: Extras | None = None
+) -> dict[str, Any]:
+    """The plot and the summary of a run that wrote its result; of one that had nothing to do, a missing plot.
+
+    Returns what programs are told of the result.
+    """
     from stickslip.files import reading
     from stickslip.runs.work import study_of
 
     if outcome.output is None:
-        return
+        return {}
     extras = extras or Extras()
     study = study_of(request.config)
     if outcome.up_to_date:
         click.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
-        if (plot is None or plot.exists()) and extras.table is None:
-            return
     with reading.look_into(outcome.output) as ds:
-        drawn = save_plot(ds, plot, extras)
+        if outcome.up_to_date and (plot is None or plot.exists()) and not extras.any:
+            return answers.of_result(ds, plot)
+        drawn = plot if save_plot(ds, plot, extras) else None
+        answer = answers.of_result(ds, drawn)
         if outcome.up_to_date:
-            extras.write_table(ds)
-            return click.echo(f"plot     {plot}") if drawn else None
+            _write(extras, ds)
+            if drawn:
+                click.echo(f"plot     {plot}")
+            return answer
         machines = outcome.machines or screen.threads(study.options)
         done = screen.Done(outcome.computed, study.counted, seconds, machines)
-        shown.show(ds, done, outcome.output, plot if drawn else None)
-        extras.write_table(ds)
+        shown.show(ds, done, outcome.output, drawn)
+        _write(extras, ds)
     if outcome.reused:
         click.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
     if outcome.where:
         click.echo(f"blocks   kept in {outcome.where}")
+    return answer

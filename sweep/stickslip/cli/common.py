@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext, redirect_stdout
 from functools import wraps
 from math import isfinite
 from pathlib import Path
@@ -12,10 +14,13 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
+from click.shell_completion import CompletionItem
 
 from stickslip.cli import screen
 
 if TYPE_CHECKING:
+    from stickslip.config.model import Config
+    from stickslip.config.overrides import Setting
     from stickslip.files.locations import Location
 
 
@@ -24,25 +29,92 @@ class _Where(click.ParamType):  # type: ignore[type-arg]
 
     name = "path_or_url"
 
+    def __init__(self, or_configuration: bool = False) -> None:
+        self._or_configuration = or_configuration
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
         """What a text on the command line names."""
         from stickslip.files.locations import location
 
         return location(value)
 
+    def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
+        """What could have been named."""
+        from stickslip.files.mistaken import RESULTS_HERE, names_in
 
+        if self._or_configuration:
+            return next_step()
+        here = names_in(Path(), RESULTS_HERE)
+        return f"Results in this folder: {', '.join(here)}" if here else "No result (.nc, .zarr) is in this folder."
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Files, as the shell finds them."""
+        return [CompletionItem(incomplete, type="file")]
+
+
+class ConfigPath(click.Path):
+    """The file of a configuration; where none is named, the ones of this folder are."""
+
+    name = "configuration"
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
+        """What could have been named."""
+        return next_step()
+
+
+PAGES = (".html", ".htm")
 DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
-CONFIG = click.argument(
-    "config", type=click.Path(path_type=Path), callback=lambda _context, _parameter, path: config_file(path)
-)
 WHERE = _Where()
-CONFIG_OR_RESULT = click.argument(
-    "config",
-    type=WHERE,
-    callback=lambda _context, _parameter, path: config_file(path) if isinstance(path, Path) else path,
-)
+Command = Callable[..., None]
+_SETTINGS, _THREADS, _STDOUT = (f"stickslip.{name}" for name in ("settings", "threads", "stdout"))  # of a call
 _TABLE = "stickslip.table"  # of a call: the table to be made of its result
 _KNOWS_ITS_OWN = ("run", "border", "contours", "attractors", "collect", "retry-failed")  # and replace no other result
+SET = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="KEY=VALUE",
+    expose_value=False,
+    callback=lambda context, _option, texts: _remember(context, texts),
+    help="Set a key of CONFIG, as axes.belt_speed.num=50 or 'system.mass=200 g'; KEY= removes it. Repeatable.",
+)
+THREADS = click.option(
+    "--threads",
+    type=click.IntRange(1),
+    metavar="N",
+    expose_value=False,
+    callback=lambda context, _option, threads: context.meta.__setitem__(_THREADS, threads),
+    help="Threads to compute on, whatever CONFIG says.  [default: one per processor]",
+)
+QUIET = click.option(
+    "-q",
+    "--quiet",
+    is_flag=True,
+    expose_value=False,
+    callback=lambda context, _option, quiet: context.meta.__setitem__(screen.QUIET, quiet),
+    help="Print nothing but warnings and errors.",
+)
+
+
+def CONFIG(command: Command) -> Command:  # noqa: N802, a decorator as those above
+    """The argument `config`, and `--set` with it; `configuration` reads both."""
+    path = click.argument("config", type=ConfigPath(), callback=lambda _context, _parameter, path: config_file(path))
+    return path(SET(command))
+
+
+def CONFIG_OR_RESULT(command: Command) -> Command:  # noqa: N802
+    """The same where a result, which holds its configuration, will do as well."""
+    place = click.argument(
+        "config",
+        type=_Where(or_configuration=True),
+        callback=lambda _context, _parameter, path: config_file(path) if isinstance(path, Path) else path,
+    )
+    return place(SET(command))
+
+
 OUTPUT = click.option(
     "-o",
     "--output",
@@ -64,6 +136,15 @@ Exit codes:
   2  the input is wrong or the cluster is not there, and nothing was computed"""
 
 
+def next_step() -> str:
+    """What can be done in this folder."""
+    from stickslip.files.mistaken import CONFIGURATIONS_HERE, names_in
+
+    if here := names_in(Path(), CONFIGURATIONS_HERE):
+        return f"Configurations in this folder: {', '.join(here)}"
+    return "No configuration is in this folder; `stickslip init my.yaml` writes one to start from."
+
+
 def config_file(path: Path) -> Path:
     """The file of a configuration: the one named or, which is said, the one of the package that is called so."""
     from stickslip.config.examples import found
@@ -72,6 +153,38 @@ def config_file(path: Path) -> Path:
     if file != path:
         click.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
     return file
+
+
+def configuration(path: Path) -> Config:
+    """The configuration in a file, with `--set` and `--threads` put in. Raises ConfigError."""
+    from stickslip.config.reader import load_config
+
+    return load_config(path, settings())
+
+
+def settings() -> tuple[Setting, ...]:
+    """What `--set` and `--threads` of this call say of its configuration."""
+    from stickslip.config.overrides import Setting
+
+    given = click.get_current_context().meta
+    threads = given.get(_THREADS)
+    of_threads = [] if threads is None else [Setting(f"--threads {threads}", "execution.threads", str(threads))]
+    return (*given.get(_SETTINGS, ()), *of_threads)
+
+
+def settings_again() -> list[str]:
+    """The words of `--set` and `--threads`, for a command that is to be called in the same way."""
+    return [word for given in settings() for word in given.option.split(" ", 1)]
+
+
+def _remember(context: click.Context, texts: tuple[str, ...]) -> None:
+    """Keep what `--set` says for `settings`."""
+    from stickslip.config.overrides import setting
+
+    try:
+        context.meta[_SETTINGS] = tuple(setting(text) for text in texts)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None
 
 
 def points_file(path: Path) -> Path:
@@ -98,7 +211,9 @@ def incomplete(message: object) -> NoReturn:
 
 def tell_json(answer: Mapping[str, Any]) -> None:
     """Print an answer for programs: numbers and arrays of NumPy as numbers and lists, what is not finite as null."""
-    click.echo(json.dumps(_plain(answer), indent=2, allow_nan=False))
+    context = click.get_current_context(silent=True)
+    stdout = context.meta.get(_STDOUT) if context else None
+    click.echo(json.dumps(_plain(answer), indent=2, allow_nan=False), file=stdout)
 
 
 def _plain(value: Any) -> Any:
@@ -115,21 +230,35 @@ def _plain(value: Any) -> Any:
 
 
 def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
-    """Turn the errors meant for people into their text and an exit code; all others are bugs and show a traceback."""
+    """Turn the errors meant for people into their text and an exit code; all others are bugs and show a traceback.
+
+    With `--quiet` and `--json` nothing that is for people goes to standard output.
+    """
 
     @wraps(command)
     def guarded(*args: Any, **kwargs: Any) -> None:
         from stickslip.errors import ClusterError, ConfigError, IncompleteError, NotReachedError, StoreError
 
+        meta = click.get_current_context().meta
+        silent = meta.get(screen.QUIET) or kwargs.get("as_json")
+        meta[_STDOUT] = sys.stdout  # for `tell_json`; all else that is printed there is for people
         try:
-            command(*args, **kwargs)
-            write_table_asked_for(kwargs)
+            with _nowhere() if silent else nullcontext():
+                command(*args, **kwargs)
+                write_table_asked_for(kwargs)
         except (IncompleteError, NotReachedError) as error:
             incomplete(error)
         except (ClusterError, ConfigError, StoreError) as error:
             fail(error)
 
     return guarded
+
+
+@contextmanager
+def _nowhere() -> Iterator[None]:
+    """Standard output goes nowhere."""
+    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
+        yield
 
 
 def _dask(value: str | None) -> str | None:
@@ -145,6 +274,8 @@ def prepare_kernels(law: str, signals: bool = False) -> None:
     from stickslip import engine
 
     if not engine.will_compile(law, signals):
+        return engine.warm_up(law, signals)
+    if screen.is_quiet():
         return engine.warm_up(law, signals)
     console = screen.terminal(stderr=True)
     began = perf_counter()
@@ -187,6 +318,17 @@ def write_table_asked_for(options: Mapping[str, Any]) -> None:
         tell_table(write_table(ds, table), table)
 
 
+def pairs(texts: tuple[str, ...]) -> dict[str, str]:
+    """NAME=VALUE texts as a mapping."""
+    found = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals:
+            fail(f"got {text!r}, expected NAME=VALUE")
+        found[name.strip()] = value.strip()
+    return found
+
+
 def path_or_none(name: str | Path | None) -> Path | None:
     """A name as a path."""
     return None if name is None else Path(name)
@@ -197,6 +339,14 @@ def location_or_none(name: str | None) -> Location | None:
     from stickslip.files.locations import location
 
     return None if name is None else location(name)
+
+
+def check_page(page: Path) -> None:
+    """End if no page can be written there: an unknown suffix, or no folder."""
+    if page.suffix.lower() not in PAGES:
+        fail(f"{page}: pages end in {', '.join(PAGES)}")
+    if not page.absolute().parent.is_dir():
+        fail(f"{page}: no folder {page.parent}")
 
 
 def check_plot(plot: Path) -> None:

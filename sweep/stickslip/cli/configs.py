@@ -5,47 +5,91 @@ from __future__ import annotations
 import json
 import shlex
 import sys
+import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli.common import DONE, WRONG_INPUT, config_file, fail
+from stickslip.cli.common import (
+    DONE,
+    JSON,
+    SET,
+    WRONG_INPUT,
+    ConfigPath,
+    config_file,
+    configuration,
+    fail,
+    settings,
+    tell_json,
+)
 
 if TYPE_CHECKING:
-    from stickslip.config.model import Config
+    from stickslip.config.understood import Row
+    from stickslip.errors import Problem
 
 
 @click.command()
-@click.argument("configs", type=click.Path(path_type=Path), nargs=-1, required=True)
-def validate(configs: tuple[Path, ...]) -> None:
+@click.argument("configs", type=ConfigPath(), nargs=-1, required=True)
+@SET
+@JSON
+def validate(configs: tuple[Path, ...], as_json: bool) -> None:
     """Check configurations without computing anything.
 
     Every mistake of every file is listed, with its line and column. For valid ones it shows what was understood: every
-    quantity in SI, every axis with its points.
+    quantity in SI and in customary units, what they come to (natural frequency, static deflection), every axis with
+    its points. Values that are legal and implausible are asked about.
     """
-    from stickslip.config.reader import load_config
+    from stickslip.config.understood import understood
     from stickslip.errors import ConfigError
     from stickslip.rig.simulate.config import is_rig, load_rig
     from stickslip.runs.work import study_of
 
-    wrong = False
+    answers = []
     for path in map(config_file, configs):
+        answer: dict[str, Any] = {"file": str(path), "valid": True, "problems": []}
+        answers.append(answer)
         try:
-            config = load_rig(path).config if is_rig(path) else load_config(path)
-            click.echo(f"{path}: valid, {study_of(config).described()}")
-            _show(config)
+            with warnings.catch_warnings(record=True) as asked:
+                warnings.simplefilter("always")
+                config = load_rig(path, settings()).config if is_rig(path) else configuration(path)
         except ConfigError as error:
-            click.echo(str(error), err=True)
-            wrong = True
-    sys.exit(WRONG_INPUT if wrong else DONE)
+            answer |= {"valid": False, "problems": [_problem(problem) for problem in error.problems]}
+            if not as_json:
+                click.echo(str(error), err=True)
+            continue
+        rows = list(understood(config))
+        answer["warnings"] = [str(warning.message) for warning in asked]
+        answer["computes"] = study_of(config).described()
+        answer["understood"] = [row._asdict() for row in rows]
+        answer["configuration"] = config.resolved()
+        if not as_json:
+            for warning in asked:
+                click.echo(f"warning: {warning.message}", err=True)
+            click.echo(f"{path}: valid, {answer['computes']}")
+            _show(rows)
+    if as_json:
+        tell_json({"files": answers})
+    sys.exit(DONE if all(answer["valid"] for answer in answers) else WRONG_INPUT)
 
 
-def _show(config: Config) -> None:
+def _problem(problem: Problem) -> dict[str, Any]:
+    """A problem for programs."""
+    from stickslip.errors import dotted
+
+    line, column, option = problem.place or (None, None, "")
+    return {
+        "line": line or None,  # what an option gave has none
+        "column": column or None,
+        "option": option or None,
+        "key": dotted(problem.path),
+        "message": problem.message,
+        "hint": problem.hint,
+    }
+
+
+def _show(rows: list[Row]) -> None:
     """What was understood, in three columns."""
-    from stickslip.config.understood import understood
-
-    rows = list(understood(config))
     name, value = (max(map(len, column)) for column in list(zip(*rows, strict=True))[:2])
     for row in rows:
         click.echo(f"  {row.name:{name}}  {row.value:{value}}  {row.meaning}".rstrip())

@@ -9,7 +9,7 @@ import click
 
 from stickslip.cli.backdrop import MAP, Extras
 from stickslip.cli.carried import run_request
-from stickslip.cli.common import CONFIG, DASK, OUTPUT, fail, reports_wrong_input
+from stickslip.cli.common import CONFIG, DASK, OUTPUT, QUIET, THREADS, configuration, fail, reports_wrong_input
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -40,6 +40,8 @@ Examples:
 @MAP
 @click.option("--fresh", is_flag=True, help="Replace a file of another search.")
 @DASK
+@THREADS
+@QUIET
 @reports_wrong_input
 def contours(
     config: Path, over: tuple[str, str] | None, between: tuple[tuple[str, str, str], ...], points: int,
@@ -52,7 +54,6 @@ def contours(
     Lines, loops among them, whose points are found one by one to the tolerance. Only the surroundings of a line are
     computed, so that a fine grid costs no more than its lines are long. Other axes of CONFIG become panels.
     """
-    from stickslip.config.reader import load_config
     from stickslip.config.sections import Output
     from stickslip.config.studies import Contours, alone
     from stickslip.runs.request import Request
@@ -62,7 +63,7 @@ def contours(
     asked = Contours.model_construct(
         axes=over, between=_ranges(between), points=points, tolerance=tolerance, scan=scan, rtol=None
     )
-    one = load_config(config).model_copy(
+    one = configuration(config).model_copy(
         update={**alone("contours", asked), "output": Output.model_construct(file=None, plot=None)}
     )
     again = ["contours", str(config), "-o", "contours.nc"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli.common import WHERE, fail, reports_wrong_input
+from stickslip.cli.common import WHERE, fail, pairs, reports_wrong_input
 from stickslip.cli.tables import tell_table, write_table
 
 if TYPE_CHECKING:
@@ -39,14 +39,13 @@ def export(
     Headings carry units, flags are words, what is not defined is empty. FILE may be larger than memory. A sheet of
     Excel holds 1,048,575 cells. (pip install "stickslip[excel]")
     """
-    from stickslip.cli.results import _pairs
     from stickslip.dataset import select as selection
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
     target = output or Path(file.name).with_suffix(".csv")
     with reading.look_into(file) as ds:
-        places = _pairs(select)
+        places = pairs(select)
         try:
             part = selection.selected(ds, places)[0] if places else ds
         except PlotError as error:

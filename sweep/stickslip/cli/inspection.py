@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import screen, shown
-from stickslip.cli.common import WHERE, fail, reports_wrong_input
+from stickslip.cli import answers, screen, shown
+from stickslip.cli.common import JSON, WHERE, fail, reports_wrong_input, tell_json
+
+_WHY_NOT_KEPT = "for a reason that is in status, which output.variables leaves out"
 
 if TYPE_CHECKING:
     from stickslip.dataset.inspect import Survey
@@ -26,8 +28,9 @@ Examples:
 @click.option("--regime", "regimes", multiple=True, metavar="NAME", help="List cells of this regime.")
 @click.option("--status", "statuses", multiple=True, metavar="NAME", help="List cells of this status.")
 @click.option("--limit", type=click.IntRange(0), default=20, show_default=True, help="Largest number of cells to list.")
+@JSON
 @reports_wrong_input
-def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...], limit: int) -> None:
+def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...], limit: int, as_json: bool) -> None:
     """Count the cells of a result, and list problem cells.
 
     These are cells that failed, are unresolved or were not computed, unless --regime or --status say which to list.
@@ -42,6 +45,8 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     if "status" not in ds and (tell := shown.teller(ds)):
         if regimes or statuses:
             fail(f"{file}: --regime and --status list the cells of a map; this file holds none")
+        if as_json:
+            fail(f"{file}: --json tells of the cells of a map; this file holds none")
         return tell(ds)
     found = inspection.survey(ds, recipe_of(ds, str(file)), regimes=regimes, statuses=statuses, limit=limit)
     _table(found)
@@ -53,6 +58,8 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     else:
         click.echo(f"\n{found.wanted:,} {what}:")
     _lines(found, str(file))
+    if as_json:
+        tell_json(answers.of_survey(str(file), found))
 
 
 def _table(found: Survey) -> None:
@@ -67,16 +74,18 @@ def _table(found: Survey) -> None:
     total = max(1, sum(found.counts.values()))
     for (regime, status), cells in found.counts.items():
         table.add_row(flag_label(regime), status, f"{cells:,}", screen.share_text(cells / total))
-    screen.terminal().print(table)
+    screen.print_table(table)
 
 
 def _lines(found: Survey, file: str) -> None:
     """A command for each cell, under its regime and status."""
+    from stickslip.dataset.inspect import NOT_KEPT
     from stickslip.vocabulary.flags import STATUS_MESSAGES
 
     by_fate = sorted(found.cells, key=lambda cell: (cell.regime, cell.status))
     for (regime, status), cells in groupby(by_fate, key=lambda cell: (cell.regime, cell.status)):
-        message = STATUS_MESSAGES.get(status, "a code that this version does not know")
-        click.echo(f"\n{regime}, {status}: {message}")
+        unknown = "a code that this version does not know"
+        message = f"{status}: {STATUS_MESSAGES.get(status, unknown)}"
+        click.echo(f"\n{regime}, {_WHY_NOT_KEPT if status == NOT_KEPT else message}")
         for cell in cells:
             click.echo(cell.command(file))

@@ -29,7 +29,7 @@ def show_probabilities(ds: xr.Dataset) -> None:
         if "levels" in ds or float(one["probability_high"].max()) > 0:
             numbers = (value, error) if not dims else (value.min(), value.max(), error.max())
             table.add_row(flag_label(str(name)), *(f"{float(number):.4g}" for number in numbers))
-    screen.terminal().print(table)
+    screen.print_table(table)
     if not dims and "sobol_total" in ds:
         _show_indices(ds)
     if float(ds["undecided"].max()) > 0:

@@ -1,18 +1,20 @@
-"""`plot`: what is in the file of a result."""
+"""`plot`: what is in the file of a result, as a picture or as a page."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from stickslip.cli import shown
 from stickslip.cli.backdrop import MAP, Extras
-from stickslip.cli.common import WHERE, check_plot, fail, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import PAGES, WHERE, check_page, check_plot, fail, pairs, prepare_kernels, reports_wrong_input
+from stickslip.cli.picture import Picture, free_name
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from stickslip.files.locations import Location
 
@@ -23,7 +25,10 @@ Examples:
   stickslip plot quickstart.nc
   stickslip plot quickstart.nc --variable spring_force_max -o force.svg
   stickslip plot map.nc --lines borders.nc -o map-with-borders.png
-  stickslip plot map.nc --select damping=0.1 --select stiffness="5 N/mm\""""
+  stickslip plot map.nc --select damping=0.1 --select stiffness="5 N/mm"
+  stickslip plot map.nc --variable period --log period --limits "period=1..100 ms"
+  stickslip plot map.nc --mark "pump: stiffness=5 N/mm, belt_speed=20 mm/s" --size "16 cm x 9 cm"
+  stickslip plot map.nc -o map.html"""
 )
 @click.argument("file", type=WHERE)
 @click.option("--variable", help="Variable to plot.  [default: regime, or what a result is about]")
@@ -33,87 +38,125 @@ Examples:
 @click.option("--lines", type=WHERE, help="File of borders or contours to draw over the map.")
 @MAP
 @click.option("--no-borders", is_flag=True, help="Leave out the borders of linear theory.")
+@click.option("--title", help="Title of the picture.  [default: that of the result, and what is selected]")
+@click.option("--size", metavar="WxH", help="Size: '16 cm x 9 cm', '1920 px x 1080 px'.")
+@click.option("--dpi", type=click.IntRange(20, 1200), help="Dots per inch of a PNG.  [default: 150]")
+@click.option("--units", multiple=True, metavar="NAME=UNIT,...", help="Units to show: 'period=ms, belt_speed=mm/s'.")
+@click.option("--log", multiple=True, metavar="NAME,...", help="Logarithmic axes, or colours of a variable.")
+@click.option(
+    "--limits", multiple=True, metavar="NAME=LOW..HIGH", help="Limits of an axis or of colours: 'period=0.1..2 s'."
+)
+@click.option(
+    "--mark", "marks", multiple=True, metavar="[LABEL:]NAME=VALUE,...", help="Operating point to draw; may be repeated."
+)
+@click.option("--no-hatch", is_flag=True, help="Leave out the hatching that tells regimes apart without colours.")
+@click.option("--no-note", is_flag=True, help="Leave out the note of what is held fixed.")
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="Plot to write.  [default: FILE.png, FILE-VARIABLE.png for other variables than regime; of a URL, here]",
+    help="Picture to write, .png, .svg or .pdf, or page, .html.  [default: FILE.png, with the names of --variable and "
+    "--select in it, in this folder if FILE is a URL; a number if another picture has that name]",
 )
 @reports_wrong_input
 def plot(
     file: Location, variable: str | None, select: tuple[str, ...], lines: Location | None,
-    map_file: Location | None,    no_borders: bool, output: Path | None,
+    map_file: Location | None, no_borders: bool, output: Path | None, **wishes: Any,
 ) -> None:  # fmt: skip
-    """Plot a result, whatever its kind."""
-    from stickslip import plots
+    """Plot a result, whatever its kind.
+
+    Numbers are shown in the units in which the configuration was written; the file is SI.
+    """
     from stickslip.dataset import select as selection
+    from stickslip.dataset.kept import why_absent
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
-    ds = reading.look_into(file)
-    given, variable = variable, variable or ("settling_share" if "settling_share" in ds else "regime")
-    of_line = "settling_share" in ds and given is None
-    if shown.is_over_map(ds):
-        return _plot_borders(ds, file, output or _here(file).with_suffix(".png"), map_file)
-    is_map = "time" not in ds.dims
-    target = output or _plot_of(_here(file), variable if is_map else None)
-    check_plot(target)
-    places = _pairs(select) if is_map else {}
+    ds, picture = reading.look_into(file), Picture(**wishes)
+    if output is not None and output.suffix.lower() in PAGES:
+        check_page(output)
+        of_pictures = {"--variable": variable, "--select": select, "--lines": lines, "--size": picture.size,
+                       "--dpi": picture.dpi}  # fmt: skip
+        if given := [name for name, value in of_pictures.items() if value]:
+            fail(f"{', '.join(given)}: for a picture; a page shows the whole result")
+        try:
+            return shown.write_page(ds, output, Extras(map_file), picture)
+        except PlotError as error:
+            fail(f"{file}: {error}")
+    places = pairs(select) if "time" not in ds.dims else {}
+    if output is not None:
+        check_plot(output)
     try:
-        if "probability" in ds and variable == "regime":
-            state = places.pop("state", "stick_slip")
-            figure = plots.plot_probability(selection.selected(ds, places)[0], state)
-        elif "direction" in ds.dims:
-            figure = plots.plot_ramp(ds, given or "velocity_amplitude", select=places)
-        elif of_line and len(set(ds["settling_share"].dims) - set(places)) == 1:
-            figure = plots.plot_attractors(ds, select=places)
-        elif is_map:
-            over = None if lines is None else reading.look_into(lines)
-            figure = plots.plot_map(ds, variable, select=places, borders=not no_borders, lines=over)
+        ds = picture.prepared(ds)
+        if shown.is_over_map(ds):
+            figure = _over_map(ds, file, map_file, picture)
         else:
-            figure = plots.plot_trace(ds)
+            figure = _drawn(ds, variable, dict(places), picture, not no_borders, lines)
+            told = {name: at for name, at in places.items() if not (name == "state" and _is_probability(ds, variable))}
+            for point in selection.told(ds, told):
+                click.echo(f"drawn    {point}")
+        request = _words({**picture.request(), "variable": variable, "select": select, "lines": lines,
+                          "map": map_file, "no_borders": no_borders})  # fmt: skip
+        own = "settling_share" if "settling_share" in ds else "regime"
+        target = output or free_name(_here(file), None if variable in (None, own) else variable, places, request)
+        picture.save(figure, target, request)
     except PlotError as error:
         fail(f"{file}: {error}")
-    for point in selection.told(ds, places):
-        click.echo(f"drawn    {point}")
-    plots.save(figure, target)
+    if not no_borders and (absent := why_absent(ds, "damping_ratio")):
+        click.echo(f"{file}: no borders of linear theory are drawn: the map {absent}", err=True)
     click.echo(f"plot     {target}")
 
 
-def _plot_borders(ds: xr.Dataset, file: Location, target: Path, map_file: Location | None) -> None:
-    """Borders over the map they lie in: that of a file, or a coarse one that is computed."""
+def _drawn(
+    ds: xr.Dataset, variable: str | None, places: dict[str, str], picture: Picture, borders: bool,
+    lines: Location | None,
+) -> Figure:  # fmt: skip
+    """The plot of a result by itself."""
     from stickslip import plots
-    from stickslip.config.reader import parse_config
-    from stickslip.errors import PlotError
+    from stickslip.dataset import select as selection
+    from stickslip.files import reading
 
-    check_plot(target)
+    title = picture.title
+    if _is_probability(ds, variable):
+        state = places.pop("state", "stick_slip")
+        return plots.plot_probability(selection.selected(ds, places)[0], state, title=title, look=picture.look(ds))
+    if "direction" in ds.dims:
+        picture.refuse_for("a ramp")
+        return plots.plot_of_ramp(ds, variable, select=places, title=title)
+    if "settling_share" in ds and variable is None:
+        variable = "settling_share"
+        if len(set(ds["settling_share"].dims) - set(places)) == 1:
+            picture.refuse_for("no map: lines over one parameter")
+            return plots.plot_attractors(ds, select=places, title=title)
+    if "time" in ds.dims:
+        picture.refuse_for("a trajectory")
+        return plots.plot_trace(ds, title=title)
+    over = None if lines is None else reading.look_into(lines)
+    return plots.plot_map(
+        ds, variable or "regime", select=places, borders=borders, lines=over, title=title, look=picture.look(ds)
+    )
+
+
+def _is_probability(ds: xr.Dataset, variable: str | None) -> bool:
+    """Whether the probability of a regime is drawn, the `state` that is selected."""
+    return "probability" in ds and variable in (None, "regime")
+
+
+def _over_map(ds: xr.Dataset, file: Location, map_file: Location | None, picture: Picture) -> Figure:
+    """Borders over the map they lie in: that of a file, or a coarse one that is computed."""
+    from stickslip.config.reader import parse_config
+
     if map_file is None:
         prepare_kernels(parse_config(str(ds.attrs["configuration"]), str(file)).friction.law)
-    try:
-        plots.save(shown.figure(ds, Extras(map_file)), target)
-    except PlotError as error:
-        fail(f"{file}: {error}")
-    click.echo(f"plot     {target}")
+    return shown.figure(ds, Extras(map_file), picture)
 
 
 def _here(file: Location) -> Path:
-    """The file, or its name in this folder if it is behind a URL."""
-    return file if isinstance(file, Path) else Path(file.name)
+    """The file without suffix, in this folder if it is behind a URL."""
+    return (file if isinstance(file, Path) else Path(file.name)).with_suffix("")
 
 
-def _plot_of(file: Path, variable: str | None) -> Path:
-    """FILE.png for a trajectory and for regimes, the plot a run writes; for other variables one beside it."""
-    if variable in (None, "regime"):
-        return file.with_suffix(".png")
-    return file.with_name(f"{file.stem}-{variable}.png")
-
-
-def _pairs(texts: tuple[str, ...]) -> dict[str, str]:
-    """NAME=VALUE texts as a mapping."""
-    pairs = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals:
-            fail(f"got {text!r}, expected NAME=VALUE")
-        pairs[name.strip()] = value.strip()
-    return pairs
+def _words(asked: dict[str, Any]) -> str:
+    """What is asked of a picture as one text, nothing for a picture without any wishes."""
+    found = {name: ", ".join(value) if isinstance(value, tuple) else value for name, value in asked.items() if value}
+    return "; ".join(f"{name}: {value}" for name, value in sorted(found.items()))

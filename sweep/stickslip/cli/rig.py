@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import screen
+from stickslip.cli import rig_sounds, screen
 from stickslip.cli.common import WHERE, check_plot, fail, reports_wrong_input
 
 if TYPE_CHECKING:
     import xarray as xr
+    from rich.console import Group
     from rich.table import Table
 
     from stickslip.files.locations import Location
@@ -35,7 +36,7 @@ _COLUMNS = (
     ("static_friction", "mu_s", 1.0, ".3f"),
     ("dynamic_friction", "mu_d", 1.0, ".3f"),
 )
-_COLUMN_WIDTH = 8  # characters, at most
+_COLUMN_WIDTH = 9  # characters with the gap, at most
 _COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "white on red", "unknown": ""}
 
 
@@ -59,9 +60,9 @@ class RowOption(click.Option):
     "rig-features",
     epilog="""\b
 Examples:
-  stickslip rig-features felt.csv fluid.csv
-  stickslip rig-features *.csv -c rig.yaml --plot traces.png --beside -o features.nc
-  stickslip rig-features dry.csv --bandwidth "2 kHz" --plot start.png --from 0 --to "2 s" """,
+  stickslip rig features felt.csv fluid.csv
+  stickslip rig features *.csv -c rig.yaml --plot traces.png --beside -o features.nc
+  stickslip rig features dry.csv --bandwidth "2 kHz" --plot start.png --from 0 --to "2 s" """,
 )
 @click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
 @CONFIG_OPTION
@@ -69,6 +70,7 @@ Examples:
 @click.option("--speed", cls=RowOption, row="drive_speed", help="where files do not record it", metavar="SPEED")
 @click.option("--bandwidth", cls=RowOption, row="bandwidth", help="limits what is used", metavar="FREQUENCY")
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--sound", type=click.Path(path_type=Path), help="Folder for the sounds, a WAV file for each record.")
 @click.option("--beside", is_flag=True, help="Plot records beside each other instead of over each other.")
 @click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each record on.")
 @click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each record.")
@@ -81,6 +83,7 @@ def rig_features(
     speed: str | None,
     bandwidth: str | None,
     plot: Path | None,
+    sound: Path | None,
     beside: bool,
     begin: str | None,
     end: str | None,
@@ -99,6 +102,8 @@ def rig_features(
         check_plot(plot)
     if output is not None:
         writing.check_writable(output)
+    if sound is not None:
+        rig_sounds.check(sound, len(files))
     window = time_window(begin, end)
     records = {}
     for name, file in zip(_names(files), files, strict=True):
@@ -117,6 +122,8 @@ def rig_features(
         numbers = dict(zip(records, found["model_rpn"].values.tolist(), strict=True))
         plots.save(plot_records(records, shifted=beside, numbers=numbers, window=window), plot)
         click.echo(f"plot      {plot}")
+    if sound is not None:
+        rig_sounds.write_records(sound, records)
     if output is not None:
         writing.write(_with_provenance(found, settings, files), output)
         click.echo(f"features  {output} ({screen.size_of(output)})")
@@ -125,8 +132,8 @@ def rig_features(
 @click.command(
     epilog="""\b
 Examples:
-  stickslip calibrate pairs.csv > risk.yaml
-  stickslip calibrate pairs.csv --scales
+  stickslip rig calibrate pairs.csv > risk.yaml
+  stickslip rig calibrate pairs.csv --scales
 Columns of FILE:
   sticks, acceleration_max [m/s2], acceleration_integral [m/s], rpn"""
 )
@@ -219,12 +226,22 @@ def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, .
     return found.assign_attrs(provenance(as_text(settings), title="Features of rig records", action=action))
 
 
-def feature_screen_table(found: xr.Dataset, width: int) -> Table:
+def feature_screen_table(found: xr.Dataset, width: int) -> Group:
     """Features of records (dimension `record`) for the screen, the risk number in the colour of its band.
 
-    width : of the screen, characters. Names are on one line; columns that do not fit beside them are left out, with
-        a note.
+    width : of the screen, characters. Columns that do not fit beside the names are in further tables below.
     """
+    from rich.console import Group
+
+    longest = max(6, *(len(str(name)) for name in found["record"].values.tolist()))
+    name_width = min(longest, max(width // 3, 12))
+    fit = max(1, (width - name_width - 6) // _COLUMN_WIDTH)
+    parts = [_COLUMNS[first : first + fit] for first in range(0, len(_COLUMNS), fit)]
+    return Group(*(_feature_table(found, part, name_width) for part in parts))
+
+
+def _feature_table(found: xr.Dataset, columns: Sequence[tuple[str, str, float, str]], name_width: int) -> Table:
+    """Some features of all records, beside name and risk number."""
     import numpy as np
     from rich.table import Table
     from rich.text import Text
@@ -232,20 +249,15 @@ def feature_screen_table(found: xr.Dataset, width: int) -> Table:
     from stickslip.rig.risk import band_of
 
     table = Table(box=None, pad_edge=False, header_style="bold")
-    names = list(map(str, found["record"].values.tolist()))
-    longest = min(max(map(len, names)), width // 2)
-    shown = _COLUMNS[: max(2, (width - longest - 5) // _COLUMN_WIDTH)]
-    if left_out := [heading.replace("\n", " ") for _, heading, _, _ in _COLUMNS[len(shown) :]]:
-        table.caption, table.caption_justify = f"no room for: {', '.join(left_out)}", "left"
-    table.add_column("record", no_wrap=True, overflow="ellipsis", max_width=max(longest, 6))
+    table.add_column("record", overflow="fold", max_width=name_width)
     table.add_column("RPN", justify="right", no_wrap=True)
-    for _, heading, _, _ in shown:
-        table.add_column(heading, justify="right")
-    for i, name in enumerate(names):
+    for _, heading, _, _ in columns:
+        table.add_column(heading, justify="right", no_wrap=True)
+    for i, name in enumerate(map(str, found["record"].values.tolist())):
         row = found.isel(record=i)
         number = int(row["model_rpn"])
         cells = [Text(name), Text(f" {number or '?'} ", style=_COLOURS[band_of(number)])]
-        for feature, _, factor, form in shown:
+        for feature, _, factor, form in columns:
             value = float(_best(row, feature)) * factor
             cells.append(Text("-" if np.isnan(value) else format(value, form)))
         table.add_row(*cells)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import screen
+from stickslip.cli import rig_sounds, screen
 from stickslip.cli.common import (
     CONFIG,
     WHERE,
@@ -19,7 +19,9 @@ from stickslip.cli.common import (
     path_or_none,
     prepare_kernels,
     reports_wrong_input,
+    settings,
 )
+from stickslip.cli.progress import progress_bar
 from stickslip.cli.rig import feature_screen_table, time_window
 
 if TYPE_CHECKING:
@@ -36,16 +38,17 @@ _MOST_ROWS = 60  # on screen
 @click.command(
     epilog="""\b
 Examples:
-  stickslip rig configs/rig/materials.yaml
-  stickslip rig configs/rig/materials.yaml --test 0 --test 1 --from 0 --to "0.5 s"
-  stickslip rig configs/rig/test_matrix.yaml --report matrix.html
-  stickslip rig my.yaml --records signals       # CSV files, as a rig would write them"""
+  stickslip rig run configs/rig/materials.yaml
+  stickslip rig run configs/rig/materials.yaml --test 0 --test 1 --from 0 --to "0.5 s"
+  stickslip rig run configs/rig/test_matrix.yaml --report matrix.html
+  stickslip rig run my.yaml --records signals       # CSV files, as a rig would write them"""
 )
 @CONFIG
 @click.option("-o", "--output", type=WHERE, help="File of features to write, .nc or .zarr, or the URL of a .zarr.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot: signals of up to six tests, else a heat map.")
 @click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html): maps, traces, table.")
 @click.option("--records", type=click.Path(path_type=Path), help="Folder for the signals, a CSV file for each test.")
+@click.option("--sound", type=click.Path(path_type=Path), help="Folder for the sounds, a WAV file for each test.")
 @click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
 @click.option("--beside", is_flag=True, help="Plot signals beside each other instead of over each other.")
 @click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each test on.")
@@ -57,6 +60,7 @@ def rig(
     plot: Path | None,
     report: Path | None,
     records: Path | None,
+    sound: Path | None,
     chosen: tuple[int, ...],
     beside: bool,
     begin: str | None,
@@ -72,13 +76,15 @@ def rig(
     from stickslip.rig.simulate.matrix import run_matrix
     from stickslip.rig.simulate.simulation import RigTests
 
-    asked = load_rig(config)
+    asked = load_rig(config, settings())
     output, plot = output or location_or_none(asked.config.output.file), plot or path_or_none(asked.config.output.plot)
     tests, window = RigTests(asked), time_window(begin, end)
     drawn = _drawn(tests, chosen)
     if chosen and plot is None and report is None:
         fail("--test says what is plotted: name a plot with --plot, or a page with --report")
     _check_targets(output, plot, report, records)
+    if sound is not None:
+        rig_sounds.check(sound, tests.grid.size)
     if output is not None:
         writing.check_writable(output)
     prepare_kernels(asked.config.friction.law, signals=True)
@@ -86,7 +92,7 @@ def rig(
     click.echo(f"{asked.config.title}\n{_counted(tests)}")
     began = perf_counter()
     try:
-        with screen.progress_bar(size, of="tests") as moved:
+        with progress_bar(size, of="tests") as moved:
             found = run_matrix(asked, moved)
     except KeyboardInterrupt:
         incomplete("interrupted: nothing was written; a matrix takes seconds, run it again")
@@ -98,6 +104,8 @@ def rig(
         click.echo(f"features  {output} ({screen.size_of(output)})")
     if records is not None:
         _write_records(records, tests)
+    if sound is not None:
+        rig_sounds.write_tests(sound, asked)
     if report is not None:
         _write_report(report, found, asked, tests, drawn)
 
@@ -190,7 +198,7 @@ def _write_records(folder: Path, tests: RigTests) -> None:
     for test in tests.tests(range(tests.grid.size)):
         if test.record is not None:
             write_record(test.record, folder / f"test{test.number:0{digits}d}.csv")
-    click.echo(f"records   {folder}/test*.csv; stickslip rig-features reads them")
+    click.echo(f"records   {folder}/test*.csv; stickslip rig features reads them")
 
 
 def _write_report(report: Path, found: xr.Dataset, asked: RigConfig, tests: RigTests, drawn: list[int]) -> None:

@@ -1,37 +1,53 @@
-"""What the command says on screen: numbers for people, the progress bar, the summary of a run.
+"""What the command says on screen: numbers for people, the summary of a run.
 
 Rich is imported when it is needed, so that `--help` answers at once.
 """
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from time import perf_counter
 from typing import TYPE_CHECKING
+
+import click
 
 if TYPE_CHECKING:
     import xarray as xr
     from rich.console import Console
+    from rich.table import Table
 
     from stickslip.engine import Options
     from stickslip.files.locations import Location
 
+QUIET = "stickslip.quiet"  # in what click knows of a call
 _WIDE = 1000  # characters, wider than any table
 
 
 def terminal(stderr: bool = False) -> Console:
-    """The terminal. Colours only where it shows them; numbers and paths are not decorated.
+    """The terminal. Colours only where it shows them, and with NO_COLOR no bold type either; numbers and paths are
+    not decorated.
 
     A file or a pipe has no width, so nothing that is printed there is cut to that of a terminal.
     """
     from rich.console import Console
 
     stream = sys.stderr if stderr else sys.stdout
-    return Console(stderr=stderr, highlight=False, soft_wrap=True, width=None if stream.isatty() else _WIDE)
+    return Console(
+        stderr=stderr,
+        highlight=False,
+        soft_wrap=True,
+        width=None if stream.isatty() else _WIDE,
+        color_system=None if os.environ.get("NO_COLOR") else "auto",
+    )
+
+
+def print_table(table: Table, console: Console | None = None) -> None:
+    """Print a table with all it says: on a screen that is too narrow its lines run on, and no number is cut."""
+    console = console or terminal()
+    needed = console.measure(table, options=console.options.update(width=_WIDE)).maximum
+    console.print(table, width=max(needed, min(console.width, _WIDE)), crop=False)
 
 
 def size_of(path: Location) -> str:
@@ -45,7 +61,7 @@ def size_of(path: Location) -> str:
 def memory(count: float) -> str:
     """A number of bytes, for people."""
     for unit in ("B", "kB", "MB"):
-        if count < 1000:
+        if count < 999.5:
             return f"{count:.3g} {unit}"
         count /= 1000
     return f"{count:.3g} GB"
@@ -63,34 +79,10 @@ def share_text(fraction: float) -> str:
     return "<0.1%" if 0.0 < fraction < 0.0005 else f"{fraction:.1%}"
 
 
-@contextmanager
-def progress_bar(total: int, doing: str = "", of: str = "cells") -> Iterator[Callable[[int, int], None]]:
-    """A bar of cells, or what else is counted, with the rate and the time left; gives the function that moves it.
-
-    It is shown once it moves. What is done by then was found finished, and does not count for the rate.
-    """
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    counts = TextColumn(
-        f"{{task.completed:,.0f}} of {{task.total:,.0f}} {of}{doing}" + ", {task.fields[rate]:,.0f} per second"
-    )
-    bar = Progress(BarColumn(), counts, TimeRemainingColumn(), console=terminal(stderr=True))
-    task = bar.add_task("cells", total=total, rate=0.0)
-    first: list[tuple[int, float]] = []
-
-    def move(done: int, total: int) -> None:
-        if not first:
-            first.append((done, perf_counter()))
-            bar.reset(task, completed=done, rate=0.0)
-            bar.start()
-        found, began = first[0]
-        bar.update(task, completed=done, total=total, rate=(done - found) / max(perf_counter() - began, 1e-9))
-
-    try:
-        yield move
-    finally:
-        if first:
-            bar.stop()
+def is_quiet() -> bool:
+    """Whether nothing but warnings and errors is to be printed."""
+    context = click.get_current_context(silent=True)
+    return bool(context and context.meta.get(QUIET))
 
 
 def threads(options: Options) -> str:
@@ -123,7 +115,7 @@ def show_map(ds: xr.Dataset, output: Location | None) -> None:
     """The regimes of a map, and remarks on cells that have none."""
     from rich.table import Table
 
-    from stickslip.dataset.summary import remark, step_limit_remark, summary
+    from stickslip.dataset.summary import one_regime_remark, remark, step_limit_remark, summary
     from stickslip.vocabulary.flags import flag_label
 
     found = summary(ds)
@@ -133,8 +125,10 @@ def show_map(ds: xr.Dataset, output: Location | None) -> None:
     for name, share in found.items():
         table.add_row(flag_label(name), f"{share.cells:,}", share_text(share.fraction))
     console = terminal()
-    console.print(table)
+    print_table(table, console)
     if words := remark(found, None if output is None else str(output)):
+        console.print(words, markup=False)
+    if words := one_regime_remark(ds, found):
         console.print(words, markup=False)
     if words := step_limit_remark(ds, None if output is None else str(output)):
         console.print(words, markup=False)

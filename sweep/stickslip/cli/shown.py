@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stickslip.cli.backdrop import Extras
+    from stickslip.cli.picture import Picture
     from stickslip.cli.screen import Done
     from stickslip.files.locations import Location
 
@@ -63,14 +64,41 @@ def is_drawn(ds: xr.Dataset) -> bool:
     return is_over_map(ds) or any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
 
 
-def figure(ds: xr.Dataset, extras: Extras | None = None) -> Figure:
-    """The plot of a result that `is_drawn`: a map; of borders, the map they lie in, with them over it."""
+def figure(ds: xr.Dataset, extras: Extras | None = None, picture: Picture | None = None) -> Figure:
+    """The plot of a result that `is_drawn`: a map; of borders, the map they lie in, with them over it.
+
+    picture : what is asked of one over a map.
+    """
     from stickslip import plots
     from stickslip.cli.backdrop import Extras
+    from stickslip.cli.picture import Picture
 
     if is_over_map(ds):
-        return plots.plot_map((extras or Extras()).map_behind(ds), lines=ds, title=str(ds.attrs.get("title", "")))
+        picture = picture or Picture()
+        title = str(ds.attrs.get("title", "")) if picture.title is None else picture.title
+        behind = picture.prepared((extras or Extras()).map_behind(ds))
+        return plots.plot_map(behind, lines=ds, title=title, look=picture.look(behind))
     if "settling_share" in ds:
         return plots.plot_attractors(ds) if ds["settling_share"].ndim == 1 else plots.plot_map(ds, "settling_share")
     drawn: Callable[[xr.Dataset], Figure] = plots.plot_probability if "probability" in ds else plots.plot_map
     return drawn(ds)
+
+
+def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, picture: Picture | None = None) -> None:
+    """Write the page of a result, and say so: its plots, what was held fixed, what the words mean, how exact it is."""
+    from stickslip import pages
+    from stickslip.cli.picture import Picture
+    from stickslip.errors import PlotError
+    from stickslip.pages.result import Drawn, drawn_of, result_page
+
+    picture = picture or Picture()
+    if is_over_map(ds):
+        try:
+            found = [Drawn(str(ds.attrs.get("title", "")), figure(ds, extras, picture))]
+        except PlotError as error:
+            found = [Drawn(str(error))]
+    else:
+        ds = picture.prepared(ds)
+        found = drawn_of(ds, picture.look(ds)) if is_drawn(ds) else []
+    pages.write_page(target, result_page(ds, found, picture.title))
+    click.echo(f"page     {target} ({screen.size_of(target)})")

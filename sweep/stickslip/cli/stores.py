@@ -7,16 +7,31 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import screen
+from stickslip.cli import answers, screen
 from stickslip.cli.carried import carried_out, notice, report
-from stickslip.cli.common import DASK, OUTPUT, reports_wrong_input
+from stickslip.cli.common import (
+    DASK,
+    JSON,
+    OUTPUT,
+    QUIET,
+    SET,
+    THREADS,
+    Command,
+    reports_wrong_input,
+    settings,
+    tell_json,
+)
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
     from stickslip.runs.collecting import Status
 
-PLACE = click.argument("config_or_store")
 STORE = click.option("--store", metavar="PATH_OR_URL", help="Store of the configuration, if it is not OUTPUT.parts.")
+
+
+def PLACE(command: Command) -> Command:  # noqa: N802, a decorator
+    """The argument `config_or_store`, and `--set` for the former."""
+    return click.argument("config_or_store")(SET(command))
 
 
 @click.command(
@@ -29,6 +44,7 @@ Examples:
 @STORE
 @OUTPUT
 @click.option("--keep-parts", is_flag=True, help="Leave the finished blocks where they are.")
+@QUIET
 @reports_wrong_input
 def collect(config_or_store: str, store: str | None, output: Location | None, keep_parts: bool) -> None:
     """Write the map from the blocks that are finished.
@@ -39,7 +55,7 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
     from stickslip.runs import collecting
     from stickslip.runs.request import request_for
 
-    request = replace(request_for(config_or_store, output, store), keep=keep_parts, notice=notice)
+    request = replace(request_for(config_or_store, output, store, settings()), keep=keep_parts, notice=notice)
     collected = collecting.collect(request)
     click.echo(f"{collected.study.name:8} {collected.output} ({screen.size_of(collected.output)})")
     if collected.missing:
@@ -51,8 +67,9 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
 @click.command()
 @PLACE
 @STORE
+@JSON
 @reports_wrong_input
-def status(config_or_store: str, store: str | None) -> None:
+def status(config_or_store: str, store: str | None, as_json: bool) -> None:
     """Show the progress of a run, and who works on it.
 
     Names a configuration, or the folder or URL of a store.
@@ -60,11 +77,16 @@ def status(config_or_store: str, store: str | None) -> None:
     from stickslip.runs import collecting
     from stickslip.runs.request import request_for
 
-    request = request_for(config_or_store, None, store)
+    request = request_for(config_or_store, None, store, settings())
     if request.place is None and request.output is not None and _is_finished(request.output, request.folder().names()):
         click.echo(f"map      {request.output} is there, and no unfinished run beside it")
+        if as_json:
+            tell_json(answers.of_finished(request.config, request.output))
         return
-    _show(collecting.status(request))
+    found = collecting.status(request)
+    _show(found)
+    if as_json:
+        tell_json(answers.of_status(found))
 
 
 def _is_finished(output: Location, names: list[str]) -> bool:
@@ -99,6 +121,8 @@ def _show(found: Status) -> None:
 @STORE
 @OUTPUT
 @DASK
+@THREADS
+@QUIET
 @reports_wrong_input
 def retry_failed(config_or_store: str, store: str | None, output: Location | None, dask: str | None) -> None:
     """Retry the blocks that failed.
@@ -109,7 +133,7 @@ def retry_failed(config_or_store: str, store: str | None, output: Location | Non
     from stickslip.runs.request import request_for
     from stickslip.runs.work import study_of
 
-    request = replace(request_for(config_or_store, output, store), dask=dask)
+    request = replace(request_for(config_or_store, output, store, settings()), dask=dask)
     study = study_of(request.config)
     outcome, seconds = carried_out(session.retry_failed, request, study)
     if outcome.output is not None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from stickslip.cli import screen
+from stickslip.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +25,7 @@ def write_table(ds: xr.Dataset, target: Path, variables: tuple[str, ...] = (), d
     rows = export.table_of(ds, variables).rows
     if rows < _LONG:
         return export.write_table(ds, target, variables, decimal=decimal)
-    with screen.progress_bar(rows, " written", "rows") as move:
+    with progress_bar(rows, " written", "rows") as move:
         return export.write_table(ds, target, variables, decimal=decimal, moved=move)
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
+from stickslip.config import hints
 from stickslip.config.yaml import Document
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.words import listed
 
 _LONGEST_TEXT = 60  # characters of what is quoted in a message
 _WITHOUT_TEXT = {dict: "a mapping", list: "a list", type(None): "nothing"}
@@ -38,12 +39,12 @@ class Complaints:
         kind = f" ({found})" if found else ""
         self.add(path, f"got {self.text(path)}{kind}, expected {expected}", hint)
 
-    def mapping(self, value: object, path: Path, expected: str) -> dict[str, Any]:
+    def mapping(self, value: object, path: Path, expected: str, hint: str | None = None) -> dict[str, Any]:
         """`value` if it is a mapping, else an empty one; nothing at all is one, but not as a whole document."""
         if isinstance(value, dict):
             return value
         if value is not None or not path:
-            self.refuse(path, f"a mapping with {expected}")
+            self.refuse(path, f"a mapping with {expected}", hint)
         return {}
 
     def known_keys(self, data: Mapping[str, Any], path: Path, known: Collection[str]) -> dict[str, Any]:
@@ -55,14 +56,25 @@ class Complaints:
 
     def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
         """Note that the last key of `path` is none of those `known`."""
-        if meant := nearest(str(path[-1]), known):
-            self.meant.add(meant)
-            hint = f"did you mean {meant}?"
+        if meant := hints.for_key(str(path[-1]), self._around(path), known):
+            self.meant |= {meant.key} if meant.key else set()
+            hint = meant.hint
+        if any(problem.path == path[:-1] and problem.place == self._place(path, True) for problem in self.problems):
+            return  # that it is no word has been said
         self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
 
+    def _around(self, path: Path) -> dict[str, Any]:
+        """The mapping in which the key at the end of `path` stands."""
+        value = self.document.data
+        for key in path[:-1]:
+            value = value[key]
+        return value if isinstance(value, dict) else {}
+
     def line(self, path: Path) -> str:
-        """` on line 7`, or nothing for plain data."""
+        """` on line 7`, ` by --set mass=1`, or nothing for plain data."""
         place = self.document.keys.get(path)
+        if place and place.option:
+            return f" by {place.option}"
         return f" on line {place.line}" if place else ""
 
     def text(self, path: Path) -> str:

@@ -11,6 +11,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from stickslip.vocabulary.words import nearest
+
 _PREFIX = "configs/"
 _PACKAGE = Path(__file__).resolve().parents[1]
 _FOLDERS = (_PACKAGE / "configs", _PACKAGE.parents[1] / "configs")
@@ -40,7 +42,9 @@ def config_path(name: str) -> Path:
     names = config_names()
     stem = _stem(name)
     if stem not in names:
-        raise FileNotFoundError(f"no configuration is called {name!r}; there are {', '.join(names)}")
+        near = nearest(stem, names)
+        meant = f"did you mean {near}? " if near else ""
+        raise FileNotFoundError(f"no configuration is called {name!r}; {meant}there are {', '.join(names)}")
     return _folder() / f"{stem}.yaml"
 
 

@@ -1,8 +1,8 @@
-"""Numbers without a unit that are implausible in SI.
+"""Values that are legal and implausible in SI: a unit was probably forgotten, or another one was meant.
 
 A friction curve in mm/s read as one in m/s is no error: the map is computed, and shows no stick-slip anywhere. So
-implausible values are asked about. A value with its unit is never questioned, and neither are numbers of order one, as
-in dimensionless studies.
+implausible values are asked about: numbers without a unit readily, a value with its unit only beyond what any contact
+does. Dimensionless studies, in which mass, stiffness and load are of order one, are not questioned.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from stickslip.config.kinds import varied_paths
 from stickslip.config.model import Config
-from stickslip.config.rules import members
+from stickslip.config.plausible import Doubt, doubts
 from stickslip.config.yaml import Document
 from stickslip.errors import Path, Problem, UnitWarning
 from stickslip.vocabulary import units
@@ -30,9 +30,8 @@ _LARGEST = {
     "stroke": 1.0,
 }  # fmt: skip
 _SMALLER = {"kg": "g", "m": "mm", "m s-1": "mm/s"}  # what people write, by what is read
-# A belt this many times faster than the speed over which friction falls never reaches the drop, whatever the spring.
-_FASTER = 30.0
-_SLOW = 1.0  # m/s; up to here any ratio may be meant, since curves that fall at once are common
+_CLOSING = "numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help units`)"
+_CLOSING_WRITTEN = "it is computed as it is written (`stickslip help units`)"
 
 
 class _Bare(NamedTuple):
@@ -49,54 +48,87 @@ class _Bare(NamedTuple):
         return f"{' to '.join(ends)} {unit or ''}".rstrip()
 
     @property
-    def size(self) -> tuple[float, float]:
-        """The smallest and the largest magnitude."""
-        ends = abs(self.least), abs(self.most)
-        return (0.0 if self.least < 0 < self.most else min(ends)), max(ends)
+    def is_large(self) -> bool:
+        """Whether one of them is larger than what is taken as given."""
+        return max(abs(self.least), abs(self.most)) > _LARGEST.get(self.name, math.inf)
 
 
 def ask(document: Document, config: Config) -> None:
-    """Warn whoever called the caller of the numbers in a document that are implausible in SI."""
+    """Warn whoever called the caller of the values in a document that are implausible in SI."""
     if asked := question(document, config):
         warnings.warn(asked, UnitWarning, stacklevel=3)
 
 
 def question(document: Document, config: Config) -> str | None:
-    """What to ask about the numbers of a document, `config` being what was read from it; None if all are plausible."""
+    """What to ask about the values of a document, `config` being what was read from it; None if all are plausible."""
     bare = list(_bare(document.data))
-    asked = {found: reason for found in bare if (reason := _reason(found, config)) is not None}
+    asked = {found.name: _understood(found) for found in bare if found.is_large}
+    by_name = {found.name: found for found in bare}
+    for doubt in doubts(config, by_name.keys()):
+        if doubt.name not in asked and _is_given(document.data, doubt.name):  # a fitted curve has its own warning
+            found = by_name.get(doubt.name) if doubt.reason else None  # else it is what has a unit that is too large
+            asked[doubt.name] = _doubted(doubt, found)
     if not asked:
         return None
-    lines = []
-    for found, reason in asked.items():
-        declared = QUANTITIES[found.name].units
-        understood = f"{found.text()} understood as {found.text(units.spelled(declared))}{reason}"
-        problem = Problem(found.path, f"{understood}; did you mean {found.text(_SMALLER[declared])}?",
-                          document.keys.get(found.path))  # fmt: skip
-        lines.append(problem.text(document.name))
-    if others := [f"{b.name} {b.text(units.spelled(QUANTITIES[b.name].units))}" for b in bare if b not in asked]:
+    problems = sorted((_problem(document, name, text) for name, text in asked.items()), key=lambda p: p.place or (0, 0))
+    lines = [problem.text(document.name) for problem in problems]
+    others = [f"{b.name} {b.text(units.spelled(QUANTITIES[b.name].units))}" for b in bare if b.name not in asked]
+    if not by_name.keys() & asked.keys():
+        return "\n".join([*lines, f"  hint: {_CLOSING_WRITTEN}"])
+    if others:
         lines.append(f"  also without a unit: {', '.join(others)}")
-    return "\n".join([*lines, "  hint: numbers without a unit are in SI; a value with its unit is never questioned"])
+    return "\n".join([*lines, f"  hint: {_CLOSING}"])
 
 
-def _reason(found: _Bare, config: Config) -> str | None:
-    """Why numbers are implausible, in words, or "" where that is obvious; None if they are plausible."""
-    least, most = found.size
-    if most > _LARGEST.get(found.name, math.inf):
-        return ""
-    fall = _largest(config, "a4")
-    if found.name == "belt_speed" and least > max(_SLOW, _FASTER * fall):
-        return f", {least / fall:.0f} times a4{' and more' if most > least else ''}"
-    return None
+def remark(config: Config, regime: str) -> str | None:
+    """What to say of a map whose cells all have the same regime, if something about it is implausible."""
+    document = Document("", config.resolved())
+    large = [found for found in _bare(document.data) if found.is_large]
+    said = [f"{found.name} {found.text(units.spelled(QUANTITIES[found.name].units))}" for found in large]
+    names = [found.name for found in large]
+    said += [f"{doubt.name} {doubt.value}{doubt.reason}" for doubt in doubts(config, config.fixed().keys())
+             if doubt.name not in names]  # fmt: skip
+    if not said:
+        return None
+    return f"every cell is {regime}; is that what was wanted, with {', '.join(said)}?"
 
 
-def _largest(config: Config, name: str) -> float:
-    """The largest value of a quantity, fixed or along an axis."""
-    fixed = config.fixed().get(name)
-    if fixed is not None:
-        return float(fixed)
-    varied = (member for axis in config.axes for member in members(axis) if member.name == name)
-    return max((float(member.points().max()) for member in varied), default=math.inf)
+def _understood(found: _Bare) -> str:
+    """What is asked about numbers that are too large by themselves."""
+    declared = QUANTITIES[found.name].units
+    understood = f"{found.text()} understood as {found.text(units.spelled(declared))}"
+    return f"{understood}; did you mean {found.text(_SMALLER[declared])}?"
+
+
+def _doubted(doubt: Doubt, bare: _Bare | None) -> str:
+    """What is asked about values that are implausible together, or although they have units."""
+    if bare is None:
+        understood = f"got {doubt.value}"
+    else:
+        understood = f"{bare.text()} understood as {bare.text(units.spelled(QUANTITIES[bare.name].units))}"
+    meant = doubt.meant
+    if bare is not None and meant is not None and doubt.unit is not None:
+        meant = bare.text(doubt.unit)
+    return f"{understood}{doubt.reason}" + (f"; did you mean {meant}?" if meant else "; is that meant?")
+
+
+def _problem(document: Document, name: str, text: str) -> Problem:
+    """The question, where the quantity is given."""
+    path = _path(document.data, name)
+    return Problem(path, text, document.keys.get(path) or document.values.get(path))
+
+
+def _is_given(data: Any, name: str) -> bool:
+    """Whether a quantity is in the document."""
+    path = _path(data, name)
+    return path[0] == "axes" or name in (data.get(path[0]) or {})
+
+
+def _path(data: Any, name: str) -> Path:
+    """Where a quantity is given."""
+    axes = data.get("axes") or {}
+    varied = [path for path in varied_paths(axes) if path[-1] == name]
+    return varied[0] if varied else (QUANTITIES[name].section, name)
 
 
 def _bare(data: Any) -> Iterator[_Bare]:

@@ -57,12 +57,14 @@ class Grid:
     coords : quantities that vary; several may share a dimension.
     fixed : parameters that are equal in all cells, by names of `PARAMETERS`, in SI, NaN for absent ones. The
         coefficients a1 to a3 are in neither where the curve is given by what is measured and that varies.
+    written_in : by quantity, the unit in which the configuration has it, and in which results are shown.
     """
 
     dims: tuple[str, ...]
     shape: tuple[int, ...]
     coords: tuple[Coordinate, ...]
     fixed: dict[str, float]
+    written_in: dict[str, str]
     _measured: dict[str, float]  # quantities of MEASURED that do not vary while others of the curve do
     _columns: dict[str, _Column]
 
@@ -123,6 +125,7 @@ def build_grid(config: Config) -> Grid:
         shape=tuple(axis.size for axis in config.axes),
         coords=tuple(coords),
         fixed={name: fixed[name] for name in (*PARAMETERS, *DRIVE) if name in fixed},
+        written_in=config.written_in,
         _measured=measured,
         _columns=columns,
     )

@@ -9,11 +9,12 @@ import numpy as np
 
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.rules import Finding, Space, findings, members
-from stickslip.errors import ArgumentError
+from stickslip.errors import ArgumentError, QuantityError
 from stickslip.vocabulary.quantities import MEASURED, QUANTITIES, REPLACED
 from stickslip.vocabulary.words import listed
 
 Between = tuple[float, float]
+Ends = tuple[float | str, float | str]  # in SI, or texts with units
 
 
 class Line(NamedTuple):
@@ -51,6 +52,19 @@ def line_along(config: Config, along: str, between: Between | None) -> Line:
         numbers = points[~np.isnan(points)]
         between = (float(numbers.min()), float(numbers.max())) if numbers.size else (np.nan, np.nan)
     return Line(own, checked_range(along, between), spacing)
+
+
+def in_si(along: str, between: Ends) -> Between:
+    """Both ends with texts read, as numbers in SI; whatever is no text is left to `checked_range`.
+
+    Raises ArgumentError.
+    """
+    if along not in QUANTITIES or not isinstance(between, tuple | list):
+        return between  # type: ignore[return-value]
+    try:
+        return tuple(QUANTITIES[along].read(end) if isinstance(end, str) else end for end in between)  # type: ignore[return-value]
+    except QuantityError as error:
+        raise ArgumentError("between", f"got {between!r} for {along}, {error}") from None
 
 
 def checked_range(along: str, between: Between) -> Between:

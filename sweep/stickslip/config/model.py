@@ -7,13 +7,15 @@ models from files and sees to it that they fit together.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, ValidationInfo, field_validator
+from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from stickslip.config.html import as_html
 from stickslip.config.margins import Margins
 from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import (
@@ -182,6 +184,27 @@ class Config(Section):
     attractors: Attractors | None = None
     refine: Refine | None = None
     uncertain: Uncertain | None = None
+    _written_in: dict[str, str] = PrivateAttr(default_factory=dict)
+
+    @property
+    def written_in(self) -> dict[str, str]:
+        """By quantity, the unit in which it was written; plain numbers are SI, and have none.
+
+        No part of what is computed: configurations that differ in it are equal, and `resolved` leaves it out.
+        """
+        return self._written_in
+
+    def shown_in(self, written_in: Mapping[str, str]) -> Config:
+        """The same configuration, its results to be shown in these units."""
+        other = self.model_copy()
+        other._written_in = dict(written_in)
+        return other
+
+    @property
+    def is_map(self) -> bool:
+        """Whether a map of cells is asked for, refined or not, and nothing else."""
+        others = (self.border, self.contours, self.margins, self.attractors, self.uncertain, self.drive)
+        return all(asked is None for asked in others)
 
     def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; `quantities.MEASURED` among them where they were given."""
@@ -193,7 +216,13 @@ class Config(Section):
         """Everything as plain data: SI, defaults filled in. Read again, it gives an equal configuration."""
         plain = {key: value.resolved() if isinstance(value, Section) else value for key, value in self}
         plain["axes"] = {axis.name: axis.resolved() for axis in self.axes}
+        if not self.is_map:  # what is asked for on a command line instead of the map of a file has other variables
+            plain["output"].pop("variables", None)
         return {key: value for key, value in plain.items() if value is not None}
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        return as_html(self.resolved())
 
     def to_yaml(self) -> str:
         """`resolved` as YAML text; what result files keep, and what `reader.parse_config` reads."""

@@ -1,7 +1,8 @@
-"""The section `solver` as options of the engine."""
+"""The sections `solver` and `output` as options of the engine."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf
 
 from stickslip.config.model import Config
@@ -20,3 +21,8 @@ def options_of(config: Config) -> Options:
         threads=execution.threads,
         block=execution.block,
     )
+
+
+def map_options_of(config: Config) -> Options:
+    """The same for a map, of which some variables may be all that is kept."""
+    return replace(options_of(config), variables=config.output.variables)

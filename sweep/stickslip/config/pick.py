@@ -12,13 +12,16 @@ import xarray as xr
 
 from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Axis, Config, Group, Range
+from stickslip.config.overrides import Setting, overridden
 from stickslip.config.reader import make_config, parse_config
 from stickslip.config.studies import STUDIES
+from stickslip.config.written import units_shown
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.settings import SOLVER
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.synonyms import meant
+from stickslip.vocabulary.words import listed
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
 _SOURCE = "--at"
@@ -58,27 +61,44 @@ def config_at(recipe: Recipe, settings: Iterable[str]) -> Config:
     data["axes"] = {}
     if axes:
         raise ConfigError(_SOURCE, [_missing(axis) for axis in axes.values()])
-    return make_config(data, _SOURCE)
+    made = make_config(data, _SOURCE)
+    return made.shown_in(recipe.written_in | made.written_in) if isinstance(recipe, Config) else made
 
 
-def recipe_of(ds: xr.Dataset, name: str) -> Recipe:
-    """What a result was computed from; `name` is that of its file. Raises ConfigError."""
+def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Recipe:
+    """What a result was computed from; `name` is that of its file. Raises ConfigError.
+
+    settings : of a command line, which are put into it.
+    """
     if "regime" not in ds.data_vars:
         raise ConfigError(name, [Problem((), "holds no regimes, expected a map or a list of cells")])
     text, source = str(ds.attrs.get("configuration", "")), f"{name} (configuration)"
-    shared = parse_yaml(text, source).data
+    settings = tuple(settings)
+    shared = overridden(parse_yaml(text, source), settings).data
     if isinstance(shared, dict) and "system" not in shared and "axes" not in shared:  # `evaluate` wrote it
         return shared
-    return parse_config(text, source)
+    return parse_config(text, source, settings).shown_in(units_shown(ds))
+
+
+def shared_by(ds: xr.Dataset) -> dict[str, Any]:
+    """What all cells of a result have in common: law, rtol and max_steps, as `simulate` takes them.
+
+    Raises ConfigError.
+    """
+    recipe = recipe_of(ds, "this dataset")
+    plain = recipe.resolved() if isinstance(recipe, Config) else recipe
+    solver = plain.get("solver", {})
+    shared = {name: solver[name] for name in ("rtol", "max_steps") if name in solver}
+    return {"law": plain.get("friction", {}).get("law", "stribeck")} | shared
 
 
 def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> list[str]:
     """The settings that pick the cell of a result at `position`, by dimension, out of its recipe, bit for bit."""
     shape = tuple((str(dim), length) for dim, length in ds["regime"].sizes.items())
     if isinstance(recipe, Config) and _shape(recipe) == shape:
-        return [f"{axis.name}={_at(axis, i)}" for axis, i in zip(recipe.axes, position.values(), strict=True)]
+        return [f"{axis.name}={point_text(axis, i)}" for axis, i in zip(recipe.axes, position.values(), strict=True)]
     given = {quantity_of(str(name)): values.isel(position, missing_dims="ignore") for name, values in ds.coords.items()}
-    return [f"{name}={_text(name, float(given[name]))}" for name in QUANTITIES if name in given]
+    return [f"{name}={value_text(name, float(given[name]))}" for name in QUANTITIES if name in given]
 
 
 def seconds(text: str, option: str = "--duration") -> float:
@@ -92,7 +112,7 @@ def seconds(text: str, option: str = "--duration") -> float:
 def value_of(name: str, text: str, option: str) -> float:
     """A value of a parameter of a cell on the command line, in SI. Raises ConfigError."""
     if name not in PARAMETERS:
-        near = nearest(name, PARAMETERS)
+        near = meant(name, PARAMETERS)
         hint = f"did you mean {near!r}?" if near else f"known are {', '.join(PARAMETERS)}"
         raise ConfigError(option, [Problem((), f"{name!r} is not a parameter of a cell", hint=hint)])
     try:
@@ -121,15 +141,15 @@ def _is_settled(axis: Axis, given: Collection[str]) -> bool:
     return axis.name in given or (isinstance(axis, Group) and all(member.name in given for member in axis.members))
 
 
-def _at(axis: Axis, i: int) -> str:
+def point_text(axis: Axis, i: int) -> str:
     """Point `i` of an axis as a setting."""
     if isinstance(axis, Group):
         label = axis.labels[i] if axis.labels else ""
         return label if label and label == label.strip() else str(i)
-    return _text(axis.name, float(axis.points()[i]))
+    return value_text(axis.name, float(axis.points()[i]))
 
 
-def _text(name: str, value: float) -> str:
+def value_text(name: str, value: float) -> str:
     """A quantity as a setting: its shortest exact spelling, or the word for its absence."""
     written = QUANTITIES[name].written(value)
     return written if isinstance(written, str) else repr(written)
@@ -152,7 +172,7 @@ def _number_or_text(value: str) -> float | str:
 def _check_name(name: str, axes: Iterable[str]) -> None:
     known = [*axes, *(quantity for quantity in QUANTITIES if quantity not in axes)]
     if name not in known:
-        near = nearest(name, known)
+        near = meant(name, known)
         hint = f"did you mean {near}?" if near else None
         raise ConfigError(_SOURCE, [Problem((name,), f"unknown quantity, expected {listed(known)}", hint=hint)])
 

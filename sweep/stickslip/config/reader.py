@@ -1,7 +1,8 @@
-"""Configurations from YAML files: everything is checked before anything is computed.
+"""Configurations from YAML files, or from Python: everything is checked before anything is computed.
 
-All problems are reported at once, each with its line and column. `model.py` holds what a configuration consists of,
-`rules.py` what must hold between its parts; this file reads, finds what is missing or given twice, and explains.
+All problems are reported at once, each with its line and column, or with its key where there are none. `model.py` holds
+what a configuration consists of, `rules.py` what must hold between its parts, `yaml.py` and `python.py` make the plain
+data that is read here; this file finds what is missing or given twice, and explains.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from stickslip.config import examples, kinds, rules, studied
+from stickslip.config import examples, hints, kinds, rules, studied
 from stickslip.config.complaints import Complaints
 from stickslip.config.fitted import COEFFICIENTS, fitted
 from stickslip.config.forgotten_units import ask
 from stickslip.config.model import Axis, Config, Group, Range, Values
+from stickslip.config.overrides import Setting, overridden
+from stickslip.config.python import python_document
 from stickslip.config.sections import (
     REFUSED,
     Drive,
@@ -32,6 +35,7 @@ from stickslip.config.sections import (
 )
 from stickslip.config.studies import STUDIES
 from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
+from stickslip.config.written import written_units
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
 from stickslip.vocabulary import units
@@ -51,17 +55,34 @@ _GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
 
 AnySection = TypeVar("AnySection", bound=Section)
+Given = Config | str | os.PathLike[str] | Mapping[str, Any]  # what stands for a configuration in Python
 
 
-def load_config(path: str | os.PathLike[str]) -> Config:
+def load_config(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = ()) -> Config:
     """The configuration in a YAML file, or the one of the package that `path` calls (see `examples.found`).
 
+    path : may be the configuration itself: mappings shaped like the YAML, with numbers in SI, texts with units, lists
+        and arrays (`python.py`). Paths in it start at the folder that the program runs in.
+    settings : of a command line, which are put into it.
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
-    document = read_yaml(examples.found(path))
+    document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.found(path))
+    document = overridden(document, settings)
     config = _read(document)
     ask(document, config)
     return config
+
+
+def as_config(given: Given) -> Config:
+    """The configuration that was given: as it is, as a mapping, or as a file. Raises ConfigError."""
+    return given if isinstance(given, Config) else load_config(given)
+
+
+def is_config(given: object) -> bool:
+    """Whether a configuration was given, in any of its forms, and not a mapping of parameters of cells."""
+    return isinstance(given, Config | str | os.PathLike) or (
+        isinstance(given, Mapping) and any(key in Config.model_fields for key in given)
+    )
 
 
 def read_rig_config(document: Document, others: Collection[str]) -> Config:
@@ -69,22 +90,22 @@ def read_rig_config(document: Document, others: Collection[str]) -> Config:
     return _read(document, rig=True, others=others)
 
 
-def parse_config(text: str, name: str = "<text>") -> Config:
+def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = ()) -> Config:
     """The configuration in a YAML text, such as the one kept in a result; `name` stands for a file in messages.
 
-    Raises ConfigError.
+    settings : of a command line, which are put into the text. Raises ConfigError.
     """
-    return _read(parse_yaml(text, name))
+    return _read(overridden(parse_yaml(text, name), settings))
 
 
 def make_config(data: Mapping[str, Any], name: str = "<data>") -> Config:
-    """The configuration in plain data (mappings, lists, numbers, texts), shaped like the YAML. Raises ConfigError."""
-    return _read(Document(name, dict(data)))
+    """The configuration in mappings shaped like the YAML; `name` stands for a file in messages. Raises ConfigError."""
+    return _read(python_document(data, name))
 
 
 def _read(document: Document, rig: bool = False, others: Collection[str] = ()) -> Config:
     """A document with its curve fitted, if it names points, and then checked."""
-    return _Reader(fitted(document), rig, others).config()
+    return _Reader(fitted(document), rig, others).config().shown_in(written_units(document.data))
 
 
 class _Reader(Complaints):
@@ -121,7 +142,8 @@ class _Reader(Complaints):
         fixed = kinds.with_ramp(self._rig, fixed, sections["drive"], "ramp" in given)  # type: ignore[arg-type]
         for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"))):
             got = finding.got or self.text(finding.path)
-            self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
+            hint = self._about_list(finding.path) or finding.hint
+            self.add(finding.path, f"got {got}, expected {finding.expected}", hint)
         self.raise_any()
         for key in QUANTITY_SECTIONS:
             own = [name for name in type(sections[key]).model_fields if name in QUANTITIES]
@@ -157,16 +179,25 @@ class _Reader(Complaints):
         whole = [key for key in Config.model_fields if kinds.has(self._rig, key)]
         sections = SECTIONS | STUDIES
         keys = listed(sections[str(path[0])].model_fields if path and path[0] in sections else whole)
-        return self.mapping(value, path, "names of quantities" if path == ("axes",) else f"the keys {keys}")
+        hint = f"output: {{file: {value}}}" if path == ("output",) and isinstance(value, str) else None
+        return self.mapping(value, path, "names of quantities" if path == ("axes",) else f"the keys {keys}", hint)
 
     def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
         """Note that the last key of `path` is none of those `known`; a quantity belongs elsewhere."""
         key = str(path[-1])
         if key in QUANTITIES:
+            self.meant.add(key)
             hint = f"{key} belongs to {QUANTITIES[key].section}, or to axes"
             self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
         elif len(path) > 1 or key not in kinds.OF_RIGS:  # which are known to be misplaced
             super().unknown_key(path, known, what, hint)
+
+    def _about_list(self, path: Path) -> str | None:
+        """A hint about the list in which the value at `path` is, where that is the reason."""
+        value = self.document.data
+        for key in self._written(path)[:-1]:
+            value = value.get(key) if isinstance(value, dict) else None
+        return hints.for_list(value)
 
     def _title(self, data: Mapping[str, Any]) -> str:
         title = data.get("title", DEFAULT_TITLE)
@@ -197,6 +228,8 @@ class _Reader(Complaints):
             context = detail.get("ctx", {})
             if detail["type"] == REFUSED:
                 self.refuse(where, context["expected"], context["hint"], context["found"])
+            elif detail["type"] == "missing" and where[-1] in self.meant:
+                continue  # under another word
             elif detail["type"] == "missing":
                 known = STUDIES[str(path[0])].model_fields[str(where[-1])].description if path[0] in STUDIES else None
                 self.add(where, f"missing, expected {known or _AXIS_FORMS}")
@@ -223,7 +256,7 @@ class _Reader(Complaints):
         if isinstance(raw, dict) and raw:
             known = self.known_keys(raw, path, [key for key in Range.model_fields if key != "name"])
             return self._valid(Range, {"name": name, **known}, path)
-        self.refuse(path, _AXIS_FORMS)
+        self.refuse(path, _AXIS_FORMS, f"{name}: {_example_range(name)}")
         return None
 
     def _valid(
@@ -314,8 +347,8 @@ class _Reader(Complaints):
                 self._check_given(name, given)
 
     def _check_given(self, name: str, given: Collection[str]) -> None:
-        if name not in given and name not in self.meant:
-            declared = QUANTITIES[name]
+        declared = QUANTITIES[name]
+        if name not in given and not self.meant & {name, declared.section, "axes"}:
             message = f"missing, expected the {declared.long_name}: {units.expected(declared.units)}"
             self.add((declared.section, name), message, f"or vary it: axes: {{{name}: ...}}")
 
@@ -347,6 +380,15 @@ class _Reader(Complaints):
         if law != "stribeck_delta" and "delta" in given and friction.delta != QUANTITIES["delta"].default:
             message = f"got an exponent with the law {law}, expected none"
             self.add(given["delta"][0], message, "the law stribeck_delta has one", at_key=True)
+
+
+def _example_range(name: str) -> str:
+    """A range as it is written for a quantity."""
+    declared = QUANTITIES[name]
+    if declared.units == "1":
+        return "{start: 0.1, stop: 0.5, num: 50}"
+    number, unit = units.example(declared.units).split(" ", 1)
+    return f"{{start: {number} {unit}, stop: {float(number) * 10:g} {unit}, num: 50}}"
 
 
 def _fixed(sections: Iterable[Section]) -> dict[str, float]:

@@ -20,7 +20,9 @@ from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.laws import LAWS
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS, PROFILES, QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.settings import AXIS, COST, FEATURE_SETTINGS, RISK
+from stickslip.vocabulary.words import listed
 
 Schema = dict[str, Any]
 
@@ -77,7 +79,12 @@ def _uncertain() -> Schema:
     )
     matrices = {"anyOf": [matrix, {"type": "array", "items": matrix}]}
     own: Schema = {
-        "quantities": {"type": "object", "additionalProperties": False, "properties": quantities},
+        "quantities": {
+            "description": f"by quantity, its distribution: {listed(tuple(kinds))}",
+            "type": "object",
+            "additionalProperties": False,
+            "properties": quantities,
+        },
         "correlation": matrices | {"description": "of the normal deviates of quantities (a Gaussian copula)"},
         "covariance": matrices | {"description": "of normal quantities, in SI; it says their standard deviations"},
         "subset": _section(Subset),
@@ -206,6 +213,7 @@ def _file_name(*suffixes: str) -> Schema:
 
 _VALUE: Schema = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": _WITH_UNIT}]}
 _RANGE: Schema = {"type": "array", "minItems": 2, "maxItems": 2, "items": _VALUE}
+_VARIABLE: Schema = {"enum": list(VARIABLES)}
 _OTHERS: Schema = {  # what is not a number
     "along": {"enum": list(SEARCHABLE)},
     "between": _RANGE,
@@ -222,6 +230,7 @@ _OTHERS: Schema = {  # what is not a number
     "dask": {"type": "string", "pattern": PATTERN, "examples": ["tcp://host:8786", LOCAL]},
     "file": _file_name(*OUTPUT_SUFFIXES),
     "plot": _file_name(*PLOT_SUFFIXES),
+    "variables": {"anyOf": [_VARIABLE, {"type": "array", "minItems": 1, "items": _VARIABLE}]},
 }
 _NAMES: Schema = {"enum": list(SEARCHABLE)}
 _FACTOR: Schema = {"type": "number", "exclusiveMinimum": 1}

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import PurePath
-from typing import Any, ClassVar, TypeVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, create_model, field_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, create_model, field_validator
 from pydantic_core import PydanticCustomError
 
 from stickslip.config import addresses
@@ -20,8 +20,9 @@ from stickslip.errors import QuantityError
 from stickslip.vocabulary.laws import LAW_MESSAGES, LAWS
 from stickslip.vocabulary.parameter import Parameter, of_section
 from stickslip.vocabulary.quantities import PROFILES, QUANTITIES
+from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.settings import EXECUTION, SENSOR, SOLVER, STROKES
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.words import listed, nearest
 
 REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
 OUTPUT_SUFFIXES = (".nc", ".zarr")
@@ -43,6 +44,8 @@ def number(row: Parameter, value: object) -> float:
         return row.read(value)
     except QuantityError as error:
         remedy = f"leave {row.name} out for {row.absent}" if row.default is None and row.absent else None
+        if isinstance(value, list | dict) and row.name in QUANTITIES:
+            remedy = f"what varies belongs to axes: {{{row.name}: ...}}"
         raise refused(error.expected, error.hint or remedy, error.found) from None
 
 
@@ -61,17 +64,34 @@ def interval(row: Parameter, value: object) -> tuple[float, float]:
 def one_of(value: object, words: tuple[str, ...]) -> str:
     """One of some words."""
     if value not in words:
-        raise refused(listed(words))
+        near = next((word for word in words if str(value).lower().startswith(word)), None) or nearest(str(value), words)
+        raise refused(listed(words), f"did you mean {near}?" if near else None)
     return str(value)
 
 
 def _file(value: object, suffixes: tuple[str, ...]) -> str:
     if not isinstance(value, str) or PurePath(value).suffix.lower() not in suffixes or "\0" in value:
-        raise refused(f"a file name that ends in {listed(suffixes)}")
+        is_bare = isinstance(value, str) and value and not PurePath(value).suffix
+        raise refused(
+            f"a file name that ends in {listed(suffixes)}", f"did you mean {value}{suffixes[0]}?" if is_bare else None
+        )
+    if not value.isprintable():
+        raise refused(
+            "a file name without control characters",
+            "in double quotes a backslash begins an escape: use single quotes, or /",
+        )
     if "://" in value and PurePath(value).suffix.lower() != REMOTE_SUFFIX:
         zarr = f", or a URL that ends in {REMOTE_SUFFIX}" if REMOTE_SUFFIX in suffixes else ""
         raise refused(f"a file of this machine{zarr}", "a file can be copied there afterwards")
     return value
+
+
+def _variable(value: object) -> str:
+    """The name of a variable of a cell."""
+    if value not in VARIABLES:
+        near = nearest(str(value), VARIABLES)
+        raise refused(f"a variable of a map: {listed(VARIABLES)}", f"did you mean {near}?" if near else None)
+    return str(value)
 
 
 # --- sections ---------------------------------------------------------------------------------------------------------
@@ -181,7 +201,9 @@ class Solver(Section):
     @classmethod
     def _early_stop(cls, value: object, info: ValidationInfo) -> bool:
         if not isinstance(value, bool):
-            raise refused("true or false")
+            words = {"yes": "true", "on": "true", "1": "true", "no": "false", "off": "false", "0": "false"}
+            meant = words.get(str(value).lower())
+            raise refused("true or false", f"did you mean {meant}?" if meant else None)
         if not value and info.data.get("horizon", 0.0) is None:  # a horizon that was refused is not in `data`
             raise refused("true, because no horizon is given", "add a horizon such as '100 s' to solver")
         return value
@@ -237,6 +259,9 @@ class Output(Section):
 
     file: str | None = Field(None, description="file of the result, .nc (netCDF) or .zarr, or the URL of a .zarr")
     plot: str | None = Field(None, description="plot of the map, .png, .svg or .pdf")
+    variables: tuple[Annotated[str, BeforeValidator(_variable)], ...] | None = Field(
+        None, description="variables of a map that are stored and written, the others are not; regime always is"
+    )
 
     @field_validator("file", mode="before")
     @classmethod
@@ -247,3 +272,23 @@ class Output(Section):
     @classmethod
     def _plot(cls, value: object) -> str:
         return _file(value, PLOT_SUFFIXES)
+
+    @field_validator("variables", mode="before")
+    @classmethod
+    def _names(cls, value: object) -> object:
+        if isinstance(value, str):
+            return (value,)
+        if not isinstance(value, list | tuple) or not value:
+            raise refused("a list of variables such as [regime, period]", "leave variables out to keep all of them")
+        return value
+
+    @field_validator("variables", mode="after")
+    @classmethod
+    def _in_order(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        """Each once, in the order of the vocabulary; without the regime nobody could tell what is computed."""
+        return tuple(name for name in VARIABLES if name in (*value, "regime"))
+
+    def resolved(self) -> dict[str, Any]:
+        """The section as plain data."""
+        plain = super().resolved()
+        return plain if self.variables is None else {**plain, "variables": list(self.variables)}

@@ -1,4 +1,4 @@
-"""Whether what a configuration asks for instead of a map can be computed: lines, planes, boxes with possible cells."""
+"""Whether what a configuration asks for can be computed: lines, planes, boxes with possible cells; variables."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from stickslip.config.model import Config
 from stickslip.config.planes import broken_in_plane, plane_along
 from stickslip.config.states import STATES_IN_BOX, state_axes
 from stickslip.errors import ArgumentError
+from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.words import listed
 
 
 def check(config: Config, found: Complaints) -> None:
     """Note what is wrong between a section that asks for something else than a map, and the rest."""
-    for one in (_lines, _plane, _states, _boxes):
+    for one in (_lines, _plane, _states, _boxes, _variables):
         one(config, found)
 
 
@@ -58,3 +60,14 @@ def _plane(config: Config, found: Complaints) -> None:
         if path[0] == "contours" and path[-1] not in (config.contours.between or {}):
             path = ("axes", path[-1])
         found.add(path, f"got {finding.got or found.text(path)}, expected {finding.expected}", finding.hint)
+
+
+def _variables(config: Config, found: Complaints) -> None:
+    """Variables that are to be kept exist in the result."""
+    path, kept = ("output", "variables"), config.output.variables or ()
+    if kept and not config.is_map:
+        found.add(path, "given for something else than a map, expected none: only maps can do without variables")
+    absent = [name for name in kept if VARIABLES[name].when == "full" and config.solver.early_stop]
+    if absent:
+        message = f"got {listed(absent, 'and')}, which only a run to a horizon defines"
+        found.add(path, message, "add early_stop: false and a horizon to solver")

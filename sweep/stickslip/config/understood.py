@@ -7,12 +7,14 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from stickslip.config.model import Config, Range, Values
+from stickslip.config.plausible import natural_frequency, static_deflection
 from stickslip.config.refined import refined_axes
 from stickslip.config.rules import members
 from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import Sensor
 from stickslip.config.studies import Attractors, Border, Contours
 from stickslip.vocabulary import units
+from stickslip.vocabulary.customary import customary
 from stickslip.vocabulary.laws import LAW_MESSAGES
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -37,6 +39,7 @@ def understood(config: Config) -> Iterator[Row]:
         if name in fixed and (name != "delta" or config.friction.law == "stribeck_delta"):
             yield Row(name, _value(fixed[name], declared), _meaning(declared, fixed[name]))
     yield from _drive(config)
+    yield from _amounts(config)
     for axis in config.axes:
         if not isinstance(axis, Range | Values):
             yield Row(f"axis {axis.name}", f"{axis.size} points", ", ".join(axis.labels or ()))
@@ -58,8 +61,27 @@ def understood(config: Config) -> Iterator[Row]:
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", _end(config))
+    if config.output.variables is not None:
+        yield Row("variables", ", ".join(config.output.variables), "all that is stored and written of a cell")
     files = [name for name in (config.output.file, config.output.plot) if name is not None]
     yield Row("output", ", ".join(files) or "none", "" if config.output.file else "the result is not kept without -o")
+
+
+def _amounts(config: Config) -> Iterator[Row]:
+    """What the quantities come to, in terms that can be held against the machine at hand."""
+    for name, units_, found, meaning in (
+        ("natural frequency", "s-1", natural_frequency(config), "sqrt(stiffness/mass)/(2 pi), without friction"),
+        (
+            "static deflection",
+            "m",
+            static_deflection(config),
+            "mu_start times load over stiffness, where it breaks away",
+        ),
+    ):
+        if found is not None:
+            unit = "Hz" if units_ == "s-1" else units.spelled(units_)
+            other = customary(units_, *found)
+            yield Row(name, found.text(unit) + (f"  ({other})" if other else ""), meaning)
 
 
 def _border(asked: Border) -> Row:
@@ -119,7 +141,10 @@ def _drive(config: Config) -> Iterator[Row]:
 
 def _value(value: float, declared: Parameter) -> str:
     written = declared.written(value)
-    return written if isinstance(written, str) else f"{written:.6g} {units.spelled(declared.units)}".rstrip()
+    if isinstance(written, str):
+        return written
+    other = customary(declared.units, written)
+    return f"{written:.6g} {units.spelled(declared.units)}".rstrip() + (f"  ({other})" if other else "")
 
 
 def _meaning(declared: Parameter, value: float) -> str:
@@ -133,8 +158,13 @@ def _along(axis: Range | Values, before: str) -> Row:
     unit = units.spelled(declared.units)
     if isinstance(axis, Range):
         span, spacing = f"{axis.start:.6g} to {axis.stop:.6g} {unit}".rstrip(), f"{axis.spacing} spacing"
+        ends = [axis.start, axis.stop]
     else:
         span, spacing = _listed(axis, unit), "as listed"
+        ends = [value for value in axis.values if not math.isnan(value)]
+        ends = [min(ends), max(ends)] if ends else []
+    if ends and (other := customary(declared.units, *ends)):
+        span += f"  ({other})"
     return Row(f"{before}{axis.name}", span, f"{axis.size:,} values, {spacing}: {declared.long_name}")
 
 

@@ -27,10 +27,13 @@ from ruamel.yaml.events import (
 )
 from ruamel.yaml.reader import ReaderError
 
+from stickslip.config import hints
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem
+from stickslip.files.mistaken import CONFIGURATIONS_HERE, names_in, no_configuration
+from stickslip.vocabulary.words import nearest
 
 _LARGEST = 1_000_000  # bytes, which take seconds to read; a configuration has a few hundred
-_DEEPEST = 20  # levels; a configuration has four
+DEEPEST = 20  # levels; a configuration has four
 _INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _WORDS = {word: None for word in ("", "~", "null", "Null", "NULL")} | {
@@ -59,13 +62,14 @@ class Document:
 def read_yaml(path: FilePath) -> Document:
     """The document in a file. Raises ConfigError if the file cannot be read or is not YAML."""
     name = str(path)
+    if mistaken := no_configuration(path):
+        what = f"this is {mistaken.what}, expected a configuration in YAML"
+        raise ConfigError(name, [Problem((), what, hint=mistaken.hint)])
     try:
         with path.open("rb") as file:
             raw = file.read(_LARGEST + 1)
     except FileNotFoundError:
         raise ConfigError(name, [Problem((), "no such file", hint=_neighbours(path))]) from None
-    except IsADirectoryError:
-        raise ConfigError(name, [Problem((), "this is a folder, expected a YAML file")]) from None
     except OSError as error:
         raise ConfigError(name, [Problem((), f"cannot be read: {error.strerror or error}")]) from None
     if len(raw) > _LARGEST:
@@ -90,18 +94,26 @@ def parse_yaml(text: str, name: str = "<text>") -> Document:
         message = f"character U+{ord(text[error.position]):04X} is not allowed in YAML"
         raise ConfigError(name, [Problem((), message, place, "a configuration is a text file")]) from None
     except MarkedYAMLError as error:
-        raise ConfigError(name, [_syntax_problem(error)]) from None
+        raise ConfigError(name, [_syntax_problem(error, text)]) from None
     except YAMLError as error:
         raise ConfigError(name, [Problem((), f"not YAML: {error}")]) from None
     return document
 
 
 def _neighbours(path: FilePath) -> str | None:
-    """Which other YAML files are where `path` was looked for, or come with the package."""
-    found = sorted(p.name for p in path.parent.glob("*.y*ml"))[:8] if path.parent.is_dir() else []
-    if not found and path.parts[:1] == ("configs",):
-        return "`stickslip init --list` names the configurations that come with stickslip"
-    return f"{path.parent} holds {', '.join(found)}" if found else None
+    """The file that was probably meant, which other YAML files there are, or where to get one."""
+    if not path.parent.is_dir():
+        if path.parts[:1] == ("configs",):
+            return "`stickslip init --list` names the configurations that come with stickslip"
+        return f"there is no folder {path.parent}"
+    found = names_in(path.parent, CONFIGURATIONS_HERE)
+    where = "this folder" if path.parent == FilePath() else str(path.parent)
+    stems = {FilePath(name).stem: name for name in found}
+    if meant := nearest(path.stem, stems):
+        return f"did you mean {path.with_name(stems[meant])}?"
+    if found:
+        return f"{where} holds {', '.join(found)}"
+    return f"{where} holds no YAML file; `stickslip init {path}` writes one to start from"
 
 
 def _place_in(text: str, position: int) -> Place:
@@ -110,19 +122,16 @@ def _place_in(text: str, position: int) -> Place:
     return Place(before.count("\n") + 1, len(before) - before.rfind("\n"))
 
 
-def _syntax_problem(error: MarkedYAMLError) -> Problem:
+def _syntax_problem(error: MarkedYAMLError, text: str) -> Problem:
     """What ruamel.yaml found, on one line."""
     mark = error.problem_mark or error.context_mark
     place = None if mark is None else Place(mark.line + 1, mark.column + 1)
-    message = f"not valid YAML: {error.problem or error.context}"
+    message = str(error.problem or error.context)
     if error.context and error.problem:
         message += f", {error.context}"
-    hint = None
-    if "\\t" in message:
-        hint = "indent with spaces, not with tabs"
-    elif "mapping values are not allowed" in message:
-        hint = "a text that contains ': ' needs quotes; or the indentation is off"
-    return Problem((), message.replace("<stream end>", "the end of the file"), place, hint)
+    began = None if error.context_mark is None else error.context_mark.line + 1
+    hint = None if place is None else hints.for_syntax(message, text.splitlines(), place.line, place.column, began)
+    return Problem((), f"not valid YAML: {message.replace('<stream end>', 'the end of the file')}", place, hint)
 
 
 class _Builder:
@@ -152,8 +161,8 @@ class _Builder:
             raise self._refused(event, message, "write the value out wherever it is needed", path)
         if event.tag is not None:
             raise self._refused(event, f"got the tag {event.tag}, expected a plain value", "remove the tag", path)
-        if len(path) > _DEEPEST:
-            raise self._refused(event, f"nested more than {_DEEPEST} levels deep", None, path[:3])
+        if len(path) > DEEPEST:
+            raise self._refused(event, f"nested more than {DEEPEST} levels deep", None, path[:3])
         self._document.values[path] = _place(event)
         if isinstance(event, ScalarEvent) and not event.value and path in self._document.keys:
             self._document.values[path] = self._document.keys[path]  # ruamel.yaml says: on the next line
@@ -166,7 +175,7 @@ class _Builder:
     def _mapping(self, path: Path) -> dict[str, Any]:
         found: dict[str, Any] = {}
         while not isinstance(event := next(self._events), MappingEndEvent):
-            key = self._key(event, path)
+            key = self._key(event, path, found)
             inner, place = (*path, key), _place(event)
             if key not in found:
                 self._document.keys[inner] = place
@@ -178,14 +187,14 @@ class _Builder:
             _Builder(Document(self._document.name), self._events)._value(next(self._events), inner)  # read past it
         return found
 
-    def _key(self, event: Any, path: Path) -> str:
+    def _key(self, event: Any, path: Path, before: dict[str, Any]) -> str:
         """A key, which must be a word."""
         if not isinstance(event, ScalarEvent) or event.tag is not None or event.anchor is not None:
             raise self._refused(event, "got a key that is not a plain word", None, path)
         text = str(event.value)
         if event.implicit[0] and not isinstance(_plain(text), str):
             message = f"got the key {text or '(nothing)'}, expected a word"
-            self._note(Problem(path, message, _place(event)))
+            self._note(Problem(path, message, _place(event), hints.for_decimals(text, before)))
         return text
 
     def _sequence(self, path: Path) -> list[Any]:

@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.dataset.build import variable_of
+from stickslip.dataset.build import shown_in, variable_of
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import ATTRACTOR_VARIABLES, RAMP_VARIABLES
+from stickslip.vocabulary.results import ATTRACTOR_VARIABLES, BETWEEN_VARIABLES, RAMP_VARIABLES
 
 
 def attractor_dataset(
@@ -51,18 +51,24 @@ def ramp_dataset(
     dims: Sequence[str],
     coordinates: Mapping[str, xr.Variable],
     results: Mapping[str, NDArray[Any]],
+    between: Mapping[str, NDArray[Any]],
     attributes: Mapping[str, Any],
+    unit: str | None = None,
 ) -> xr.Dataset:
     """Attractors along a parameter that goes up and down again.
 
-    dims, coordinates : of the lines. results : by names of `RAMP_VARIABLES`, of the shape (*lines, direction, values).
+    dims, coordinates : of the lines. unit : in which the parameter is shown.
+    results : by names of `RAMP_VARIABLES`, of the shape (*lines, direction, values).
+    between : by names of `BETWEEN_VARIABLES`, of the shape (*lines, values).
     """
     row = PARAMETERS[along]
     ahead = {"units": row.units, "long_name": row.long_name, "axis_spacing": "linear"}
     more = {
-        along: xr.Variable((along,), values, ahead, {"_FillValue": None}),
+        along: shown_in(xr.Variable((along,), values, ahead, {"_FillValue": None}), unit),
         "direction": xr.Variable(("direction",), np.array(["up", "down"]), {"long_name": "direction of the ramp"}),
     }
     shape = (*dims, "direction", along)
     variables = {name: variable_of(declared, shape, results[name]) for name, declared in RAMP_VARIABLES.items()}
+    for name, declared in BETWEEN_VARIABLES.items():
+        variables[name] = variable_of(declared, (*dims, along), between[name])
     return xr.Dataset(variables, dict(coordinates) | more, dict(attributes))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stickslip.config.grid import quantity_of
 from stickslip.dataset.coarse import middles
-from stickslip.vocabulary import units
+from stickslip.dataset.display import Unit, unit_of
 
 _MOST_BESIDE = 3  # parameters that vary together and are still spelled out
 _SYMBOLS = ("mu_", "v_")  # how names begin that are symbols, not words
@@ -22,16 +22,24 @@ class MapAxis:
 
     Numeric if the dimension has a numeric index, laid out as its `axis_spacing` says. Otherwise (named points,
     parameters that vary together) the points are placed side by side under their labels.
+    Numbers are in the unit in which the dimension is shown (`display`), `unit`.
     plain : words are for the screen, with more digits and with units as people type them.
+    log : logarithmic, whatever the dataset says.
     """
 
-    def __init__(self, ds: xr.Dataset, dim: Hashable, plain: bool = False) -> None:
+    def __init__(self, ds: xr.Dataset, dim: Hashable, plain: bool = False, log: bool = False) -> None:
         self._quantity = _plain_quantity if plain else _quantity
+        self._log = log
         self.dim = dim
         self.length = ds.sizes[dim]
         self._index = ds[dim] if dim in ds.coords else None
         self._beside = [ds[name] for name in ds.coords if name != dim and ds[name].dims == (dim,)]
         self.is_numeric = self._index is not None and self._index.dtype.kind in "fiu"
+
+    @cached_property
+    def unit(self) -> Unit:
+        """The unit of the numbers."""
+        return unit_of(self._index) if self._index is not None and self.is_numeric else Unit()
 
     @cached_property
     def title(self) -> str:
@@ -44,7 +52,7 @@ class MapAxis:
     def centres(self) -> NDArray[np.float64]:
         """Positions of the points: at their values, or at 0, 1, 2 ... under labels."""
         if self._index is not None and self.is_numeric:
-            return self._index.values.astype(np.float64)
+            return np.asarray(self.unit.of(self._index.values.astype(np.float64)))
         return np.arange(self.length, dtype=np.float64)
 
     @cached_property
@@ -64,7 +72,7 @@ class MapAxis:
     def is_log(self) -> bool:
         """Whether the axis is logarithmic."""
         spacing = None if self._index is None else self._index.attrs.get("axis_spacing")
-        return self.is_numeric and spacing == "log" and bool((self.centres > 0).all())
+        return self.is_numeric and (self._log or spacing == "log") and bool((self.centres > 0).all())
 
     def text(self, i: int) -> str:
         """Point `i` in words: its label, its value, or the values of the parameters that vary together."""
@@ -98,30 +106,22 @@ def spoken(quantity: str) -> str:
     return quantity if quantity.startswith(_SYMBOLS) else quantity.replace("_", " ")
 
 
-def title(array: xr.DataArray) -> str:
-    """Long name with the unit, if there is one."""
+def title(array: xr.DataArray, unit: Unit | None = None) -> str:
+    """Long name with the unit in which it is shown, if there is one. unit : which, where that is known."""
     name = str(array.attrs.get("long_name", array.name)).replace("_", " ")
-    unit = _units(array)
-    return f"{name} ({unit})" if unit else name
+    printed = (unit or unit_of(array)).printed
+    return f"{name} ({printed})" if printed else name
 
 
 def _quantity(array: xr.DataArray, value: float) -> str:
     """A value with its unit."""
-    return f"{value:.4g} {_units(array)}".rstrip()
+    unit = unit_of(array)
+    return f"{unit.of(value):.4g} {unit.printed}".rstrip()
 
 
 def _plain_quantity(array: xr.DataArray, value: float) -> str:
     """A value with its unit, without mathematical print."""
-    return f"{value:.6g} {units.spelled(str(array.attrs.get('units', '1')))}".rstrip()
-
-
-def _units(array: xr.DataArray) -> str:
-    """Units for print, the powers raised; nothing for pure numbers."""
-    printed = []
-    for word in str(array.attrs.get("units", "1")).split():
-        base = word.rstrip("-0123456789")
-        printed.append(f"{base}$^{{{word[len(base) :]}}}$" if base != word else word)
-    return " ".join(printed) if array.attrs.get("units", "1") != "1" else ""
+    return unit_of(array).told(value)
 
 
 def _midpoints(centres: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -18,6 +18,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.config.grid import quantity_of
+from stickslip.config.written import DISPLAY
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES, Variable
@@ -58,13 +60,20 @@ def map_dataset(grid: Grid, results: Mapping[str, ArrayLike], attributes: Mappin
 
 def grid_coordinates(grid: Grid) -> dict[str, xr.Variable]:
     """What varies, the labels of points, and what is equal in every cell."""
-    coordinates = {c.name: _axis(c) for c in grid.coords}
+    coordinates = {c.name: shown_in(_axis(c), grid.written_in.get(quantity_of(c.name))) for c in grid.coords}
     for c in grid.coords:
         if c.labels is not None:
             coordinates.setdefault(c.dim, _labels(grid, c.dim, c.labels))
     for name, value in grid.fixed.items():
-        coordinates[name] = _parameter(name, (), value)
+        coordinates[name] = shown_in(parameter_variable(name, (), value), grid.written_in.get(name))
     return coordinates
+
+
+def shown_in(variable: xr.Variable, unit: str | None) -> xr.Variable:
+    """The variable, which is in SI, with the unit in which it is shown (`display.py`), if there is one."""
+    if unit is not None:
+        variable.attrs[DISPLAY] = unit
+    return variable
 
 
 def map_template(grid: Grid, columns: Mapping[str, np.dtype[Any]], attributes: Mapping[str, Any]) -> xr.Dataset:
@@ -89,25 +98,56 @@ def cell_dataset(
     cells : by names of `PARAMETERS`, each a number or of length n; they become coordinates along ``cell``.
     results : by names of `VARIABLES`, each of length n.
     """
-    variables = {
-        v.name: variable_of(v, ("cell",), np.asarray(results[v.name]).reshape(-1)) for v in _known(results, VARIABLES)
+    columns = {
+        v.name: variable_of(v, ("cell",), np.asarray(results[v.name]).reshape(-1)).values
+        for v in _known(results, VARIABLES)
     }
-    size = next(iter(variables.values())).size
-    coordinates = cell_coordinates(cells, size)
+    size = next(iter(columns.values())).size
+    return evaluated_dataset(("cell",), (size,), cell_coordinates(cells, size), columns, attributes)
+
+
+def evaluated_dataset(
+    dims: tuple[str, ...],
+    shape: tuple[int, ...],
+    coordinates: dict[str, xr.Variable],
+    results: Mapping[str, NDArray[Any]],
+    attributes: Mapping[str, Any],
+) -> xr.Dataset:
+    """Cells evaluated one by one, over any dimensions.
+
+    dims, shape, coordinates : of the cells.
+    results : by names of `VARIABLES`, each flat, of the types that `engine.columns` says.
+    """
+    flat = len(shape) == 1
+    variables = {
+        name: _variable(dims, results[name] if flat else results[name].reshape(shape), dict(attrs), encoding)
+        for name, attrs, encoding in _told()
+        if name in results
+    }
     # Merging and aligning 40 variables, all of them over `cell` and none an index, takes xarray half a millisecond,
     # ten times as long as a few cells take. So, where this xarray has it, straight to the dataset.
-    if direct := getattr(xr.Dataset, "_construct_direct", None):
-        return direct(variables | coordinates, set(coordinates), {"cell": size}, dict(attributes))  # type: ignore[no-any-return]
+    direct = getattr(xr.Dataset, "_construct_direct", None)
+    if direct and dims == ("cell",) and dims[0] not in coordinates:
+        return direct(variables | coordinates, set(coordinates), {"cell": shape[0]}, dict(attributes))  # type: ignore[no-any-return]
     return xr.Dataset(variables, coordinates, dict(attributes))
 
 
+@cache
+def _told() -> list[tuple[str, dict[str, Any], Mapping[str, Any] | None]]:
+    """What is told of each result of a cell: its name, attributes and encoding."""
+    whole = (*FLAGS, *_COUNTS)
+    return [(name, _attributes_of(v), _NO_FILL if name in whole else None) for name, v in VARIABLES.items()]
+
+
 def cell_coordinates(cells: Mapping[str, ArrayLike], size: int) -> dict[str, xr.Variable]:
-    """The parameters of a list of cells, each a number or of length `size`."""
-    columns = {name: np.asarray(values) for name, values in cells.items()}
-    return {
-        name: _parameter(name, ("cell",), values if values.shape == (size,) else np.broadcast_to(values, size))
-        for name, values in columns.items()
-    }
+    """The parameters of a list of cells, each a number or of length `size`; arrays that are whole are not copied."""
+    found = {}
+    for name, given in cells.items():
+        values = np.asarray(given, np.float64)
+        if values.shape != (size,) or not values.flags.writeable:
+            values = np.array(np.broadcast_to(values, size))
+        found[name] = _variable(("cell",), values, dict(_attributes_of_parameter(name)), _NO_FILL)
+    return found
 
 
 def trace_dataset(
@@ -123,7 +163,7 @@ def trace_dataset(
     attributes_of_time = {"units": "s", "long_name": "time since the start"}
     coordinates = {"time": xr.Variable("time", np.asarray(time, np.float64), attributes_of_time, _NO_FILL)}
     for name, value in cell.items():
-        coordinates[f"{name}_start" if name in TRACE_VARIABLES else name] = _parameter(name, (), value)
+        coordinates[f"{name}_start" if name in TRACE_VARIABLES else name] = parameter_variable(name, (), value)
     variables = {
         v.name: variable_of(v, ("time",), np.asarray(samples[v.name])) for v in _known(samples, TRACE_VARIABLES)
     }
@@ -184,7 +224,7 @@ def _variable(
     return variable
 
 
-def _parameter(name: str, dims: Sequence[Hashable], values: ArrayLike) -> xr.Variable:
+def parameter_variable(name: str, dims: Sequence[Hashable], values: ArrayLike) -> xr.Variable:
     """A coordinate that holds a parameter."""
     return _variable(dims, np.array(values, np.float64), dict(_attributes_of_parameter(name)), _NO_FILL)
 

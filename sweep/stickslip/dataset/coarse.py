@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from stickslip.dataset.chunks import MOST_VALUES, Chunk, cut
 
 Pixel = tuple[int, int]  # rows and columns of cells
+_LEFT_OUT = -1  # where `where` left a flag out; no flag has this code
 
 
 @dataclass(frozen=True)
@@ -43,8 +44,11 @@ def pixel_for(shape: tuple[int, int], most: tuple[int, int]) -> Pixel:
 def flags(array: xr.DataArray, pixel: Pixel) -> Coarse:
     """The most frequent flag of every pixel (of equally frequent ones that with the lower code), and which are mixed.
 
-    array : integers over two dimensions.
+    array : integers over two dimensions; or what `where` makes of them, with NaN for cells that were left out. Pixels
+        of which all cells were left out are masked.
     """
+    if array.dtype.kind == "f":
+        return _flags_with_gaps(array, pixel)
     if pixel == (1, 1):
         cells = array.values
         return Coarse(cells, None, tuple(np.unique(cells).tolist()))
@@ -52,11 +56,24 @@ def flags(array: xr.DataArray, pixel: Pixel) -> Coarse:
     values, mixed = _blank(array.shape, pixel, array.dtype), _blank(array.shape, pixel, np.dtype(np.bool_))
     for place, cells in _chunks(array, pixel):
         present = np.unique(cells)
+        present = present[present != _LEFT_OUT]
+        if not present.size:
+            values[place] = _LEFT_OUT
+            continue
         counts = np.stack([_sums(cells == code, pixel, np.int32) for code in present])
-        values[place] = present[counts.argmax(axis=0)]
+        values[place] = np.where(counts.any(axis=0), present[counts.argmax(axis=0)], _LEFT_OUT)
         mixed[place] = np.count_nonzero(counts, axis=0) > 1
         found |= set(present.tolist())
     return Coarse(values, mixed, tuple(sorted(found)))
+
+
+def _flags_with_gaps(array: xr.DataArray, pixel: Pixel) -> Coarse:
+    whole = array.fillna(_LEFT_OUT).astype(np.int8)
+    coarse = flags(whole, pixel)
+    present = tuple(code for code in coarse.present if code != _LEFT_OUT)
+    hidden = coarse.values == _LEFT_OUT
+    values = np.ma.masked_array(np.where(hidden, min(present, default=0), coarse.values), hidden)
+    return Coarse(values, coarse.mixed, present)
 
 
 def numbers(array: xr.DataArray, pixel: Pixel) -> Coarse:

@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.dataset.build import variable_of
+from stickslip.dataset.build import shown_in, variable_of
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import SEARCHABLE
 from stickslip.vocabulary.results import CONTOUR_VARIABLES
@@ -35,12 +35,14 @@ def contour_dataset(
     coordinates: Mapping[str, xr.Variable],
     table: Mapping[str, NDArray[Any]],
     attributes: Mapping[str, Any],
+    shown: tuple[str | None, str | None] = (None, None),
 ) -> xr.Dataset:
     """The lines of all panels.
 
-    names, spacings : of the parameters, x and y. dims, shape, coordinates : of the panels. table : `panel` and the
-    columns of lines by names of `CONTOUR_VARIABLES`, each (lines,); `x`, `y`, `node_width` and `node_along` (0: on a
-    side along x, 1: along y, 2: junction), each (nodes,).
+    names, spacings, shown : of the parameters, x and y; the units in which they are shown.
+    dims, shape, coordinates : of the panels.
+    table : `panel` and the columns of lines by names of `CONTOUR_VARIABLES`, each (lines,); `x`, `y`, `node_width` and
+    `node_along` (0: on a side along x, 1: along y, 2: junction), each (nodes,).
     """
     variables = {CONTAINER: _container(names)}
     for name in _OF_LINES:
@@ -51,8 +53,8 @@ def contour_dataset(
     variables["node_width"] = variable_of(CONTOUR_VARIABLES["node_width"], ("node",), table["node_width"])
     variables["node_along"] = _flag("node_along", "node", table["node_along"], (*names, "junction"))
     ds = xr.Dataset(variables, attrs=dict(attributes))
-    nodes = {name: _nodes(name, table[column], axis, spacing)
-             for name, column, axis, spacing in zip(names, "xy", "XY", spacings, strict=True)}  # fmt: skip
+    nodes = {name: shown_in(_nodes(name, table[column], axis, spacing), unit)
+             for name, column, axis, spacing, unit in zip(names, "xy", "XY", spacings, shown, strict=True)}  # fmt: skip
     return ds.assign_coords(_of_panels(dims, shape, coordinates, table["panel"]) | nodes)
 
 

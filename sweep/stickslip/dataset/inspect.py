@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 
 from stickslip.config.pick import Recipe, settings_at
 from stickslip.dataset.chunks import Chunk, chunks
+from stickslip.dataset.kept import why_absent
 from stickslip.dataset.summary import BAD_REGIMES, codes
 from stickslip.errors import ConfigError, Problem
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.words import listed, nearest
 
+NOT_KEPT = "not kept"  # in place of a status
 _CODES = 256  # what fits in the byte of a flag
 _CYCLES = 5  # of stick-slip that are worth seeing
 _OSCILLATIONS = 20  # of the undamped oscillator, where nothing else is known
@@ -52,7 +54,8 @@ class Cell:
 class Survey:
     """What is in a map.
 
-    counts : cells by (regime, status), the most frequent first. wanted : how many cells were asked for.
+    counts : cells by (regime, status), the most frequent first; the status is NOT_KEPT where the map holds none.
+    wanted : how many cells were asked for.
     cells : the first of those.
     """
 
@@ -69,23 +72,32 @@ def survey(
     recipe : what the map was computed from (`pick.recipe_of`).
     regimes, statuses : which cells to describe, by names; without any, those that failed, are unresolved or were not
         computed.
-    Raises ConfigError for names that do not exist, and for a dataset without these flags.
+    Raises ConfigError for names that do not exist, for a dataset that is no map, and where statuses are asked of a map
+    that does not hold them.
     """
     wanted_regimes = _wanted("regime", regimes or (() if statuses else BAD_REGIMES))
     wanted_statuses = _wanted("status", statuses)
-    if missing := {"regime", "status"} - set(ds.data_vars):
-        raise ConfigError("inspect", [Problem((), f"no {listed(sorted(missing), 'and')}, expected a map")])
+    if "regime" not in ds.data_vars:
+        raise ConfigError("inspect", [Problem((), "no regime, expected a map")])
+    has_status = "status" in ds.data_vars
+    if statuses and not has_status:
+        what, _, hint = str(why_absent(ds, "status")).partition("\nhint: ")
+        raise ConfigError("--status", [Problem((), f"the map {what}", hint=hint)])
     counts = np.zeros(_CODES * _CODES, np.int64)
     places: list[tuple[int, ...]] = []
     for chunk in chunks(ds["regime"]):
-        regime, status = (codes(ds[name].isel(chunk)) for name in ("regime", "status"))
+        regime = codes(ds["regime"].isel(chunk))
+        status = codes(ds["status"].isel(chunk)) if has_status else np.zeros_like(regime)
         counts += np.bincount(regime.astype(np.intp) * _CODES + status, minlength=_CODES * _CODES)
         if len(places) < limit:
             found = np.flatnonzero(wanted_regimes[regime] & wanted_statuses[status])
             places += _places(found[: limit - len(places)], chunk)
     table = counts.reshape(_CODES, _CODES)
     wanted = int(table[np.ix_(wanted_regimes, wanted_statuses)].sum())
-    return Survey(_by_name(table), wanted, tuple(_cells(ds, recipe, places)))
+    counted = _by_name(table)
+    if not has_status:
+        counted = {(regime, NOT_KEPT): cells for (regime, _), cells in counted.items()}
+    return Survey(counted, wanted, tuple(_cells(ds, recipe, places)))
 
 
 def _wanted(flag: str, names: Collection[str]) -> NDArray[np.bool_]:
@@ -125,19 +137,21 @@ def _cells(ds: xr.Dataset, recipe: Recipe, places: list[tuple[int, ...]]) -> lis
         return []
     dims = [str(dim) for dim in ds["regime"].dims]
     picked = {dim: xr.DataArray([place[i] for place in places], dims="picked") for i, dim in enumerate(dims)}
-    known = ds[["regime", "status", *(name for name in _LOOK if name in ds.variables)]].isel(picked).load()
+    known = ds[[name for name in ("regime", "status", *_LOOK) if name in ds.variables]].isel(picked).load()
     found = []
     for i, place in enumerate(places):
         one = known.isel(picked=i) if "picked" in known.dims else known
         position = dict(zip(dims, place, strict=True))
         number = int(np.ravel_multi_index(place, ds["regime"].shape)) if place else 0
-        regime, status = (_name(flag, int(codes(one[flag])[0])) for flag in ("regime", "status"))
+        regime, status = (
+            _name(flag, int(codes(one[flag])[0])) if flag in one else NOT_KEPT for flag in ("regime", "status")
+        )
         settings = tuple(settings_at(recipe, ds, position))
-        found.append(Cell(number, position, regime, status, settings, _duration(recipe, one)))
+        found.append(Cell(number, position, regime, status, settings, duration_of(recipe, one)))
     return found
 
 
-def _duration(recipe: Recipe, cell: xr.Dataset) -> float:
+def duration_of(recipe: Recipe, cell: xr.Dataset) -> float:
     """How long to look at a cell, in s: to the horizon, or some cycles, or some oscillations after break-away."""
     solver = recipe.get("solver", {}) if isinstance(recipe, dict) else dict(recipe.solver)  # type: ignore[union-attr]
     known = {name: float(cell[name]) for name in _LOOK if name in cell.variables}

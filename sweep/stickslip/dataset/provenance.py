@@ -6,10 +6,10 @@ import os
 import platform
 import subprocess
 from collections.abc import Mapping
-from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from time import gmtime, strftime
 
 from stickslip._version import __version__
 
@@ -36,10 +36,9 @@ def provenance(
     action : what was done, for the history line (a command, say).
     more : further attributes, by name.
     """
-    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    source = f"stickslip {__version__}"
-    if revision := git_revision():
-        source += f", git {revision}"
+    now = strftime("%Y-%m-%dT%H:%M:%SZ", gmtime())
+    revision = git_revision()
+    source = f"stickslip {__version__}" + (f", git {revision}" if revision else "")
     attributes = {
         "Conventions": CONVENTIONS,
         "title": title,

@@ -14,6 +14,9 @@ from stickslip.dataset.axis import MapAxis
 from stickslip.errors import PlotError, QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.synonyms import meant
+
+_AS_SHOWN = 1e-5  # relative; the ends of an axis may be copied from a message, which has six digits
 
 
 def selected(ds: xr.Dataset, select: Mapping[str, Any]) -> tuple[xr.Dataset, list[str]]:
@@ -57,7 +60,10 @@ def _dimension(ds: xr.Dataset, name: str) -> Hashable:
     for dim in ds.dims:
         if name in (dim, quantity_of(str(dim)), str(dim).removesuffix("_case")):
             return dim
-    raise PlotError(f"cannot select {name!r}; dimensions are {', '.join(map(str, ds.dims))}")
+    dims = [str(dim) for dim in ds.dims]
+    near = meant(name, dims)
+    hint = f"; did you mean {near}?" if near else ""
+    raise PlotError(f"cannot select {name!r}; dimensions are {', '.join(dims)}{hint}")
 
 
 def _position(ds: xr.Dataset, dim: Hashable, wanted: Any) -> int:
@@ -71,18 +77,42 @@ def _position(ds: xr.Dataset, dim: Hashable, wanted: Any) -> int:
         return _cell_of(ds, dim, wanted)
     labels = [str(label) for label in ds[dim].values]
     if str(wanted) not in labels:
-        raise PlotError(f"cannot select {dim}={wanted}; labels are {', '.join(labels)}")
+        near = meant(str(wanted), labels)
+        hint = f"; did you mean {near}?" if near else ""
+        raise PlotError(f"cannot select {dim}={wanted}; labels are {', '.join(labels)}{hint}")
     return labels.index(str(wanted))
 
 
 def _cell_of(ds: xr.Dataset, dim: Hashable, wanted: Any) -> int:
-    """The cell of a numeric axis in which `wanted` lies; the outer ones reach as far out as in."""
-    axis, number = MapAxis(ds, dim, plain=True), _number(dim, wanted)
-    if not axis.edges[0] <= number <= axis.edges[-1]:
-        last = axis.length - 1
-        runs = f"is {axis.text(0)} only" if last == 0 else f"runs from {axis.text(0)} to {axis.text(last)}"
-        raise PlotError(f"cannot select {dim}={wanted}; the axis {runs}")
-    return min(int(np.searchsorted(axis.edges, number, side="right")) - 1, axis.length - 1)
+    """The cell of a numeric axis in which `wanted` lies: the one that is nearest on the scale of the axis."""
+    axis = MapAxis(ds, dim, plain=True)
+    number, low, high = axis.unit.of(_number(dim, wanted)), axis.centres[0], axis.centres[-1]
+    if not (low <= number <= high or any(math.isclose(number, end, rel_tol=_AS_SHOWN) for end in (low, high))):
+        raise PlotError(f"cannot select {dim}={wanted}; the axis {_runs(axis)}")
+    cell = int(np.searchsorted(axis.edges, number, side="right")) - 1
+    return min(max(cell, 0), axis.length - 1)
+
+
+def span(ds: xr.Dataset, dim: Hashable) -> tuple[float, float, str]:
+    """How far the cells of a numeric axis that rises reach, in SI, and from where to where it runs, in words."""
+    axis = MapAxis(ds, dim, plain=True)
+    low, high = (float(axis.unit.to_si(end)) for end in (axis.edges[0], axis.edges[-1]))
+    return low, high, _runs(axis)
+
+
+def _runs(axis: MapAxis) -> str:
+    last = axis.length - 1
+    return f"is {axis.text(0)} only" if last == 0 else f"runs from {axis.text(0)} to {axis.text(last)}"
+
+
+def within(ds: xr.Dataset, dim: Hashable, low: float, high: float) -> xr.Dataset:
+    """The part of a dataset whose cells along a numeric axis that rises reach into a range in SI. Raises PlotError."""
+    axis = MapAxis(ds, dim, plain=True)
+    edges = axis.unit.to_si(axis.edges)
+    inside = np.flatnonzero((edges[1:] > low) & (edges[:-1] < high))
+    if not inside.size:
+        raise PlotError(f"nothing of the map lies within the limits of {dim}; the axis {_runs(axis)}")
+    return ds.isel({dim: slice(int(inside[0]), int(inside[-1]) + 1)})
 
 
 def _number(dim: Hashable, wanted: Any) -> float:

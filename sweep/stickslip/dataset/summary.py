@@ -10,8 +10,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stickslip.config import forgotten_units
+from stickslip.config.reader import parse_config
 from stickslip.dataset.chunks import chunks
-from stickslip.vocabulary.flags import FLAGS, REGIMES
+from stickslip.vocabulary.flags import FLAGS, REGIMES, flag_label
 
 BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact
 _CODES = 256  # what fits in the byte of a flag
@@ -42,7 +44,10 @@ def flag_counts(flags: xr.DataArray) -> dict[str, int]:
     """
     counts = np.zeros(_CODES, np.int64)
     for chunk in chunks(flags):
-        counts += np.bincount(codes(flags.isel(chunk)), minlength=_CODES)
+        part = flags.isel(chunk)
+        if part.dtype.kind == "f":  # `where` left cells out
+            part = xr.DataArray(part.values[~np.isnan(part.values)])
+        counts += np.bincount(codes(part), minlength=_CODES)
     return named(counts, str(flags.name))
 
 
@@ -72,8 +77,22 @@ def remark(found: Mapping[str, Share], file: str | None = None, bad: Collection[
     return text if file is None else f"{text}: stickslip inspect {shlex.quote(file)}"
 
 
+def one_regime_remark(ds: xr.Dataset, found: Mapping[str, Share]) -> str | None:
+    """What to ask about a map whose cells all have one regime, if a value in its configuration is implausible."""
+    text = str(ds.attrs.get("configuration", ""))
+    if len(found) != 1 or "axes:" not in text:  # cells computed one by one have no configuration
+        return None
+    return forgotten_units.remark(parse_config(text), flag_label(next(iter(found))))
+
+
 def step_limit_remark(ds: xr.Dataset, file: str | None = None) -> str | None:
-    """What to tell of cells that ran out of steps; None if there are none. file : as for `remark`."""
+    """What to tell of cells that ran out of steps; None if there are none. file : as for `remark`.
+
+    Of a map that does not keep `status`, that it could tell why cells are unresolved.
+    """
+    if "status" not in ds:
+        open_cells = flag_counts(ds["regime"])["unresolved"]
+        return "why cells are unresolved is in status, which output.variables leaves out" if open_cells else None
     limited = flag_counts(ds["status"])["step_limit"]
     if not limited:
         return None

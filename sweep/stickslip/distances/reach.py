@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.synonyms import meant
 
 Floats = NDArray[np.float64]
 Within = Mapping[str, float | tuple[float, float]]  # a factor, or a range in SI, by parameter
@@ -69,8 +69,8 @@ def within_of(within: float | Within, parameters: tuple[str, ...]) -> dict[str, 
     """A factor above 1, or a range (low, high) in SI, for each parameter. Raises TypeError or ValueError."""
     for name in parameters:
         if name not in PARAMETERS:
-            near = get_close_matches(str(name), PARAMETERS, 1)
-            hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
+            near = meant(str(name), PARAMETERS)
+            hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
             raise TypeError(f"parameters: {name!r} is not a parameter of a cell{hint}")
     given = dict(within) if isinstance(within, Mapping) else dict.fromkeys(parameters, within)
     if unknown := set(given) - set(parameters):

@@ -13,7 +13,7 @@ from stickslip.engine.options import Computed, Options, Progress, Results, StopF
 from stickslip.engine.rigs import RigRuns, Sampling, compute_rigs
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import in_order, spread, stop_flag
-from stickslip.engine.traces import flows, trajectory
+from stickslip.engine.traces import flows, sampled, trajectory
 from stickslip.errors import NotReachedError
 from stickslip.files.machine import processors
 
@@ -21,6 +21,6 @@ __all__ = [
     "Computed", "NotReachedError", "Options", "Progress", "Results", "RigRuns",
     "Sampling", "StopFlag", "blank_results", "blocks", "bytes_per_cell", "columns", "compute",
     "compute_range", "compute_rigs", "flows", "friction_at_belt_speed",
-    "in_order", "kernels_digest", "kernels_for", "processor", "processors", "spread",
+    "in_order", "kernels_digest", "kernels_for", "processor", "processors", "sampled", "spread",
     "stop_flag", "to_kernel", "to_si", "trajectory", "warm_up", "will_compile",
 ]  # fmt: skip

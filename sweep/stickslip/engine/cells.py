@@ -83,10 +83,12 @@ def _compute_at_once(
 ) -> Computed:
     """`compute` in this thread alone."""
     rows, done = _run_block(part := cells(0, size), options, stop_flag())
-    found = to_si(rows, part, not options.early_stop)
+    found = to_si(rows, part, not options.early_stop, options.variables)
     if progress:
         progress(done, size)
-    return Computed({name: found[name].astype(kind, copy=False) for name, kind in columns(options).items()}, done)
+    for name, kind in _whole_numbers(options.early_stop, options.variables):
+        found[name] = found[name].astype(kind)
+    return Computed(found, done)
 
 
 def compute_range(
@@ -125,8 +127,9 @@ def _fill(
         return 0
     part = cells(numbers.start, numbers.stop)
     rows, done = _run_block(part, options, stop)
-    for name, values in to_si(rows, part, not options.early_stop).items():
-        results[name][place] = values
+    found = to_si(rows, part, not options.early_stop, options.variables)
+    for name, values in results.items():
+        values[place] = found[name]
     return done
 
 
@@ -137,19 +140,25 @@ def _leave_blank(results: Results, place: slice, options: Options) -> None:
 
 def columns(options: Options) -> dict[str, np.dtype[Any]]:
     """Names and types of what `compute` gives, in its order."""
-    return dict(_columns(options.early_stop))
+    return dict(_columns(options.early_stop, options.variables))
 
 
 @cache
-def _columns(early_stop: bool) -> dict[str, np.dtype[Any]]:
+def _columns(early_stop: bool, kept: tuple[str, ...] | None) -> dict[str, np.dtype[Any]]:
     whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
     names = [v.name for v in VARIABLES.values() if v.when == "always" or not early_stop]
-    return {name: np.dtype(whole.get(name, np.float64)) for name in names}
+    return {name: np.dtype(whole.get(name, np.float64)) for name in names if kept is None or name in kept}
+
+
+@cache
+def _whole_numbers(early_stop: bool, kept: tuple[str, ...] | None) -> list[tuple[str, np.dtype[Any]]]:
+    """Those among them that are not floating-point numbers, which is what the kernels give."""
+    return [(name, kind) for name, kind in _columns(early_stop, kept).items() if kind.kind != "f"]
 
 
 def bytes_per_cell(options: Options) -> int:
     """Memory the results of one cell take."""
-    return sum(kind.itemsize for kind in _columns(options.early_stop).values())
+    return sum(kind.itemsize for kind in columns(options).values())
 
 
 def blank_results(size: int, options: Options) -> Results:
@@ -162,7 +171,7 @@ def blank_results(size: int, options: Options) -> Results:
 
 def _room(size: int, options: Options) -> Results:
     """Results that nobody has filled yet, in one piece of memory: a large one has large pages, which cost less."""
-    kinds = _columns(options.early_stop)
+    kinds = _columns(options.early_stop, options.variables)
     room = iter(np.empty((sum(kind == np.float64 for kind in kinds.values()), size)))
     return {name: next(room) if kind == np.float64 else np.empty(size, kind) for name, kind in kinds.items()}
 

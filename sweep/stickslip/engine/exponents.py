@@ -58,8 +58,11 @@ def run_signals(
 
 def _kernels(law: str, exponents: Floats) -> Iterator[tuple[str, NDArray[np.bool_] | None]]:
     """Names of kernels, and which cells are theirs; None for all."""
+    if law != "stribeck_delta":
+        yield law, None
+        return
     left = np.ones(exponents.size, bool)
-    for exponent, name in OWN_KERNELS.items() if law == "stribeck_delta" else ():
+    for exponent, name in OWN_KERNELS.items():
         chosen = exponents == exponent
         left &= ~chosen
         if chosen.any():

@@ -17,6 +17,7 @@ from stickslip.vocabulary.settings import EXECUTION, SOLVER
 Results = dict[str, NDArray[Any]]
 Progress = Callable[[int, int], None]
 StopFlag = NDArray[np.int64]
+_CHECKED = (SOLVER["rtol"], SOLVER["max_steps"], EXECUTION["block"], EXECUTION["threads"])
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Options:
     """How to integrate and how to spread the work. Defaults and limits are those of the configuration.
 
     law : one of `vocabulary.laws.LAWS`. horizon : s; inf for none. threads : None for one per processor.
-    block : most cells computed together.
+    block : most cells computed together. variables : the only ones that are kept, `regime` among them; None for all.
     """
 
     law: str = "stribeck"
@@ -34,6 +35,7 @@ class Options:
     early_stop: bool = True
     threads: int | None = None
     block: int = 4096
+    variables: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:
@@ -42,11 +44,11 @@ class Options:
             raise ValueError(f"horizon: got {self.horizon!r}, expected a time > 0 (s)")
         if not self.early_stop and isinf(self.horizon):
             raise ValueError("early_stop=False integrates every cell to the horizon, so it needs a finite horizon (s)")
-        for row in (SOLVER["rtol"], SOLVER["max_steps"], EXECUTION["block"], EXECUTION["threads"]):
+        for row in _CHECKED:
             value = getattr(self, row.name)
             if value is None and row.word:
                 continue
-            if row.whole and not isinstance(value, Integral) or not row.allows(value):
+            if row.whole and not isinstance(value, int | Integral) or not row.allows(value):
                 raise ValueError(f"{row.name}: got {value!r}, expected {row.expected.removesuffix(row.otherwise)}")
 
 

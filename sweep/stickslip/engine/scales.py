@@ -6,6 +6,9 @@ accelerations.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,8 +16,11 @@ from stickslip.engine.options import Results
 from stickslip.vocabulary.cells import Cells
 from stickslip_kernels import layout
 
+Floats = NDArray[np.float64]
+_DECADE = float(np.log(10.0))
 
-def to_kernel(cells: Cells, horizon: float) -> NDArray[np.float64]:
+
+def to_kernel(cells: Cells, horizon: float) -> Floats:
     """Cells in SI to the rows of `layout.py`, shape (CELL_ROWS, n); horizon in s."""
     k, load = cells["stiffness"], cells["normal_load"]
     impedance = np.sqrt(k * cells["mass"])
@@ -30,7 +36,7 @@ def to_kernel(cells: Cells, horizon: float) -> NDArray[np.float64]:
     mu_start = cells["a1"] + cells["a3"]
     rows[layout.MU_STATIC] = np.fmax(cells["mu_static"], mu_start)
     rows[layout.MU_STOP] = cells["mu_stop"]
-    rows[layout.AGEING] = cells["ageing_rate"] / np.log(10.0)
+    rows[layout.AGEING] = cells["ageing_rate"] / _DECADE
     rows[layout.AGEING_TIME] = cells["ageing_time"] * rate
     rows[layout.XI_START] = cells["displacement"] * k / load
     rows[layout.ETA_START] = cells["velocity"] / speed
@@ -39,50 +45,65 @@ def to_kernel(cells: Cells, horizon: float) -> NDArray[np.float64]:
     return rows
 
 
-def to_si(rows: NDArray[np.float64], cells: Cells, full: bool) -> Results:
+class _Scales(NamedTuple):
+    """The scales of cells, and what of the cells is needed besides."""
+
+    mass: Floats
+    load: Floats
+    time: Floats
+    length: Floats
+    speed: Floats
+    mu_stop: Floats
+
+
+_Conversion = Callable[[Floats, _Scales], Floats]
+_ALWAYS: dict[str, _Conversion] = {
+    "regime": lambda rows, by: rows[layout.REGIME],
+    "status": lambda rows, by: rows[layout.STATUS],
+    "breakaway_time": lambda rows, by: rows[layout.BREAKAWAY_TIME] * by.time,
+    "restick_time": lambda rows, by: rows[layout.RESTICK_TIME] * by.time,
+    "restick_displacement": lambda rows, by: rows[layout.RESTICK_XI] * by.length,
+    "restick_margin": lambda rows, by: rows[layout.RESTICK_MARGIN] * by.speed,
+    "period": lambda rows, by: rows[layout.PERIOD] * by.time,
+    "frequency": lambda rows, by: 1.0 / (rows[layout.PERIOD] * by.time),
+    "stick_fraction": lambda rows, by: rows[layout.CYCLE_STICK_TIME] / rows[layout.PERIOD],
+    "spring_force_max": lambda rows, by: rows[layout.XI_MAX] * by.load,
+    "spring_force_min": lambda rows, by: rows[layout.XI_MIN] * by.load,
+    "slip_speed_max": lambda rows, by: rows[layout.SPEED_MAX] * by.speed,
+    "acceleration_max": lambda rows, by: rows[layout.ACCELERATION_MAX] * by.load / by.mass,
+    "mu_reversal": lambda rows, by: rows[layout.MU_REVERSAL],
+    "mu_breakaway": lambda rows, by: rows[layout.MU_BREAKAWAY],
+    "tendency": lambda rows, by: rows[layout.MU_BREAKAWAY] - 2.0 * rows[layout.MU_REVERSAL] + by.mu_stop,
+    "energy_per_cycle": lambda rows, by: rows[layout.CYCLE_HEAT] * by.load * by.length,
+    "equilibrium_crossings": lambda rows, by: rows[layout.CROSSINGS],
+    "settling_time": lambda rows, by: rows[layout.SETTLING_TIME] * by.time,
+    "settled_displacement": lambda rows, by: rows[layout.XI_SETTLED] * by.length,
+    "displacement_amplitude": lambda rows, by: (
+        0.5 * (rows[layout.CYCLE_XI_MAX] - rows[layout.CYCLE_XI_MIN]) * by.length
+    ),
+    "velocity_amplitude": lambda rows, by: 0.5 * rows[layout.CYCLE_SPEED_RANGE] * by.speed,
+    "cycle_force_max": lambda rows, by: rows[layout.CYCLE_XI_MAX] * by.load,
+    "cycle_force_min": lambda rows, by: rows[layout.CYCLE_XI_MIN] * by.load,
+    "damping_ratio": lambda rows, by: rows[layout.DAMPING_RATIO],
+    "steps": lambda rows, by: rows[layout.STEPS],
+}
+_TO_HORIZON: dict[str, _Conversion] = {
+    "sticks": lambda rows, by: rows[layout.STICKS],
+    "stick_time": lambda rows, by: rows[layout.STICK_TIME] * by.time,
+    "displacement_end": lambda rows, by: rows[layout.XI_END] * by.length,
+    "velocity_end": lambda rows, by: rows[layout.ETA_END] * by.speed,
+}
+
+
+def to_si(rows: Floats, cells: Cells, full: bool, kept: Collection[str] | None = None) -> Results:
     """The rows `run_block` filled to the variables people know.
 
-    full : whether to add the variables that only a run to the horizon defines.
+    full : whether to add the variables that only a run to the horizon defines. kept : the only ones to convert.
     """
     m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]
-    time, length, speed = np.sqrt(m / k), load / k, load / np.sqrt(k * m)
-    period = rows[layout.PERIOD] * time
-    si = {
-        "regime": rows[layout.REGIME],
-        "status": rows[layout.STATUS],
-        "breakaway_time": rows[layout.BREAKAWAY_TIME] * time,
-        "restick_time": rows[layout.RESTICK_TIME] * time,
-        "restick_displacement": rows[layout.RESTICK_XI] * length,
-        "restick_margin": rows[layout.RESTICK_MARGIN] * speed,
-        "period": period,
-        "frequency": 1.0 / period,
-        "stick_fraction": rows[layout.CYCLE_STICK_TIME] / rows[layout.PERIOD],
-        "spring_force_max": rows[layout.XI_MAX] * load,
-        "spring_force_min": rows[layout.XI_MIN] * load,
-        "slip_speed_max": rows[layout.SPEED_MAX] * speed,
-        "acceleration_max": rows[layout.ACCELERATION_MAX] * load / m,
-        "mu_reversal": rows[layout.MU_REVERSAL],
-        "mu_breakaway": rows[layout.MU_BREAKAWAY],
-        "tendency": rows[layout.MU_BREAKAWAY] - 2.0 * rows[layout.MU_REVERSAL] + cells["mu_stop"],
-        "energy_per_cycle": rows[layout.CYCLE_HEAT] * load * length,
-        "equilibrium_crossings": rows[layout.CROSSINGS],
-        "settling_time": rows[layout.SETTLING_TIME] * time,
-        "settled_displacement": rows[layout.XI_SETTLED] * length,
-        "displacement_amplitude": 0.5 * (rows[layout.CYCLE_XI_MAX] - rows[layout.CYCLE_XI_MIN]) * length,
-        "velocity_amplitude": 0.5 * rows[layout.CYCLE_SPEED_RANGE] * speed,
-        "cycle_force_max": rows[layout.CYCLE_XI_MAX] * load,
-        "cycle_force_min": rows[layout.CYCLE_XI_MIN] * load,
-        "damping_ratio": rows[layout.DAMPING_RATIO],
-        "steps": rows[layout.STEPS],
-    }
-    if full:
-        si |= {
-            "sticks": rows[layout.STICKS],
-            "stick_time": rows[layout.STICK_TIME] * time,
-            "displacement_end": rows[layout.XI_END] * length,
-            "velocity_end": rows[layout.ETA_END] * speed,
-        }
-    return si
+    by = _Scales(m, load, np.sqrt(m / k), load / k, load / np.sqrt(k * m), cells["mu_stop"])
+    wanted = _ALWAYS | _TO_HORIZON if full else _ALWAYS
+    return {name: convert(rows, by) for name, convert in wanted.items() if kept is None or name in kept}
 
 
 def signals_to_si(signals: NDArray[np.float64], cells: Cells, columns: NDArray[np.float64]) -> Results:

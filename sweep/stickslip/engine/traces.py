@@ -15,6 +15,10 @@ from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 from stickslip_kernels import layout
 from stickslip_kernels.blank import new_signals
 
+Floats = NDArray[np.float64]
+
+_BEYOND = 0.01  # of a step: how far past its last sample a motion is integrated, so that rounding does not lose it
+
 
 def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Results:
     """The motion of one cell (arrays of length 1) at `times` (s, evenly spaced, from 0), by names of `TRACE_VARIABLES`.
@@ -34,6 +38,33 @@ def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Res
         name = STATUSES[status]
         raise NotReachedError(f"the motion is known to {reached:g} s of {horizon:g} s, {name}: {STATUS_MESSAGES[name]}")
     return signals_to_si(signals, cell, column)
+
+
+def sampled(
+    cells: Cells, steps: Floats, counts: NDArray[np.int64], options: Options
+) -> tuple[list[Floats], Floats, NDArray[np.int8]]:
+    """Displacements (m) of many cells, each at times of its own from the start on: one array per cell.
+
+    steps, counts : time between samples (s) and number of samples, at least 2, by cell.
+
+    Beside them the velocities at the first and the last sample (m/s), shape (n, 2), and the status: other than
+    horizon_reached where the integration ended early, from where on there is NaN. In this thread.
+    """
+    n, k, load = counts.size, cells["stiffness"], cells["normal_load"]
+    rate, length = np.sqrt(k / cells["mass"]), load / k
+    columns, rows, ends = to_kernel(cells, 1.0), new_signals(n), np.cumsum(counts)
+    columns[layout.HORIZON] = steps * (counts - 1 + _BEYOND) * rate
+    numbers = np.arange(n, dtype=np.float64)
+    segments = np.column_stack([columns[layout.HORIZON], columns[layout.BELT], np.zeros(n)])
+    belts = segments, np.column_stack([numbers, numbers + 1.0])
+    signals = np.full((layout.SIGNAL_ROWS, int(ends[-1])), np.nan)
+    wanted = np.column_stack([ends - counts, ends, np.zeros(n), steps * rate]).astype(np.float64)
+    run_signals(options.law, columns, options.rtol, options.max_steps, stop_flag(), belts, rows, wanted, signals)
+    velocities = signals[layout.SIGNAL_ETA][np.column_stack([ends - counts, ends - 1])] * (length * rate)[:, None]
+    displacements = np.split(signals[layout.SIGNAL_XI], ends[:-1])
+    for displacement, scale in zip(displacements, length, strict=True):
+        displacement *= scale
+    return displacements, velocities, rows[layout.RIG_STATUS].astype(np.int8)
 
 
 def flows(cells: Cells, durations: NDArray[np.float64], samples: int, options: Options) -> Results:

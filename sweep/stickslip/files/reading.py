@@ -30,6 +30,7 @@ from xarray.core.indexing import (
 from stickslip.errors import StoreError, reason
 from stickslip.files.duck_arrays import import_no_more
 from stickslip.files.locations import Url, location
+from stickslip.files.mistaken import RESULTS_HERE, names_in, no_result
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.seal import SEAL, digest, is_unwritten
 
@@ -102,7 +103,14 @@ def _source(path: str | os.PathLike[str]) -> Path | str:
     if isinstance(where, Url):
         return str(where)
     if not where.exists():
-        raise StoreError(f"{path}: no such file")
+        here = names_in(where.parent, RESULTS_HERE)
+        folder = "this folder" if where.parent == Path() else where.parent
+        raise StoreError(f"{path}: no such file" + (f"\nhint: {folder} holds {', '.join(here)}" if here else ""))
+    if mistaken := no_result(where):
+        raise StoreError(
+            f"{path}: this is {mistaken.what}, expected a result (.nc or .zarr)"
+            + (f"\nhint: {mistaken.hint}" if mistaken.hint else "")
+        )
     return where
 
 
@@ -227,7 +235,7 @@ def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
     import zarr
 
     options: Any = {} if isinstance(source, Path) else {"storage_options": _UNCACHED}
-    group = zarr.open_group(source, mode="r", **options)
+    group = zarr.open_group(source, mode="r", use_consolidated=False, **options)
     for name in ds.variables:
         array: Any = group[str(name)]
         if array.nchunks_initialized != array.nchunks:
@@ -240,9 +248,10 @@ def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
 
 
 def _labels_as_index(ds: xr.Dataset) -> xr.Dataset:
-    """Text labels beside a dimension, ``pad_label``, as its index ``pad``; `writing.write` does the opposite."""
+    """Text indices as plain texts; earlier versions wrote them beside the dimension, ``pad_label``."""
     for dim in [str(dim) for dim in ds.dims]:
-        if (label := dim + _LABEL) in ds.coords and ds[label].dims == (dim,):
+        label = dim if dim in ds.coords else dim + _LABEL
+        if label in ds.coords and ds[label].dims == (dim,) and ds[label].dtype.kind not in "fiu":
             text = xr.Variable(dim, np.array([str(name) for name in ds[label].values]), ds[label].attrs)
             ds = ds.drop_vars(label).assign_coords({dim: text})
     return ds

@@ -3,8 +3,9 @@
 Writing is all or nothing (`atomic.py`; behind a URL, where only Zarr is written, `swapping.py`); netCDF4 opened for
 writing would truncate the target first. These files are results, not checkpoints.
 
-CF wants text labels beside a dimension, not as its index, so the index ``pad`` = felt, rubber is stored in the file as
-``pad_label``; `open` makes it the index again. Everything else is in the file as it is in memory.
+Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by it.
+In netCDF they are rows of characters, ``pad(pad, pad_letters)``: CF wants a variable of one dimension and its name to
+hold numbers. (Earlier versions wrote ``pad_label``, which `open` reads.)
 
 Every chunk carries a checksum, and a seal covers the rest (`seal.py`). `reading.py` is the other half.
 """
@@ -13,7 +14,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Hashable, Iterator
 from contextlib import contextmanager
 from math import prod
 from pathlib import Path
@@ -26,7 +27,7 @@ from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
 from stickslip.files import swapping
-from stickslip.files.atomic import neighbour, replaced
+from stickslip.files.atomic import Move, neighbour, replaced
 from stickslip.files.chunks import Chunks, Packed
 from stickslip.files.locations import ROOT, Location, Url, location
 from stickslip.files.netcdf_lock import NETCDF_LOCK
@@ -40,35 +41,49 @@ __all__ = ["StoreError", "check_writable", "open", "write", "write_netcdf", "wri
 
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
 _ZARR_MARKERS = (ROOT, ".zgroup")
-_LABEL = "_label"
 Fill = Callable[[Any], None]
+Check = Callable[[], None]
 Encoding = dict[str, dict[str, Any]]
 
 
 def write(
-    ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None, chunks: tuple[int, ...] | None = None
+    ds: xr.Dataset,
+    path: str | os.PathLike[str],
+    fill: Fill | None = None,
+    chunks: tuple[int, ...] | None = None,
+    check: Check | None = None,
 ) -> Location:
     """Write to a path or URL: Zarr if it ends in ``.zarr``, netCDF if in ``.nc``. Returns it.
 
     fill : writes the values of the variables in chunks, whatever they are in the dataset; called with what
         `open_chunks` takes, in which all else is written.
     chunks : of variables that have so many dimensions; by default such that a chunk takes 1 MiB.
+    check : called at last, before what is new takes the place of what is there; what it raises leaves that alone.
+        Behind a URL nothing can come between, since who writes holds a lock.
     """
-    return _writer(location(path))(ds, path, fill, chunks)
+    return _writer(location(path))(ds, path, fill, chunks, check)
 
 
 def write_netcdf(
-    ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None, chunks: tuple[int, ...] | None = None
+    ds: xr.Dataset,
+    path: str | os.PathLike[str],
+    fill: Fill | None = None,
+    chunks: tuple[int, ...] | None = None,
+    check: Check | None = None,
 ) -> Path:
     """Write a compressed netCDF-4 file, replacing `path` only once the new file is whole and on the disk."""
     target = _target(path)
-    with replaced(target) as temporary:
+    with replaced(target, _checked(os.replace, check)) as temporary:
         _created(ds, chunks, _netcdf_encoding, _create_netcdf, temporary, fill)
     return Path(path)
 
 
 def write_zarr(
-    ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None = None, chunks: tuple[int, ...] | None = None
+    ds: xr.Dataset,
+    path: str | os.PathLike[str],
+    fill: Fill | None = None,
+    chunks: tuple[int, ...] | None = None,
+    check: Check | None = None,
 ) -> Location:
     """Write a Zarr store, a folder or what is behind a URL.
 
@@ -77,7 +92,7 @@ def write_zarr(
     require_zarr(path)
     from stickslip.files.zarr_chunks import NewZarr
 
-    with _replaced_store(path) as put:
+    with _replaced_store(path, check) as put:
         store = NewZarr(put, waits=isinstance(location(path), Url))
         _created(ds, chunks, _zarr_encoding, _create_zarr, store, fill)
         store.finish()
@@ -85,14 +100,16 @@ def write_zarr(
 
 
 @contextmanager
-def _replaced_store(path: str | os.PathLike[str]) -> Iterator[Callable[[str, Packed], None]]:
+def _replaced_store(
+    path: str | os.PathLike[str], check: Check | None = None
+) -> Iterator[Callable[[str, Packed], None]]:
     """What puts bytes under the keys of a new store, which replaces that at `path` in the end."""
     where = location(path)
     if isinstance(where, Url):
         with swapping.replaced_store(where) as put:
             yield put
         return
-    with replaced(_target(where, zarr=True), _replace_folder) as temporary:
+    with replaced(_target(where, zarr=True), _checked(_replace_folder, check)) as temporary:
 
         def write(key: str, data: Packed) -> None:
             file = temporary / key
@@ -111,7 +128,7 @@ def _created(
     fill: Fill | None,
 ) -> None:
     """A new file with all that the dataset holds; by `fill` what is in chunks."""
-    plain = sealed(_labels_beside_dimensions(ds.drop_encoding()))
+    plain = sealed(_with_plain_texts(ds.drop_encoding()))
     later = _Later({str(name) for name, v in plain.variables.items() if v.dtype.kind in "fiu" and v.ndim})
     create(plain, encode(plain, chunks), later, file)
     in_memory = {name for name in later.kept if fill is None or name not in plain.data_vars}
@@ -172,6 +189,17 @@ class _Later(ArrayWriter):
                 store(whole, targets, lock=False, scheduler="threads")
 
 
+def _checked(move: Move, check: Check | None) -> Move:
+    """The move, after the check."""
+
+    def checked(temporary: Path, target: Path) -> None:
+        if check:
+            check()
+        move(temporary, target)
+
+    return checked
+
+
 def _replace_folder(temporary: Path, target: Path) -> None:
     """Rename a folder over another one, which no system does in one go."""
     if not target.exists():
@@ -198,13 +226,17 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         temporary.touch()
 
 
-def _labels_beside_dimensions(ds: xr.Dataset) -> xr.Dataset:
-    """Text indices renamed, ``pad`` to ``pad_label``, as stored in the file: text of any length, type object."""
-    for dim in [str(dim) for dim in ds.dims]:
-        if dim in ds.coords and ds[dim].dtype.kind in "OTU":
-            text = xr.Variable(dim, ds[dim].values.astype(object), ds[dim].attrs)
-            ds = ds.drop_vars(dim).assign_coords({dim + _LABEL: text})
-    return ds
+def _with_plain_texts(ds: xr.Dataset) -> xr.Dataset:
+    """Text indices as stored in the file: text of any length, type object."""
+    texts = {
+        dim: xr.Variable(dim, ds[dim].values.astype(object), ds[dim].attrs) for dim in ds.dims if _is_text(ds, dim)
+    }
+    return ds.assign_coords(texts)
+
+
+def _is_text(ds: xr.Dataset, dim: Hashable) -> bool:
+    """Whether a dimension has labels."""
+    return dim in ds.coords and ds[dim].dtype.kind in "OTU"
 
 
 def open_chunks(file: Path | NewZarr, threads: int | None = None) -> Chunks:
@@ -234,13 +266,14 @@ def _fill_encoding(ds: xr.Dataset) -> Encoding:
 
 
 def _netcdf_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
-    """Fill values, compression and chunks. Text and scalars are stored as they are."""
+    """Fill values, compression and chunks; labels of a dimension as characters. Scalars are stored as they are."""
     encoding = _fill_encoding(ds)
+    labels = {str(dim): {"dtype": "S1", "char_dim_name": f"{dim}_letters"} for dim in ds.dims if _is_text(ds, dim)}
     for name, options in encoding.items():
         if shape := ds[name].shape:
             options |= {"zlib": True, "complevel": 4, "shuffle": True}  # see `filters.py`
             options |= {"chunksizes": _chunks(shape, chunks), "fletcher32": True}  # HDF5 refuses damaged chunks
-    return encoding
+    return encoding | labels
 
 
 def _zarr_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
@@ -279,7 +312,7 @@ def _chunks(shape: tuple[int, ...], asked: tuple[int, ...] | None = None) -> tup
 
 def _writer(
     path: Location,
-) -> Callable[[xr.Dataset, str | os.PathLike[str], Fill | None, tuple[int, ...] | None], Location]:
+) -> Callable[[xr.Dataset, str | os.PathLike[str], Fill | None, tuple[int, ...] | None, Check | None], Location]:
     """The function that writes this kind of file."""
     if path.suffix == ".zarr":
         return write_zarr

@@ -5,6 +5,7 @@ Zarr core specification, version 3: "default" chunk keys; codecs `bytes` (little
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -15,6 +16,7 @@ import numpy as np
 import zarr
 from numcodecs import blosc  # type: ignore[import-untyped]
 from numpy.typing import NDArray
+from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
 
 from stickslip.files import machine
@@ -46,10 +48,24 @@ class NewZarr:
 
     def finish(self) -> None:
         """Put what is left."""
+        self._consolidate()
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             for _ in pool.map(self._put_said, [key for key in self._said if key != ROOT]):
                 pass
         self._put_said(ROOT)
+
+    def _consolidate(self) -> None:
+        """Have the root say what its arrays say of themselves, as xarray looks for it first, and warns where it is not.
+
+        By hand, because zarr warns in turn that its third format knows no such thing: `must_understand` says that.
+        """
+        found = {key.removesuffix(f"/{ROOT}"): self._json(key) for key in self._said if key.endswith(f"/{ROOT}")}
+        root = self._json(ROOT)
+        root["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": found}
+        self._said[ROOT] = default_buffer_prototype().buffer.from_bytes(json.dumps(root, indent=2).encode())
+
+    def _json(self, key: str) -> Any:
+        return json.loads(self._said[key].to_bytes())
 
     def _put_said(self, key: str) -> None:
         self.put(key, self._said[key].to_bytes())

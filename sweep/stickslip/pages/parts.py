@@ -70,12 +70,17 @@ def _row(cells: Sequence[str | Cell], columns: Sequence[Column]) -> str:
     return "".join(found)
 
 
-def embedded(figure: Figure, alt: str) -> str:
-    """A plot embedded in the page, as SVG or PNG, whichever is smaller, with its alternative text."""
+def embedded(figure: Figure, alt: str, *, of_cells: bool = False) -> str:
+    """A plot embedded in the page, as SVG or PNG, whichever is smaller, with its alternative text.
+
+    of_cells : the plot is a map, which consists of dots in either: PNG, for half the time.
+    """
     lines, dots = BytesIO(), BytesIO()
-    figure.savefig(lines, format="svg", metadata={"Date": None})
     figure.savefig(dots, format="png", dpi=_DOTS)
-    kind, best = min([("svg+xml", lines.getvalue()), ("png", dots.getvalue())], key=lambda found: len(found[1]))
+    kind, best = "png", dots.getvalue()
+    if not of_cells:
+        figure.savefig(lines, format="svg", metadata={"Date": None})
+        kind, best = ("svg+xml", lines.getvalue()) if len(lines.getvalue()) < len(best) else (kind, best)
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
     data = b64encode(best).decode("ascii")
     source = f"data:image/{kind};base64,{data}"

@@ -2,18 +2,22 @@
 
 Every function returns a matplotlib Figure and touches no global state: no pyplot, no window, safe in threads.
 
-    maps, traces, attractors, uncertainty, curves, materials   the plots
+    maps, traces, spectrogram, attractors, branches, uncertainty, curves, materials   the plots
     axes   their axes      page   title, legend and file      palette   colours
 """
 
 from stickslip.errors import PlotError
 from stickslip.plots.attractors import plot_attractors, plot_ramp
-from stickslip.plots.maps import BORDERS, MAX_PANELS, plot_map
-from stickslip.plots.page import save
+from stickslip.plots.branches import plot_branches, plot_of_ramp
+from stickslip.plots.linear import BORDERS
+from stickslip.plots.look import Look, Mark
+from stickslip.plots.maps import MAX_PANELS, plot_map
+from stickslip.plots.page import DPI, request_of, save
+from stickslip.plots.spectrogram import plot_sound
 from stickslip.plots.traces import plot_trace
 from stickslip.plots.uncertainty import plot_probability
 
 __all__ = [
-    "BORDERS", "MAX_PANELS", "PlotError", "plot_attractors", "plot_map", "plot_probability", "plot_ramp", "plot_trace",
-    "save",
+    "BORDERS", "DPI", "Look", "MAX_PANELS", "Mark", "PlotError", "plot_attractors", "plot_branches", "plot_map",
+    "plot_of_ramp", "plot_probability", "plot_ramp", "plot_sound", "plot_trace", "request_of", "save",
 ]  # fmt: skip

@@ -8,22 +8,24 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.axis import title as array_title
+from stickslip.dataset.display import unit_of
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
-from stickslip.plots.axes import apply, wrapped
-from stickslip.plots.page import entitle, legend
+from stickslip.plots.axes import apply
+from stickslip.plots.figure import Figure
+from stickslip.plots.held import held_note
+from stickslip.plots.page import entitle, legend, wrapped
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREY, SKY, VERMILLION
 from stickslip.vocabulary.flags import REGIMES, flag_label
 
-_TITLE_WIDTH = 70
-_BAND: dict[str, Any] = {"facecolor": GREY, "alpha": 0.35, "linewidth": 0}
+_TITLE_WIDTH, _WIDTH = 70, 60  # letters in a line of what is drawn, and of the title
+BAND: dict[str, Any] = {"facecolor": GREY, "alpha": 0.35, "linewidth": 0}
 _RISING = "#707070"
 _NONE: dict[str, Any] = {"facecolor": "none", "edgecolor": GREY, "hatch": "////", "linewidth": 0}
 _STICKS, _SETTLES = ["stick_slip", "sustained"], ["damped", "creep"]
@@ -36,13 +38,13 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
     """
     if "settling_share" not in ds.data_vars:
         raise PlotError("not a dataset of attractors: no settling_share")
-    ds, title = _prepared(ds, "settling_share", 1, select, title)
+    ds, title = line_of(ds, "settling_share", 1, select, title)
     x = MapAxis(ds, ds["settling_share"].dims[0])
     figure = Figure(figsize=(7.6, 6.2), layout="constrained")
     upper, lower = figure.subplots(2, sharex=True)
     handles: list[Any] = []
     for ax in (upper, lower):
-        shaded = _shade(ax, x, _bistable(ds))
+        shaded = shade(ax, x, _bistable(ds))
     share, error = ds["settling_share"].values, 3.0 * ds["share_error"].values
     low, high = ds["settling_share_low"].values, ds["settling_share_high"].values
     safe = np.isposinf(ds["critical_shock"].values)
@@ -56,22 +58,22 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
         upper.vlines(x.centres, low, high, color=BLACK, linewidth=1.0)
         handles.append(Line2D([], [], color=BLACK, linewidth=1.0, label="undecided starting states"))
     upper.set(ylabel="share of starting states that settle", ylim=(-0.03, 1.03))
+    unit = unit_of(ds["critical_shock"])
     looks: tuple[tuple[str, str, Literal["solid", "dashed"]], ...]
     looks = ("along", VERMILLION, "solid"), ("against", BLUE, "dashed")
     for name, colour, style in looks:
-        shock = ds[f"critical_shock_{name}"].values
+        shock = unit.of(ds[f"critical_shock_{name}"].values)
         lower.plot(x.centres, np.where(np.isfinite(shock), shock, np.nan), color=colour, linestyle=style, linewidth=1.4)
         handles.append(Line2D([], [], color=colour, linestyle=style, label=f"shock {name} the belt"))
     if safe.any():
-        _shade(lower, x, safe, _NONE)
+        shade(lower, x, safe, _NONE)
         handles.append(Patch(**_NONE, label="no shock is enough"))
-    unit = array_title(ds["critical_shock"]).rpartition("(")[2]
-    lower.set(ylabel=f"critical shock ({unit}", xlabel=x.title)
+    lower.set(ylabel=f"critical shock ({unit.printed})", xlabel=x.title)
     lower.set_ylim(bottom=0.0)
     apply(x, lower, "x")
     if shaded:
-        handles.append(Patch(**_BAND, label="bistable"))
-    legend(figure, handles, at_right=False)
+        handles.append(Patch(**BAND, label="bistable"))
+    legend(figure, handles, at_right=False, notes=held_note(ds))
     entitle(figure, upper, title)
     return figure
 
@@ -91,16 +93,16 @@ def plot_ramp(
     """
     if "direction" not in ds.dims or variable not in ds.data_vars:
         raise PlotError(f"not a ramp with {variable}")
-    ds, title = _prepared(ds, variable, 2, select, title)
+    ds, title = line_of(ds, variable, 2, select, title)
     along = ds[variable].dims[-1]
-    x = MapAxis(ds, along)
+    x, unit = MapAxis(ds, along), unit_of(ds[variable])
     figure = Figure(figsize=(7.6, 4.8), layout="constrained")
     ax = figure.subplots()
     up, down = (ds.sel(direction=name) for name in ("up", "down"))
-    shaded = _shade(ax, x, _kinds(up["regime"].values) != _kinds(down["regime"].values))
+    shaded = shade(ax, x, _kinds(up["regime"].values) != _kinds(down["regime"].values))
     handles: list[Any] = []
     for branch, name, marker, style, width in ((up, "up", ">", "solid", 2.6), (down, "down", "<", "dashed", 1.2)):
-        values = branch[variable].values
+        values = unit.of(branch[variable].values)
         look: dict[str, Any] = {"color": BLACK if name == "down" else _RISING, "linestyle": style, "linewidth": width}
         ax.plot(x.centres, values, zorder=2, **look)
         _arrows(ax, x.centres, values, branch["regime"].values, marker)
@@ -110,7 +112,8 @@ def plot_ramp(
         cycle = {"velocity_amplitude": "unstable_velocity_amplitude", "displacement_amplitude": "unstable_amplitude"}
         if variable not in cycle:
             raise PlotError(f"the unstable cycle has no {variable}")
-        ax.plot(attractors[along], attractors[cycle[variable]], color=VERMILLION, linestyle="dotted", linewidth=1.8)
+        unstable = x.unit.of(attractors[along].values), unit.of(attractors[cycle[variable]].values)
+        ax.plot(*unstable, color=VERMILLION, linestyle="dotted", linewidth=1.8)
         handles.append(Line2D([], [], color=VERMILLION, linestyle="dotted", linewidth=1.8, label="unstable cycle"))
     for code in np.unique(ds["regime"].values):
         name = REGIMES[int(code)]
@@ -118,26 +121,28 @@ def plot_ramp(
         label = flag_label(name).replace("stick_slip", "stick-slip")
         handles.append(Line2D([], [], linestyle="none", marker="o", color=face, markeredgecolor="black", label=label))
     if shaded:
-        handles.append(Patch(**_BAND, label="bistable"))
-    ax.set(xlabel=x.title, ylabel=wrapped(array_title(ds[variable]), 45))
+        handles.append(Patch(**BAND, label="bistable"))
+    ax.set(xlabel=x.title, ylabel=wrapped(array_title(ds[variable], unit), 45))
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     apply(x, ax, "x")
-    legend(figure, handles, at_right=False)
+    legend(figure, handles, at_right=False, notes=held_note(ds))
     entitle(figure, ax, title)
     return figure
 
 
-def _prepared(
+def line_of(
     ds: xr.Dataset, variable: str, dims: int, select: Mapping[str, Any] | None, title: str | None
 ) -> tuple[xr.Dataset, str]:
     """The points to draw, and the title that names them."""
     ds, places = selected(ds, select or {})
+    lone = [dim for dim in ds[variable].dims if ds.sizes[dim] == 1]
+    ds = ds.squeeze(lone[: max(0, ds[variable].ndim - dims)], drop=True)  # a single line needs no selecting
     if ds[variable].ndim > dims:
         more = [str(dim) for dim in ds[variable].dims if dim != "direction"]
         raise PlotError(f"more than one dimension: {', '.join(more)}\nhint: fix all but one with select")
     if ds[variable].ndim < dims:
         raise PlotError("nothing to draw a line through: no dimension is left")
-    title = str(ds.attrs.get("title", "")) if title is None else title
+    title = wrapped(str(ds.attrs.get("title", "")), _WIDTH) if title is None else title
     return ds, "\n".join(filter(None, [title, wrapped(", ".join(places), _TITLE_WIDTH)]))
 
 
@@ -157,7 +162,7 @@ def _kinds(regimes: NDArray[np.int8]) -> NDArray[np.int64]:
     return np.where(codes == REGIMES.index("creep"), REGIMES.index("damped"), codes)
 
 
-def _shade(ax: Axes, x: MapAxis, where: NDArray[np.bool_], look: Mapping[str, Any] = _BAND) -> bool:
+def shade(ax: Axes, x: MapAxis, where: NDArray[np.bool_], look: Mapping[str, Any] = BAND) -> bool:
     """Shade runs of cells; whether there are any."""
     changes = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(np.int8)))
     for first, past in zip(changes[::2], changes[1::2], strict=True):

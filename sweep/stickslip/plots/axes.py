@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
-import re
-from textwrap import fill
-
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from stickslip.dataset.axis import MapAxis
+from stickslip.dataset.display import Unit
+from stickslip.errors import PlotError
+from stickslip.plots.look import PLAIN, Look
 
 _MOST_TICKS = 12  # labels side by side
-_FIRM_SPACE = "\N{NO-BREAK SPACE}"
 _CROWDED = 45  # characters of all tick labels of an x axis, from which on they are written at a slant
 
 
-def wrapped(text: str, width: int) -> str:
-    """`text` in lines of about `width` letters; a value stays with its name, and so does what is in brackets."""
-    kept = re.sub(r"\([^)]*\)|[^\s,=][^,=]* = [^,]+", lambda found: found[0].replace(" ", _FIRM_SPACE), text)
-    return fill(kept, width).replace(_FIRM_SPACE, " ")
+def scaled(ax: Axes, which: str, name: str, unit: Unit, look: Look) -> None:
+    """Give the axis `which` ("x" or "y") the scale and the limits that are wished for what it shows."""
+    if name in look.log:
+        ax.set(**{f"{which}scale": "log"})
+    if name in look.limits:
+        ax.set(**{f"{which}lim": tuple(unit.of(end) for end in look.limits[name])})
 
 
-def apply(axis: MapAxis, ax: Axes, which: str) -> None:
-    """Give `ax` the scale, limits and ticks of a dimension, as its axis `which` ("x" or "y")."""
+def apply(axis: MapAxis, ax: Axes, which: str, look: Look = PLAIN) -> None:
+    """Give `ax` the scale, limits and ticks of a dimension, as its axis `which` ("x" or "y"). Raises PlotError."""
+    if str(axis.dim) in look.log and not axis.is_log:
+        raise PlotError(f"{axis.dim} is not positive everywhere: its axis cannot be logarithmic\n"
+                        f"hint: limits that are positive: --limits {axis.dim}=LOW..HIGH")  # fmt: skip
     if axis.is_log:
         ax.set(**{f"{which}scale": "log"})
     ax.set(**{f"{which}lim": (axis.edges[0], axis.edges[-1])})
+    scaled(ax, which, str(axis.dim), axis.unit, look)
     if axis.is_numeric:
         return
     wanted = MaxNLocator(_MOST_TICKS, integer=True).tick_values(0, axis.length - 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import matplotlib.patheffects as patheffects
@@ -29,7 +30,7 @@ def over_panel(ax: Axes, panel: xr.Dataset, lines: xr.Dataset, x: MapAxis, y: Ma
         raise PlotError(f"the borders are those of other cells: {why}")
     found = list(border_lines(lines, x, y, at))
     for line in found:
-        _draw(ax, line, _looks(small))
+        _draw(ax, replace(line, x=x.unit.of(line.x), y=y.unit.of(line.y)), _looks(small))
     return bool(found)
 
 

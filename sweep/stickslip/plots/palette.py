@@ -6,16 +6,18 @@ black.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from math import ceil, floor, log10
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, LogNorm, Normalize, to_hex, to_rgb
+from matplotlib.colors import AsinhNorm, BoundaryNorm, Colormap, ListedColormap, LogNorm, Normalize, to_hex, to_rgb
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from stickslip.dataset.coarse import Coarse
+from stickslip.errors import PlotError
 from stickslip.vocabulary.flags import FLAGS, flag_label
 
 WHITE, GREY, BLACK = "#ffffff", "#b8b8b8", "#000000"
@@ -58,8 +60,15 @@ FLAG_COLOURS |= {
     "regime_from_sliding": FLAG_COLOURS["regime"],
     "share_method": {"not_computed": WHITE, "exact": BLUE, "sampled": ORANGE},
 }
+# Vermillion and green, and some greys, are alike on a page without colours: these regimes are hatched as well.
+HATCHES = {"creep": "...", "stuck": "---", "unresolved": "xxx"}
+DIVERGING = ("damping_ratio", "restick_margin", "tendency")  # whose sign matters: colours part at 0
 UNDEFINED_COLOUR = "#dddddd"  # cells where a continuous variable has no value
 _LOG_FROM = 100.0  # ratio of largest to smallest value from which colours are logarithmic
+_MOST_RATIO = 1e4  # of the largest value to those around zero on a scale that is linear there and logarithmic beyond
+_SEQUENTIAL, _ABOUT_ZERO = "viridis", "RdBu"  # the second: red below zero, where sliding is unstable
+_INK = 0.5  # how far the colour of hatching lies from that of its area on the way to black or white
+_BRIGHTNESS = (0.299, 0.587, 0.114)  # of red, green and blue
 _PALENESS = 0.62  # how far the colour of a mixed pixel lies on the way to white
 _PALE_WHITE = "#ececec"
 
@@ -72,7 +81,8 @@ class Paint:
 
     flags : names and colours of the flags that occur; None for a number. hidden : those that occur in mixed pixels
         only, where others are more frequent. mixed : colours of mixed pixels.
-    has_gaps : whether some cells have no value.
+    has_gaps : whether some cells have no value. beyond : at which end values lie beyond the colours, as matplotlib says
+        it: "neither", "min", "max", "both". span : of a number, what its colour bar shows.
     """
 
     colours: Colormap
@@ -81,13 +91,28 @@ class Paint:
     hidden: Collection[str] = ()
     mixed: tuple[str, ...] = ()
     has_gaps: bool = False
+    beyond: str = "neither"
+    span: tuple[float, float] = (0.0, 1.0)
 
-    def handles(self) -> list[Entry]:
-        """Legend entries: the flags that occur, and mixed pixels; or the colour of cells without a value."""
+    @property
+    def ticks(self) -> list[float] | None:
+        """Where a colour bar has ticks, if not where matplotlib puts them: powers of ten on either side of zero."""
+        if not isinstance(self.norm, AsinhNorm):
+            return None
+        width, most = self.norm.linear_width, max(map(abs, self.span))
+        powers = [10.0**k for k in range(ceil(log10(2 * width)), floor(log10(most)) + 1)]
+        return [tick for tick in (*(-p for p in powers), 0.0, *powers) if self.span[0] <= tick <= self.span[1]]
+
+    def handles(self, hatches: Mapping[str, str] | None = None) -> list[Entry]:
+        """Legend entries: the flags that occur, and mixed pixels; or the colour of cells without a value.
+
+        hatches : patterns by flag.
+        """
+        patterns = hatches or {}
         if self.flags is None:
             return [_swatch("undefined", UNDEFINED_COLOUR)] if self.has_gaps else []
         found: list[Entry] = [
-            _swatch(flag_label(name), colour, " (only in mixed)" if name in self.hidden else "")
+            _swatch(flag_label(name), colour, " (only in mixed)" if name in self.hidden else "", patterns.get(name))
             for name, colour in self.flags.items()
         ]
         if self.mixed:
@@ -95,25 +120,51 @@ class Paint:
         return found
 
 
-def paint(variable: str, values: NDArray[np.generic], present: Collection[int] = ()) -> Paint:
-    """Fixed colours for flags; viridis for numbers, logarithmic if they are positive and span two decades.
+def paint(
+    variable: str, values: NDArray[np.generic], present: Collection[int] = (), *,
+    limits: tuple[float, float] | None = None, log: bool = False,
+) -> Paint:  # fmt: skip
+    """Fixed colours for flags; for numbers viridis, logarithmic if they are positive and span two decades, or colours
+    that part at zero where the sign matters.
 
     values : flags may be marked as mixed (`marked`). present : flags that occur besides those in `values`.
+    limits : of the colours of numbers. log : whether these are logarithmic in any case.
+    Raises PlotError for logarithmic colours of numbers that are not positive.
     """
     if variable in FLAG_COLOURS:
         return _flag_paint(variable, {int(code) for code in np.unique(values)}, set(present))
     numbers = values.astype(np.float64)
     finite = numbers[np.isfinite(numbers)]
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
-    scale = LogNorm if low > 0 and high / low > _LOG_FROM else Normalize
-    return Paint(colormaps["viridis"], scale(low, high), has_gaps=finite.size < values.size)
+    least, most = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+    low, high = limits or (least, most)
+    beyond = {(True, True): "both", (True, False): "min", (False, True): "max"}.get((least < low, most > high))
+    colours, norm = _scale(variable, low, high, log, finite)
+    return Paint(colours, norm, has_gaps=finite.size < values.size, beyond=beyond or "neither", span=(low, high))
+
+
+def _scale(
+    variable: str, low: float, high: float, log: bool, numbers: NDArray[np.float64]
+) -> tuple[Colormap, Normalize]:
+    """Colours of numbers from `low` to `high`."""
+    if log and not low > 0:
+        raise PlotError(f"{variable} is not positive everywhere (least {low:.4g}): no logarithmic colours\n"
+                        f"hint: limits that are positive: --limits {variable}=LOW..HIGH")  # fmt: skip
+    if log or (low > 0 and high / low > _LOG_FROM and variable not in DIVERGING):
+        return colormaps[_SEQUENTIAL], LogNorm(low, high)
+    if variable in DIVERGING and low < 0 < high:
+        most, usual = max(-low, high), float(np.median(np.abs(numbers)))
+        if usual * _LOG_FROM >= most:
+            return colormaps[_ABOUT_ZERO], Normalize(-most, most)
+        return colormaps[_ABOUT_ZERO], AsinhNorm(max(usual, most / _MOST_RATIO), vmin=-most, vmax=most)
+    return colormaps[_SEQUENTIAL], Normalize(low, high)
 
 
 def marked(variable: str, coarse: Coarse) -> NDArray[np.generic]:
     """The values of pixels as `paint` takes them: a mixed pixel has the code of its flag plus the number of flags."""
     if coarse.mixed is None:
         return coarse.values
-    return np.where(coarse.mixed, coarse.values + len(FLAGS[variable]), coarse.values)
+    values = np.where(coarse.mixed, coarse.values + len(FLAGS[variable]), coarse.values)
+    return np.ma.masked_array(values, coarse.values.mask) if isinstance(coarse.values, np.ma.MaskedArray) else values
 
 
 def _flag_paint(variable: str, drawn: set[int], present: set[int]) -> Paint:
@@ -139,7 +190,16 @@ def _pale(colour: str) -> str:
     return to_hex((red, green, blue))
 
 
-def _swatch(name: str, colour: str, remark: str = "") -> Patch:
+def ink(colour: str) -> str:
+    """The colour of lines that show on an area of a colour: light ones on what is dark in grey."""
+    rgb = to_rgb(colour)
+    dark = sum(weight * channel for weight, channel in zip(_BRIGHTNESS, rgb, strict=True)) < 0.5
+    red, green, blue = (1.0 - _INK * (1.0 - channel) if dark else _INK * channel for channel in rgb)
+    return to_hex((red, green, blue))
+
+
+def _swatch(name: str, colour: str, remark: str = "", hatch: str | None = None) -> Patch:
     """A legend entry. stick_slip is written stick-slip."""
     label = "stick-slip" if name == "stick_slip" else name.replace("_", " ")
-    return Patch(facecolor=colour, edgecolor="black", linewidth=0.5, label=label + remark)
+    edge = ink(colour) if hatch else "black"
+    return Patch(facecolor=colour, edgecolor=edge, hatch=hatch, linewidth=0.5, label=label + remark)

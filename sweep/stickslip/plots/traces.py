@@ -8,16 +8,24 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from stickslip.dataset.axis import spoken
 from stickslip.dataset.axis import title as array_title
+from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
+from stickslip.plots.figure import Figure
 from stickslip.plots.page import entitle, legend
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
+from stickslip.vocabulary import units
+from stickslip.vocabulary.customary import customary
 from stickslip.vocabulary.flags import MODES
+from stickslip.vocabulary.quantities import PARAMETERS
+
+_ALWAYS = ("mass", "stiffness", "normal_load", "belt_speed")  # of the parameters that a title names
+_NAMED = (*_ALWAYS, "damping")  # the others where they are not 0
 
 
 def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
@@ -27,8 +35,10 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     """
     if missing := {"displacement", "velocity", "relative_speed", "mode"} - set(ds.data_vars):
         raise PlotError(f"not a trajectory: no {', '.join(sorted(missing))}")
-    time, displacement, velocity = (ds[name].values for name in ("time", "displacement", "velocity"))
-    belt = ds["relative_speed"].values + velocity
+    names = "time", "displacement", "velocity"
+    units = {name: unit_of(ds[name]) for name in names}
+    time, displacement, velocity = (units[name].of(ds[name].values) for name in names)
+    belt = units["velocity"].of(ds["relative_speed"].values) + velocity
     sticks = ds["mode"].values == MODES.index("stick")
     figure = Figure(figsize=(10.0, 4.6), layout="constrained")
     places = figure.add_gridspec(2, 2, width_ratios=[3, 2])
@@ -53,9 +63,10 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     if np.ptp(belt) <= 1e-9 * np.abs(belt).max():
         phase.axhline(belt[0], zorder=0, **belt_line)
 
-    upper.set_ylabel(array_title(ds["displacement"]))
-    lower.set(xlabel=array_title(ds["time"]), ylabel=array_title(ds["velocity"]))
-    phase.set(xlabel=array_title(ds["displacement"]), ylabel=array_title(ds["velocity"]))
+    named = {name: array_title(ds[name], unit) for name, unit in units.items()}
+    upper.set_ylabel(named["displacement"])
+    lower.set(xlabel=named["time"], ylabel=named["velocity"])
+    phase.set(xlabel=named["displacement"], ylabel=named["velocity"])
     for ax in (upper, lower, phase):
         ax.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
     handles: list[Artist] = [
@@ -66,8 +77,21 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     if sticks.any():
         handles.append(Patch(label="sticking", **shade))
     legend(figure, handles, at_right=False)
-    entitle(figure, upper, str(ds.attrs.get("title", "")) if title is None else title, above_all=True)
+    entitle(figure, upper, _title(ds) if title is None else title, above_all=True)
     return figure
+
+
+def _title(ds: xr.Dataset) -> str:
+    """The title of the dataset, and below it the parameters of the cell."""
+    held = {name: float(ds[name]) for name in _NAMED if name in ds.coords and ds[name].ndim == 0}
+    words = [f"{spoken(name)} {_quantity(name, value)}" for name, value in held.items() if value or name in _ALWAYS]
+    return "\n".join(filter(None, [str(ds.attrs.get("title", "")), ", ".join(words)]))
+
+
+def _quantity(name: str, value: float) -> str:
+    """A parameter as people write it."""
+    unit = PARAMETERS[name].units
+    return customary(unit, value) or f"{value:.4g} {units.spelled(unit)}".rstrip()
 
 
 def _spans(time: NDArray[np.float64], inside: NDArray[np.bool_]) -> Iterator[tuple[float, float]]:

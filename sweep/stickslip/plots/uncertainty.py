@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stickslip.dataset.axis import MapAxis, spoken
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply
+from stickslip.plots.figure import Figure
+from stickslip.plots.held import held_note
+from stickslip.plots.look import PLAIN, Look
 from stickslip.plots.maps import plot_map
-from stickslip.plots.page import entitle
+from stickslip.plots.page import annotate, entitle
 from stickslip.plots.palette import (
     BLACK,
     BLUE,
@@ -37,10 +39,13 @@ _COLOURS = (BLUE, ORANGE, BLACK, GREEN, PURPLE, VERMILLION, SKY)
 _STYLES = ("solid", "dashed", "dotted", "dashdot")
 
 
-def plot_probability(ds: xr.Dataset, state: str = "stick_slip", *, title: str | None = None) -> Figure:
+def plot_probability(
+    ds: xr.Dataset, state: str = "stick_slip", *, title: str | None = None, look: Look = PLAIN
+) -> Figure:
     """The probability of a regime: bars for one cell, a line with its band over one axis, a map over more.
 
-    Beside or below it, if they were computed, the Sobol indices of the uncertain quantities. Raises PlotError.
+    Beside or below it, if they were computed, the Sobol indices of the uncertain quantities. look : of maps.
+    Raises PlotError.
     """
     if "probability" not in ds or state not in ds.get("state", []):
         raise PlotError(f"holds no probability of {state}: it needs a result of a configuration with uncertain inputs")
@@ -54,7 +59,7 @@ def plot_probability(ds: xr.Dataset, state: str = "stick_slip", *, title: str | 
     if len(dims) == 1:
         return _line(one, state, title)
     named = one["probability"].assign_attrs(long_name=f"probability of {_name(state)}")
-    return plot_map(one.assign(probability=named), "probability", title=title)
+    return plot_map(one.assign(probability=named), "probability", title=title, look=look)
 
 
 def _cell(ds: xr.Dataset, state: str, title: str) -> Figure:
@@ -80,6 +85,7 @@ def _cell(ds: xr.Dataset, state: str, title: str) -> Figure:
     left.set(xlim=(0, 1), xlabel=f"probability (bars: ± {_ERRORS:g} standard errors)")
     if right:
         _index_bars(right[0], ds.sel(state=state), state)
+    annotate(figure, held_note(ds))
     entitle(figure, left, title, above_all=True)
     return figure
 
@@ -128,6 +134,7 @@ def _line(ds: xr.Dataset, state: str, title: str) -> Figure:
         _index_lines(lower[0], ds, x)
     apply(x, upper, "x")
     (lower[0] if lower else upper).set_xlabel(x.title)
+    annotate(figure, held_note(ds))
     entitle(figure, upper, title)
     return figure
 

@@ -130,8 +130,15 @@ class Gathered:
         return results
 
 
-def assemble(gathered: Gathered, parts: Parts, work: Work, output: Location, progress: Progress | None) -> None:
-    """Write the map of a store to `output`, all or nothing. Raises StoreError."""
+def assemble(
+    gathered: Gathered,
+    parts: Parts,
+    work: Work,
+    output: Location,
+    progress: Progress | None,
+    check: writing.Check | None = None,
+) -> None:
+    """Write the map of a store to `output`, all or nothing. Raises StoreError, and what `check` raises at last."""
     kernels = parts.manifest.kernels
     action = "run" if len(kernels) == 1 else f"run, by kernels {' and '.join(kernels)}"
     attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
@@ -139,7 +146,7 @@ def assemble(gathered: Gathered, parts: Parts, work: Work, output: Location, pro
     if canvas is None or not canvas.grid.shape:
         dataset = work.study.dataset(gathered.blocks(), attributes)
         dataset.attrs |= _lacking(gathered, work)
-        writing.write(dataset, output)
+        writing.write(dataset, output, check=check)
         return
     if refined := _refined(work):
         attributes |= refined.findings(gathered.blocks())
@@ -155,7 +162,7 @@ def assemble(gathered: Gathered, parts: Parts, work: Work, output: Location, pro
             else:
                 _write_by_region(canvas, target, progress)
 
-    writing.write(template, output, fill, chunks)
+    writing.write(template, output, fill, chunks, check)
 
 
 def _canvas(gathered: Gathered, work: Work) -> Canvas | None:

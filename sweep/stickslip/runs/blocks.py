@@ -99,6 +99,12 @@ def blocks_of_chunks(chunks: tuple[int, ...], shape: tuple[int, ...]) -> Blocks:
 def parse_shard(text: str) -> Shard:
     """The shard called `2/8`. Raises ValueError."""
     found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
-    if not found or not 1 <= int(found[1]) <= int(found[2]):
+    if not found or not int(found[2]):
         raise ValueError(f"got {text!r}, expected a shard such as 1/8, 2/8 up to 8/8")
-    return Shard(int(found[1]), int(found[2]))
+    number, count = int(found[1]), int(found[2])
+    if not 1 <= number <= count:
+        raise ValueError(
+            f"got {text!r}, but shards are counted from 1: 1/{count} to {count}/{count}\n"
+            f"hint: in a SLURM array: --array=1-{count} and --shard $SLURM_ARRAY_TASK_ID/{count}"
+        )
+    return Shard(number, count)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from stickslip.errors import StoreError
-from stickslip.files.locations import Location
+from stickslip.files.locations import ROOT, Location
 from stickslip.files.writing import check_writable
 from stickslip.runs import earlier
 from stickslip.runs.assembly import Gathered, assemble
@@ -43,11 +44,20 @@ def collect(request: Request) -> Collected:
     if not store.finished():
         raise StoreError(f"{store.where}: no finished blocks there, so there is nothing to collect")
     earlier.finish(request.output, request.notice)
+    before = _seen(request.output)
+
+    def check() -> None:
+        if gathered.missing and _seen(request.output) != before:
+            raise StoreError(
+                f"{request.output}: another run wrote it meanwhile, and may have had more blocks: it is left as it is\n"
+                "hint: collect again if cells are missing"
+            )
+
     with earlier.result(request.output, request.config, request.fresh) as old:
         work = Work(request.config, old.known if old else None, store.blocks)
         gathered = Gathered(store, work, None, request.notice)
         with writing_alone(request.output, request.notice):
-            assemble(gathered, store, work, request.output, request.assembling)
+            assemble(gathered, store, work, request.output, request.assembling, check)
     missing = sum(gathered.missing.values())
     if missing or request.keep:
         return Collected(request.output, store.blocks.size, missing, store.where, work.study)
@@ -58,6 +68,17 @@ def collect(request: Request) -> Collected:
         return Collected(request.output, store.blocks.size, 0, store.where, work.study)
     folder.vanish()
     return Collected(request.output, store.blocks.size, 0, None, work.study)
+
+
+def _seen(output: Location | None) -> tuple[int, ...] | None:
+    """What tells a result at a path from one that replaces it; None for none, and behind a URL."""
+    if not isinstance(output, Path):
+        return None
+    try:
+        found = (output / ROOT if output.is_dir() else output).stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_mtime_ns, found.st_size
 
 
 @dataclass(frozen=True)

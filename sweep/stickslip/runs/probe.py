@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Protocol
 
@@ -40,6 +40,7 @@ def probe(grid: HasCells, options: Options, most: int = 8192) -> Probe:
     """Compute about `most` cells, in short runs spread evenly over the grid. Raises KeyboardInterrupt on Ctrl-C."""
     sample = _spread_out(grid, most)
     count = sample["mass"].size
+    options = replace(options, variables=None)  # whatever is kept of the map: `status` counts
     warm_up(options.law)
     began = perf_counter()
     part = compute(lambda start, stop: {name: values[start:stop] for name, values in sample.items()}, count, options)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from stickslip.config.addresses import EXPECTED, HERE, is_address
 from stickslip.config.model import Config
-from stickslip.config.reader import load_config
+from stickslip.config.overrides import Setting
+from stickslip.config.reader import Given, as_config, load_config, parse_config
 from stickslip.engine import Progress, warm_up
 from stickslip.errors import StoreError
 from stickslip.files.locations import Location, Url, location
@@ -30,7 +31,8 @@ class Request:
     shard : compute only its blocks. fresh : start over. keep : leave the store once the result is written.
     on_error : whether a block that fails ends the run or not.
     progress, assembling : called with (cells done, cells in all) while computing and while writing the result.
-    notice : called with a line for people when something is worth knowing.
+    notice : called with a line for people when something is worth knowing. news : instead of it where that is no
+        warning; None for the same.
     prepare : called with the friction law before the first block is computed here.
     dask : address of a Dask scheduler, its file, `local` or `none`; or a `distributed.Client`; None takes what the
         configuration says.
@@ -46,6 +48,7 @@ class Request:
     progress: Progress | None = None
     assembling: Progress | None = None
     notice: Notice = lambda text: None  # noqa: E731
+    news: Notice | None = None
     prepare: Callable[[str], None] = warm_up
     dask: Any = None
 
@@ -91,19 +94,27 @@ class Outcome:
 
 
 def request_for(
-    place: str | os.PathLike[str], output: str | os.PathLike[str] | None = None, store: str | None = None
+    place: Given,
+    output: str | os.PathLike[str] | None = None,
+    store: str | None = None,
+    settings: Sequence[Setting] = (),
 ) -> Request:
-    """The request behind a configuration file, or behind the path or URL of a store.
+    """The request behind a configuration, or behind the path or URL of a store.
 
-    store : place of the store of a configuration file, if not beside its output.
+    store : place of the store of a configuration, if not beside its output.
+    settings : of a command line, put into the configuration; those that change the results of a store are refused when
+        it is used.
     The output is the one named, else that of the configuration; a store called `FILE.parts` belongs to FILE.
     Raises ConfigError or StoreError.
     """
-    text = os.fspath(place)
-    if not _is_store(text):
-        config = load_config(text)
+    text = os.fspath(place) if isinstance(place, str | os.PathLike) else None
+    if text is None or not _is_store(text):
+        config = as_config(place) if text is None else load_config(text, settings)
         return Request(config, _output(output, config), store)
     config = parts.config_of(parts.find(folder_at(text)))
+    if settings:
+        changed = parse_config(config.to_yaml(), text, settings)
+        config = changed.shown_in(config.written_in | changed.written_in)
     return Request(config, _beside(text) if output is None and _beside(text) else _output(output, config), text)
 
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 
-from stickslip.engine import Results, StopFlag, stop_flag
+from stickslip.engine import Progress, Results, StopFlag, stop_flag
 from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
 from stickslip.files.locations import Location
 from stickslip.files.writing import check_writable
@@ -130,14 +130,16 @@ def _computed(
     if request.shard is None:
         parts.sweep(store.folder)
     found, wanted, tally = store.cells(store.finished()), choose(store, request), Tally()
-    if found and wanted:
-        request.notice(f"{found:,} of {work.size:,} {work.study.counted} were found finished in {store.where}")
+    if wanted and store.finished() & _asked(store, request):
+        (request.news or request.notice)(
+            f"{found:,} of {work.size:,} {work.study.counted} were found finished in {store.where}"
+        )
     if wanted and machines.name is None:
         for law in work.study.kernels:
             request.prepare(law)
     at_once = request.on_error == "stop"
     try:
-        machines.compute(store, work, wanted, tally, stop, stop_on_error=at_once, progress=request.progress)
+        machines.compute(store, work, wanted, tally, stop, stop_on_error=at_once, progress=_of_share(store, request))
     except KeyboardInterrupt:
         raise _interrupted(store, work) from None
     except BlockFailedError as failed:
@@ -147,6 +149,16 @@ def _computed(
     return Outcome(
         work.size, found, tally.reused, tally.cells - tally.reused, where=store.where, machines=machines.name
     )  # fmt: skip
+
+
+def _of_share(store: Parts, request: Request) -> Progress | None:
+    """What is called with the items done of a shard, and of its own; what others did before does not count."""
+    progress = request.progress
+    if progress is None or request.shard is None:
+        return progress
+    own = _asked(store, request)
+    total, of_others = store.cells(own), store.cells(store.finished() - own)
+    return lambda done, _size: progress(min(done - of_others, total), total)  # others may have gone on since
 
 
 def _interrupted(store: Parts, work: Work) -> Interrupted:

@@ -1,7 +1,8 @@
 """The identity of a run: which keys of a configuration decide its results, and how two configurations differ in them.
 
-The title, the output and the execution section do not; nor does the file a curve was fitted to, since the fitted
-coefficients do.
+The title, the execution section, and of the output section all but `variables` do not; nor does the file a curve was
+fitted to, since the fitted coefficients do. A result without some variables is another one: of it they can neither be
+taken, nor may they be lost where it replaces one that holds them.
 """
 
 from __future__ import annotations
@@ -12,16 +13,29 @@ from collections.abc import Iterator
 from typing import Any
 
 from stickslip.config.model import Config
+from stickslip.config.options import options_of
+from stickslip.engine import columns
 
 _LONGEST = 60  # characters of a value that is shown
 _NOTHING = "nothing"
+_VARIABLES = "output.variables"
 
 
 def settings(config: Config) -> dict[str, Any]:
     """What the numbers depend on, as plain data; the axes as a list, since their order is that of the cells."""
     plain = {key: value for key, value in config.resolved().items() if key not in ("title", "output", "execution")}
     plain["friction"] = {key: value for key, value in plain["friction"].items() if key != "fit"}
-    return {**plain, "axes": [[name, axis] for name, axis in plain["axes"].items()]}
+    kept = kept_variables(config)
+    chosen = {} if kept is None else {"output": {"variables": kept}}
+    return {**plain, **chosen, "axes": [[name, axis] for name, axis in plain["axes"].items()]}
+
+
+def kept_variables(config: Config) -> list[str] | None:
+    """The variables of a map that are kept; None for all there are, whether they were named or not."""
+    kept = config.output.variables
+    if kept is None or not config.is_map or set(kept) == set(columns(options_of(config))):
+        return None
+    return list(kept)
 
 
 def fingerprint(config: Config) -> str:
@@ -33,7 +47,8 @@ def differences(there: Config, here: Config) -> dict[str, tuple[str, str]]:
     """The keys in which two configurations differ, with both values as text, first that of `there`."""
     flat = [dict(_flat(settings(config))) for config in (there, here)]
     names = dict.fromkeys([*flat[0], *flat[1]])
-    pairs = {name: (flat[0].get(name, _NOTHING), flat[1].get(name, _NOTHING)) for name in names}
+    absent = {name: "all" if name == _VARIABLES else _NOTHING for name in names}
+    pairs = {name: (flat[0].get(name, absent[name]), flat[1].get(name, absent[name])) for name in names}
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
+from stickslip.config.options import map_options_of
 from stickslip.engine import Options, Results, StopFlag, stop_flag
 from stickslip.files.locations import Location
 from stickslip.files.packing import NETCDF, PLAIN
@@ -42,7 +42,7 @@ def study_of(config: Config) -> Study:
     if config.refine is not None:
         from stickslip.refinement import RefinedMap
 
-        return RefinedMap(config, config.refine, options_of(config))
+        return RefinedMap(config, config.refine, map_options_of(config))
     if config.margins is not None:
         from stickslip.distances import margin_study
 
@@ -52,7 +52,7 @@ def study_of(config: Config) -> Study:
 
         subset = config.uncertain.subset
         return sample_study(config) if subset is None else rare_study(config, subset)
-    return MapStudy(config, options_of(config))
+    return MapStudy(config, map_options_of(config))
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
-from difflib import get_close_matches
+from collections.abc import Iterable, Mapping
 from math import prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.errors import QuantityError
+from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.synonyms import meant
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,44 +22,58 @@ if TYPE_CHECKING:
 Cells = dict[str, NDArray[np.float64]]
 _ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
 _FEW = 4096  # cells; so many are laid out in a table, which is quicker than broadcasting but takes its memory
+_BETWEEN = ("a1", "a3", "mu_static", "mu_stop")  # bounds of each other
+_PLAIN = (float, int)  # what most give, which takes NumPy a moment to find out
 _DEFAULTS = {name: np.array(row.default) for name, row in PARAMETERS.items() if row.default is not None}
 
 
 def as_cells(given: Mapping[str, Any] | xr.Dataset) -> Cells:
     """Every parameter of `PARAMETERS` as a float64 array, all of one length.
 
-    given : numbers or arrays in SI by parameter name, broadcast against each other and flattened; of a Dataset, the
-        variables and coordinates that carry names of parameters.
+    given : numbers or arrays in SI by parameter name, or texts with units, broadcast against each other and flattened;
+        of a Dataset, the variables and coordinates that carry names of parameters.
     Raises TypeError for names or values of the wrong kind, ValueError for missing or impossible values.
     """
     named = _named(given)
     _check_names(named)
-    arrays = {name: _numbers(name, value) for name, value in named.items()}
+    arrays = {}
     for name, parameter in PARAMETERS.items():
-        if name in arrays:
-            _check_range(parameter, arrays[name])
+        if name in named:
+            arrays[name] = _numbers(parameter, named[name])
         elif parameter.default is None:
             raise ValueError(f"{name} is missing ({parameter.long_name}, {parameter.units})")
         else:
             arrays[name] = _DEFAULTS[name]
-    cells = _of_one_length({name: arrays[name] for name in PARAMETERS})
+    if all(arrays[name].ndim == 0 for name in _BETWEEN) and _fit_together(*(arrays[name].item() for name in _BETWEEN)):
+        return _of_one_length(arrays)
+    cells = _of_one_length(arrays)
     _check_between(cells)
     return cells
 
 
 def _of_one_length(arrays: dict[str, NDArray[np.float64]]) -> Cells:
     """The arrays broadcast against each other, and flattened."""
-    try:
-        shape = np.broadcast_shapes(*{value.shape for value in arrays.values()})
-    except ValueError:
-        shapes = ", ".join(f"{name} {value.shape}" for name, value in arrays.items() if value.ndim)
-        raise ValueError(f"the parameters do not fit together; their shapes are {shapes}") from None
+    shape = _common_shape(arrays)
     if (size := prod(shape)) > _FEW:
-        return {name: np.broadcast_to(value, shape).reshape(-1) for name, value in arrays.items()}
+        return {
+            name: (value if value.shape == shape else np.broadcast_to(value, shape)).reshape(-1)
+            for name, value in arrays.items()
+        }
     table = np.empty((len(arrays), *shape))
     for row, value in enumerate(arrays.values()):
         table[row] = value
-    return dict(zip(arrays, table.reshape(-1, size), strict=True))
+    return dict(zip(arrays, table.reshape(len(arrays), size), strict=True))
+
+
+def _common_shape(arrays: dict[str, NDArray[np.float64]]) -> tuple[int, ...]:
+    shapes = {value.shape for value in arrays.values()} - {()}
+    if len(shapes) < 2:
+        return next(iter(shapes), ())
+    try:
+        return np.broadcast_shapes(*shapes)
+    except ValueError:
+        found = ", ".join(f"{name} {value.shape}" for name, value in arrays.items() if value.ndim)
+        raise ValueError(f"the parameters do not fit together; their shapes are {found}") from None
 
 
 def impossible(cells: Cells) -> NDArray[np.bool_]:
@@ -86,27 +102,68 @@ def _from_dataset(ds: xr.Dataset) -> dict[str, Any]:
 def _check_names(named: Mapping[str, Any]) -> None:
     for name in named:
         if name not in PARAMETERS:
-            near = get_close_matches(str(name), PARAMETERS, 1)
-            hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
+            near = meant(str(name), PARAMETERS)
+            hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
             raise TypeError(f"{name!r} is not a parameter of a cell{hint}")
 
 
-def _numbers(name: str, value: Any) -> NDArray[np.float64]:
+def _numbers(parameter: Parameter, value: Any) -> NDArray[np.float64]:
+    """The values of a parameter in SI, checked."""
+    if type(value) in _PLAIN and parameter.allows(value):
+        return np.array(value, np.float64)
     array = np.asarray(value)
     if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name}: got {value!r}, expected a number or an array of numbers in {PARAMETERS[name].units}")
-    return array.astype(np.float64)
+        return _from_texts(parameter, array, value)
+    numbers = array.astype(np.float64)
+    _check_range(parameter, numbers)
+    return numbers
+
+
+def _from_texts(parameter: Parameter, array: NDArray[Any], value: Any) -> NDArray[np.float64]:
+    """Values of which some are texts with units, or words such as `none`."""
+    items = np.empty(array.shape, object)
+    items[...] = value
+    numbers = np.empty(array.shape)
+    for place, item in np.ndenumerate(items):
+        plain = item.item() if isinstance(item, np.generic) else item
+        if isinstance(plain, bool) or not isinstance(plain, int | float | str):
+            raise TypeError(f"{parameter.name}: got {value!r}, expected {_expected(parameter)}")
+        try:
+            numbers[place] = parameter.read(plain) if isinstance(plain, str) else plain
+        except QuantityError as error:
+            found = f" ({error.found})" if error.found else ""
+            raise ValueError(f"{parameter.name}{_at(place)}: got {plain!r}{found}, {error}") from None
+    _check_range(parameter, numbers)
+    return numbers
+
+
+def _expected(parameter: Parameter) -> str:
+    if parameter.units == "1":
+        return "a number or an array of numbers"
+    example = units.example(parameter.units)
+    return f"a number or an array of numbers in {parameter.units}, or texts such as {example!r}"
 
 
 def _check_range(parameter: Parameter, values: NDArray[np.float64]) -> None:
     """NaN is allowed only where it means "absent" (its own default)."""
-    if values.ndim == 0 and parameter.allows(values.item()):
-        return
     wrong = ~np.asarray(parameter.allows(values))
     if wrong.any():
-        place = "" if values.ndim == 0 else f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]"
         found = values[wrong][0] if values.ndim else values
+        place = _at(np.argwhere(wrong)[0]) if values.ndim else ""
         raise ValueError(f"{parameter.name}{place}: got {found:g}, expected {parameter.expected}")
+
+
+def _at(place: Iterable[Any]) -> str:
+    """A place in an array as one writes it; nothing for a single number."""
+    inside = ", ".join(map(str, place))
+    return f"[{inside}]" if inside else ""
+
+
+def _fit_together(a1: float, a3: float, mu_static: float, mu_stop: float) -> bool:
+    """What `_check_between` checks, of numbers that are the same in all cells."""
+    mu_start = a1 + a3
+    slack = abs(mu_start) * _ROUNDING
+    return not (mu_start < -_ROUNDING * a1 or mu_static < mu_start - slack or mu_stop > mu_start + slack)
 
 
 def _check_between(cells: Cells) -> None:

@@ -4,7 +4,8 @@
 `TRACE_VARIABLES` those of one trajectory over time, `BORDER_VARIABLES` those of the borders between regimes (`border`
 and its width in the units of the parameter searched), `ATTRACTOR_VARIABLES` those of the attractors of a cell,
 `RAMP_VARIABLES` those followed along a ramp, `MATERIAL_VARIABLES` those of materials compared, `UNCERTAIN_VARIABLES`
-those of scatter (the names of metrics are put behind `STATISTICS`). Datasets, plots and documentation read these
+those of scatter (the names of metrics are put behind `STATISTICS`), `LEVEL_VARIABLES` those of how loud cells are.
+Datasets, plots and documentation read these
 tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS requires (``m s-1``).
 """
 
@@ -209,15 +210,27 @@ _MATERIAL_VARIABLES = (
     Variable("point_sigma", "1", "standard deviation of the measured friction coefficient"),
 )  # fmt: skip
 
+LEVEL = Variable(
+    "acceleration_level_a", "1", "time-average A-weighted level of the acceleration, dB re 1e-6 m/s2",
+    comment="Of the limit cycle, from the Fourier series of one period, up to 20 kHz; IEC 61672-1, ISO 1683. No level "
+    "of sound pressure: levels of cells can be compared with each other. NaN where there is no cycle; -inf where "
+    "nothing of it is heard.",
+)  # fmt: skip
+
 VARIABLES: dict[str, Variable] = {v.name: v for v in _VARIABLES}
 MATERIAL_VARIABLES: dict[str, Variable] = {v.name: v for v in _MATERIAL_VARIABLES}
 COMPUTED = Variable("computed", "1", "whether a cell was computed or its regime was inferred")
 MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
+LEVEL_VARIABLES: dict[str, Variable] = {
+    name: VARIABLES[name] for name in ("regime", "status", "period", "frequency")
+} | {LEVEL.name: LEVEL}
 UNCERTAIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _UNCERTAIN_VARIABLES}
 TRACE_VARIABLES: dict[str, Variable] = {v.name: v for v in _TRACE_VARIABLES}
 BORDER_VARIABLES: dict[str, Variable] = {v.name: v for v in _BORDER_VARIABLES}
 ATTRACTOR_VARIABLES: dict[str, Variable] = {v.name: v for v in _ATTRACTOR_VARIABLES}
 _RAMP = ("regime", "status", "velocity_amplitude", "displacement_amplitude", "period", "stick_fraction")
 RAMP_VARIABLES: dict[str, Variable] = {name: VARIABLES[name] for name in _RAMP}
+_BETWEEN = ("unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", "damping_ratio")
+BETWEEN_VARIABLES: dict[str, Variable] = {name: ATTRACTOR_VARIABLES[name] for name in _BETWEEN}
 CONTOUR_VARIABLES: dict[str, Variable] = {v.name: v for v in _CONTOUR_VARIABLES}
 MARGIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _MARGIN_VARIABLES}

@@ -13,15 +13,26 @@ import math
 import re
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import QuantityError
+from stickslip.vocabulary.meant_units import meant_unit
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 _LONGEST = 60  # characters of a quantity; more is nonsense, and Fraction would compute with them all
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?(?![\d.])"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.ASCII | re.DOTALL)
 _COMMA = re.compile(r"\s*[-+]?\d+,\d+")
 _FACTOR = re.compile(r"\s*([*/·]?)\s*([A-Za-zµμΩ°%]+)(?:(?:\^|\*\*)?([-+]?[0-9])(?![0-9.]))?")
+
+_AS_TYPED = str.maketrans({  # what keyboards and word processors put for plain characters
+    "\u00a0": " ", "\u2009": " ", "\u202f": " ", "\u2212": "-", "\u22c5": "·", "\u2219": "·",
+    "\u2215": "/", "\u2044": "/", "⁻": "-", "⁰": "0", "¹": "1", "²": "2", "³": "3", "⁴": "4",
+})  # fmt: skip
+_QUOTES = "“”„‟‘’‚«»‹›"
 
 _NO_UNIT = (AttributeError, ValueError, OverflowError)  # pint.UndefinedUnitError is the first; nan and inf are others
 
@@ -37,11 +48,13 @@ _KINDS = {  # by unit: what such a quantity is, and how one writes it
     "m s-2": ("an acceleration", "50 mm/s2"),
     "s-1": ("a frequency", "2 kHz"),
 }
-_MILLI, _ONE, _KILO = Fraction(1, 1000), Fraction(1), Fraction(1000)
+_MICRO, _MILLI, _CENTI = Fraction(1, 10**6), Fraction(1, 1000), Fraction(1, 100)
+_ONE, _KILO = Fraction(1), Fraction(1000)
 _PLAIN = {  # in SI base units: the factor; powers of metre, kilogram and second
-    "m": (_ONE, (1, 0, 0)), "mm": (_MILLI, (1, 0, 0)), "km": (_KILO, (1, 0, 0)),
+    "m": (_ONE, (1, 0, 0)), "cm": (_CENTI, (1, 0, 0)), "mm": (_MILLI, (1, 0, 0)), "km": (_KILO, (1, 0, 0)),
     "g": (_MILLI, (0, 1, 0)), "kg": (_ONE, (0, 1, 0)), "s": (_ONE, (0, 0, 1)), "ms": (_MILLI, (0, 0, 1)),
     "N": (_ONE, (1, 1, -2)), "kN": (_KILO, (1, 1, -2)), "Hz": (_ONE, (0, 0, -1)), "kHz": (_KILO, (0, 0, -1)),
+    "µm": (_MICRO, (1, 0, 0)), "µs": (_MICRO, (0, 0, 1)),
 }  # fmt: skip
 _OTHER_KINDS = {  # what else people may write by mistake
     "m2": "an area",
@@ -73,6 +86,19 @@ def si_value(value: object, units: str) -> float:
     return number
 
 
+def si_array(values: NDArray[np.float64], unit: str, units: str) -> NDArray[np.float64]:
+    """Numbers in `unit`, as people write it, in the SI `units`. Raises QuantityError.
+
+    A decimal fraction of a unit divides, so that 0.7 mm is the double nearest to 0.0007.
+    """
+    if units == "1":
+        if unit not in ("", "1"):
+            raise QuantityError(expected(units))
+        return values
+    factor = _factor(unit, units)
+    return values * float(factor.numerator) / float(factor.denominator)
+
+
 def expected(units: str) -> str:
     """What to write for a quantity of these units: ``a speed such as '10 mm/s' or a number in m/s``."""
     if units == "1":
@@ -102,31 +128,52 @@ def spelled(units: str) -> str:
     return "/".join([" ".join(over) or "1", *under])
 
 
+def unit_in(text: str) -> str | None:
+    """The unit in a text of a number and a unit, as it is written; None where there is none."""
+    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
+    return (match[2] or None) if match else None
+
+
+def factor(unit: str, units: str) -> float:
+    """What a number in `unit` is multiplied with to be in the SI `units`. Raises QuantityError."""
+    return float(_factor(unit, units))
+
+
 def _in(units: str) -> str:
     return "" if units == "1" else f" in {spelled(units)}"
 
 
 def _from_text(text: str, units: str) -> float:
     """The SI value of a text with a unit."""
+    text = text.translate(_AS_TYPED)
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None:
-        raise QuantityError(expected(units), _hint_for_no_number(text))
+        raise QuantityError(expected(units), _hint_for_no_number(text, units))
     number, unit = match.groups()
     if not unit or units == "1":
         raise QuantityError(expected(units), _hint_for_quotes(number, unit, units))
     if _COMMA.match(text):
         decimal = text.strip().replace(",", ".", 1)
         raise QuantityError(expected(units), f"write a decimal point, not a comma: '{decimal}'")
-    factor = _factor(unit, units)
+    try:
+        factor = _factor(unit, units)
+    except QuantityError as error:
+        if meant := meant_unit(unit, lambda other: _fits(other, units)):
+            raise QuantityError(error.expected, f"did you mean '{number} {meant}'?", error.found) from None
+        raise
     try:
         return float(Fraction(number) * factor)
     except OverflowError:
         raise QuantityError(f"a finite number{_in(units)}") from None
 
 
-def _hint_for_no_number(text: str) -> str | None:
+def _hint_for_no_number(text: str, units: str) -> str | None:
     if text.strip().lower().lstrip("+-.") in ("nan", "inf", "infinity"):
         return "every quantity is a finite number"
+    if inner := text.strip().strip(_QUOTES).strip() if set(text) & set(_QUOTES) else None:
+        return f"remove the curly quotes, no quotes are needed: {inner}"
+    if _fits(text.strip(), units):
+        return f"the number is missing: '1 {text.strip()}'"
     return None
 
 
@@ -137,6 +184,8 @@ def _hint_for_quotes(number: str, unit: str, units: str) -> str:
         return f"write the share as a number: {float(Fraction(number) / 100):g}"
     if unit.startswith(","):
         return "write a decimal point, not a comma, and no quotes"
+    if re.fullmatch(r"([_']\d{3})+", unit):
+        return "write the digits without separators"
     return "leave the unit out: this quantity has none"
 
 
@@ -205,6 +254,15 @@ def _hint_for_unit(unit: str) -> str:
     if "(" in unit:
         return "write units without brackets: 'N/m/s' or 'N m-1 s-1'"
     return f"'{unit}' is not a unit"
+
+
+def _fits(unit: str, units: str) -> bool:
+    """Whether a unit as people write it is one of the right kind."""
+    try:
+        _factor(unit, units)
+    except QuantityError:
+        return False
+    return True
 
 
 @lru_cache(maxsize=1)

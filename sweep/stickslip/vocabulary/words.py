@@ -8,8 +8,12 @@ from collections.abc import Iterable
 
 def nearest(word: str, words: Iterable[str]) -> str | None:
     """The one of `words` that `word` was probably meant to be, if any comes close."""
-    known = list(words)
-    found = difflib.get_close_matches(word.lower().replace("-", "_").replace(" ", "_"), known, 1, 0.6)
+    known, spelled = list(words), word.lower().replace("-", "_").replace(" ", "_")
+    if swapped := [one for one in known if sorted(one) == sorted(spelled)]:  # strokse is strokes rather than stroke
+        return swapped[0]
+    if whole := [one for one in known if spelled in one.split("_")]:  # belt is belt_speed rather than delta
+        return whole[0]
+    found = difflib.get_close_matches(spelled, known, 1, 0.6)
     return found[0] if found else None
 
 

@@ -64,7 +64,7 @@ BAD = {
     ),
     "an unknown spacing": (
         with_line(6, "axes: {belt_speed: {start: 1, stop: 2, num: 5, spacing: logarithmic}}"),
-        "map.yaml:6:57: axes.belt_speed.spacing: got 'logarithmic', expected linear or log",
+        "map.yaml:6:57: axes.belt_speed.spacing: got 'logarithmic', expected linear or log\n  hint: did you mean log?",
     ),
     "one point": (
         with_line(6, "axes: {belt_speed: {start: 1, stop: 2, num: 1}}"),
@@ -86,7 +86,8 @@ BAD = {
     ),
     "a number for an axis": (
         with_line(6, "axes: {belt_speed: 3}"),
-        "map.yaml:6:20: axes.belt_speed: got 3, expected a list of values, or start, stop and num",
+        "map.yaml:6:20: axes.belt_speed: got 3, expected a list of values, or start, stop and num\n"
+        "  hint: belt_speed: {start: 10 mm/s, stop: 100 mm/s, num: 50}",
     ),
     "an empty list": (
         with_line(6, "axes: {belt_speed: []}"),

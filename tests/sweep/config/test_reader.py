@@ -126,7 +126,7 @@ BAD = {
     ),
     "a word of YAML 1.1": (
         GOOD + "solver: {early_stop: yes}\n",
-        "map.yaml:12:22: solver.early_stop: got 'yes', expected true or false",
+        "map.yaml:12:22: solver.early_stop: got 'yes', expected true or false\n  hint: did you mean true?",
     ),
     "no steps": (
         GOOD + "solver: {max_steps: 0}\n",

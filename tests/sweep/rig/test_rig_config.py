@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from helpers.rig_cases import data, rig
@@ -161,3 +162,18 @@ def test_what_is_not_said_holds_by_default():
     assert (made.sensor.rate, made.sensor.bandwidth, made.sensor.force_noise, made.sensor.seed) == (1000.0, None, 0, 1)
     assert made.drive.ramp == 0.02 and made.drive.profile == "trapezoid"
     assert make_rig(plain | {"sensor": None}) == made  # a section without content
+
+
+def test_a_rig_is_read_from_python_as_from_yaml(tmp_path):
+    text = """
+    system: {mass: 100 g, stiffness: 5 N/mm, normal_load: 10 N}
+    friction: {a1: 0.3, a2: 0, a3: 0.1, a4: 20 mm/s}
+    drive: {stroke: 6 mm}
+    axes: {belt_speed: [1 mm/s, 2 mm/s]}
+    """
+    given = {"system": {"mass": np.float64(0.1), "stiffness": "5 N/mm", "normal_load": 10},
+             "friction": {"a1": 0.3, "a2": 0, "a3": 0.1, "a4": "20 mm/s"}, "drive": {"stroke": "6 mm"},
+             "axes": {"belt_speed": np.array([0.001, 0.002])}}  # fmt: skip
+    assert load_rig(given) == parse_rig(text)
+    with pytest.raises(ConfigError, match=r"^drive\.stroke: got '6 kg' \(mass\), expected a length"):
+        load_rig(given | {"drive": {"stroke": "6 kg"}})

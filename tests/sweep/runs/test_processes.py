@@ -52,8 +52,9 @@ def slow_config(folder, num=300):
 
 @posix
 @pytest.mark.slow
-def test_killed_at_twenty_moments_a_run_ends_with_the_same_bits_and_computes_nothing_twice(tmp_path):
-    config = write_config(tmp_path, num=250, more="solver: {rtol: 0.01}\n")  # 62,500 cells in 16 blocks
+@pytest.mark.parametrize("kept", ["", "output: {variables: [regime, period]}\n"], ids=["all", "few"])
+def test_killed_at_twenty_moments_a_run_ends_with_the_same_bits_and_computes_nothing_twice(tmp_path, kept):
+    config = write_config(tmp_path, num=250, more=f"solver: {{rtol: 0.01}}\n{kept}")  # 62,500 cells in 16 blocks
     output = tmp_path / "a map µ.nc"
     command = [sys.executable, Path(__file__).with_name("kills.py"), config, output, "20", "5"]
     done = subprocess.run(command, env=environment(), text=True, capture_output=True, timeout=600)
@@ -66,6 +67,7 @@ def test_killed_at_twenty_moments_a_run_ends_with_the_same_bits_and_computes_not
     assert len(maps) == told["maps"] + 1, "nothing is left but maps"
     for path in maps:
         same_bits(path, whole)
+    assert ("period" in whole, "status" in whole) == (True, not kept)
 
 
 @posix

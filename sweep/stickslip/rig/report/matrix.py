@@ -19,12 +19,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.textpath import TextPath
 from numpy.typing import NDArray
 
 from stickslip.errors import PlotError
+from stickslip.plots.figure import Figure
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, paint
 from stickslip.rig.quantities import EXACT, FEATURES
 from stickslip.rig.report.traces import LIGHTS

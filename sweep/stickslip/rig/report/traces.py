@@ -7,10 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stickslip.dataset.axis import title
+from stickslip.dataset.display import si_unit
+from stickslip.plots.figure import Figure
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 from stickslip.rig.quantities import SIGNALS
 from stickslip.rig.records.record import force_of
@@ -98,8 +99,12 @@ def _draw(ax: Axes, time: Floats, values: Floats, **looks: object) -> None:
 def _name_axes(force_axis: Axes, acceleration_axis: Axes, record: xr.Dataset, shifted: bool) -> None:
     name = "spring_force" if "spring_force" in record else "friction_force"
     unit = SIGNALS[name].units
-    force_axis.set_ylabel(f"force as the rig measures it ({unit})" if name == "spring_force" else title(record[name]))
-    acceleration_axis.set_ylabel(title(record["acceleration"]))
+    force_axis.set_ylabel(
+        f"force as the rig measures it ({unit})"
+        if name == "spring_force"
+        else title(record[name], si_unit(record[name]))
+    )
+    acceleration_axis.set_ylabel(title(record["acceleration"], si_unit(record["acceleration"])))
     force_axis.set_xlabel("time, records beside each other (s)" if shifted else "time since the start (s)")
     force_axis.margins(x=0.01)
 

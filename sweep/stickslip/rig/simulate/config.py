@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -13,6 +13,8 @@ from stickslip.config.examples import found
 from stickslip.config.forgotten_units import ask
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
+from stickslip.config.overrides import Setting, overridden
+from stickslip.config.python import python_document
 from stickslip.config.reader import read_rig_config
 from stickslip.config.sections import Drive, Sensor
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
@@ -58,12 +60,15 @@ class RigConfig:
         return json.dumps(self.config.resolved() | judged, indent=2, ensure_ascii=False) + "\n"  # which YAML contains
 
 
-def load_rig(path: str | os.PathLike[str]) -> RigConfig:
-    """The rig in a YAML file, or the one of the package that `path` calls (see `examples.found`).
+def load_rig(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = ()) -> RigConfig:
+    """The rig in a YAML file, or the one of the package that `path` calls (see `examples.found`); or what such a file
+    would say as a mapping (see `config.reader.load_config`).
 
+    settings : of a command line, which are put into the file.
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
-    document = read_yaml(found(path))
+    document = python_document(path) if isinstance(path, Mapping) else read_yaml(found(path))
+    document = overridden(document, settings)
     rig = _read(document)
     ask(document, rig.config)
     return rig
@@ -81,8 +86,8 @@ def parse_rig(text: str, name: str = "<text>") -> RigConfig:
 
 
 def make_rig(data: Mapping[str, Any], name: str = "<data>") -> RigConfig:
-    """The rig in plain data, shaped like the YAML. Raises ConfigError."""
-    return _read(Document(name, dict(data)))
+    """The rig in mappings shaped like the YAML. Raises ConfigError."""
+    return _read(python_document(data, name))
 
 
 def _read(document: Document) -> RigConfig:

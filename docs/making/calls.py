@@ -1,0 +1,33 @@
+"""The page of all public calls: tables of their first lines, and for the site their whole docstrings, by autodoc."""
+
+from importlib import import_module
+from inspect import getdoc, isclass, isfunction
+
+from making.markdown import code, table
+
+MODULES = (
+    "stickslip", "stickslip.plots", "stickslip.fit", "stickslip.theory", "stickslip.rig", "stickslip.sound",
+    "stickslip.accessor",
+)  # fmt: skip
+HEAD = """# Python reference
+
+Every public name, by module. `help(stickslip.run)` shows in a session what the site shows below each table; first
+steps are on [cheatsheet.md](cheatsheet.md) and in [uses.md](uses.md). All numbers are in SI, in and out.
+This page is written by `make reference` from the docstrings; a test compares.
+"""
+
+
+def page() -> str:
+    """The whole page, in Markdown."""
+    return "\n".join([HEAD, *map(_module, MODULES)])
+
+
+def _module(module: str) -> str:
+    found = import_module(module)
+    rows = [(code(name), _first_line(getattr(found, name))) for name in found.__all__]
+    details = f"```{{eval-rst}}\n.. automodule:: {module}\n   :members:\n   :exclude-members: model_config\n```\n"
+    return f"## {module}\n\n{table(('name', 'what it is'), [row for row in rows if row[1]])}\n{details}"
+
+
+def _first_line(thing: object) -> str:
+    return (getdoc(thing) or "").partition("\n")[0] if isclass(thing) or isfunction(thing) else ""

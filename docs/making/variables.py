@@ -1,0 +1,68 @@
+"""The page of every variable of a result, from the tables that the results themselves are made of."""
+
+from collections.abc import Iterable, Mapping
+
+from making.markdown import code, sentence, table
+from stickslip.rig.quantities import EXACT, FEATURES
+from stickslip.vocabulary import flags, results, units
+from stickslip.vocabulary.results import Variable
+
+HEAD = """# Variables of results
+
+Every variable that a result may hold, with its unit and its long name, as they stand in the file. NaN where a thing
+does not exist: the period of a motion that settles, say. What the field calls these things is in
+[glossary.md](glossary.md), what certifies a regime in [regimes.md](regimes.md).
+This page is written by `make reference` from the tables in `stickslip.vocabulary`; a test compares.
+"""
+_FULL = "; only with `solver: {early_stop: false}`"
+_FAMILIES: dict[str, tuple[str, Mapping[str, Variable]]] = {
+    "Of a cell": ("what `run` and `evaluate` give", results.MAP_VARIABLES),
+    "Of a trajectory": ("what `simulate` gives, over `time`", results.TRACE_VARIABLES),
+    "Of borders": ("what `border` gives ([borders.md](borders.md))", results.BORDER_VARIABLES),
+    "Of contours": ("what `contours` gives ([borders.md](borders.md))", results.CONTOUR_VARIABLES),
+    "Of margins": (
+        "what `advise` and `margins` give ([advise.md](advise.md)), most once per parameter: `margin_stiffness`",
+        results.MARGIN_VARIABLES,
+    ),
+    "Of attractors": ("what `attractors` gives ([attractors.md](attractors.md))", results.ATTRACTOR_VARIABLES),
+    "Of a ramp": ("what `ramp` gives ([attractors.md](attractors.md#slow-ramps))", results.RAMP_VARIABLES),
+    "Of levels": ("what `listen --level` and `sound.levels` give ([sound.md](sound.md))", results.LEVEL_VARIABLES),
+    "Of scatter": (
+        "what a section `uncertain` gives ([uncertainty.md](uncertainty.md)); of each metric asked for also "
+        + ", ".join(f"`{name}_METRIC`" for name in results.STATISTICS),
+        results.UNCERTAIN_VARIABLES,
+    ),
+}
+_FLAGS = {
+    "regime": "Regimes", "status": "Status: how the integration of a cell ended", "mode": "Contact modes",
+    "method": "How a border was found", "share_method": "How a share was found",
+}  # fmt: skip
+
+
+def page() -> str:
+    """The whole page, in Markdown."""
+    parts = [HEAD]
+    for heading, (where, variables) in _FAMILIES.items():
+        parts += [f"## {heading}\n", sentence(where) + "\n", _variables(variables.values())]
+    parts += ["## Of a rig record\n", "Defined in [rig.md](rig.md#features); the model RPN is not among them.\n"]
+    parts += [_variables(FEATURES.values()), "And of a simulated one:\n", _variables(EXACT.values())]
+    parts += ["## Flags\n", "Integers in the file; these are their names, in the order of the numbers from 0 on.\n"]
+    for name, heading in _FLAGS.items():
+        rows = ((str(number), code(flag), words) for number, (flag, words) in enumerate(flags.FLAGS[name].items()))
+        parts += [f"### {heading}\n", table(("", "name", "meaning"), rows)]
+    return "\n".join(parts)
+
+
+def _variables(rows: Iterable[Variable]) -> str:
+    return table(("variable", "unit", "meaning"), ((code(v.name), _unit(v.units), _meaning(v)) for v in rows))
+
+
+def _meaning(variable: Variable) -> str:
+    words = [variable.long_name]
+    if variable.comment:
+        words.append(sentence(variable.comment).rstrip("."))
+    return ". ".join(words) + (_FULL if variable.when == "full" else "")
+
+
+def _unit(name: str) -> str:
+    return {"parameter": "of the parameter", "flag": "flag"}.get(name) or units.spelled(name)

@@ -1,0 +1,160 @@
+"""`ds.stickslip`: what our datasets can do besides what xarray offers.
+
+xarray's way for libraries to add to datasets. It is there once `stickslip` is imported and xarray is in use, and in
+datasets that plain `xr.open_dataset` read (`backend.py`).
+"""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from stickslip.vocabulary.words import listed
+
+if TYPE_CHECKING:
+    from stickslip.config.model import Config
+    from stickslip.plots.figure import Figure
+    from stickslip.sound import Sound
+
+__all__ = ["StickslipAccessor"]
+_NAME = "stickslip"
+
+
+class StickslipAccessor:
+    """`ds.stickslip`: the plot, the summary and the configuration of a result, and its cells one by one."""
+
+    def __init__(self, ds: xr.Dataset) -> None:
+        self._ds = ds
+
+    # --- what it is ---------------------------------------------------------------------------------------------------
+
+    @property
+    def configuration(self) -> Config:
+        """The configuration that the result was computed from: `run` computes it again.
+
+        Raises ConfigError for a list of cells, which has none.
+        """
+        from stickslip.config.reader import parse_config
+
+        return parse_config(str(self._ds.attrs.get("configuration", "")), "the attribute configuration")
+
+    def summary(self) -> Any:
+        """How many cells each regime has, and their share, as a table of pandas. What `where` left out does not count.
+
+        Raises ValueError for a result without regimes.
+        """
+        from stickslip.dataset.summary import summary
+
+        if "regime" not in self._ds.data_vars:
+            raise ValueError(f"no regimes in {', '.join(map(str, self._ds.data_vars))}; expected a map or cells")
+        found = summary(self._ds)
+        table = {
+            "cells": ("regime", [one.cells for one in found.values()]),
+            "share": ("regime", [one.fraction for one in found.values()]),
+        }
+        return xr.Dataset(table, {"regime": list(found)}).to_dataframe()
+
+    def mask(self, *names: str, flag: str = "regime") -> xr.DataArray:
+        """Where a flag has one of these names: `ds.where(ds.stickslip.mask("stick_slip"))`.
+
+        flag : any variable with flag meanings: regime, status, ... Raises ValueError for a name that it does not have.
+        """
+        meanings = self._ds[flag].attrs.get("flag_meanings", "").split()
+        if unknown := [name for name in names if name not in meanings]:
+            raise ValueError(f"{flag} has no {listed(unknown)}, expected {listed(meanings) if meanings else 'a flag'}")
+        return self._ds[flag].isin([meanings.index(name) for name in names])
+
+    # --- pictures -----------------------------------------------------------------------------------------------------
+
+    def plot(self, variable: str | None = None, **how: Any) -> Figure:
+        """The plot of this kind of result: of a map, a ramp, attractors, probabilities or a trajectory.
+
+        variable : what to draw; None for what this kind of result is about. how : arguments of the function of
+            `stickslip.plots` that draws it (select, title, ...). Raises PlotError for what cannot be drawn.
+        """
+        from stickslip import plots
+
+        ds = self._ds
+        if "direction" in ds.dims:
+            return plots.plot_of_ramp(ds, variable, **how)
+        if variable is not None:
+            return plots.plot_map(ds, variable, **how)
+        if "time" in ds.dims and "mode" in ds.data_vars:
+            return plots.plot_trace(ds, **how)
+        if "probability" in ds.data_vars:
+            return plots.plot_probability(ds, **how)
+        if "settling_share" not in ds.data_vars:
+            return plots.plot_map(ds, **how)
+        if ds["settling_share"].ndim == 1:
+            return plots.plot_attractors(ds, **how)
+        return plots.plot_map(ds, "settling_share", **how)
+
+    # --- cells --------------------------------------------------------------------------------------------------------
+
+    def cell(self, **at: Any) -> dict[str, float]:
+        """The parameters of one cell, in SI, as `evaluate` takes them and `simulate` does.
+
+        at : by quantity a value in SI or a text with a unit, whether the axis has it or not; by dimension a label, or a
+            position along one that has neither values nor labels. What the dataset says of no other value of a quantity
+            (an axis after `sel`, a parameter that is equal in all cells) need not be given.
+        Raises ValueError for what is missing or unknown.
+        """
+        from stickslip.dataset.one_cell import one_cell
+
+        return one_cell(self._ds, at)
+
+    def simulate(self, duration: float | str | None = None, samples: int = 2001, **at: Any) -> xr.Dataset:
+        """One cell over time.
+
+        duration : s, or a text with a unit; None for some cycles. at : which cell, as for `cell`.
+        The law and the tolerance are those of the result. Returns and raises what `stickslip.simulate` does.
+        """
+        from stickslip import api
+        from stickslip.config.pick import shared_by
+        from stickslip.dataset.inspect import duration_of
+
+        cell, how = self.cell(**at), shared_by(self._ds)
+        if duration is None:
+            duration = duration_of({"solver": {}}, api.evaluate(cell, **how).isel(cell=0).reset_coords())
+        return api.simulate(**{"duration": duration, "samples": samples, **how, **cell})
+
+    def sound(self, seconds: float = 2.0, *, slow: float = 1.0, transient: bool = False, **at: Any) -> Sound:
+        """What one cell sounds like; a notebook plays it.
+
+        seconds, slow, transient : as for `sound.of`. at : which cell, as for `cell`. Sounds of cells can be compared.
+        """
+        from stickslip import sound
+        from stickslip.config.pick import shared_by
+
+        cell, how = self.cell(**at), shared_by(self._ds)
+        how.pop("rtol", None)  # sounds have a tolerance of their own
+        title = str(self._ds.attrs.get("title", ""))
+        return sound.of(cell, seconds, slow=slow, transient=transient, title=title, **how)
+
+    # --- what a notebook shows ----------------------------------------------------------------------------------------
+
+    def __repr__(self) -> str:
+        lines = [str(self._ds.attrs.get("title", "a dataset of stickslip"))]
+        if "regime" in self._ds.data_vars:
+            lines += [f"  {name:12} {row.cells:12,.0f} {row.share:8.1%}" for name, row in self.summary().iterrows()]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        title = escape(str(self._ds.attrs.get("title", "a dataset of stickslip")))
+        parts = [f"<b>{title}</b>"]
+        if "regime" in self._ds.data_vars:
+            parts.append(self.summary().to_html(formatters={"share": "{:.1%}".format, "cells": "{:,}".format}))
+        if text := str(self._ds.attrs.get("configuration", "")):
+            parts.append(f"<details><summary>configuration</summary><pre>{escape(text)}</pre></details>")
+        return "".join(parts)
+
+
+def register() -> None:
+    """Give datasets the accessor, once."""
+    if getattr(xr.Dataset, _NAME, None) is not StickslipAccessor:
+        xr.register_dataset_accessor(_NAME)(StickslipAccessor)  # type: ignore[no-untyped-call]
+
+
+register()

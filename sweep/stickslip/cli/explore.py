@@ -1,0 +1,86 @@
+"""`explore`: a map in the browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from stickslip.cli.common import CONFIG_OR_RESULT, fail, prepare_kernels, reports_wrong_input, settings
+
+if TYPE_CHECKING:
+    from stickslip.explore import Subject
+    from stickslip.files.locations import Location
+
+_EXTRA = "the page is drawn by Bokeh, which is not installed\nhint: pip install 'stickslip[explore]'"
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip explore configs/quickstart.yaml
+  stickslip explore quickstart.nc --port 8123 --no-browser
+  stickslip explore quickstart.nc --static quickstart.html     # a page to send to someone"""
+)
+@CONFIG_OR_RESULT
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: any that is free]")
+@click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
+@click.option(
+    "--static",
+    type=click.Path(path_type=Path),
+    metavar="PAGE",
+    help="Write one page that needs no server: FILE.html, or a folder to put it in.",
+)
+@reports_wrong_input
+def explore(config: Location, port: int, no_browser: bool, static: Path | None) -> None:
+    """Explore a map in the browser.
+
+    Click a cell to see its motion, move a slider to have the map computed anew.
+
+    CONFIG is a YAML file, or a map (.nc, .zarr). The page is served on this machine only, to whoever has its address,
+    until Ctrl-C.
+    """
+    try:
+        import bokeh  # noqa: F401
+    except ImportError:
+        fail(_EXTRA)
+    from stickslip.explore import open_subject
+
+    subject = open_subject(config, settings())  # type: ignore[arg-type]
+    prepare_kernels(subject.options.law)
+    prepare_kernels(subject.options.law, signals=True)
+    for note in subject.notes:
+        click.echo(f"note: {note}", err=True)
+    if static is not None:
+        return _write(subject, static)
+    _serve(subject, port, no_browser)
+
+
+def _serve(subject: Subject, port: int, no_browser: bool) -> None:
+    from stickslip.explore.server import Explorer
+
+    try:
+        explorer = Explorer(subject, port)
+    except OSError as error:
+        fail(f"port {port}: {error.strerror}\nhint: leave --port out for any that is free")
+
+    def tell() -> None:
+        click.echo(f"The page is at\n  {explorer.address}\nCtrl-C ends it.")
+        if not no_browser:
+            import webbrowser
+
+            webbrowser.open(explorer.address)
+
+    try:
+        explorer.run(tell)
+    except KeyboardInterrupt:
+        click.echo("\nended", err=True)
+
+
+def _write(subject: Subject, static: Path) -> None:
+    from stickslip.cli import screen
+    from stickslip.explore.static import write_page
+
+    target = write_page(subject, static)
+    click.echo(f"page  {target} ({screen.size_of(target)})")

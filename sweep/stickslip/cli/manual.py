@@ -1,0 +1,194 @@
+"""The pages of the documentation as an installed package has them, and what there is to read about a word.
+
+A wheel carries them inside the package (``stickslip/pages_of_docs``); in a checkout they are its README and the folder
+of its pages. One text serves the site, the repository and the terminal.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from stickslip.vocabulary.words import nearest
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_INSTALLED = _PACKAGE / "pages_of_docs"
+_CHECKOUT = _PACKAGE.parents[1]
+_NO_TOPICS = {"index", "readme"}  # the front of the site, and that of the repository, which has another name here
+_NAMES = {"README": "overview"}
+_RECORDS = ("speed", "gallery")  # what was measured and drawn; their sections explain no words
+_SHORT = 4  # characters
+_ALSO = {  # other words for a page
+    "cluster": "dask", "resume": "runs", "shard": "runs", "slurm": "dask", "zarr": "runs", "netcdf": "variables",
+    "yaml": "configuration", "config": "configuration", "axes": "configuration", "files": "variables",
+    "readme": "overview", "python": "api", "equation": "model", "friction": "model", "hysteresis": "model",
+    "ageing": "model", "aging": "model", "completion": "shell", "colours": "shell", "si": "units",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Page:
+    """One page: its name, and its text in Markdown."""
+
+    name: str
+    text: str
+
+    @cached_property
+    def title(self) -> str:
+        """Its first heading."""
+        return next((line[2:].strip() for line in self.text.splitlines() if line.startswith("# ")), self.name)
+
+    def sections(self) -> Iterator[tuple[str, str]]:
+        """Headings and the text under them, without the page's own."""
+        parts = re.split(r"^(#{2,3} .+)$", _without_code(self.text), flags=re.MULTILINE)
+        for heading, _text in zip(parts[1::2], parts[2::2], strict=True):
+            begin = self.text.index(heading)
+            level = len(heading) - len(heading.lstrip("#"))
+            after = re.search(rf"^#{{1,{level}}} ", _without_code(self.text)[begin + len(heading) :], re.MULTILINE)
+            end = len(self.text) if after is None else begin + len(heading) + after.start()
+            yield heading.lstrip("# "), self.text[begin:end].strip()
+
+    def terms(self) -> Iterator[tuple[str, str]]:
+        """What a table of words says: the first two cells of a row, and the whole row as a sentence."""
+        for line in self.text.splitlines():
+            cells = [cell.strip().replace("\\|", "|") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+            if len(cells) == 3 and not set(cells[0]) <= set("-: ") and cells[0] != "here":
+                also = f" (in the field: {cells[1]})" if cells[1] else ""
+                yield f"{cells[0]}, {cells[1]}", f"**{cells[0]}**{also}: {cells[2]}"
+
+
+def _folders() -> tuple[Path, Path]:
+    """Where the pages are, and where README is."""
+    return (_INSTALLED, _INSTALLED) if _INSTALLED.is_dir() else (_CHECKOUT / "docs", _CHECKOUT)
+
+
+def pages() -> dict[str, Page]:
+    """All pages by name, those of the repository's root among them; sorted."""
+    folder, root = _folders()
+    files = [path for path in folder.glob("*.md") if path.stem.lower() not in _NO_TOPICS]
+    files += [path for path in (root / "README.md",) if path.is_file() and path not in files]
+    read = [Page(_NAMES.get(path.stem, path.stem), path.read_text(encoding="utf-8")) for path in files]
+    return {page.name: page for page in sorted(read, key=lambda page: page.name)}
+
+
+def contents(known: dict[str, Page]) -> Iterator[tuple[str, list[tuple[str, str]]]]:
+    """The pages under the headings of the site's first page, each with what it is about; those it lacks at the end."""
+    front = _folders()[0] / "index.md"
+    left = {name: page.title for name, page in known.items()}
+    heading, rows = "", list[tuple[str, str]]()
+    for line in front.read_text(encoding="utf-8").splitlines() if front.is_file() else ():
+        if line.startswith("## "):
+            if rows:
+                yield heading, rows
+            heading, rows = line[3:].strip(), []
+        elif (entry := re.match(r"- \[([^]]+)\]\(([\w-]+)\.md\)(.*)", line)) and entry[2] in left:
+            rows.append((entry[2], entry[1] + entry[3]))
+            del left[entry[2]]
+    yield heading or "Pages", [*rows, *left.items()]
+
+
+def about(topic: str, known: dict[str, Page]) -> str | None:
+    """What there is to read about a word: a page, else what the glossary says of it and the sections named after it."""
+    word = topic.strip().lower().removesuffix(".md")
+    if word in known:
+        return known[word].text
+    found = list(_sections(word, known))
+    parts = [] if any(page == "glossary" for page, _, _ in found) else _terms(word, known)
+    meant = _ALSO.get(word)
+    meant = meant if meant in known else None
+    if not parts and not found:
+        return None if meant is None else known[meant].text
+    parts += [text for _, _, text in found[:2]]
+    more = [(page, heading) for page, heading, _ in found[2:]] + ([(meant, known[meant].title)] if meant else [])
+    if more:
+        parts.append("More to read: " + "; ".join(f"`stickslip help {page}` ({title})" for page, title in more))
+    return "\n\n".join(parts)
+
+
+def closest(topic: str, known: dict[str, Page], others: list[str]) -> str | None:
+    """The topic that was probably meant."""
+    return nearest(topic, [*known, *_ALSO, *others])
+
+
+def _terms(word: str, known: dict[str, Page]) -> list[str]:
+    """The rows of the glossary in which a word is explained."""
+    glossary = known.get("glossary")
+    return [] if glossary is None else [f"- {said}" for names, said in glossary.terms() if _pattern(word).search(names)]
+
+
+def _sections(word: str, known: dict[str, Page]) -> Iterator[tuple[str, str, str]]:
+    """Page, heading and text of the sections that are named after a word."""
+    for page in known.values():
+        for heading, text in page.sections() if page.name not in _RECORDS else ():
+            if _pattern(word).search(heading):
+                yield page.name, heading, text
+
+
+def _pattern(word: str) -> re.Pattern[str]:
+    """Where a text names a word, in any of its forms; a short one by itself only."""
+    end = r"(?![A-Za-z_])" if len(word) < _SHORT else ""
+    return re.compile(rf"(?<![A-Za-z_]){re.escape(_stem(word))}{end}", re.IGNORECASE)
+
+
+def _stem(word: str) -> str:
+    """A word without what makes it plural."""
+    return word[:-1] if len(word) > 4 and word.endswith("s") and not word.endswith("ss") else word
+
+
+def _without_code(text: str) -> str:
+    """The text with code blanked, in which a # begins a comment and no heading."""
+    return re.sub(r"^```.*?^```", lambda m: re.sub(r"[^\n]", " ", m[0]), text, flags=re.MULTILINE | re.DOTALL)
+
+
+# --- for the terminal -------------------------------------------------------------------------------------------------
+
+_SIGNS = {
+    "mu": "μ", "zeta": "ζ", "gamma": "γ", "tau": "τ", "xi": "ξ", "sigma": "σ", "beta": "β", "omega": "ω", "pi": "π",
+    "delta": "δ", "Delta": "Δ", "lambda": "λ", "le": "≤", "ge": "≥", "leq": "≤", "geq": "≥", "approx": "≈", "cdot": "·",
+    "times": "×", "to": "→", "infty": "∞", "in": "∈", "pm": "±", "ll": "≪", "gg": "≫", "ne": "≠", "partial": "∂",
+    "quad": "   ", "qquad": "      ", "ldots": "...", "dots": "...", "int": "∫", "sum": "Σ",
+}  # fmt: skip
+
+
+def for_terminal(text: str) -> str:
+    """A page without what only a site shows: pictures, directives, formulas as TeX, links between pages."""
+    text = re.sub(r"^```\{.*?^```\n?", "", text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"^\([\w-]+\)=\n|^:::.*\n|^%.*\n|^<!--.*?-->\n?", "", text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"!\[[^\]]*\]\([^)]*\)\n?", "", text)
+    text = re.sub(r"^\$\$\n(.*?)^\$\$", lambda m: f"    {plain_formula(m[1])}", text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"(?<![\\$`])\$([^$\n`]+)\$", lambda m: plain_formula(m[1]), text)
+    text = re.sub(r"\[([^\]]+)\]\((?:[\w.]+/)*([\w-]+)\.md(?:#[\w-]*)?\)", _link, text)
+    return re.sub(r"\[([^\]]+)\]\((?!https?:)[^)\s]*\)", r"\1", text)
+
+
+_INNER = r"\{([^{}]*(?:\{[^{}]*\}[^{}]*)*)\}"
+_FRACTION = re.compile(rf"\\[dt]?frac{_INNER}{_INNER}")
+
+
+def plain_formula(tex: str) -> str:
+    """A formula in TeX as one line of characters."""
+    tex = " ".join(tex.split())
+    for _ in range(3):  # fractions in fractions
+        tex = _FRACTION.sub(lambda m: f"{_in_brackets(m[1])}/{_in_brackets(m[2])}", tex)
+    tex = re.sub(r"\\sqrt\{([^{}]*)\}", r"sqrt(\1)", tex)
+    tex = re.sub(r"\\(?:mathrm|operatorname|text|mathit)\{([^{}]*)\}", r"\1", tex)
+    tex = re.sub(r"\\hat\{?\s*([a-z])\}?", "\\1\u0302", tex)
+    tex = re.sub(r"\\(?:left|right|[bB]igg?[lr]?)(?![A-Za-z])", "", tex)
+    tex = re.sub(r"\\([A-Za-z]+)", lambda m: _SIGNS.get(m[1], m[1]), tex)
+    tex = re.sub(r"\\[,;:! ]", " ", tex).replace("\\", "")
+    tex = re.sub(r"([_^])\{([^{}]*)\}", lambda m: m[1] + (m[2] if len(m[2]) == 1 else f"({m[2]})"), tex)
+    return re.sub(r" +", " ", tex.replace("{", "").replace("}", "")).strip()
+
+
+def _in_brackets(tex: str) -> str:
+    """Part of a fraction: a single symbol as it is."""
+    return tex if re.fullmatch(r"\\?\w+", tex) else f"({tex})"
+
+
+def _link(match: re.Match[str]) -> str:
+    """A link to another page as the command that shows it."""
+    text, page = match[1], match[2].lower()
+    return f"`stickslip help {page}`" if text.endswith(".md") else f"{text} (`stickslip help {page}`)"

@@ -1,0 +1,127 @@
+"""`help`: the pages of the documentation in the terminal, and what a word means."""
+
+from __future__ import annotations
+
+import sys
+
+import click
+from click.shell_completion import CompletionItem
+
+from stickslip.cli import screen
+from stickslip.cli.common import fail
+
+_WIDEST = 100  # characters of a line of prose
+_ABOUT = "Also any quantity, result, regime or command:  stickslip help stiffness"
+
+
+def _complete(_context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    from stickslip.cli.manual import pages
+
+    return [CompletionItem(name, help=page.title) for name, page in pages().items() if name.startswith(incomplete)]
+
+
+@click.command(
+    "help",
+    epilog="""\b
+Examples:
+  stickslip help
+  stickslip help units
+  stickslip help "stick phase"
+  stickslip help mu_stop""",
+)
+@click.argument("topic", nargs=-1, shell_complete=_complete)
+@click.pass_context
+def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
+    """Read about a topic here in the terminal.
+
+    Without TOPIC it lists the pages. A word that is no page is looked up in the glossary, among the headings of all
+    pages, and among the names of configurations and results.
+    """
+    from stickslip.cli.manual import about, closest, contents, pages
+
+    known, word = pages(), " ".join(topic)
+    if not word:
+        return _list(list(contents(known)))
+    assert context.parent is not None
+    commands = context.parent.command.commands  # type: ignore[attr-defined]
+    if word in commands:
+        command = commands[word]
+        return click.echo(command.get_help(click.Context(command, info_name=word, parent=context.parent)))
+    parts = [text for text in (_declared(word), about(word, known)) if text]
+    if not parts:
+        meant = closest(word, known, [*commands, *_names()])
+        fail(f"{word!r} is no topic" + (f"; did you mean `stickslip help {meant}`?" if meant else "") + "\n"
+             "hint: `stickslip help` lists the pages")  # fmt: skip
+    _show("\n\n".join(parts))
+
+
+def _list(chapters: list[tuple[str, list[tuple[str, str]]]]) -> None:
+    """The pages with what they are about, in the order of the site."""
+    width = max((len(name) for _, rows in chapters for name, _ in rows), default=0)
+    click.echo("Pages, shown by `stickslip help NAME`:")
+    for heading, rows in chapters:
+        click.echo(f"\n{heading}:")
+        for name, title in rows:
+            click.echo(f"  {name:{width}}  {title}")
+    click.echo(f"\n{_ABOUT}")
+
+
+def _names() -> list[str]:
+    """Names in configurations and results that are explained."""
+    from stickslip.vocabulary.flags import REGIMES
+    from stickslip.vocabulary.quantities import QUANTITIES
+    from stickslip.vocabulary.results import MAP_VARIABLES
+
+    return [*QUANTITIES, *MAP_VARIABLES, *REGIMES]
+
+
+def _declared(word: str) -> str | None:
+    """What the tables of the program say of a name: a quantity, a result, a regime or a status."""
+    from stickslip.vocabulary import units
+    from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES
+    from stickslip.vocabulary.quantities import QUANTITIES
+    from stickslip.vocabulary.results import MAP_VARIABLES
+    from stickslip.vocabulary.synonyms import synonym_of
+
+    name = word.replace(" ", "_").replace("-", "_")
+    known = (*QUANTITIES, *MAP_VARIABLES, *REGIME_MESSAGES, *STATUS_MESSAGES)
+    name = name if name in known else synonym_of(word, QUANTITIES) or name
+    said = []
+    if declared := QUANTITIES.get(name):
+        default = (
+            "it must be given" if declared.default is None else f"{declared.written(declared.default)} unless given"
+        )
+        said.append(
+            f"**{name}** in `{declared.section}` or `axes`: {declared.long_name}; {declared.expected}; {default}."
+        )
+    if variable := MAP_VARIABLES.get(name):
+        unit = units.spelled(variable.units)
+        said.append(
+            f"**{name}** in results: {variable.long_name}{f', {unit}' if unit else ''}. {variable.comment}".strip()
+        )
+    for what, messages in (("regime", REGIME_MESSAGES), ("status", STATUS_MESSAGES)):
+        if name in messages:
+            said.append(f"**{name}**, a {what}: {messages[name]}.")
+    return "\n\n".join(said) or None
+
+
+def _show(markdown: str) -> None:
+    """A text in Markdown: set for the terminal, by pages where it is long; as it is for a pipe or a file."""
+    from stickslip.cli.manual import for_terminal
+
+    text = for_terminal(markdown)
+    console = screen.terminal()
+    if not console.is_terminal:
+        return click.echo(text)
+    from rich.markdown import Markdown
+    from rich.theme import Theme
+
+    page = Markdown(text, code_theme="bw" if console.no_color else "ansi_dark")
+    console.push_theme(Theme({"markdown.code": "cyan", "markdown.code_block": "cyan"}))
+    console.soft_wrap = False
+    width = min(console.width, _WIDEST)
+    with console.capture() as captured:
+        console.print(page, width=width)
+    if captured.get().count("\n") > console.height and sys.stdin.isatty():
+        return click.echo_via_pager(captured.get())
+    click.echo(captured.get(), nl=False)

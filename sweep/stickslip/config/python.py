@@ -1,0 +1,193 @@
+"""Python values in, the plain data of a YAML file out: what `reader.py` checks, wherever it came from.
+
+Arrays become lists, numbers of NumPy plain numbers, paths texts. An array with units (`units` in the attributes of a
+DataArray, or an array of Pint) becomes texts with that unit, which the reader understands or refuses like any other.
+In arrays, which hold no words, NaN stands for the word of its quantity (none, sticking). An axis that `np.linspace` or
+`np.geomspace` made is the range it came from, so that plots know its scale and results need not list it. A value that
+is none of these is left as it is, for the reader to refuse.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+
+from stickslip.config.yaml import DEEPEST, Document
+from stickslip.errors import Path, Problem
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import QUANTITIES
+
+_AXES = "axes"
+_FEWEST = 3  # values of an array that can be told to be a range
+
+
+def python_document(given: Mapping[Any, Any], name: str = "") -> Document:
+    """The document that a mapping, shaped like the YAML, stands for; it has no places. `name` stands for a file."""
+    document = Document(name)
+    document.data = _Builder(document).value(given, ())
+    return document
+
+
+class _Builder:
+    """Turns Python values into plain data, and notes what no YAML could say."""
+
+    def __init__(self, document: Document) -> None:
+        self._document = document
+
+    def value(self, given: Any, path: Path) -> Any:
+        """The plain data of a value."""
+        if len(path) > DEEPEST:
+            self._note(path[:3], f"nested more than {DEEPEST} levels deep")
+            return None
+        if path == (_AXES,) and isinstance(given, list | tuple) and any(map(_has_dims, given)):
+            given = self._named(given)
+        if _is_of_xarray(given, "Dataset"):
+            return self._dataset(given, path)
+        if (unit := _unit(given)) is not None:
+            return self._quantities(given, unit, path)
+        if isinstance(given, Mapping):
+            return self._mapping(given, path)
+        if hasattr(given, "__array__"):
+            return self._array(np.asarray(given), path)
+        if isinstance(given, list | tuple | range):
+            return [self.value(one, (*path, i)) for i, one in enumerate(given)]
+        return _scalar(given)
+
+    def _mapping(self, given: Mapping[Any, Any], path: Path) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for key, value in given.items():
+            if not isinstance(key, str):
+                self._note(path, f"got the key {key!r}, expected a word")
+            found[str(key)] = self.value(value, (*path, str(key)))
+        if len(path) == 2 and path[0] == _AXES and isinstance(given.get("zip"), Mapping) and "labels" not in found:
+            names = next(filter(None, map(_labels, given["zip"].values())), None)
+            found |= {"labels": names} if names else {}
+        return found
+
+    def _named(self, axes: list[Any] | tuple[Any, ...]) -> Any:
+        """A list of arrays that say their names, as the mapping it stands for."""
+        found = {}
+        for i, axis in enumerate(axes):
+            name = next(iter(axis.dims), None) if _is_of_xarray(axis, "Dataset") else getattr(axis, "name", None)
+            if not isinstance(name, str) or name in found:
+                self._note((_AXES, i), f"got {type(axis).__name__}, expected an array with a name of its own, "
+                           "or a mapping of names to axes")  # fmt: skip
+                continue
+            found[name] = axis
+        return found
+
+    def _dataset(self, given: Any, path: Path) -> Any:
+        """A dataset over one dimension as quantities that vary together; its labels are the names of the points."""
+        if len(given.dims) != 1:
+            self._note(path, f"got a dataset with {len(given.dims)} dimensions, expected one with a single dimension")
+            return {}
+        (dim,) = given.dims
+        names = [name for name, v in given.variables.items() if v.dims == (dim,) and v.dtype.kind not in "OUST"]
+        zipped = {str(name): self.value(given[name], (*path, "zip", str(name))) for name in names}
+        labels = _labels(given)
+        return {"zip": zipped} | ({"labels": labels} if labels else {})
+
+    def _quantities(self, given: Any, unit: str, path: Path) -> Any:
+        """An array with a unit as texts, or as numbers where the quantity has none."""
+        values = np.asarray(given.magnitude if hasattr(given, "magnitude") else given.values)
+        row = _row(path)
+        if values.dtype.kind not in "iuf" or row is None or (row.units == "1" and unit in ("", "1")):
+            return self._array(values, path)
+        if found := _range(values, row, path, f" {unit}"):
+            return found
+        return _each(values, lambda one: _word_or(row, one, f"{one!r} {unit}"))
+
+    def _array(self, values: Any, path: Path) -> Any:
+        row = _row(path)
+        if values.dtype.kind == "O":
+            return self.value(values.tolist(), path)
+        if row is not None and (found := _range(values, row, path)):
+            return found
+        return _each(values, lambda one: _scalar(one) if row is None else _word_or(row, one, _scalar(one)))
+
+    def _note(self, path: Path, message: str) -> None:
+        self._document.problems.append(Problem(path, message))
+
+
+def _range(values: Any, row: Parameter, path: Path, unit: str = "") -> dict[str, Any] | None:
+    """The range whose points these are to the last bit; None if there is none, or if a value is not allowed, which is
+    told better by its place."""
+    is_axis = len(path) == 2 and path[0] == _AXES
+    if not is_axis or values.ndim != 1 or values.size < _FEWEST or values.dtype.kind not in "iuf":
+        return None
+    start, stop = float(values[0]), float(values[-1])
+    if not start < stop or not np.all(row.allows(values)):
+        return None
+    for spacing, spread in (("linear", np.linspace), ("log", np.geomspace)):
+        if (spacing == "linear" or start > 0) and np.array_equal(values, spread(start, stop, values.size)):
+            ends = {"start": f"{start!r}{unit}", "stop": f"{stop!r}{unit}"} if unit else {"start": start, "stop": stop}
+            return ends | {"num": int(values.size), "spacing": spacing}
+    return None
+
+
+def _each(values: Any, convert: Any) -> Any:
+    """Every number of an array converted, in lists of its shape."""
+
+    def of(one: Any) -> Any:
+        return [of(inner) for inner in one] if isinstance(one, list) else convert(one)
+
+    return of(values.tolist())
+
+
+def _word_or(row: Parameter, number: Any, otherwise: Any) -> Any:
+    """The word that NaN stands for, where it stands for one."""
+    return row.word if row.word is not None and number != number else otherwise
+
+
+def _scalar(given: Any) -> Any:
+    """A number or a path as YAML would give it; anything else as it is."""
+    if isinstance(given, bool | np.bool_):
+        return bool(given)
+    if isinstance(given, Integral):
+        return int(given)
+    if isinstance(given, Real):
+        return float(given)
+    if isinstance(given, str):
+        return str(given)
+    return os.fspath(given) if isinstance(given, os.PathLike) else given
+
+
+def _row(path: Path) -> Parameter | None:
+    """The quantity whose values lie at a path: the innermost that it names."""
+    names = [key for key in path if isinstance(key, str) and key in QUANTITIES]
+    return QUANTITIES[names[-1]] if names else None
+
+
+def _unit(given: Any) -> str | None:
+    """The unit that an array says it has; None if it says nothing, or is no such array."""
+    if hasattr(given, "magnitude") and hasattr(given, "units"):
+        return f"{given.units:~C}"
+    if not _is_of_xarray(given, "DataArray"):
+        return None
+    unit = given.attrs.get("units")
+    return None if unit is None else str(unit)
+
+
+def _labels(given: Any) -> list[str] | None:
+    """The texts along the one dimension of an array or a dataset, if there are any."""
+    if not _has_dims(given) or len(given.dims) != 1:
+        return None
+    for coordinate in given.coords.values():
+        if coordinate.dims == tuple(given.dims) and coordinate.dtype.kind in "OUT":
+            return [str(one) for one in coordinate.values]
+    return None
+
+
+def _has_dims(given: Any) -> bool:
+    return _is_of_xarray(given, "DataArray") or _is_of_xarray(given, "Dataset")
+
+
+def _is_of_xarray(given: Any, kind: str) -> bool:
+    """Whether something is a Dataset or a DataArray; nothing is before xarray is imported."""
+    xarray = sys.modules.get("xarray")
+    return xarray is not None and isinstance(given, getattr(xarray, kind, ()))

@@ -1,0 +1,122 @@
+"""Cells that people give, with the dimensions and coordinates that a result over them has.
+
+Plain numbers and arrays are a list of cells, over the dimension ``cell``. Arrays of xarray keep their dimensions: those
+of different ones are broadcast by name, and their coordinates come with them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
+from math import prod
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip.config.written import DISPLAY
+from stickslip.dataset.build import cell_coordinates, parameter_variable
+from stickslip.errors import QuantityError
+from stickslip.vocabulary import units
+from stickslip.vocabulary.cells import Cells, as_cells
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.words import listed
+
+Coordinates = dict[str, xr.Variable]
+_ABOUT_AXES = ("axis_spacing", DISPLAY)  # attributes of an axis, which stay
+
+
+@dataclass(frozen=True, eq=False)
+class GivenCells:
+    """Cells, complete and checked.
+
+    cells : every parameter, flat, the last dimension running fastest. dims, shape : of a result.
+    coordinates : makes its coordinates: parameters, and what came with them.
+    """
+
+    cells: Cells
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    coordinates: Callable[[], Coordinates]
+
+    def part(self, start: int, stop: int) -> Cells:
+        """The cells from `start` up to, not including, `stop`."""
+        if start == 0 and stop == prod(self.shape):
+            return self.cells
+        return {name: values[start:stop] for name, values in self.cells.items()}
+
+
+def given_cells(given: Mapping[str, Any] | xr.Dataset) -> GivenCells:
+    """Cells as `evaluate` takes them. Raises TypeError and ValueError as `as_cells` does, and ValueError for arrays of
+    xarray whose indices differ or whose units are not those of their parameter.
+    """
+    if isinstance(given, xr.Dataset):
+        return _labelled({str(name): given[name] for name in given.variables if name in PARAMETERS}, dict(given.coords))
+    if not any(type(value) is xr.DataArray for value in given.values()):
+        cells = as_cells(given)
+        size = cells["mass"].size
+        return GivenCells(cells, ("cell",), (size,), lambda: cell_coordinates(cells, size))
+    beside: dict[Hashable, xr.DataArray] = {}
+    for value in given.values():
+        if isinstance(value, xr.DataArray):
+            beside |= {name: c for name, c in value.coords.items() if name not in beside}
+    return _labelled(dict(given), beside)
+
+
+def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray]) -> GivenCells:
+    """Cells of arrays with names of dimensions; `beside` are all their coordinates."""
+    arrays = {name: _in_si(name, value) for name, value in given.items() if isinstance(value, xr.DataArray)}
+    plain = {name: value for name, value in given.items() if name not in arrays}
+    if loose := [name for name, value in plain.items() if np.ndim(value)]:
+        first = next(iter(arrays))
+        raise TypeError(f"{listed(loose, 'and')}: got an array without dimensions beside {first}, which has them; "
+                        "expected a number or a DataArray")  # fmt: skip
+    try:
+        same = xr.broadcast(*xr.align(*arrays.values(), join="exact"))
+    except ValueError as error:
+        raise ValueError(f"{listed(arrays, 'and')} do not fit together: {error}") from None
+    dims, shape = tuple(map(str, same[0].dims)), same[0].shape
+    _check_dims(dims, arrays)
+    cells = as_cells({name: one.values for name, one in zip(arrays, same, strict=True)} | plain)
+    if cells["mass"].size != prod(shape):  # there are none, or no dimensions
+        cells = {name: np.broadcast_to(values, prod(shape)) for name, values in cells.items()}
+    return GivenCells(cells, dims, shape, lambda: _coordinates(cells, arrays, beside, dims))
+
+
+def _coordinates(
+    cells: Cells, arrays: Mapping[str, xr.DataArray], beside: Mapping[Hashable, xr.DataArray], dims: tuple[str, ...]
+) -> Coordinates:
+    """Every parameter with the dimensions it was given with, and what else came with the arrays."""
+    found = {}
+    for name, values in cells.items():
+        if (array := arrays.get(name)) is not None:
+            found[name] = parameter_variable(name, tuple(map(str, array.dims)), array.values)
+            found[name].attrs |= {key: array.attrs[key] for key in _ABOUT_AXES if key in array.attrs}
+        elif values.size:
+            found[name] = parameter_variable(name, (), values[0])
+    for other, one in beside.items():
+        if other not in found and set(one.dims) <= set(dims):
+            found[str(other)] = one.variable.to_base_variable()
+    return found
+
+
+def _in_si(name: str, array: xr.DataArray) -> xr.DataArray:
+    """The array in the units of its parameter; texts are left to `as_cells`."""
+    unit = array.attrs.get("units")
+    if name not in PARAMETERS or unit is None or array.dtype.kind not in "iuf" or unit == PARAMETERS[name].units:
+        return array
+    try:
+        values = units.si_array(array.values.astype(np.float64), str(unit), PARAMETERS[name].units)
+        return array.copy(data=values).assign_attrs({DISPLAY: str(unit)})
+    except QuantityError as error:
+        found = f" ({error.found})" if error.found else ""
+        raise ValueError(f"{name}: got the units {str(unit)!r}{found}, {error}") from None
+
+
+def _check_dims(dims: tuple[str, ...], arrays: Mapping[str, xr.DataArray]) -> None:
+    """No dimension is called what something else in the result is called."""
+    for dim in dims:
+        if dim in VARIABLES or (dim in PARAMETERS and (dim not in arrays or arrays[dim].dims != (dim,))):
+            what = "a result" if dim in VARIABLES else "a parameter whose values are others"
+            raise ValueError(f"got a dimension called {dim}, which is the name of {what}; rename it")

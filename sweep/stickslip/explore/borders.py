@@ -1,0 +1,76 @@
+"""The exact borders of a view, as lines in the coordinates of its picture."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import prod
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip import borders
+from stickslip.config.model import Config, Range
+from stickslip.config.options import options_of
+from stickslip.dataset.axis import MapAxis
+from stickslip.dataset.contours import polylines
+from stickslip.engine import StopFlag
+from stickslip.explore.maps import Picture
+from stickslip.study import Study
+
+Line = tuple[NDArray[np.float64], NDArray[np.float64]]
+_POINTS, _SCAN, _TOLERANCE = 128, 64, 1e-7
+
+
+def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] | None:
+    """Where the regime changes in the map of a configuration: x and y of each line; None if the flag was raised.
+
+    In a plane of two numbers lines with loops; between listed points the crossings of each, as strokes across it.
+    """
+    y, x = config.axes
+    if isinstance(y, Range) and isinstance(x, Range):
+        found = _of(_contours(config), stop)
+        return None if found is None else _lines(found, shown)
+    along = next((axis for axis in (x, y) if isinstance(axis, Range)), None)
+    if along is None:
+        return []
+    found = _of(_crossings(config, along), stop)
+    return None if found is None else _strokes(found, shown, along.name == shown.x.name)
+
+
+def _contours(config: Config) -> Study:
+    limits = borders.Limits(_SCAN, _TOLERANCE)
+    y, x = config.axes
+    plane = borders.plane_of_config(config, (y.name, x.name), {}, _POINTS)
+    return borders.ContourStudy(plane, limits, replace(options_of(config), early_stop=True))
+
+
+def _crossings(config: Config, along: Range) -> Study:
+    limits = borders.Limits(_SCAN, _TOLERANCE)
+    lines = borders.lines_of_config(config, along.name, None)
+    return borders.BorderStudy(lines, limits, replace(options_of(config), early_stop=True))
+
+
+def _of(study: Study, stop: StopFlag) -> xr.Dataset | None:
+    finished = study.compute(range(prod(study.shape)), stop)
+    return study.dataset([finished.results], {}) if finished.complete else None
+
+
+def _lines(found: xr.Dataset, shown: Picture) -> list[Line]:
+    return [(shown.x.places(line.x), shown.y.places(line.y)) for line in polylines(found)]
+
+
+def _strokes(found: xr.Dataset, shown: Picture, along_x: bool) -> list[Line]:
+    """The crossings of lines side by side, each as a stroke as wide as its pixel."""
+    (across,) = (dim for dim in found["border"].dims if dim != "crossing")
+    if MapAxis(found, across).is_numeric:
+        found = found.sortby(across)  # as pictures are
+    crossings = found["border"].transpose(across, "crossing").values
+    beside, along = (shown.y, shown.x) if along_x else (shown.x, shown.y)
+    half = 0.5 * (beside.ends[1] - beside.ends[0]) / len(beside.centres)
+    strokes: list[Line] = []
+    for middle, row in zip(beside.centres, crossings, strict=True):
+        for value in row[np.isfinite(row)]:
+            ends, level = np.array([middle - half, middle + half]), along.places(np.full(2, value))
+            strokes.append((level, ends) if along_x else (ends, level))
+    return strokes

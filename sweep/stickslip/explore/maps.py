@@ -1,0 +1,272 @@
+"""The picture of a view: cells computed or read, as colours, numbers and words."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import prod
+
+import numpy as np
+import xarray as xr
+from matplotlib.colors import to_hex
+from numpy.typing import NDArray
+
+from stickslip.config.model import Config
+from stickslip.dataset import coarse
+from stickslip.dataset.axis import MapAxis
+from stickslip.dataset.coarse import Pixel
+from stickslip.engine import Results, StopFlag, blocks, spread, warm_up
+from stickslip.explore.readable import Unit, number, unit_for
+from stickslip.explore.subject import Subject
+from stickslip.explore.view import FULL, Sides, View, start_value
+from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint
+from stickslip.runs.maps import MapStudy
+from stickslip.vocabulary.flags import FLAGS, flag_label
+
+Floats = NDArray[np.float64]
+LEVELS = 255  # of the colours of numbers; one more is for cells without a value
+HOVER = (
+    "regime", "status", "damping_ratio", "frequency", "stick_fraction", "spring_force_max", "spring_force_min",
+    "slip_speed_max", "acceleration_max", "velocity_amplitude", "tendency",
+)  # fmt: skip
+_TICKS = 5  # of the scale of colours
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One side of a map in the coordinates of the page: values in a unit, their logarithm, or positions 0, 1, 2 ...
+
+    ends : edges of the first and the last pixel. centres : of the pixels. values : there, in SI, or positions. labels :
+    of listed points.
+    """
+
+    name: str
+    title: str
+    kind: str
+    unit: Unit
+    ends: tuple[float, float]
+    centres: Floats
+    values: Floats
+    labels: tuple[str, ...] = ()
+
+    def places(self, values: Floats) -> Floats:
+        """Coordinates on the page of values in SI."""
+        if self.kind == "listed":
+            return np.asarray(values, np.float64)
+        scaled = np.asarray(values, np.float64) / self.unit.factor
+        return np.log10(scaled) if self.kind == "log" else scaled
+
+    def nearest(self, place: float) -> int:
+        """The pixel at a coordinate of the page."""
+        return int(np.abs(self.centres - place).argmin())
+
+    def text(self, i: int) -> str:
+        """Pixel `i` in words."""
+        return self.labels[i] if self.labels else self.unit.text(float(self.values[i]))
+
+    def at(self, i: int) -> float | int:
+        """What pixel `i` stands for: a value in SI, or the position of a listed point."""
+        return i if self.kind == "listed" else float(self.values[i])
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """One variable over the pixels, in a unit; codes of flags as they are, with their names."""
+
+    name: str
+    label: str
+    unit: Unit
+    values: NDArray[np.float32]
+    names: tuple[str, ...] = ()
+
+    def text(self, row: int, column: int) -> str:
+        """The value of a pixel."""
+        value = float(self.values[row, column])
+        return self.names[int(value)] if self.names else f"{number(value)} {self.unit.name}".rstrip()
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A map as it is drawn.
+
+    shades : (rows, columns), numbers of colours in `palette`. legend : names and colours of flags. ticks : of the scale
+    of a number, places from 0 to 1 with their words. note : what a pixel shows, where it is not one cell.
+    """
+
+    y: Side
+    x: Side
+    variable: str
+    title: str
+    shades: NDArray[np.uint8]
+    palette: tuple[str, ...]
+    legend: tuple[tuple[str, tuple[str, ...]], ...]
+    ticks: tuple[tuple[float, str], ...]
+    note: str
+    columns: tuple[Column, ...]
+
+    @property
+    def size(self) -> int:
+        """How many pixels."""
+        return self.shades.size
+
+    @cached_property
+    def by_name(self) -> dict[str, Column]:
+        """The columns by the names of their variables."""
+        return {column.name: column for column in self.columns}
+
+
+def computed(config: Config, stop: StopFlag) -> xr.Dataset | None:
+    """The map of a configuration; None if the flag was raised on the way. In blocks, on threads."""
+    from stickslip.config.options import options_of
+
+    study = MapStudy(config, options_of(config))
+    for kernel in study.kernels:
+        warm_up(kernel)
+    size, found = prod(study.shape), dict[int, Results]()
+    complete = True
+
+    def compute(cells: range) -> None:
+        nonlocal complete
+        finished = study.compute(cells, stop)
+        found[cells.start] = finished.results
+        if not finished.complete:
+            complete = False
+
+    parts = [*blocks(size, study.options)]
+    if len(parts) == 1:
+        compute(parts[0])
+    else:
+        spread(compute, parts, study.options.threads, stop, lambda _: None)
+    if not complete or stop[0]:
+        return None
+    return study.dataset([found[start] for start in sorted(found)], {"title": config.title})
+
+
+def read(subject: Subject, view: View) -> xr.Dataset:
+    """The cells of a view that shows what its file holds: two dimensions of it, nothing read yet."""
+    assert subject.computed is not None
+    ds, at = subject.computed, {}
+    dims = dict(zip(subject.axes, ds["regime"].dims, strict=True))
+    for name, dim in dims.items():
+        if name in view.plane:
+            continue
+        at[dim] = view.points.get(name, 0)
+        if name not in view.points and MapAxis(ds, dim).is_numeric:
+            at[dim] = int(np.abs(ds[dim].values - start_value(subject, view, name)).argmin())
+    return ds.isel(at).transpose(dims[view.y], dims[view.x], ...)
+
+
+def variables(ds: xr.Dataset) -> list[tuple[str, str]]:
+    """What can be drawn: names and titles."""
+    dims = ds["regime"].dims
+    return [(str(name), _label(ds[name])) for name in ds.data_vars if ds[name].dims == dims and name != "steps"]
+
+
+def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
+    """The map in a dataset over (y, x), reduced where it has more cells than the page has pixels, `most`."""
+    y_dim, x_dim = ds["regime"].dims
+    ds = ds.sortby([dim for dim in (y_dim, x_dim) if MapAxis(ds, dim).is_numeric])
+    pixel = coarse.pixel_for((ds.sizes[y_dim], ds.sizes[x_dim]), most)
+    variable = view.variable if view.variable in ds.data_vars else "regime"
+    shades, palette, painted, values = _shaded(ds[variable], variable, pixel)
+    unit = unit_for(str(ds[variable].attrs.get("units", "1")), values.astype(np.float64).ravel())
+    title = f"{_label(ds[variable])} ({unit.name})" if unit.name else _label(ds[variable])
+    wanted = HOVER if pixel == (1, 1) else ("regime",)
+    names = dict.fromkeys((*(name for name in wanted if name in ds), variable))
+    columns = tuple(_column(ds[name], pixel) for name in names)
+    return Picture(
+        side(ds, y_dim, view.y, pixel[0]), side(ds, x_dim, view.x, pixel[1]), variable, title, shades,
+        palette, _legend(painted), _ticks(painted, unit), _note(pixel, variable), columns,
+    )  # fmt: skip
+
+
+def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> Side:
+    """A dimension of a map as a side of its picture, in pixels of `step` cells."""
+    axis = MapAxis(ds, dim, plain=True)
+    units_of = str(ds[dim].attrs.get("units", "1")) if dim in ds.coords else "1"
+    evenly = axis.is_numeric and _is_even(axis)
+    if not evenly:
+        places = np.arange(axis.length, dtype=np.float64)
+        labels = tuple(axis.text(i) for i in range(axis.length))
+        return Side(name, axis.title, "listed", Unit(1.0, ""), (-0.5, axis.length - 0.5), places, places, labels)
+    values, edges = axis.unit.to_si(axis.pixel_points(step)), axis.unit.to_si(axis.edges)
+    unit = unit_for(units_of, [float(np.sqrt(values[0] * values[-1])) if axis.is_log else float(np.abs(values).max())])
+    if "display_units" in ds[dim].attrs:  # people wrote it so
+        unit = Unit(axis.unit.size, axis.unit.name)
+    words = str(ds[dim].attrs.get("long_name", name))
+    title = f"{words} ({unit.name})" if unit.name else words
+    found = Side(name, title, "log" if axis.is_log else "linear", unit, (0.0, 1.0), values, values)
+    ends, centres = found.places(np.array([edges[0], edges[-1]])), found.places(values)
+    return Side(name, title, found.kind, unit, (float(ends[0]), float(ends[1])), centres, values)
+
+
+def _is_even(axis: MapAxis) -> bool:
+    """Whether pixels of one width show the cells where they are."""
+    if axis.length < 2:
+        return False
+    steps = np.diff(np.log(axis.centres) if axis.is_log else axis.centres)
+    return bool(np.allclose(steps, steps.mean(), rtol=1e-3, atol=0.0))
+
+
+def _shaded(
+    array: xr.DataArray, variable: str, pixel: Pixel
+) -> tuple[NDArray[np.uint8], tuple[str, ...], Paint, NDArray[np.generic]]:
+    """A variable as numbers of colours, the colours, and how they were chosen: those of all plots."""
+    if variable in FLAG_COLOURS:
+        reduced = coarse.flags(array, pixel)
+        values = marked(variable, reduced)
+        painted = paint(variable, values, reduced.present)
+        colours = [to_hex(painted.colours(painted.norm(code))) for code in range(2 * len(FLAG_COLOURS[variable]))]
+        return values.astype(np.uint8), tuple(colours), painted, values
+    values = coarse.numbers(array, pixel).values
+    painted = paint(variable, values)
+    finite = np.isfinite(values)
+    shares = np.asarray(painted.norm(np.where(finite, values, float(painted.norm.vmin or 0.0))), np.float64)
+    shades = np.where(finite, np.clip(shares * (LEVELS - 1), 0, LEVELS - 1).round(), LEVELS)
+    colours = [to_hex(painted.colours(i / (LEVELS - 1))) for i in range(LEVELS)]
+    return shades.astype(np.uint8), (*colours, UNDEFINED_COLOUR), painted, values
+
+
+def _legend(painted: Paint) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    found = []
+    for entry in painted.handles():
+        patches = entry if isinstance(entry, tuple) else (entry,)
+        found.append((str(patches[0].get_label()), tuple(to_hex(patch.get_facecolor()) for patch in patches)))
+    return tuple(found)
+
+
+def _ticks(painted: Paint, unit: Unit) -> tuple[tuple[float, str], ...]:
+    """The scale of a number, in a unit."""
+    if painted.flags is not None:
+        return ()
+    places = np.linspace(0.0, 1.0, _TICKS)
+    at = np.asarray(painted.norm.inverse(places), np.float64) / unit.factor
+    return tuple((float(place), number(float(value))) for place, value in zip(places, at, strict=True))
+
+
+def _column(array: xr.DataArray, pixel: Pixel) -> Column:
+    name = str(array.name)
+    if name in FLAGS:
+        labels = tuple(flag_label(flag).replace("_", " ") for flag in FLAGS[name])
+        return Column(name, name, Unit(1.0, ""), coarse.flags(array, pixel).values.astype(np.float32), labels)
+    values = coarse.numbers(array, pixel).values
+    unit = unit_for(str(array.attrs.get("units", "1")), _usual(values))
+    return Column(name, name.replace("_", " "), unit, (values / unit.factor).astype(np.float32))
+
+
+def _usual(values: Floats) -> Sequence[float]:
+    """What size the values usually have."""
+    finite = np.abs(values[np.isfinite(values)])
+    return [float(np.median(finite))] if finite.size else []
+
+
+def _label(array: xr.DataArray) -> str:
+    return str(array.attrs.get("long_name", array.name))
+
+
+def _note(pixel: Pixel, variable: str) -> str:
+    if pixel == (1, 1):
+        return ""
+    what = "their most frequent value" if variable in FLAG_COLOURS else "the mean of those that have a value"
+    return f"each pixel shows {pixel[1]} x {pixel[0]} cells: {what}"

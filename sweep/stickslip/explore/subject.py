@@ -1,0 +1,119 @@
+"""What is explored: a configuration, or a map that was computed from one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip.config.model import Axis, Config
+from stickslip.config.options import options_of
+from stickslip.config.overrides import Setting
+from stickslip.config.pick import recipe_of
+from stickslip.config.reader import load_config
+from stickslip.config.sections import OUTPUT_SUFFIXES, Output
+from stickslip.config.studies import STUDIES
+from stickslip.engine import Options
+from stickslip.errors import ConfigError, Problem
+from stickslip.files import reading
+from stickslip.files.locations import Location, location
+from stickslip.vocabulary.quantities import QUANTITIES
+
+_DRIVEN = "a test rig, whose cells have no regime"
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A configuration of a map, and the map if it was computed.
+
+    source : the file, as it was named. notes : what is left out of it here, for people. computed : the dataset of a
+    result, whose data variables are read when they are used.
+    """
+
+    source: str
+    config: Config
+    notes: tuple[str, ...] = ()
+    computed: xr.Dataset | None = None
+
+    @cached_property
+    def plain(self) -> dict[str, Any]:
+        """The configuration as plain data, without files to write."""
+        return self.config.model_copy(update={"output": Output.model_construct(file=None, plot=None)}).resolved()
+
+    @cached_property
+    def axes(self) -> Mapping[str, Axis]:
+        """The axes of the configuration by name."""
+        return {axis.name: axis for axis in self.config.axes}
+
+    @cached_property
+    def fixed(self) -> dict[str, float]:
+        """The quantities that do not vary, in SI; NaN for words."""
+        fixed = self.config.fixed()
+        return {name: fixed[name] for name in QUANTITIES if name in fixed}
+
+    @cached_property
+    def options(self) -> Options:
+        """How cells are integrated: until the regime is decided."""
+        return replace(options_of(self.config), early_stop=True)
+
+
+def open_subject(path: str | Path, settings: Sequence[Setting] = ()) -> Subject:
+    """What a file holds, YAML or a result. Raises ConfigError for what is no map, StoreError for what is unreadable.
+
+    settings : of a command line, which are put into the configuration; the map of a file is no more that of it then.
+    """
+    where = location(path)
+    if where.suffix.lower() not in OUTPUT_SUFFIXES:
+        return _of_config(str(path), load_config(path, settings))
+    return _of_result(str(path), where, settings)
+
+
+def _of_result(source: str, where: Location, settings: Sequence[Setting]) -> Subject:
+    """The map in a file, with the configuration it was computed from."""
+    ds = reading.look_into(where)
+    recipe = recipe_of(ds, source, settings)
+    if not isinstance(recipe, Config):
+        raise _no_map(source, "cells that were computed one by one, and no map", "a map has axes: `stickslip run`")
+    subject = _of_config(source, recipe)
+    if recipe.uncertain is not None or settings:  # its cells are draws, or those of another configuration
+        return subject
+    return replace(subject, computed=ds)
+
+
+def _of_config(source: str, config: Config) -> Subject:
+    """The map behind a configuration, whatever is asked of it."""
+    if config.drive is not None or config.sensor is not None:
+        raise _no_map(source, f"got the configuration of {_DRIVEN}", f"stickslip rig {source}")
+    notes = []
+    asked = {name: None for name in STUDIES if getattr(config, name, None) is not None}
+    if config.uncertain is not None:
+        config, words = _at_medians(config)
+        notes.append(f"what is uncertain has its median here: {words}")
+    others = [name for name in asked if name != "uncertain"]
+    if others:
+        notes.append(f"not shown here: what the section {', '.join(others)} asks for")
+    return Subject(source, config.model_copy(update=asked), tuple(notes))
+
+
+def _at_medians(config: Config) -> tuple[Config, str]:
+    """The configuration with the medians of what is uncertain, and these in words."""
+    assert config.uncertain is not None
+    names = config.uncertain.names
+    medians = config.uncertain.values(np.zeros((1, len(names))))
+    sections: dict[str, Any] = {}
+    for name in names:
+        section = QUANTITIES[name].section
+        sections[section] = sections.get(section, getattr(config, section)).model_copy(
+            update={name: float(medians[name][0])}
+        )
+    words = ", ".join(f"{name} = {float(medians[name][0]):.4g}" for name in names)
+    return config.model_copy(update={**sections, "uncertain": None}), words
+
+
+def _no_map(source: str, message: str, hint: str) -> ConfigError:
+    return ConfigError(source, [Problem((), message, hint=hint)])

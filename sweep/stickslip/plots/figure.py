@@ -1,0 +1,22 @@
+"""The figure that plots are: matplotlib's, which shows itself in a notebook."""
+
+from __future__ import annotations
+
+from io import BytesIO
+
+from matplotlib.figure import Figure as PlainFigure
+
+_DPI = 100  # of a picture in a notebook
+
+
+class Figure(PlainFigure):
+    """matplotlib's `Figure`, shown by a notebook whose cell ends with it.
+
+    IPython shows figures once pyplot or `%matplotlib inline` have told it how, which plots without pyplot do not. What
+    they tell it goes first, with the format and resolution that the user has chosen.
+    """
+
+    def _repr_png_(self) -> bytes:
+        picture = BytesIO()
+        self.savefig(picture, format="png", dpi=_DPI)
+        return picture.getvalue()

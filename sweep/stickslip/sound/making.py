@@ -1,0 +1,160 @@
+"""The sound of one cell: the acceleration of its mass, at true pitch or slower.
+
+Of a cycle the series of one period is computed, and summed at the times of the samples: exactly periodic, however long
+it lasts. Other motions are a series of the stretch that is heard.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite, nan, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.engine import Options, Results, sampled
+from stickslip.errors import NotReachedError
+from stickslip.sound.cycles import cycles_of, results_of
+from stickslip.sound.series import Series, natural_frequency, samples_for, series_of
+from stickslip.sound.sounds import FULL_SCALE, Sound
+from stickslip.sound.weighting import HIGHEST
+from stickslip.theory.ageing import static_friction
+from stickslip.vocabulary.cells import Cells, as_cells
+from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
+
+Floats = NDArray[np.float64]
+
+RATE = 44_100  # samples a second
+RTOL = 1e-9  # of the motion, so that its errors are not heard beside it
+OVERSAMPLING = 8
+_LEAD = 0.02  # s before a first break-away
+_FADE = 0.005  # s, at both ends
+_SETTLED = 2.0  # settling times after which a decay is far below what 16 bits hold
+_REACHED = STATUSES.index("horizon_reached")
+
+
+def of(
+    cell: Mapping[str, float],
+    seconds: float = 2.0,
+    *,
+    law: str = "stribeck",
+    rate: int = RATE,
+    slow: float = 1.0,
+    full_scale: float = FULL_SCALE,
+    transient: bool = False,
+    max_steps: int = Options.max_steps,
+    title: str = "",
+) -> Sound:
+    """The sound of a cell.
+
+    cell, law : as `simulate` takes them, a number each in SI. seconds : how long it lasts. rate : samples a second.
+    slow : 10 for ten times slower and lower, 0.1 for ten times faster. full_scale : m/s2; sounds can be compared where
+        theirs are equal.
+    transient : the motion from its start, where the cell has a cycle as well. Without one it is always that, from the
+        first break-away on.
+
+    Raises TypeError or ValueError for bad input, NotReachedError where the motion cannot be integrated so far.
+    """
+    checked(seconds=seconds, rate=rate, slow=slow, full_scale=full_scale)
+    full = as_cells(cell)
+    if full["mass"].size != 1:
+        raise ValueError("a sound is that of one cell: give every parameter one number")
+    options = Options(law, RTOL, max_steps=int(max_steps))
+    results, count = results_of(full, options), max(round(seconds * rate), 2)
+    asked = _Asked(rate * slow, min(HIGHEST, 0.499 * rate) * slow, _LEAD / slow, options)
+    cycles = cycles_of(full, results, asked.lead)
+    regime, repeats = REGIMES[int(results["regime"][0])], bool(cycles.which.size) and not transient
+    frequency = _frequency(full, results)
+    if regime == "stuck" or frequency >= asked.highest:
+        acceleration = np.zeros(count)
+    elif not repeats:
+        acceleration = _transient(full, results, asked, count)
+    elif cycles.period[0] <= count / asked.rate:
+        acceleration = asked.cycle(cycles.cells, float(cycles.period[0])).values(asked.rate, count)
+    else:
+        acceleration = asked.stretch(cycles.cells, count)
+    acceleration *= fades(count, rate)
+    return Sound(acceleration, int(rate), float(slow), float(full_scale), regime, frequency, repeats, title)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What is asked of a motion, in its own time: `rate` values of the acceleration a second, tones up to `highest`
+    (Hz), `lead` (s) before a break-away."""
+
+    rate: float
+    highest: float
+    lead: float
+    options: Options
+
+    def series(self, cell: Cells, duration: float) -> Series:
+        """The series of the motion over a duration (s)."""
+        harmonics = int(self.highest * duration)
+        intervals = samples_for(np.array([duration]), self.highest, natural_frequency(cell), OVERSAMPLING)
+        motions, ends, status = sampled(cell, duration / intervals, intervals + 1, self.options)
+        if status[0] != _REACHED:
+            name = STATUSES[int(status[0])]
+            raise NotReachedError(f"the motion is not known to {duration:g} s, {name}: {STATUS_MESSAGES[name]}")
+        return series_of(motions[0], ends[0], duration, harmonics)
+
+    def cycle(self, cell: Cells, period: float) -> Series:
+        """The series of a period; what rounding leaves of its mean is none."""
+        found = self.series(cell, period)
+        return Series(found.duration, 0.0, found.harmonics)
+
+    def stretch(self, cell: Cells, count: int) -> Floats:
+        """The first `count` values of the acceleration."""
+        return self.series(cell, count / self.rate).values(self.rate, count)
+
+
+def _transient(cell: Cells, results: Results, asked: _Asked, count: int) -> Floats:
+    """The motion from its first break-away on, or from the start where it slips at once, after a little silence."""
+    first = float(results["breakaway_time"][0])
+    if not isfinite(first) or not _sticks_at_first(cell):
+        first = 0.0
+    passed = max(0.0, first - asked.lead)
+    # Until then the mass moves with the belt: what has passed is passed over, for the sake of the digits of the time.
+    later = {"displacement": cell["displacement"] + cell["belt_speed"] * passed}
+    later["contact_time"] = cell["contact_time"] + passed
+    silent = min(round((asked.lead - (first - passed)) * asked.rate), count // 4)
+    left = count - silent
+    if (settled := _SETTLED * float(results["settling_time"][0])) > 0.0:
+        left = max(min(left, int((first - passed + settled) * asked.rate)), 2)
+    return np.concatenate([np.zeros(silent), asked.stretch(cell | later, left), np.zeros(count - silent - left)])
+
+
+def _sticks_at_first(cell: Cells) -> bool:
+    """Whether the contact holds at the start; else it slips at once, and its first break-away is a later one."""
+    if not np.isnan(cell["velocity"][0]):
+        return False
+    mu = np.fmax(cell["mu_static"], cell["a1"] + cell["a3"])
+    limit = static_friction(cell["contact_time"], mu, cell["ageing_rate"], cell["ageing_time"]) * cell["normal_load"]
+    return bool((np.abs(cell["stiffness"] * cell["displacement"] + cell["damping"] * cell["belt_speed"]) <= limit)[0])
+
+
+def fades(count: int, rate: float) -> Floats:
+    """Factors that rise from 0 and fall to 0 at the ends, as a cosine does."""
+    length = min(round(_FADE * rate), count // 4)
+    rise = 0.5 - 0.5 * np.cos(pi * np.arange(length) / max(length, 1))
+    return np.concatenate([rise, np.ones(count - 2 * length), rise[::-1]])
+
+
+def _frequency(cell: Cells, results: Results) -> float:
+    """Of the cycle; of the decay by linear theory; NaN where there is neither."""
+    if results["period"][0] > 0.0:
+        return float(results["frequency"][0])
+    ratio = float(results["damping_ratio"][0])
+    if REGIMES[int(results["regime"][0])] == "damped" and abs(ratio) < 1.0:
+        natural = float(np.sqrt(cell["stiffness"][0] / cell["mass"][0])) / (2.0 * pi)
+        return natural * float(np.sqrt(1.0 - ratio * ratio))
+    return nan
+
+
+def checked(**numbers: float) -> None:
+    """Raise ValueError for a number that makes no sound."""
+    for name, value in numbers.items():
+        if not (isfinite(value) and value > 0):
+            raise ValueError(f"{name}: got {value!r}, expected a number > 0")
+    if numbers["rate"] != int(numbers["rate"]):
+        raise ValueError(f"rate: got {numbers['rate']!r}, expected a whole number of samples a second")

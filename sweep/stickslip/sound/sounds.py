@@ -1,0 +1,155 @@
+"""A sound: an acceleration over time, ready to be heard, and what to know when judging it by ear."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+from math import floor, isfinite, log10
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.sound.wav import wav_bytes
+from stickslip.sound.weighting import HIGHEST
+
+Floats = NDArray[np.float64]
+
+FULL_SCALE = 100.0  # m/s2
+KNEE = 0.9  # of full scale, from where on what is louder is compressed
+_LOWEST = 20.0  # Hz that are heard
+_FAINT = 1e-3  # of full scale
+
+
+@dataclass(frozen=True)
+class Sound:
+    """What a microphone that follows the mass would record.
+
+    acceleration : m/s2, limited to what is heard, faded at both ends. rate : samples a second. slow : how many times
+        slower than the motion. full_scale : the acceleration (m/s2) that is the loudest the sound can be.
+    regime : of the cell; nothing of a record. frequency : of its cycle, or of its decay (Hz, of the motion); NaN where
+        there is neither.
+    repeats : whether it is the cycle without the transient before.
+    """
+
+    acceleration: Floats
+    rate: int
+    slow: float
+    full_scale: float
+    regime: str
+    frequency: float
+    repeats: bool
+    title: str = ""
+
+    @cached_property
+    def samples(self) -> Floats:
+        """Between -1 and 1: in proportion to the acceleration up to 0.9, above that softly compressed."""
+        return softly_clipped(self.acceleration / self.full_scale)
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts."""
+        return self.acceleration.size / self.rate
+
+    @cached_property
+    def peak(self) -> float:
+        """Largest magnitude of the acceleration, m/s2."""
+        return float(np.abs(self.acceleration).max(initial=0.0))
+
+    @property
+    def clips(self) -> bool:
+        """Whether some of it is compressed."""
+        return self.peak > KNEE * self.full_scale
+
+    @property
+    def heard(self) -> float:
+        """The frequency as it is heard, Hz."""
+        return self.frequency / self.slow
+
+    def wav(self, floating: bool = False) -> bytes:
+        """A WAV file, 16-bit, or 32-bit floating."""
+        said = f"{self.title or 'stickslip'}; full scale {self.full_scale:g} m/s2; {self.slow:g} times slower"
+        return wav_bytes(self.samples, self.rate, said.removesuffix("; 1 times slower"), floating)
+
+    def remarks(self) -> list[str]:
+        """What one should know to judge it by ear, a line each."""
+        return [line for line in (self._of_regime(), self._of_pitch(), self._of_level()) if line]
+
+    def _of_regime(self) -> str:
+        if self.peak == 0.0 and self.regime == "stuck":
+            return "silence: the cell is stuck, the contact never breaks away"
+        if self.repeats or not self.regime:
+            return ""
+        if self.regime in ("damped", "creep"):
+            return "it settles to steady sliding: what sounds is the decay, silence after it"
+        return f"{self.regime.replace('_', ' ')}: the motion from the start" if self.regime != "stuck" else ""
+
+    def _of_pitch(self) -> str:
+        if not isfinite(self.frequency):
+            return ""
+        highest = min(HIGHEST, 0.5 * self.rate)
+        if self.heard >= highest:
+            factor = _decade(self.heard / 2000.0)
+            return (
+                f"{_hertz(self.heard)} is above hearing, so nothing is heard: "
+                f"slow {self.slow * factor:g} brings it to {_hertz(self.heard / factor)}"
+            )
+        if self.heard < _LOWEST:
+            factor = _decade(self.heard / 200.0)
+            what = (
+                "a click at the end of each slip, and harmonics" if self.regime == "stick_slip" else "harmonics, if any"
+            )
+            return (
+                f"{_hertz(self.heard)} is below hearing ({_LOWEST:g} Hz), what is heard is {what}: "
+                f"slow {self.slow * factor:.3g} brings it to {_hertz(self.heard / factor)}"
+            )
+        return ""
+
+    def _of_level(self) -> str:
+        if self.clips:
+            return (
+                f"clips: peaks of {self.peak:.3g} m/s2 are compressed at a full scale of {self.full_scale:g} m/s2; "
+                f"one of {_round_up(self.peak / KNEE):g} m/s2 would not"
+            )
+        if 0.0 < self.peak < _FAINT * self.full_scale:
+            return (
+                f"faint: peaks of {self.peak:.3g} m/s2 at a full scale of {self.full_scale:g} m/s2; one of "
+                f"{_round_up(self.peak / KNEE):.3g} m/s2 makes it loud, to be compared with others of that scale only"
+            )
+        return ""
+
+    def _repr_html_(self) -> str:
+        data = base64.b64encode(self.wav()).decode("ascii")
+        words = "<br>".join(map(escape, filter(None, [self.title, self.told(), *self.remarks()])))
+        return f'<audio controls src="data:audio/wav;base64,{data}"></audio><div>{words}</div>'
+
+    def told(self) -> str:
+        """Regime, frequency and peak, on a line."""
+        tone = f", {_hertz(self.frequency)}" if isfinite(self.frequency) else ""
+        pace = "" if self.slow == 1.0 else f", {self.slow:g} times slower"
+        kind = f"{self.regime.replace('_', '-')}{tone}, " if self.regime else ""
+        return f"{kind}peaks of {self.peak:.3g} m/s2{pace}"
+
+
+def softly_clipped(samples: Floats) -> Floats:
+    """The same up to 0.9, above that compressed, smoothly, so that nothing reaches 1."""
+    over = np.abs(samples) - KNEE
+    room = 1.0 - KNEE
+    return np.where(over > 0.0, np.copysign(KNEE + room * np.tanh(np.maximum(over, 0.0) / room), samples), samples)
+
+
+def _hertz(frequency: float) -> str:
+    return f"{frequency / 1e3:.3g} kHz" if frequency >= 1e3 else f"{frequency:.3g} Hz"
+
+
+def _decade(ratio: float) -> float:
+    """The power of ten next to a ratio, one at least that changes something."""
+    exponent = round(log10(ratio))
+    return float(10.0 ** (exponent or (1 if ratio > 1.0 else -1)))
+
+
+def _round_up(value: float) -> float:
+    """The next of 1, 2, 5, 10, ... that is no smaller."""
+    scale = 10.0 ** floor(log10(value))
+    return float(next(step * scale for step in (1.0, 2.0, 5.0, 10.0) if step * scale >= value * (1.0 - 1e-12)))

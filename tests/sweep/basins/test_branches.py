@@ -1,0 +1,96 @@
+"""Bifurcation diagrams: what a ramp knows of the branches, and what is drawn of it."""
+
+import numpy as np
+import pytest
+
+import stickslip
+from stickslip import plots
+from stickslip.errors import PlotError
+from stickslip.vocabulary.flags import REGIMES
+
+CELL = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+BOX = {"displacement": (0.0, 2.0), "velocity": (-1.0, 1.0)}
+
+
+@pytest.fixture(scope="module")
+def ramp():
+    return stickslip.ramp(CELL, "belt_speed", (0.02, 1.1), points=37)
+
+
+def test_the_unstable_cycle_of_a_ramp_is_that_of_attractors(ramp):
+    known = stickslip.attractors(CELL | {"belt_speed": ramp["belt_speed"].values}, BOX, samples=64)
+    for name in ("unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", "damping_ratio"):
+        assert ramp[name].dims == ("cell", "belt_speed")
+        np.testing.assert_allclose(ramp[name][0], known[name], rtol=1e-9, err_msg=name)
+    assert ramp["unstable_amplitude"].notnull().any()
+
+
+def test_between_the_branches_there_is_a_cycle_and_only_there(ramp):
+    """Where both ways differ there is an unstable cycle, smaller than the stable one and larger than sliding's 0."""
+    up, down = (ramp.sel(direction=name).isel(cell=0) for name in ("up", "down"))
+    bistable = up["regime"].values != down["regime"].values
+    unstable = ramp["unstable_velocity_amplitude"].values[0]
+    np.testing.assert_array_equal(np.isfinite(unstable), bistable)
+    stable = up["velocity_amplitude"].values[bistable]
+    assert ((0 < unstable[bistable]) & (unstable[bistable] < stable)).all()
+
+
+def test_amplitudes_are_those_of_the_attractor_and_not_of_the_transient(ramp):
+    cells = stickslip.evaluate(CELL | {"belt_speed": [0.1, 0.9, 2.0], "damping": [0.0, 0.0, 10.0]})
+    settles = np.isin(cells["regime"], [REGIMES.index("damped"), REGIMES.index("creep")])
+    np.testing.assert_array_equal(settles, [False, True, True])
+    assert cells["spring_force_max"][1] > 1.2 * cells["cycle_force_max"][1], "the transient overshoots"
+    for name in ("displacement_amplitude", "velocity_amplitude"):
+        np.testing.assert_array_equal(cells[name][1:], 0.0)
+        assert cells[name][0] > 0 and "attractor" in cells[name].attrs["long_name"]
+    rest = cells["settled_displacement"][1:] * CELL["stiffness"]
+    for name in ("cycle_force_max", "cycle_force_min"):
+        np.testing.assert_allclose(cells[name][1:], rest, rtol=1e-12)
+    for direction in ("up", "down"):
+        one = ramp.sel(direction=direction)
+        np.testing.assert_array_equal(one["velocity_amplitude"] == 0, one["regime"] != REGIMES.index("stick_slip"))
+
+
+def test_a_diagram_marks_where_theory_has_the_hopf_bifurcation_and_where_vibration_ends(ramp):
+    figure = plots.plot_branches(ramp)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {"stick-slip", "steady sliding", "steady sliding, unstable", "unstable cycle", "bistable"} <= set(labels)
+    marks = {line.get_markerfacecolor(): line for line in figure.axes[0].lines if line.get_marker() == "o"}
+    hopf = CELL["a4"] * np.log(CELL["a3"] / (CELL["a4"] * CELL["a2"]))  # where the damping ratio is zero
+    assert marks["white"].get_xdata()[0] == pytest.approx(hopf, abs=2e-3)
+    ends = stickslip.border(CELL, "belt_speed", (0.02, 1.1))["border"].values[0]
+    assert 0 < ends[-1] - marks["#000000"].get_xdata()[0] < 0.031, "the last value of the ramp that vibrates"
+    dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
+    (unstable,) = (line for line in dashed if line.get_color() == "#d55e00")
+    assert unstable.get_xdata()[0] == pytest.approx(hopf, abs=2e-3) and unstable.get_ydata()[0] == 0.0
+    assert (np.diff(unstable.get_ydata()) > 0).all()
+
+
+def test_stable_lines_are_solid_where_they_are_and_dashed_where_not(ramp):
+    figure = plots.plot_branches(ramp, "displacement_amplitude")
+    blue = {line.get_linestyle(): line for line in figure.axes[0].lines if line.get_color() == "#0072b2"}
+    x, solid, dashed = ramp["belt_speed"].values, blue["-"].get_ydata(), blue["--"].get_ydata()
+    stable = ramp["damping_ratio"].values[0] > 0
+    np.testing.assert_array_equal(np.isfinite(solid), stable)
+    assert np.isfinite(dashed[~stable]).all() and np.isnan(dashed[x > 0.5]).all()
+    assert figure.axes[0].get_ylabel() == "amplitude of displacement (m)"
+
+
+def test_where_the_unstable_cycle_is_not_known_the_rest_is_drawn():
+    hysteretic = stickslip.ramp(CELL | {"mu_stop": 1.2}, "belt_speed", (0.0, 1.1), points=12)
+    assert hysteretic["unstable_amplitude"].isnull().all()
+    labels = [text.get_text() for text in plots.plot_branches(hysteretic).legends[0].get_texts()]
+    assert {"stick-slip", "steady sliding", "stuck"} <= set(labels) and "unstable cycle" not in labels
+    older = hysteretic.drop_vars(["unstable_amplitude", "unstable_velocity_amplitude", "damping_ratio"])
+    assert plots.plot_branches(older).axes, "of a file that an earlier version wrote"
+
+
+def test_lines_are_selected_and_what_is_no_ramp_is_refused(ramp):
+    two = stickslip.ramp(CELL | {"stiffness": [1.0, 10.0]}, "belt_speed", (0.1, 1.1), points=5)
+    assert plots.plot_branches(two, select={"cell": 1}).axes
+    with pytest.raises(PlotError, match="more than one dimension: cell, belt_speed"):
+        plots.plot_branches(two)
+    with pytest.raises(PlotError, match="no branches of period; there are those of velocity_amplitude and"):
+        plots.plot_branches(ramp, "period")
+    with pytest.raises(PlotError, match=r"not a ramp(.|\n)*stickslip\.ramp"):
+        plots.plot_branches(stickslip.evaluate(CELL | {"belt_speed": 0.1}))

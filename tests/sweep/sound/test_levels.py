@@ -1,0 +1,168 @@
+"""Levels of cells: against closed forms, one another, and the sound itself."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip
+from helpers.cycles import COULOMB, PAIR, STICKING, SUSTAINED, UNIT, coulomb_harmonics, faster, hard_cells
+from stickslip import sound
+from stickslip.engine import Options, stop_flag
+from stickslip.sound import levels
+from stickslip.sound.loudness import levels_of
+from stickslip.sound.weighting import a_weighting
+from stickslip.vocabulary.cells import as_cells
+from stickslip.vocabulary.flags import REGIMES
+
+LEVEL = "acceleration_level_a"
+FREE = UNIT | {"a1": 0.5, "a2": 0.0, "a3": 0.0, "a4": 1.0, "belt_speed": 5.0, "velocity": 0.0}
+SQUEAL = COULOMB | {"stiffness": 2e6, "belt_speed": 0.5}
+PADS = """\
+title: pads
+system: {mass: 100 g, normal_load: 10 N}
+friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
+axes: {stiffness: [1 N/mm, 5 N/mm, 20 N/mm], belt_speed: [20 mm/s, 0.1, 0.5, 3]}
+"""
+LIST = COULOMB | {"stiffness": np.geomspace(10.0, 1e7, 300), "belt_speed": np.linspace(0.5, 0.01, 300)}
+
+
+def level(cell, law="stribeck"):
+    return float(levels(cell, law=law)[LEVEL][0])
+
+
+@pytest.mark.parametrize("frequency", [31.5, 1000.0, 12_500.0])
+def test_a_pure_tone_has_the_level_of_its_amplitude_and_its_weight(frequency):
+    """0.1 m/s2 rms is 100 dB re 1e-6 m/s2 at 1 kHz."""
+    omega = 2.0 * np.pi * frequency
+    a = 0.1 * np.sqrt(2.0)
+    cell = FREE | {"stiffness": omega**2, "displacement": 0.5 / omega**2 + a / omega**2}
+    assert level(cell) == pytest.approx(100.0 + 20.0 * np.log10(a_weighting(frequency)), abs=1e-4)
+
+
+@pytest.mark.parametrize("stiffness", [5.0, 5e3, 5e6])
+@pytest.mark.parametrize("damping", [0.0, 0.2])
+def test_the_level_of_a_coulomb_cycle_is_that_of_its_closed_form(stiffness, damping):
+    """Below 1 Hz, where only the slip is sampled, at 15 Hz and at 1.1 kHz."""
+    cell = COULOMB | {"stiffness": stiffness, "damping": damping}
+    _, cycle = coulomb_harmonics(cell, damping, 1, 0.0)
+    exact, _ = coulomb_harmonics(cell, damping, int(20e3 * float(cycle.period)), 0.0)
+    weights = a_weighting(np.arange(1, exact.size + 1) / float(cycle.period))
+    wanted = 10.0 * np.log10((2.0 * np.abs(exact * weights) ** 2).sum() / 1e-12)
+    assert level(cell) == pytest.approx(wanted, abs=0.01)
+
+
+def test_the_level_is_that_of_the_sound():
+    heard = sound.of(SQUEAL, 1.0)
+    middle = heard.acceleration[5000:-5000]
+    window = np.hanning(middle.size)
+    weights = a_weighting(np.fft.rfftfreq(middle.size, 1.0 / heard.rate))
+    power = (
+        2.0 * np.square(np.abs(np.fft.rfft(middle * window)) * weights).sum() / middle.size / np.square(window).sum()
+    )
+    assert level(SQUEAL) == pytest.approx(10.0 * np.log10(power / 1e-12), abs=0.01)
+
+
+@pytest.mark.parametrize("name", STICKING | SUSTAINED)
+def test_more_samples_change_nothing(name, monkeypatch):
+    law, cell = (STICKING | SUSTAINED)[name]
+    cell = cell if name in STICKING or name == "two_way_slip_cycle" else faster(cell)
+    once = level(cell, law)
+    monkeypatch.setattr("stickslip.sound.loudness.OVERSAMPLING", 16)
+    assert level(cell, law) == pytest.approx(once, abs=0.01) and np.isfinite(once)
+
+
+def test_hard_cells_need_no_more_samples_either(monkeypatch):
+    """Every tenth of those with stick-slip, all laws, parameters over decades."""
+    some = [(law, cell) for law, cell, row in hard_cells("stick_slip") if float(row["period"]) < 3.0][::6]
+    once = [level(cell, law) for law, cell in some]
+    monkeypatch.setattr("stickslip.sound.loudness.OVERSAMPLING", 16)
+    monkeypatch.setattr("stickslip.sound.loudness.FORGOTTEN", 10.0)
+    np.testing.assert_allclose([level(cell, law) for law, cell in some], once, atol=0.02)
+    assert len(some) > 10 and np.isfinite(once).all()
+
+
+@pytest.mark.parametrize("stiffness", [1e6, 1e8, 1e9, 1e10])
+def test_slips_far_shorter_than_the_period_of_any_tone_need_no_more_samples(stiffness, monkeypatch):
+    """1 g: natural frequencies from 5 kHz to 500 kHz, ten slips a second."""
+    cell = COULOMB | {"mass": 1e-3, "stiffness": stiffness, "belt_speed": 40.0 / stiffness}
+    once = level(cell)
+    monkeypatch.setattr("stickslip.sound.loudness.OVERSAMPLING", 16)
+    assert level(cell) == pytest.approx(once, abs=0.02)
+
+
+def test_only_cells_with_a_cycle_have_a_level():
+    cells = {**PAIR, "belt_speed": [0.1, 0.9, 0.0], "damping": [0.0, 0.0, 0.0]}
+    found = levels(cells)
+    assert [REGIMES[i] for i in found["regime"].values] == ["stick_slip", "damped", "stuck"]
+    np.testing.assert_array_equal(np.isnan(found[LEVEL]), [False, True, True])
+    above = FREE | {"stiffness": (2.0 * np.pi * 30e3) ** 2, "displacement": 1.0}
+    assert level(above) == -np.inf
+
+
+def test_a_vibration_too_slow_to_be_heard_is_not_given_the_level_of_rounding():
+    """0.1 Hz without a jump: its harmonics above 20 Hz are far below what doubles hold of the displacement."""
+    for name in ("slip_cycle", "neutral_ringing"):
+        law, cell = SUSTAINED[name]
+        assert level(cell, law) == -np.inf
+        assert np.isfinite(level(faster(cell), law))
+
+
+def test_twice_the_acceleration_is_six_decibels():
+    """Load and speeds twice as large, at the same frequencies."""
+    twice = {name: PAIR[name] * 2.0 for name in ("normal_load", "belt_speed", "a4")} | {"a2": PAIR["a2"] / 2.0}
+    assert level(PAIR | twice) - level(PAIR) == pytest.approx(20.0 * np.log10(2.0), abs=1e-6)
+
+
+def test_a_level_does_not_depend_on_its_block_or_its_threads():
+    cells, options = as_cells(LIST), Options(rtol=1e-9)
+    _, whole = levels_of(cells, options, stop_flag())
+    for part in (slice(0, 1), slice(37, 38), slice(100, 177), slice(299, 300)):
+        _, alone = levels_of({name: values[part] for name, values in cells.items()}, options, stop_flag())
+        np.testing.assert_array_equal(alone, whole[part])
+    for threads in (1, 3):
+        np.testing.assert_array_equal(levels(LIST, threads=threads)[LEVEL], whole)
+
+
+def test_a_reference_is_zero_decibels():
+    found = levels(COULOMB | {"stiffness": [50.0, 5000.0]}, reference=COULOMB)[LEVEL]
+    assert found[1] == 0.0
+    plain = levels(COULOMB | {"stiffness": [50.0, 5000.0]})[LEVEL]
+    assert float(found[0]) == pytest.approx(float(plain[0] - plain[1]), abs=1e-9)
+    assert "reference cell" in found.attrs["long_name"] and "stiffness = 5000" in found.attrs["reference_cell"]
+    with pytest.raises(ValueError, match="no cycle"):
+        levels(COULOMB, reference=PAIR | {"belt_speed": 0.9})
+
+
+def test_configurations_results_and_parts_of_them_have_the_same_levels(tmp_path):
+    config = tmp_path / "pads.yaml"
+    config.write_text(PADS)
+    whole = levels(config)
+    assert whole[LEVEL].dims == ("stiffness", "belt_speed") and whole["stiffness"].attrs["units"] == "N m-1"
+    ds = stickslip.run(config)
+    np.testing.assert_array_equal(whole["regime"], ds["regime"])
+    np.testing.assert_array_equal(levels(ds)[LEVEL], whole[LEVEL])
+    xr.testing.assert_allclose(levels(ds.isel(stiffness=2))[LEVEL], whole[LEVEL].isel(stiffness=2))
+    ds[LEVEL] = levels(ds)[LEVEL]
+    listed = stickslip.evaluate(COULOMB | {"stiffness": [50.0, 5000.0]})
+    assert levels(listed)[LEVEL].dims == ("cell",)
+
+
+def test_what_varies_by_names_or_as_measured_is_known(tmp_path):
+    config = tmp_path / "some.yaml"
+    config.write_text(
+        "title: some\n"
+        "system: {mass: 1, stiffness: 1, normal_load: 1, belt_speed: 0.1}\n"
+        "friction: {mu_start: 1.3, v_reversal: 0.34, a4: 0.1}\n"
+        "axes: {mu_reversal: [1.04, 1.1], mu_stop: [none, 1.2]}\n"
+    )
+    ds = stickslip.run(stickslip.load_config(config))
+    np.testing.assert_array_equal(levels(ds)[LEVEL], levels(config)[LEVEL])
+
+
+def test_progress_is_told_and_the_file_says_what_it_holds(tmp_path):
+    seen = []
+    found = levels(LIST, progress=lambda done, size: seen.append((done, size)))
+    assert seen[-1] == (300, 300)
+    found.to_netcdf(tmp_path / "levels.nc")
+    with xr.open_dataset(tmp_path / "levels.nc") as ds:
+        assert "dB re 1e-6 m/s2" in ds[LEVEL].attrs["long_name"] and ds.attrs["Conventions"].startswith("CF")

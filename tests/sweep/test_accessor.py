@@ -1,0 +1,234 @@
+"""`ds.stickslip`, and what a notebook shows."""
+
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip
+from stickslip import plots, progress, sound
+from stickslip.errors import ConfigError, PlotError
+from stickslip.plots.figure import Figure
+from stickslip.vocabulary.flags import REGIMES
+
+ROOT = Path(__file__).parents[2]
+FRICTION = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+PAIR = FRICTION | {"mass": 1.0, "normal_load": 1.0, "stiffness": 10.0, "belt_speed": 0.1}
+
+
+@pytest.fixture(scope="module")
+def ds():
+    group = xr.Dataset({"damping": ("grease", [0.01, 0.2])}, {"grease": ["A", "B"]})
+    axes = {"grease": group, "mu_stop": ["none", 1.2], "belt_speed": np.linspace(0.01, 1.0, 5)}
+    system = {"mass": 1, "normal_load": 1, "stiffness": 10}
+    return stickslip.sweep(system=system, friction=FRICTION, axes=axes, title="two greases")
+
+
+# --- the accessor -----------------------------------------------------------------------------------------------------
+
+
+def test_a_cell_is_found_by_values_labels_and_what_was_selected_before(ds):
+    cell = ds.stickslip.cell(grease="B", mu_stop=1.2, belt_speed="20 mm/s")
+    assert (cell["damping"], cell["mu_stop"], cell["belt_speed"], cell["mass"]) == (0.2, 1.2, 0.02, 1.0)
+    part = ds.sel(grease="A", mu_stop_case="none").isel(belt_speed=2)
+    np.testing.assert_equal(part.stickslip.cell(), stickslip.evaluate(part).stickslip.cell())
+    assert np.isnan(part.stickslip.cell()["mu_stop"]) and np.isnan(ds.stickslip.cell(
+        grease="A", mu_stop="none", belt_speed=ds["belt_speed"][1])["mu_stop"])  # fmt: skip
+    for name in ("belt_speed", "damping"):
+        assert part.stickslip.cell()[name] == part[name]
+    for i, position in enumerate(np.ndindex(ds["regime"].shape)):
+        one = ds.isel(dict(zip(ds["regime"].dims, position, strict=True)))
+        assert stickslip.evaluate(one.stickslip.cell())["regime"] == one["regime"], i
+
+
+@pytest.mark.parametrize(
+    ("at", "message"),
+    [({}, "which cell. give grease, mu_stop and belt_speed"), ({"grease": "C"}, "labels are A, B"),
+     ({"grease": "A", "belt_sped": 1}, "belt_sped: unknown here, .*did you mean belt_speed"),
+     ({"grease": "A", "mu_stop": 1.2, "belt_speed": "2 kg"}, r"belt_speed: got '2 kg', expected a speed"),
+     ({"grease": "A", "mu_stop": 1.4, "belt_speed": 0.1}, "mu_stop.*at most mu_start")],
+)  # fmt: skip
+def test_a_cell_that_is_not_there_is_refused_with_what_is(ds, at, message):
+    with pytest.raises(ValueError, match=message):
+        ds.stickslip.cell(**at)
+
+
+def test_a_cell_is_simulated_as_it_was_computed():
+    law = stickslip.sweep(system={"mass": 1, "normal_load": 1, "stiffness": 1}, friction=FRICTION | {"law": "rational"},
+                          axes={"belt_speed": [0.1, 0.2]}, solver={"rtol": 1e-9})  # fmt: skip
+    motion = law.stickslip.simulate("20 s", samples=101, belt_speed=0.1)
+    cell = law.stickslip.cell(belt_speed=0.1)
+    xr.testing.assert_equal(motion, stickslip.simulate(duration=20, samples=101, law="rational", rtol=1e-9, **cell))
+    cells = stickslip.evaluate(PAIR | {"stiffness": [1.0, 10.0]})
+    some = cells.stickslip.simulate(cell=1)
+    period = float(cells["period"][1])
+    assert 3 * period < float(some["time"][-1]) < 20 * period, "some cycles, unless a duration is given"
+
+
+def test_a_cell_is_heard_at_its_frequency(ds):
+    heard = ds.stickslip.sound(0.5, slow=0.01, grease="A", mu_stop="none", belt_speed=0.1)
+    cell = ds.stickslip.cell(grease="A", mu_stop="none", belt_speed=0.1)
+    np.testing.assert_array_equal(heard.acceleration, sound.of(cell, 0.5, slow=0.01).acceleration)
+    assert "<audio" in heard._repr_html_() and heard.wav().startswith(b"RIFF")
+
+
+def test_the_configuration_computes_the_result_again(ds):
+    again = stickslip.run(ds.stickslip.configuration)
+    xr.testing.assert_equal(again, ds)
+    with pytest.raises(ConfigError):
+        stickslip.evaluate(PAIR).stickslip.configuration  # noqa: B018
+
+
+def test_the_summary_counts_what_is_there(ds):
+    table = ds.stickslip.summary()
+    assert table["cells"].sum() == ds["regime"].size and table["share"].sum() == pytest.approx(1.0)
+    for name, cells in table["cells"].items():
+        assert cells == (ds["regime"] == REGIMES.index(name)).sum()
+    part = ds.where(ds["belt_speed"] > 0.5)
+    assert part.stickslip.summary()["cells"].sum() == part["regime"].notnull().sum()
+    with pytest.raises(ValueError, match="no regimes"):
+        stickslip.simulate(duration=1.0, **PAIR).stickslip.summary()
+    assert "two greases" in repr(ds.stickslip) and "stick_slip" in ds.stickslip._repr_html_()
+    assert "<script" not in ds.assign_attrs(title="<script>").stickslip._repr_html_()
+
+
+def test_cells_are_masked_by_the_names_of_flags(ds):
+    sticks = ds.stickslip.mask("stick_slip")
+    np.testing.assert_array_equal(sticks, ds["regime"] == REGIMES.index("stick_slip"))
+    both = ds.stickslip.mask("stick_slip", "damped")
+    np.testing.assert_array_equal(both, ds["regime"].isin([1, 2]))
+    assert ds["period"].where(sticks).notnull().equals(sticks.drop_attrs()), "cycles have periods"
+    np.testing.assert_array_equal(ds.stickslip.mask("settled", flag="status"), ~sticks)
+    with pytest.raises(ValueError, match="regime has no squeaks, expected not_computed, stick_slip, .* or failed"):
+        ds.stickslip.mask("squeaks")
+
+
+def test_each_kind_of_result_is_drawn_as_what_it_is(ds):
+    box = {"displacement": (0.0, 1.5), "velocity": (-0.5, 0.5)}
+    cells = PAIR | {"belt_speed": np.linspace(0.1, 1.0, 4)}
+    drawn = {
+        "map": ds.isel(grease=0).stickslip.plot(),
+        "variable": ds.isel(grease=0, mu_stop_case=0).stickslip.plot("period"),
+        "ramp": stickslip.ramp(PAIR, "belt_speed", (0.1, 1.0), 4).stickslip.plot(),
+        "attractors": stickslip.attractors(cells, box, samples=64).stickslip.plot(),
+        "trajectory": stickslip.simulate(duration=10.0, **PAIR).stickslip.plot(title="one cell"),
+    }  # fmt: skip
+    for name, figure in drawn.items():
+        assert isinstance(figure, Figure), name
+    with pytest.raises(PlotError, match="no variable 'perid'"):
+        ds.stickslip.plot("perid")
+
+
+# --- where it comes from ----------------------------------------------------------------------------------------------
+
+
+def python(code, *paths):
+    lines = "\n".join(code)
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", lines], capture_output=True, text=True, cwd=ROOT,
+        env={"PYTHONPATH": ":".join([str(ROOT / "sweep"), str(ROOT / "kernels"), *map(str, paths)]), "PATH": ""},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+@pytest.fixture(scope="module")
+def entry(tmp_path_factory):
+    """A folder whose packages have the entry point of our pyproject, unless ours is installed with it."""
+    folder = tmp_path_factory.mktemp("site")
+    named = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
+    ((name, target),) = named["xarray.backends"].items()
+    if not [point for point in entry_points(group="xarray.backends") if point.name == name]:
+        info = folder / "stickslip_door-1.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: stickslip-door\nVersion: 1\n")
+        (info / "entry_points.txt").write_text(f"[xarray.backends]\n{name} = {target}\n")
+    return folder
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="paths are joined by a colon")
+@pytest.mark.parametrize(
+    "order",
+    [["import stickslip", "import xarray as xr"], ["import xarray as xr", "import stickslip"], ["import xarray as xr"]],
+    ids=["ours first", "xarray first", "xarray alone"],
+)
+def test_the_accessor_is_there_in_whatever_order_things_are_imported(order, entry, ds, tmp_path):
+    ds.to_netcdf(tmp_path / "map.nc")
+    stickslip.sweep(system={"mass": 1, "normal_load": 1, "stiffness": 10}, friction=FRICTION,
+                    axes={"belt_speed": [0.1, 0.2]}, output=tmp_path / "own.nc").close()  # fmt: skip
+    said = python([
+        *order, f"ds = xr.open_dataset({str(tmp_path / 'map.nc')!r})", "print(int(ds.stickslip.summary().cells.sum()))",
+        f"own = xr.open_dataset({str(tmp_path / 'own.nc')!r}, engine='stickslip')", "print(own.sizes['belt_speed'])",
+        "print(own.stickslip.configuration.friction.a1)",
+    ], entry)  # fmt: skip
+    assert said == [str(ds["regime"].size), "2", "1.0"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="paths are joined by a colon")
+def test_importing_ours_does_not_import_xarray():
+    said = python(["import sys, stickslip", "print('xarray' in sys.modules, 'numpy' in sys.modules)",
+                   "stickslip.open", "import xarray", "print(hasattr(xarray.Dataset, 'stickslip'))"])  # fmt: skip
+    assert said == ["False", "False", "True"]
+
+
+# --- notebooks --------------------------------------------------------------------------------------------------------
+
+
+def test_every_plot_shows_itself_in_a_notebook(ds):
+    figure = plots.plot_map(ds.isel(grease=0))
+    assert figure._repr_png_().startswith(b"\x89PNG")
+    assert "matplotlib.pyplot" not in sys.modules
+
+
+def test_a_configuration_shows_what_was_understood(ds):
+    shown = ds.stickslip.configuration._repr_html_()
+    assert "<td>normal_load</td><td>1 N</td><td>normal load</td>" in shown and "two greases" in shown
+    assert "0.01 to 1 m/s, 5 values, linear" in shown
+
+
+class Shown:
+    """What IPython's display gives."""
+
+    def __init__(self):
+        self.views = []
+
+    def __call__(self, view, display_id):
+        self.views.append(view)
+        return self
+
+    def update(self, view):
+        self.views.append(view)
+
+
+def test_a_notebook_shows_a_bar_that_ends_where_the_work_does(monkeypatch):
+    shown = Shown()
+    monkeypatch.setattr(progress, "in_notebook", lambda: True)
+    monkeypatch.setattr(progress, "_PATIENCE", -1.0)
+    monkeypatch.setattr(progress, "_EVERY", 0.0)
+    monkeypatch.setitem(sys.modules, "IPython.display", type("display", (), {"display": shown}))
+    axes = {"stiffness": np.geomspace(1, 100, 200), "belt_speed": np.linspace(0.01, 1.0, 100)}
+    stickslip.sweep(system={"mass": 1, "normal_load": 1}, friction=FRICTION, axes=axes)
+    assert repr(shown.views[-1]).startswith("20,000 of 20,000 cells")
+    assert 'value="20000" max="20000"' in shown.views[-1]._repr_html_()
+    shown.views.clear()
+    stickslip.sweep(system={"mass": 1, "normal_load": 1}, friction=FRICTION, axes=axes, progress=False)
+    assert not shown.views
+
+
+def test_outside_of_notebooks_a_bar_is_shown_if_asked_for(capfd):
+    axes = {"stiffness": np.geomspace(1, 100, 200), "belt_speed": np.linspace(0.01, 1.0, 100)}
+    asked = {"system": {"mass": 1, "normal_load": 1}, "friction": FRICTION, "axes": axes}
+    stickslip.sweep(**asked)
+    assert capfd.readouterr() == ("", "")
+    stickslip.sweep(**asked, progress=True)
+    assert "20,000 of 20,000 cells" in capfd.readouterr().err
+    moves = []
+    stickslip.sweep(**asked, progress=lambda done, total: moves.append((done, total)))
+    assert moves[-1] == (20_000, 20_000)
+    with pytest.raises(ValueError, match="progress: got 'often', expected a function, True, False or 'auto'"):
+        stickslip.sweep(**asked, progress="often")

@@ -1,0 +1,315 @@
+"""The command as a stranger meets it: groups, old spellings, files named by mistake, completion, the screen."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from helpers.configs import write_config
+from stickslip.cli import SECTIONS, main, manual
+from stickslip.cli.rig import feature_screen_table
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def process(*arguments, **variables):
+    """The command as the entry point starts it, which leaves by os._exit."""
+    paths = os.pathsep.join(str(ROOT / root) for root in ("sweep", "kernels"))
+    environment = os.environ | {"PYTHONPATH": paths} | variables
+    done = subprocess.run(
+        [sys.executable, "-m", "stickslip", *arguments], env=environment, capture_output=True, text=True, check=False
+    )
+    return done
+
+
+# --- groups -----------------------------------------------------------------------------------------------------------
+
+
+def test_help_lists_every_command_once_under_a_heading():
+    text = call("--help").stdout
+    for heading, commands in SECTIONS.items():
+        part = text.partition(f"\n{heading}:\n")[2].partition("\n\n")[0]
+        assert [line.split()[0] for line in part.splitlines()] == [command.name for command in commands]
+    shown = {name for name, command in main.commands.items() if not command.hidden}
+    assert shown == {command.name for commands in SECTIONS.values() for command in commands}
+
+
+def test_the_commands_of_rigs_are_a_group_and_the_old_spellings_are_the_same_commands():
+    rig = main.commands["rig"].commands
+    assert list(rig) == ["run", "features", "calibrate"]
+    for old, new in (("rig-features", "features"), ("calibrate", "calibrate")):
+        assert main.commands[old].callback is rig[new].callback and main.commands[old].hidden
+    for arguments in (["rig"], ["rig", "run"], ["rig", "features"], ["rig", "calibrate"], ["rig-features"]):
+        assert "Usage: " in call(*arguments, "--help").stdout
+
+
+@pytest.mark.parametrize("words", [["rig"], ["rig", "run"]])
+def test_a_rig_is_computed_with_and_without_the_word_run(here, words):
+    done = call(*words, "rig/materials", "--plot", "none/x.png")
+    assert done.exit_code == 2 and "no folder none" in done.stderr  # it was the command, and it read its options
+    first_an_option = call(*words, "--plot", "none/x.png", "rig/materials")
+    assert first_an_option.exit_code == 2 and "no folder none" in first_an_option.stderr
+
+
+def test_examples_in_the_helps_of_the_group_are_commands():
+    for command in main.commands["rig"].commands.values():
+        for line in re.findall(r"^ +(stickslip .*)$", command.epilog, re.MULTILINE):
+            _, group, name, *arguments = shlex.split(line.partition(" > ")[0], comments=True)
+            assert group == "rig" and name == command.name
+            assert command.make_context(name, arguments)
+
+
+# --- what is named by mistake -----------------------------------------------------------------------------------------
+
+
+def test_alone_it_says_what_there_is_to_do_here(here):
+    assert "No configuration is in this folder; `stickslip init my.yaml` writes one" in call().stdout
+    write_config(here)
+    assert "Configurations in this folder: small.yaml" in call().stdout and call().exit_code == 0
+
+
+@pytest.mark.parametrize("command", ["run", "plan", "validate", "rig", "simulate"])
+def test_without_a_file_the_ones_here_are_named(here, command):
+    write_config(here)
+    done = call(command, *(["run"] if command == "rig" else []))
+    assert done.exit_code == 2 and "Configurations in this folder: small.yaml" in done.stderr
+
+
+@pytest.mark.parametrize("command", ["plot", "inspect"])
+def test_without_a_result_the_ones_here_are_named(here, command):
+    assert "No result" in call(command).stderr
+    (here / "map.nc").write_bytes(b"")
+    assert "Results in this folder: map.nc" in call(command).stderr
+
+
+KINDS = {  # by name: the first bytes, what it is called, and the hint
+    "map.nc": (b"\x89HDF\r\n\x1a\n", "a netCDF file", "stickslip plot"),
+    "points.xlsx": (b"PK\x03\x04", "an Excel workbook", "save the sheet as CSV"),
+    "points.csv": (b"speed,mu\n1,2\n", "a table", "stickslip fit points.csv"),
+    "map.png": (b"\x89PNG\r\n", "a plot", ""),
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_another_file_than_a_configuration_is_recognised(here, name):
+    begins, what, hint = KINDS[name]
+    (here / name).write_bytes(begins)
+    for command in ("run", "validate", "plan"):
+        done = call(command, name)
+        assert done.exit_code == 2
+        assert f"{name}: this is {what}, expected a configuration in YAML" in done.stderr and hint in done.stderr
+
+
+def test_another_file_than_a_result_is_recognised(here):
+    write_config(here)
+    (here / "points.xlsx").write_bytes(b"PK\x03\x04")
+    (here / "folder").mkdir()
+    (here / "folder" / "map.nc").write_bytes(b"")
+    (here / "map.nc.parts").mkdir()
+    for name, what in (
+        ("small.yaml", "a configuration, expected a result (.nc or .zarr)\nhint: `stickslip run small.yaml`"),
+        ("points.xlsx", "an Excel workbook"),
+        ("folder", "a folder, expected a result (.nc or .zarr)\nhint: folder holds map.nc"),
+        (
+            "map.nc.parts",
+            "the working store of a run, expected a result (.nc or .zarr)\nhint: `stickslip status map.nc",
+        ),
+    ):
+        for command in ("plot", "inspect"):
+            done = call(command, name)
+            assert done.exit_code == 2 and f"{name}: this is {what}" in done.stderr
+
+
+def test_a_folder_of_configurations_names_them(here):
+    (here / "many").mkdir()
+    write_config(here / "many")
+    assert (
+        "many: this is a folder, expected a configuration in YAML\n  hint: many holds small.yaml"
+        in call("run", "many").stderr
+    )
+
+
+@pytest.mark.parametrize(("name", "commands"), [("small.yaml", ["run", "validate"]), ("map.nc", ["inspect", "plot"])])
+def test_a_file_in_place_of_a_command_gets_the_commands_that_take_it(here, name, commands):
+    done = call(name)
+    assert done.exit_code == 2
+    for command in commands:
+        assert f"stickslip {command} {name}" in done.stderr.replace("main", "stickslip")
+
+
+# --- validate ---------------------------------------------------------------------------------------------------------
+
+
+def test_validate_says_each_quantity_in_base_and_customary_units_and_what_they_come_to(here):
+    (here / "my.yaml").write_text(
+        "system: {mass: 100 g, stiffness: 5 N/mm, normal_load: 10 N}\n"
+        "friction: {a1: 0.3, a2: 0, a3: 0.1, a4: 20 mm/s}\n"
+        "axes: {belt_speed: {start: 1 mm/s, stop: 200 mm/s, num: 3}}\n"
+    )
+    rows = [" ".join(line.split()) for line in call("validate", "my.yaml").stdout.splitlines()]
+    for row in (
+        "mass 0.1 kg (100 g) mass",
+        "stiffness 5000 N/m (5 N/mm) spring stiffness",
+        "natural frequency 35.6 Hz sqrt(stiffness/mass)/(2 pi), without friction",  # sqrt(50000)/6.283
+        "static deflection 0.0008 m (0.8 mm) mu_start times load over stiffness, where it breaks away",  # 0.4 x 10/5000
+        "axis belt_speed 0.001 to 0.2 m/s (1 to 200 mm/s) 3 values, linear spacing: belt speed",
+    ):
+        assert row in rows
+
+
+def test_validate_answers_programs(here):
+    write_config(here)
+    (here / "bad.yaml").write_text("system: {mass: 1,5 kg}\n")
+    (here / "odd.yaml").write_text((here / "small.yaml").read_text().replace("a4: 0.1", "a4: 20"))
+    done = call("validate", "small.yaml", "bad.yaml", "odd.yaml", "--json")
+    good, bad, odd = json.loads(done.stdout)["files"]
+    assert done.exit_code == 2 and done.stderr == ""
+    assert good["valid"] and good["configuration"]["system"]["mass"] == 1.0 and good["warnings"] == []
+    a4 = next(row for row in good["understood"] if row["name"] == "a4")
+    assert a4["value"] == "0.1 m/s  (100 mm/s)"
+    assert not bad["valid"] and "write mass: 1.5 kg" in str([p["hint"] for p in bad["problems"]])
+    assert "did you mean 20 mm/s?" in odd["warnings"][0]
+
+
+# --- help -------------------------------------------------------------------------------------------------------------
+
+
+def test_help_lists_pages_and_shows_each():
+    listed = call("help").stdout
+    assert listed.index("  tutorial ") < listed.index("  model ") < listed.index("  glossary "), "the order of the site"
+    for name in manual.pages():
+        assert re.search(rf"^  {name}  +\S", listed, re.MULTILINE)
+        shown = call("help", name)
+        assert shown.exit_code == 0 and len(shown.stdout) > 100
+        assert not re.search(r"^```\{", shown.stdout, re.MULTILINE), name
+        assert not re.search(r"\]\((?!https?:)", shown.stdout), name
+
+
+@pytest.mark.parametrize(("word", "said"), [
+    ("hysteresis", "friction depends on whether"), ("stick phase", "no relative motion"), ("regimes", "stick_slip"),
+    ("stiffness", "a stiffness above 0 N/m; it must be given"), ("period", "period of the limit cycle, s"),
+    ("mu_stop", "none unless given"), ("k", "spring stiffness"), ("resume", "stopped by anything"), ("run", "Usage: "),
+    ("settled", "a status: the motion came into the settling band"), ("units", "is asked about"),
+    ("completion", "The shell can complete"),
+])  # fmt: skip
+def test_help_about_a_word_says_what_it_means(word, said):
+    done = call("help", *word.split())
+    assert done.exit_code == 0 and said in done.stdout
+
+
+def test_an_unknown_topic_gets_the_nearest():
+    done = call("help", "histeresis")
+    assert done.exit_code == 2 and "did you mean `stickslip help hysteresis`?" in done.stderr
+
+
+def test_messages_name_topics_that_there_are():
+    """Whatever the package says about `stickslip help TOPIC`."""
+    named = set()
+    for path in (ROOT / "sweep").rglob("*.py"):
+        named |= set(re.findall(r"`stickslip help ([a-z_]+)`", path.read_text(encoding="utf-8")))
+    assert named and all(call("help", topic).exit_code == 0 for topic in named), named
+
+
+@pytest.mark.parametrize(("tex", "plain"), [
+    (r"m x'' + c x' + k x = N \mu(w)", "m x'' + c x' + k x = N μ(w)"),
+    (r"\zeta = \frac{c + N \mu'(v_b)}{2 \sqrt{k m}}", "ζ = (c + N μ'(v_b))/(2 sqrt(k m))"),
+    (r"e^{-w/a_4}", "e^(-w/a_4)"),
+])  # fmt: skip
+def test_formulas_are_readable_in_a_terminal(tex, plain):
+    assert manual.plain_formula(tex) == plain
+
+
+# --- completion and the screen ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_entry_point_gives_the_script_of_a_shell(shell):
+    done = process(_STICKSLIP_COMPLETE=f"{shell}_source")
+    assert "_STICKSLIP_COMPLETE" in done.stdout and done.stderr in (
+        "",
+        "Couldn't detect Bash version, shell completion is not supported.\n",
+    )
+
+
+def completed(words, incomplete=""):
+    """What is proposed after some words."""
+    line = " ".join(["stickslip", *words, incomplete])
+    done = process(_STICKSLIP_COMPLETE="bash_complete", COMP_WORDS=line, COMP_CWORD=str(len(words) + 1))
+    return [row.partition(",")[2] for row in done.stdout.splitlines()]
+
+
+def test_commands_options_and_names_are_completed():
+    assert "rig" in completed([], "r") and "rig-features" not in completed([], "r")
+    assert completed(["rig"]) == ["run", "features", "calibrate"]
+    assert "--plot" in completed(["run"], "--p")
+    assert "quickstart" in completed(["init", "--from"], "qu")
+    assert "spring_force_max" in completed(["plot", "map.nc", "--variable"], "spring")
+    assert "belt_speed" in completed(["border", "my.yaml", "--along"], "be")
+    assert "stick_slip" in completed(["inspect", "map.nc", "--regime"], "st")
+    assert "glossary" in completed(["help"], "gl")
+
+
+def test_without_colour_nothing_is_bold():
+    """A terminal is imitated, since pipes never get escapes."""
+    pytest.importorskip("pty", reason="no pseudo-terminals on Windows")
+    from stickslip.cli import screen
+
+    code = (
+        "from stickslip.cli import screen; from rich.table import Table\n"
+        "console = screen.terminal(); console.print('[bold]x[/]', Table('a', header_style='bold'))"
+    )
+    assert "\x1b[" in on_terminal(code, {}) and "\x1b[" not in on_terminal(code, {"NO_COLOR": "1"})
+    assert screen.terminal().width >= 1000
+
+
+def on_terminal(code, variables, columns=80):
+    """What a program prints to a terminal of that width."""
+    import pty
+
+    reading, writing = pty.openpty()
+    environment = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "FORCE_COLOR")} | variables
+    environment |= {"PYTHONPATH": str(ROOT / "sweep"), "TERM": "xterm", "COLUMNS": str(columns)}
+    subprocess.run([sys.executable, "-c", code], stdout=writing, env=environment, check=True)
+    os.close(writing)
+    said = b""
+    try:
+        while part := os.read(reading, 65536):
+            said += part
+    except OSError:  # the other end is closed
+        pass
+    os.close(reading)
+    return said.decode()
+
+
+def test_a_table_of_records_has_every_column_at_any_width():
+    import xarray as xr
+    from rich.console import Console
+
+    from stickslip.rig.quantities import FEATURES
+
+    names = [f"a rather long name of record {i}" for i in range(3)]
+    found = xr.Dataset({name: ("record", [1.0, 2.0, 3.0]) for name in FEATURES}, {"record": names})
+    found["model_rpn"] = ("record", [1, 5, 9])
+    for width in (40, 80, 1000):
+        console = Console(width=width)
+        with console.capture() as captured:
+            console.print(feature_screen_table(found, console.width))
+        flat = re.sub(r"\s+", " ", captured.get())
+        for heading in ("sticks", "RPN", "drops", "mu_d", "mu_s"):
+            assert heading in flat, (width, heading, flat)

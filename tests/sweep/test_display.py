@@ -1,0 +1,156 @@
+"""Units in which results are shown: those of the configuration, while everything is SI."""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip
+from helpers.maps import axis, make_map, plane
+from helpers.plotted import notes_of
+from stickslip.config.reader import make_config, parse_config
+from stickslip.dataset.axis import MapAxis
+from stickslip.dataset.display import Unit, displayed, unit_of, with_units
+from stickslip.errors import PlotError
+from stickslip.plots.maps import plot_map
+from stickslip.plots.palette import FLAG_COLOURS, HATCHES
+from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.results import VARIABLES
+
+ENGINEER = """
+system: {mass: 100 g, normal_load: 0.01 kN}
+friction: {a1: 0.3, a2: 0.5 s/m, a3: 0.1, a4: 20 mm/s}
+axes:
+  stiffness: {start: 1 N/mm, stop: 10 N/mm, num: 4}
+  belt_speed: [5 mm/s, 20 mm/s, 300 mm/s]
+"""
+
+
+@pytest.fixture(scope="module")
+def result():
+    return stickslip.run(parse_config(ENGINEER))
+
+
+def test_results_remember_the_units_of_the_configuration_and_stay_si(result):
+    shown = {name: c.attrs.get("display_units") for name, c in result.coords.items()}
+    assert {name: unit for name, unit in shown.items() if unit} == {
+        "mass": "g", "normal_load": "kN", "a2": "s/m", "a4": "mm/s", "stiffness": "N/mm", "belt_speed": "mm/s",
+    }  # fmt: skip
+    assert result["belt_speed"].values.tolist() == [0.005, 0.02, 0.3] and result["belt_speed"].units == "m s-1"
+    assert float(result["normal_load"]) == 10.0
+
+
+def test_what_was_written_is_shown_again_to_the_last_digit(result):
+    values, unit = displayed(result["belt_speed"])
+    assert (values.tolist(), unit) == ([5.0, 20.0, 300.0], "mm/s")
+    assert [MapAxis(result, "belt_speed").text(i) for i in range(3)] == ["5 mm/s", "20 mm/s", "300 mm/s"]
+
+
+def test_units_survive_the_file(result, tmp_path):
+    path = tmp_path / "map.nc"
+    result.to_netcdf(path)
+    with xr.open_dataset(path) as back:
+        figure = plot_map(back)
+    assert (
+        figure.axes[0].get_xlabel() == "belt speed (mm/s)" and figure.axes[0].get_ylabel() == "spring stiffness (N/mm)"
+    )
+    np.testing.assert_allclose(figure.axes[0].get_ylim(), (-0.5, 11.5))
+    (note,) = [line for line in notes_of(figure) if line.startswith("held fixed")]
+    assert note == "held fixed: mass = 100 g, normal load = 0.01 kN, a1 = 0.3, a2 = 0.5 s/m, a3 = 0.1, a4 = 20 mm/s"
+
+
+def test_configurations_that_differ_in_units_only_are_equal_and_are_written_alike():
+    si = parse_config(re.sub("20 mm/s", "0.02", ENGINEER))
+    one = parse_config(ENGINEER)
+    assert si == one and si.to_yaml() == one.to_yaml() and si.written_in != one.written_in
+    assert make_config(one.resolved()).written_in == {}
+
+
+def test_units_of_ranges_of_groups_and_of_what_is_searched_are_found():
+    data = {
+        "system": {"mass": 1, "stiffness": "2 N/mm", "normal_load": 10, "belt_speed": 0.01},
+        "friction": {"a1": 0.3, "a2": 0},
+        "axes": {"grease": {"zip": {"a3": [0.1, 0.2], "a4": ["5 mm/s", "0.01 m/s"]}}},
+        "border": {"along": "belt_speed", "between": ["1 mm/s", "90 mm/s"]},
+    }
+    config = make_config({**data, "axes": data["axes"]})
+    assert config.written_in == {"stiffness": "N/mm", "a4": "mm/s", "belt_speed": "mm/s"}
+    lines = stickslip.run(config)
+    assert {lines[name].attrs["display_units"] for name in ("border", "border_width", "a4")} == {"mm/s"}
+    assert "display_units" not in lines["a3"].attrs
+
+
+@pytest.mark.parametrize(("name", "values", "expected"), [
+    ("period", [0.02, 0.0999], "ms"), ("period", [0.02, 0.1], "s"), ("period", [5e-5, np.nan], "µs"),
+    ("period", [np.nan, np.nan], "s"), ("frequency", [5.0], "Hz"), ("slip_speed_max", [1.0], "mm/s"),
+    ("restick_displacement", [1.0], "mm"), ("spring_force_max", [1.0], "kN"), ("acceleration_max", [1.0], "m/s2"),
+    ("damping_ratio", [1.0], ""), ("regime", [1], ""),
+])  # fmt: skip
+def test_outputs_follow_inputs_of_their_kind(result, name, values, expected):
+    array = result[name].isel(stiffness=0, belt_speed=slice(None, len(values)))
+    assert unit_of(array, np.array(values)).name == expected
+
+
+def test_every_variable_and_quantity_has_a_unit_to_be_shown_in():
+    for declared in (*VARIABLES.values(), *QUANTITIES.values()):
+        unit = unit_of(xr.DataArray([2.0], dims="x", attrs={"units": declared.units}))
+        assert unit.of(3.0) == pytest.approx(3.0 / unit.size) and unit.to_si(unit.of(3.0)) == pytest.approx(3.0)
+
+
+def test_units_can_be_chosen_and_wrong_ones_are_refused():
+    ds = with_units(plane(), {"period": "ms", "belt_speed": "km/h"})
+    assert plot_map(ds, "period").axes[-1].get_ylabel() == "period of the limit cycle (ms)"
+    assert MapAxis(ds, "belt_speed").centres[0] == pytest.approx(0.02 * 3.6)
+    assert "display_units" not in plane()["period"].attrs
+    for wanted, message in (
+        ({"belt_speed": "N"}, r"cannot show belt_speed in 'N', expected a unit of speed, such as mm/s"),
+        ({"regime": "mm"}, "pure number"), ({"speed": "mm/s"}, "no 'speed' to show in mm/s; there are"),
+        ({"spring_force_max": "furlong"}, "expected a unit of force"),
+    ):  # fmt: skip
+        with pytest.raises(PlotError, match=message):
+            with_units(plane(), wanted)
+
+
+def test_powers_are_raised_in_print_only():
+    assert Unit("m/s2").printed == "m/s$^{2}$" and Unit("N s m^-1").printed == "N s m$^{-1}$"
+    assert Unit("mm/s").printed == "mm/s" and Unit().printed == ""
+
+
+def test_exact_borders_lie_over_the_map_whatever_units_both_were_written_in():
+    text = ENGINEER.replace("[5 mm/s, 20 mm/s, 300 mm/s]", "{start: 5 mm/s, stop: 300 mm/s, num: 60}")
+    cells = stickslip.run(parse_config(text))
+    lines = stickslip.border(parse_config(text.replace(" mm/s", "e-3")), "belt_speed", (0.005, 0.3))
+    figure = plot_map(cells, lines=lines)
+    (drawn,) = [line for line in figure.axes[0].lines if line.get_color() == "white"]
+    np.testing.assert_allclose(drawn.get_xdata(), 1e3 * lines["border"].values[:, 0])
+    np.testing.assert_allclose(drawn.get_ydata(), [1, 4, 7, 10])
+
+
+def test_a_note_leaves_out_what_is_at_its_default_or_of_no_use():
+    ds = make_map(axis("stiffness", [1.0, 2.0]), axis("belt_speed", [0.1, 0.2]), damping=0.0, ageing_time=3.0,
+                  ageing_rate=0.0, displacement=0.0)  # fmt: skip
+    (note,) = [line for line in notes_of(plot_map(ds)) if line.startswith("held")]
+    assert note == "held fixed: mass = 1 kg, normal load = 1 N, a1 = 1, a2 = 0.1 s/m, a3 = 0.3, a4 = 0.1 m/s"
+
+
+def test_regimes_are_told_apart_without_colours():
+    """In grey, any two regimes differ in their brightness or in their hatching."""
+    names = [name for name in FLAG_COLOURS["regime"]]
+
+    def grey(name):
+        red, green, blue = (int(FLAG_COLOURS["regime"][name][i : i + 2], 16) for i in (1, 3, 5))
+        return 0.299 * red + 0.587 * green + 0.114 * blue
+
+    for i, one in enumerate(names):
+        for other in names[i + 1 :]:
+            assert HATCHES.get(one) != HATCHES.get(other) or abs(grey(one) - grey(other)) > 35, (one, other)
+
+
+def test_units_survive_a_store_that_is_collected_by_itself(tmp_path):
+    config = tmp_path / "c.yaml"
+    config.write_text(ENGINEER)
+    for shard in ("1/2", "2/2"):
+        stickslip.run_shard(config, shard, tmp_path / "store")
+    whole = stickslip.collect(tmp_path / "store", tmp_path / "map.nc")
+    assert whole["belt_speed"].attrs["display_units"] == "mm/s" and whole["mass"].attrs["display_units"] == "g"

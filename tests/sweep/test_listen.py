@@ -1,0 +1,255 @@
+"""`listen`, `simulate` and `rig --sound`: what they say, and what they write."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+from scipy.io import wavfile
+
+import stickslip
+from helpers.configs import write_config
+from stickslip import plots, sound
+from stickslip.cli import main
+from stickslip.cli.trajectory_words import CYCLES, look_at
+from stickslip.errors import PlotError
+
+STICKS = ("--at", "stiffness=1", "--at", "belt_speed=0.1")
+SETTLES = ("--at", "stiffness=1", "--at", "belt_speed=0.9")
+PADS = """\
+title: pads
+system: {mass: 100 g, normal_load: 10 N}
+friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
+axes: {stiffness: [1 N/mm, 5 N/mm, 20 N/mm], belt_speed: [20 mm/s, 0.1, 0.5, 3]}
+"""
+RIG = """\
+title: A rig
+system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}
+friction: {mu_start: 0.4, mu_reversal: 0.3, v_reversal: 100 mm/s, a4: 20 mm/s}
+drive: {stroke: 6 mm}
+"""
+
+
+@pytest.fixture
+def config(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return str(write_config(tmp_path, num=4))
+
+
+def call(*words, code=0):
+    done = CliRunner().invoke(main, list(words))
+    assert done.exit_code == code, done.output
+    return done.stderr if code else done.stdout
+
+
+# --- simulate ---------------------------------------------------------------------------------------------------------
+
+
+def test_simulate_says_regime_frequency_force_and_share_of_sticking_without_files(config, tmp_path):
+    said = call("simulate", config, *STICKS)
+    found = stickslip.evaluate(cell(belt_speed=0.1))
+    assert re.search(r"^regime +stick_slip: a limit cycle with a stick phase$", said, re.M)
+    assert re.search(rf"^frequency +{float(found['frequency'][0]):.4g} Hz$", said, re.M)
+    assert re.search(r"^period +9\.94\d s$", said, re.M) and re.search(r"^sticking +56\.\d% of the period$", said, re.M)
+    assert re.search(rf"^peak spring force +{float(found['spring_force_max'][0]):.4g} N$", said, re.M)
+    assert "amplitude" in said and "--plot" in said and sorted(p.name for p in tmp_path.iterdir()) == ["small.yaml"]
+
+
+def cell(**more):
+    return {"mass": 1, "normal_load": 1, "a1": 1, "a2": 0.1, "a3": 0.3, "a4": 0.1, "stiffness": 1} | more
+
+
+def test_simulate_speaks_json_alone_with_the_names_of_evaluate(config):
+    said = json.loads(call("simulate", config, *STICKS, "--json"))
+    found = stickslip.evaluate(cell(belt_speed=0.1))
+    assert said["regime"] == "stick_slip" and said["status"] == "cycle_closed"
+    for name in ("period", "stick_fraction", "spring_force_max", "displacement_amplitude"):
+        assert said[name] == float(found[name][0])
+    assert said["settling_time"] is None and "output" not in said
+    said = json.loads(call("simulate", config, *STICKS, "--json", "-o", "trace.nc"))
+    with xr.open_dataset("trace.nc") as ds:
+        assert said["output"] == "trace.nc" and said["duration"] == float(ds["time"][-1])
+
+
+def test_a_decay_is_told_with_its_frequency_and_where_it_ends(config):
+    said = call("simulate", config, *SETTLES)
+    assert "vibrates at" in said and "settling time" in said and "settles at" in said
+    assert "sticking" not in said.partition("\n")[2] and "amplitude" not in said
+
+
+@pytest.mark.parametrize("at", [STICKS, SETTLES])
+def test_a_duration_that_nobody_gave_shows_what_becomes_of_the_cell(config, at):
+    call("simulate", config, *at, "-o", "trace.nc")
+    with xr.open_dataset("trace.nc") as ds:
+        found = stickslip.evaluate(cell(belt_speed=float(ds["belt_speed"])))
+        end = float(ds["time"][-1])
+        if at is STICKS:
+            began = float(found["breakaway_time"][0])
+            assert (
+                began + CYCLES * float(found["period"][0]) <= end <= 1.2 * (began + CYCLES * float(found["period"][0]))
+            )
+            assert (np.diff((ds["mode"].values == 0).astype(int)) == 1).sum() == CYCLES
+        else:
+            late = ds["displacement"].values[ds["time"] > 0.97 * end]
+            assert np.ptp(late) < 3e-4 * np.ptp(ds["displacement"].values)
+        assert ds["time"].size >= 50 * end / (2.0 * np.pi)
+
+
+def test_every_regime_has_a_duration():
+    cells = cell(belt_speed=[0.1, 0.9, 0.0, 0.3, 0.5], damping=[0.0, 0.0, 0.0, 0.0, 5.0], a3=[0.3, 0.3, 0.3, 0.0, 0.3])
+    cells |= {"a2": [0.1, 0.1, 0.1, 0.0, 0.1], "velocity": [np.nan, np.nan, np.nan, 0.0, np.nan]}
+    found = stickslip.evaluate(cells)
+    kinds = {stickslip.vocabulary.flags.REGIMES[i] for i in found["regime"].values}
+    assert kinds == {"stick_slip", "damped", "stuck", "sustained", "creep"}
+    for i in range(5):
+        look = look_at(found.isel(cell=[i]))
+        assert 0.0 < look.duration < 1e4 and 2001 <= look.samples <= 40_001 and look.why
+
+
+def test_pictures_of_a_cell_name_what_was_set(config, tmp_path):
+    call("simulate", config, *STICKS, "--at", "mass=1 kg", "--plot", "trace.svg", "-t", "20")
+    assert "stiffness = 1, belt speed = 0.1, mass = 1 kg" in (tmp_path / "trace.svg").read_text(encoding="utf-8")
+    ds = stickslip.simulate(duration=20.0, **cell(belt_speed=0.02, stiffness=5000.0, mass=0.1))
+    (title,) = plots.plot_trace(ds)._suptitle.get_text().splitlines()[1:]
+    assert title == "mass 100 g, stiffness 5 N/mm, normal load 1 N, belt speed 20 mm/s"
+
+
+# --- listen -----------------------------------------------------------------------------------------------------------
+
+
+def test_listen_writes_the_sound_and_says_what_is_heard(config, tmp_path):
+    said = call("listen", config, *STICKS, "--slow", "0.001", "-o", "squeak.wav", "--seconds", "500 ms")
+    rate, stored = wavfile.read("squeak.wav")
+    heard = sound.of(cell(belt_speed=0.1), 0.5, slow=0.001)
+    np.testing.assert_array_equal(stored, np.rint(heard.samples * 32767).astype(np.int16))
+    assert rate == 44_100 and stored.size == 22_050
+    assert "stick-slip, 0.101 Hz" in said and "0.001 times slower" in said and "dB(A)" in said
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["small.yaml", "squeak.wav"]
+
+
+def test_listen_speaks_json_alone(config):
+    said = json.loads(
+        call("listen", config, *STICKS, "--json", "-o", "squeak.wav", "--float", "--full-scale", "2 m/s2")
+    )
+    assert said["regime"] == "stick_slip" and said["full_scale"] == 2.0 and said["output"] == "squeak.wav"
+    assert said["acceleration_level_a"] == float(sound.levels(cell(belt_speed=0.1))["acceleration_level_a"][0])
+    assert wavfile.read("squeak.wav")[1].dtype == np.float32
+
+
+def test_a_result_is_listened_to_as_its_configuration_is(config, tmp_path):
+    call("run", config, "-o", "map.nc", "--plot", "map.png")
+    call("listen", "map.nc", *STICKS, "-o", "one.wav", "--seconds", "1")
+    call("listen", config, *STICKS, "-o", "two.wav", "--seconds", "1")
+    assert (tmp_path / "one.wav").read_bytes() == (tmp_path / "two.wav").read_bytes()
+
+
+def test_silence_clipping_and_nothing_written_are_said(config):
+    assert "silence: the cell is stuck" in call("listen", config, "--at", "stiffness=1", "--at", "belt_speed=0")
+    said = call("listen", config, *STICKS, "--full-scale", "0.01 m/s2", "--slow", "0.001")
+    assert "clips: peaks of" in said and "would not" in said and "nothing was written" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("-o", "squeak.mp3"), "squeak.mp3: sounds are files that end in .wav"),
+        (("-o", "nowhere/squeak.wav"), "no folder nowhere"),
+        (("--slow", "0"), "--slow: got 0"),
+        (("--full-scale", "3 kg"), "--full-scale: got '3 kg', expected an acceleration"),
+        (("--full-scale", "-1"), "--full-scale: got '-1'"),
+        (("--seconds", "3 m"), "--seconds: got '3 m', expected a time"),
+        (("--seconds", "1 h"), "at most 600 s"),
+        (("--reference", "stiffness=2"), "give --level as well"),
+        (("--level", "--plot", "a.png"), "leave out --plot"),
+        (("--plot", "a.gif"), "plots end in"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_anything_is_computed(config, tmp_path, words, message):
+    assert message in call("listen", config, *STICKS, *words, code=2)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["small.yaml"]
+
+
+def test_levels_of_a_map_are_written_said_and_drawn(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    config = tmp_path / "pads.yaml"
+    config.write_text(PADS)
+    said = call("listen", "pads.yaml", "--level", "-o", "levels.nc")
+    with xr.open_dataset("levels.nc") as ds:
+        level = ds["acceleration_level_a"]
+        assert level.shape == (3, 4) and f"{int(np.isfinite(level).sum())} of 12 cells" in said
+        np.testing.assert_array_equal(level, sound.levels(config)["acceleration_level_a"])
+    assert "have no cycle" in said
+    call("plot", "levels.nc", "--variable", "acceleration_level_a", "-o", "levels.png")
+    said = json.loads(call("listen", "pads.yaml", "--level", "--json"))
+    assert said["cells"] == 12 == said["with_level"] + said["without_cycle"] + said["not_heard"]
+
+
+def test_the_level_of_a_cell_can_be_told_relative_to_another(config):
+    said = call("listen", config, *STICKS, "--level", "--reference", "normal_load=1", "--reference", "mass=1")
+    assert "0.0 dB(A) re the reference" in said
+    said = call("listen", config, *STICKS, "--level", "--reference", "belt_speed=0.9", code=2)
+    assert "no cycle" in said
+
+
+def test_a_picture_of_a_sound_shows_its_tone():
+    rate, times = 44_100, np.arange(44_100) / 44_100
+    figure = plots.plot_sound(np.sin(2.0 * np.pi * 1000.0 * times), rate, title="a tone", slow=10.0)
+    mesh = figure.axes[1].collections[0]
+    levels = mesh.get_array().reshape(mesh.get_coordinates().shape[0] - 1, -1)
+    row = int(np.nanargmax(levels[:, levels.shape[1] // 2]))
+    centres = mesh.get_coordinates()[:-1, 0, 1]
+    assert centres[row] == pytest.approx(1000.0, rel=0.02)
+    assert np.nanmax(levels) == pytest.approx(10.0 * np.log10(0.5 / 1e-12), abs=0.5)
+    assert "10 times slower" in figure.axes[1].get_xlabel()
+    with pytest.raises(PlotError, match="needs"):
+        plots.plot_sound(np.ones(100), rate)
+    plots.plot_sound(np.zeros(44_100), rate).savefig("/dev/null", format="png")
+
+
+# --- the rig ----------------------------------------------------------------------------------------------------------
+
+
+def test_tests_of_a_rig_are_heard_as_their_specimens_accelerate(tmp_path, monkeypatch):
+    """The record's own acceleration, at the rate of its sensor, is the same motion."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rig.yaml").write_text(RIG + "sensor: {rate: 4 kHz, acceleration_noise: 1 m/s2}\n")
+    said = call("rig", "rig.yaml", "--sound", "test.wav", "-o", "features.nc")
+    rate, stored = wavfile.read("test.wav")
+    with xr.open_dataset("features.nc") as ds:
+        assert "sounds" in said and rate == 44_100
+        heard = np.abs(stored).max() / 32767 * sound.FULL_SCALE
+        assert heard == pytest.approx(float(ds["acceleration_max_exact"]), rel=0.15)
+    (tmp_path / "two.yaml").write_text(RIG.replace("mass: 100 g, ", "") + "axes: {mass: [100 g, 200 g]}\n")
+    call("rig", "two.yaml", "--sound", "sounds")
+    assert sorted(p.name for p in (tmp_path / "sounds").iterdir()) == ["test0.wav", "test1.wav"]
+    assert "name a folder" in call("rig", "two.yaml", "--sound", "two.wav", code=2)
+
+
+def test_measured_records_are_heard_beside_them(tmp_path, monkeypatch):
+    """Two records of 2 kHz, one of them twice as strong."""
+    monkeypatch.chdir(tmp_path)
+    times = np.arange(4000) / 2000.0
+    for name, strength in (("felt", 10.0), ("dry one", 20.0)):
+        a = strength * np.sin(2.0 * np.pi * 300.0 * times)
+        rows = "\n".join(f"{t:.6f},{1.0 + 0.1 * v:.6f},{v:.6f}" for t, v in zip(times, a, strict=True))
+        (tmp_path / f"{name}.csv").write_text(f"time [s],force [N],acceleration [m/s2]\n{rows}\n")
+    said = call(
+        "rig", "features", "felt.csv", "dry one.csv", "--load", "10 N", "--speed", "10 mm/s", "--sound", "heard"
+    )
+    assert "sounds" in said
+    assert sorted(p.name for p in (tmp_path / "heard").iterdir()) == ["dry_one.wav", "felt.wav"]
+    felt, dry = (wavfile.read(tmp_path / "heard" / name)[1] / 32767 for name in ("felt.wav", "dry_one.wav"))
+    assert felt.size == pytest.approx(2 * 44_100, abs=50)
+    assert np.abs(felt).max() == pytest.approx(0.1, rel=0.05) and np.abs(dry).max() == pytest.approx(0.2, rel=0.05)
+
+
+def test_a_record_is_resampled_to_its_pitch():
+    rate, times = 5000.0, np.arange(10_000) / 5000.0
+    heard = sound.of_record(np.sin(2.0 * np.pi * 440.0 * times), rate)
+    middle = heard.acceleration[10_000:-10_000] * np.hanning(heard.acceleration.size - 20_000)
+    spectrum = np.abs(np.fft.rfft(middle, 2**19))
+    assert np.argmax(spectrum) * 44_100 / 2**19 == pytest.approx(440.0, rel=1e-3)
+    assert heard.seconds == pytest.approx(2.0, abs=1e-3) and heard.peak == pytest.approx(1.0, rel=0.02)
+    assert heard.told().startswith("peaks of 1")

@@ -1,0 +1,103 @@
+"""Borders over maps: those of linear theory, and exact ones."""
+
+import numpy as np
+import pytest
+
+from helpers.maps import axis, make_map, plane
+from helpers.plotted import legend_of, panels_of, speeds, stiffnesses
+from stickslip.dataset.borders import border_dataset
+from stickslip.dataset.build import _axis as axis_variable
+from stickslip.dataset.polylines import joined_crossings, matched
+from stickslip.errors import PlotError
+from stickslip.plots.maps import plot_map
+
+# --- linear theory ----------------------------------------------------------------------------------------------------
+
+
+def test_linear_borders_lie_where_the_damping_ratio_is_zero_and_one():
+    ds = make_map(axis("stiffness", np.geomspace(0.01, 10, 60), "log"), speeds(80), damping=0.2)
+    figure = plot_map(ds)
+    assert {"damping ratio 0 (linear)", "damping ratio 1 (linear)"} <= set(legend_of(figure))
+    levels = {}
+    for contour in figure.axes[0].collections[1:]:
+        points = np.concatenate([path.vertices for path in contour.get_paths() if len(path.vertices)])
+        found = ds["damping_ratio"].interp(
+            belt_speed=("p", points[:, 0]), stiffness=("p", points[:, 1])
+        )  # linear, as the contour is
+        levels[contour.levels[0]] = np.abs(found - contour.levels[0]).max()
+    assert set(levels) == {0.0, 1.0}
+    assert max(levels.values()) < 0.05
+
+
+def test_borders_outside_the_map_are_neither_drawn_nor_promised():
+    ds = make_map(stiffnesses(), axis("belt_speed", np.linspace(0.02, 0.1, 5)))
+    figure = plot_map(ds)
+    assert set(legend_of(figure)) == {"stick-slip"}
+    assert len(figure.axes[0].collections) == 1
+
+
+def test_borders_can_be_left_out():
+    assert len(plot_map(plane(), borders=False).axes[0].collections) == 1
+
+
+# --- exact ------------------------------------------------------------------------------------------------------------
+
+
+def border_lines_of(figure, panel=0):
+    """Coordinates of the white lines in a panel."""
+    return [line.get_xydata() for line in panels_of(figure)[panel].lines if line.get_color() == "white"]
+
+
+def borders_along(along, across, values, **regimes):
+    """A dataset of borders with a line per point of `across`."""
+    values = np.array(values)
+    below = np.where(np.isnan(values), 0, regimes.get("below", 1))
+    above = np.where(np.isnan(values), 0, regimes.get("above", 2))
+    lines = grid_coordinates_of(across)
+    table = {"border": values, "regime_below": below, "regime_above": above, "border_width": 0 * values,
+             "method": 0 * values, "scan_undecided": np.zeros(len(values))}  # fmt: skip
+    return border_dataset(along, (across.dim,), (len(values),), lines, table, {"border_parameter": along})
+
+
+def grid_coordinates_of(coordinate):
+    return {coordinate.dim: axis_variable(coordinate)}
+
+
+def test_borders_along_either_axis_are_drawn_over_a_map():
+    ds = plane()
+    x, y = str(ds["regime"].dims[1]), str(ds["regime"].dims[0])
+    for along, across in ((x, y), (y, x)):
+        places = ds[across].values
+        middle = float(ds[along].values.mean())
+        figure = plot_map(ds, lines=borders_along(along, axis(across, places), [[middle]] * len(places)))
+        (line,) = border_lines_of(figure)
+        np.testing.assert_array_equal(line[:, 0 if across == x else 1], places)
+        assert (line[:, 1 if across == x else 0] == middle).all() and "border, exact" in legend_of(figure)
+
+
+def test_borders_of_other_cells_are_refused():
+    ds = plane()
+    x, y = str(ds["regime"].dims[1]), str(ds["regime"].dims[0])
+    lines = borders_along(x, axis(y, ds[y].values), [[1.0]] * ds.sizes[y]).assign_coords(mass=1234.5)
+    if "mass" not in ds.coords:
+        ds = ds.assign_coords(mass=1.0)
+    with pytest.raises(PlotError, match=r"those of other cells: mass is 1234\.5 there"):
+        plot_map(ds, lines=lines)
+
+
+def test_a_crossing_goes_on_where_regimes_agree_and_leaves_a_gap_where_they_do_not():
+    nan = np.nan
+    border = np.array([[0.1, 0.5], [0.2, 0.6], [0.6, nan], [0.2, 0.7]])
+    below = np.array([[1, 2], [1, 2], [2, 0], [1, 2]])
+    above = np.array([[2, 3], [2, 3], [3, 0], [2, 3]])
+    found = joined_crossings(np.arange(4.0), border, below, above)
+    told = sorted((kind, values.tolist(), places.tolist()) for places, values, kind in found)
+    assert told == [
+        ((1, 2), [0.1, 0.2], [0.0, 1.0]), ((1, 2), [0.2], [3.0]), ((2, 3), [0.5, 0.6, 0.6, 0.7], [0.0, 1.0, 2.0, 3.0])
+    ]  # fmt: skip
+
+
+def test_of_several_crossings_of_a_kind_the_nearest_go_on_and_lines_do_not_cross():
+    kinds, values = [(1, 2), (2, 1), (1, 2)], [0.1, 0.2, 0.9]
+    assert matched(kinds, values, [(1, 2)], [0.8]) == [(2, 0)]
+    assert matched(kinds, values, [(1, 2), (2, 1)], [0.1, 0.15]) == [(0, 0), (1, 1)]

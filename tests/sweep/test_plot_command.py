@@ -1,0 +1,116 @@
+"""`stickslip plot` and `run --report`: pictures and pages on the command line."""
+
+import shutil
+
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+
+from helpers.configs import write_config
+from stickslip.cli import main
+
+MARK = "rig: stiffness=1 N/m, belt_speed=200 mm/s"
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+@pytest.fixture(scope="module")
+def once(tmp_path_factory):
+    """A map, and the picture of its run."""
+    folder = tmp_path_factory.mktemp("once")
+    done = call("run", write_config(folder), "-o", folder / "map.nc", "--plot", folder / "map.png")
+    assert done.exit_code == 0, done.output
+    return folder
+
+
+@pytest.fixture
+def computed(once, tmp_path, monkeypatch):
+    shutil.copytree(once, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def size_of(path):
+    with Image.open(path) as image:
+        return image.size
+
+
+def written(*arguments):
+    done = call("plot", "map.nc", *arguments)
+    assert done.exit_code == 0, done.output
+    return done.stdout.split()[-1]
+
+
+def test_no_request_overwrites_the_picture_of_another(computed):
+    before = (computed / "map.png").read_bytes()
+    requests = [
+        ["--mark", MARK], ["--variable", "period"], ["--select", "stiffness=1 N/m", "--variable", "period"],
+    ]  # fmt: skip
+    names = [written(*request) for request in requests]
+    assert len(set(names)) == len(requests) and "map.png" not in names
+    assert names == ["map-2.png", "map-period.png", "map-period-stiffness-1_N_m.png"]
+    assert written(*requests[0]) == names[0]  # the same request replaces its own picture
+    assert (computed / "map.png").read_bytes() == before
+    assert written() == "map.png"
+
+
+def test_a_picture_of_somebody_else_stays(computed):
+    Image.new("RGB", (3, 3)).save(computed / "map-period.png")
+    assert written("--variable", "period") == "map-period-2.png"
+    assert size_of(computed / "map-period.png") == (3, 3)
+
+
+def test_size_and_resolution_are_those_asked_for(computed):
+    for arguments, size in (
+        (["--size", "16x9 cm", "--dpi", "127"], (800, 450)),
+        (["--size", "640 px x 360 px"], (640, 360)),
+    ):
+        got = size_of(computed / written(*arguments, "-o", "one.png"))
+        assert all(abs(one - other) <= 1 for one, other in zip(got, size, strict=True)), (got, size)
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--size", "16"], "expected a width and a height"), (["--size", "16 cm x 9 kg"], "expected a width and a height"),
+    (["--size", "16 km x 9 km"], "between 2.54 cm and 2.54 m"), (["--units", "belt_speed=N"], "a unit of speed"),
+    (["--units", "belt_speed"], "expected NAME=UNIT"), (["--mark", "stiffness=1"], "where along belt_speed?"),
+    (["--limits", "belt_speed=1..2 N"], "cannot show belt_speed in 'N', expected a unit of speed"),
+    (["--log", "speed"], "no 'speed'"), (["-o", "map.htmx"], "map.htmx: plots end in"),
+    (["-o", "nowhere/map.html"], "no folder nowhere"),
+])  # fmt: skip
+def test_wrong_wishes_are_explained(computed, arguments, message):
+    done = call("plot", "map.nc", *arguments)
+    assert done.exit_code == 2 and message in done.stderr and "Traceback" not in done.output
+
+
+def test_limits_in_a_unit_show_the_variable_in_it(computed, monkeypatch):
+    from stickslip import plots
+
+    drawn = []
+    monkeypatch.setattr(plots, "save", lambda figure, *rest, **more: drawn.append(figure))
+    written("--variable", "period", "--limits", "period=1..1e6 ms")
+    assert drawn[0].axes[-1].get_ylabel() == "period of the limit cycle (ms)"
+    assert drawn[0].axes[-1].get_ylim() == pytest.approx((1, 1e6))
+
+
+def test_what_only_maps_have_is_refused_for_other_plots(computed):
+    assert (
+        call("simulate", "map.nc", "--at", "stiffness=1", "--at", "belt_speed=0.1", "-t", 9, "-o", "t.nc").exit_code
+        == 0
+    )
+    done = call("plot", "t.nc", "--mark", MARK)
+    assert done.exit_code == 2 and "--mark: for maps, and this is a trajectory" in done.stderr
+    assert call("plot", "t.nc", "--title", "Mine", "--size", "10 cm x 8 cm").stdout == "plot     t.png\n"
+
+
+def test_a_run_writes_a_page_and_plot_writes_it_again(computed):
+    config = computed / "small.yaml"
+    done = call("run", config, "--no-plot", "--report", "page.html")
+    assert done.exit_code == 0 and "page     page.html (" in done.stdout
+    page = (computed / "page.html").read_text(encoding="utf-8")
+    assert page.count("<img ") == 3 and "Shares of the regimes" in page
+    assert "page     again.html" in call("plot", "map.nc", "-o", "again.html", "--title", "Mine").stdout
+    assert "<h1>Mine</h1>" in (computed / "again.html").read_text(encoding="utf-8")
+    wrong = call("run", config, "--report", "page.pdf")
+    assert wrong.exit_code == 2 and "page.pdf: pages end in .html, .htm" in wrong.stderr

@@ -1,0 +1,189 @@
+"""What may be wished of a map: scales, limits, operating points, hatching; and signs that have colours."""
+
+import numpy as np
+import pytest
+from matplotlib.colors import LogNorm
+from matplotlib.patches import PathPatch
+
+from helpers.maps import axis, make_map, plane
+from helpers.plotted import LUBRICANTS, legend_of, lubricants, notes_of, panels_of, speeds, stiffnesses
+from stickslip.dataset.display import with_units
+from stickslip.errors import PlotError
+from stickslip.plots.hatching import rectangles
+from stickslip.plots.look import Look
+from stickslip.plots.maps import plot_map
+from stickslip.plots.page import request_of, resize, save
+from stickslip.vocabulary.flags import REGIMES
+
+
+def looks(ds, **wishes):
+    return Look.of(ds, **wishes)
+
+
+# --- limits and scales ------------------------------------------------------------------------------------------------
+
+
+def test_limits_of_an_axis_are_in_its_units_and_other_cells_are_not_drawn():
+    ds = with_units(plane(rows=6, columns=30), {"belt_speed": "mm/s"})
+    ax = plot_map(ds, look=looks(ds, limits=["belt_speed=100..300 mm/s, stiffness=1..100 N/m"])).axes[0]
+    assert ax.get_xlim() == pytest.approx((100, 300)) and ax.get_ylim() == pytest.approx((1, 100))
+    assert ax.collections[0].get_array().shape[1] < 15
+
+
+def test_limits_of_a_variable_are_those_of_its_colours_and_show_what_lies_beyond():
+    ds = plane()
+    figure = plot_map(ds, "spring_force_max", look=looks(ds, limits=["spring_force_max=1.4..1.5 N"]))
+    norm = figure.axes[0].collections[0].norm
+    assert (norm.vmin, norm.vmax) == pytest.approx((1.4, 1.5))
+    assert figure.axes[-1].get_ylim() == pytest.approx((1.4, 1.5))
+
+
+def test_logarithmic_scales_of_axes_and_colours():
+    ds = plane(columns=8)
+    figure = plot_map(ds, "spring_force_max", look=looks(ds, log=["belt_speed", "spring_force_max"]))
+    assert figure.axes[0].get_xscale() == "log"
+    assert isinstance(figure.axes[0].collections[0].norm, LogNorm)
+
+
+@pytest.mark.parametrize(("wishes", "message"), [
+    ({"limits": ["period=2..1 s"]}, "expected the lower end first"),
+    ({"limits": ["period=2 s"]}, r"expected two ends with \.\. between"),
+    ({"limits": ["period=1..2 N"]}, "expected a time"),
+    ({"limits": ["colour=1..2"]}, "no 'colour' in this result; axes are stiffness, belt_speed"),
+    ({"limits": ["belt_speed"]}, "expected NAME=LOW..HIGH with a unit"),
+    ({"limits": ["belt_speed=5..6 m/s"]}, "nothing of the map lies within the limits of belt_speed; the axis"),
+    ({"log": ["colour"]}, "no 'colour'"),
+    ({"log": ["damping_ratio"]}, "not positive everywhere"),
+    ({"marks": ["stiffness=5 N/mm, belt_speed=0.1"]}, "outside of the map; the axis runs from 0.1 N/m to 1000 N/m"),
+    ({"marks": ["stiffness=5 N/m"]}, "--mark A: where along belt_speed?"),
+    ({"marks": ["mass=5 kg"]}, "'mass' is no axis of this map; axes are stiffness, belt_speed"),
+    ({"marks": ["stiffness=5 N, belt_speed=0.1"]}, "expected a stiffness"),
+    ({"marks": ["here"]}, "expected NAME=VALUE"),
+])  # fmt: skip
+def test_wishes_that_cannot_be_met_say_what_can(wishes, message):
+    ds = plane()
+    with pytest.raises(PlotError, match=message):
+        plot_map(ds, "damping_ratio", look=looks(ds, **wishes))
+
+
+def test_names_have_no_scale():
+    ds = make_map(*lubricants(LUBRICANTS), stiffnesses(), speeds())
+    for wishes in ({"log": ["lubricant"]}, {"limits": ["lubricant=0..1"]}):
+        with pytest.raises(PlotError, match="labels, no numbers"):
+            looks(ds, **wishes)
+    with pytest.raises(PlotError, match="regime has names, no numbers"):
+        plot_map(ds, look=looks(ds, limits=["regime=0..1"]))
+
+
+# --- operating points -------------------------------------------------------------------------------------------------
+
+
+def test_marks_lie_where_they_are_and_are_explained():
+    ds = with_units(plane(), {"belt_speed": "mm/s"})
+    figure = plot_map(
+        ds, look=looks(ds, marks=["stiffness=5 N/m, belt_speed=20 mm/s", "pump: belt_speed=0.5, stiffness=9"])
+    )
+    drawn = [line.get_xydata()[0].tolist() for line in figure.axes[0].lines if line.get_marker() == "o"]
+    assert drawn == [[20.0, 5.0], [500.0, 9.0]]
+    assert {"A: 5 N/m, 20 mm/s", "pump: 500 mm/s, 9 N/m"} <= set(legend_of(figure))
+    assert {text.get_text() for text in figure.axes[0].texts} == {"A", "pump"}
+
+
+def test_a_mark_is_drawn_in_the_panel_it_names_or_in_all():
+    ds = make_map(axis("normal_load", [1.0, 2.5], "values"), *lubricants(LUBRICANTS), stiffnesses(), speeds())
+    here = "stiffness=10, belt_speed=0.1"
+    marks = [f"a: {here}", f"b: lubricant=grease, {here}", f"c: lubricant=dry, normal_load=2.5 N, {here}"]
+    panels = panels_of(plot_map(ds, look=looks(ds, marks=marks)))
+    drawn = {ax.get_title().replace("\n", ", "): sorted(text.get_text() for text in ax.texts) for ax in panels}
+    assert drawn["normal load = 1 N, lubricant: grease"] == ["a", "b"]
+    assert drawn["normal load = 2.5 N, lubricant: dry"] == ["a", "c"]
+    assert drawn["normal load = 1 N, lubricant: bonded coating"] == ["a"]
+
+
+def test_a_mark_on_a_map_of_one_dimension_is_a_line():
+    ds = make_map(speeds(20))
+    strip, points = plot_map(ds, look=looks(ds, marks=["belt_speed=0.25"])).axes
+    for ax in (strip, points):
+        assert [0.25, 0.25] in [list(line.get_xdata()) for line in ax.lines]
+
+
+def test_what_is_fixed_has_no_mark():
+    ds = plane()
+    with pytest.raises(PlotError, match="stiffness is fixed in this picture"):
+        plot_map(ds, select={"stiffness": 10}, look=looks(ds, marks=["stiffness=10, belt_speed=0.1"]))
+
+
+# --- hatching, signs --------------------------------------------------------------------------------------------------
+
+
+def test_rectangles_cover_each_cell_once():
+    inside = np.random.default_rng(3).random((30, 40)) < 0.6
+    covered = np.zeros(inside.shape, int)
+    found = rectangles(inside)
+    for top, bottom, left, right in found:
+        covered[top:bottom, left:right] += 1
+    assert (covered == inside).all()
+    assert rectangles(np.ones((200, 300), bool)).tolist() == [[0, 200, 0, 300]]
+    assert rectangles(np.zeros((2, 3), bool)).shape == (0, 4)
+
+
+def test_regimes_alike_in_grey_are_hatched_up_to_the_edges_of_their_cells_unless_unwanted():
+    ds = plane(rows=4, columns=4)
+    ds["regime"][:] = REGIMES.index("stick_slip")
+    ds["regime"][2:, 1:] = REGIMES.index("stuck")
+    figure = plot_map(ds, borders=False)
+    (patch,) = [one for one in figure.axes[0].patches if isinstance(one, PathPatch)]
+    corners = patch.get_path().vertices
+    ax = figure.axes[0]
+    assert corners[:, 0].max() == ax.get_xlim()[1] and corners[:, 1].max() == ax.get_ylim()[1]
+    assert legend_of(figure)["stuck"].get_hatch() == patch.get_hatch() != legend_of(figure)["stick-slip"].get_hatch()
+    plain = plot_map(ds, borders=False, look=Look(hatched=False, held=False))
+    assert not plain.axes[0].patches and not legend_of(plain)["stuck"].get_hatch()
+    assert not any("held fixed" in note for note in notes_of(plain)) and any("held" in n for n in notes_of(figure))
+
+
+def test_single_cells_here_and_there_are_not_hatched_one_by_one():
+    ds = plane(rows=300, columns=300)
+    ds["regime"][:] = REGIMES.index("damped")
+    ds["regime"].values[np.random.default_rng(1).random((300, 300)) < 0.3] = REGIMES.index("creep")
+    assert not plot_map(ds, borders=False).axes[0].patches
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e5])
+def test_the_sign_of_the_damping_ratio_has_colours_that_part_at_zero(factor):
+    ds = plane(rows=20, columns=20)
+    ds["damping_ratio"][:] = np.linspace(-1, 1, 400).reshape(20, 20) ** 5
+    ds["damping_ratio"][0, 0] *= factor
+    figure = plot_map(ds, "damping_ratio")
+    mesh = figure.axes[0].collections[0]
+    red, _, blue, _ = mesh.cmap(mesh.norm(np.array([-0.5, 0.5]))).T
+    assert red[0] > blue[0] and blue[1] > red[1]
+    middle = mesh.cmap(mesh.norm(0.0))[:3]
+    assert np.ptp(middle) < 0.05 and min(middle) > 0.9
+    ticks = [tick.get_text() for tick in figure.axes[-1].get_yticklabels()]
+    assert factor == 1.0 or ("0" in ticks and {"-100", "-10"} & set(ticks))
+
+
+# --- what a picture was made for --------------------------------------------------------------------------------------
+
+
+def test_a_picture_says_what_it_was_made_for(tmp_path):
+    figure = plot_map(plane())
+    for name, request in (("a.png", ""), ("b.png", "variable: period")):
+        save(figure, tmp_path / name, request=request)
+        assert request_of(tmp_path / name) == request
+    (tmp_path / "text.png").write_text("no picture")
+    assert request_of(tmp_path / "text.png") is None and request_of(tmp_path / "none.png") is None
+    figure.savefig(tmp_path / "foreign.png")
+    assert request_of(tmp_path / "foreign.png") is None
+
+
+def test_titles_beside_a_legend_are_wrapped_and_again_where_the_figure_gets_narrow():
+    long = "A title that is so long that it would run into the legend at the side of the map"
+    figure = plot_map(plane(), title=f"{long}\nsecond")
+    broken = figure.axes[0].get_title().splitlines()
+    assert len(broken) == 3 and "".join(broken[:2]) == long
+    resize(figure, 3.5, 3.0)
+    again = figure.axes[0].get_title().splitlines()
+    assert "".join(again[:-1]) == long and again[-1] == "second"
+    assert max(map(len, again)) < max(map(len, broken)) and tuple(figure.get_size_inches()) == (3.5, 3.0)

@@ -1,0 +1,363 @@
+"""The command as scripts and schedulers use it: settings, threads, silence, JSON, progress in a log, many nodes."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import warnings
+
+import click
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import stickslip
+from helpers.configs import write_config
+from stickslip.cli import main, progress, screen
+from stickslip.config.reader import parse_config
+from stickslip.errors import UnitWarning
+from stickslip.files import writing
+from stickslip.runs import blocks, collecting
+from stickslip.runs.estimate import Nodes
+
+RIG = """\
+system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}
+friction: {mu_start: 0.4, mu_reversal: 0.3, v_reversal: 100 mm/s, a4: 20 mm/s}
+drive: {stroke: 6 mm}
+"""
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+# --- --set, --threads -------------------------------------------------------------------------------------------------
+
+NEEDED = {
+    "explore": ["--static", "page.html"],
+    "border": ["--along", "stiffness"],
+    "ramp": ["--along", "belt_speed"],
+    "simulate": ["-t", "1"],
+}
+
+
+def commands(group=main, before=""):
+    """All commands by their words, those of groups too."""
+    found = {}
+    for name, command in group.commands.items():
+        found[f"{before}{name}"] = command
+        if isinstance(command, click.Group):
+            found |= commands(command, f"{before}{name} ")
+    return found
+
+
+def commands_with(option):
+    return [name for name, command in commands().items() if any(option in p.opts for p in command.params)]
+
+
+def test_every_command_that_takes_a_configuration_takes_settings():
+    takers = {name for name, command in commands().items()
+              if any(p.name in ("config", "configs", "config_or_store") and isinstance(p, click.Argument)
+                     for p in command.params)}  # fmt: skip
+    assert takers == set(commands_with("--set"))
+    assert takers >= {"run", "plan", "validate", "simulate", "border", "status", "rig run", "explore"}
+
+
+@pytest.mark.parametrize("name", commands_with("--set"))
+def test_no_command_leaves_a_setting_out(here, name):
+    """A setting that is wrong is refused, which it would not be if it were ignored."""
+    write_config(here, more="output: {file: map.nc}\n")
+    (here / "rig.yaml").write_text(RIG)
+    config = "rig.yaml" if name == "rig run" else "small.yaml"
+    done = call(*name.split(), config, *NEEDED.get(name, ()), "--set", "system.nonsense=1")
+    assert done.exit_code == 2
+    assert f"{config}: --set system.nonsense=1: system.nonsense: unknown key" in done.stderr
+
+
+def test_a_map_is_that_of_the_changed_file_and_says_so(here):
+    config = write_config(here)
+    settings = ["axes.belt_speed.num=5", "system.mass=200 g", "solver.rtol=1e-9"]
+    options = [word for setting in settings for word in ("--set", setting)]
+    assert call("run", config, "-o", "map.nc", *options).exit_code == 0
+    text = config.read_text().replace("stop: 1, num: 12", "stop: 1, num: 5").replace("mass: 1,", "mass: 200 g,")
+    found = stickslip.open("map.nc")
+    expected = stickslip.run(parse_config(text + "solver: {rtol: 1e-9}\n"))
+    assert found.sizes == {"stiffness": 12, "belt_speed": 5}
+    np.testing.assert_array_equal(found["period"].values, expected["period"].values)
+    assert "rtol: 1e-09" in found.attrs["configuration"]
+    assert call("run", config, "-o", "map.nc", *options).exit_code == 0
+    refused = call("run", config, "-o", "map.nc", *options[:-1], "solver.rtol=1e-8")
+    assert refused.exit_code == 2 and "solver.rtol: 1e-09 there, 1e-08 here" in refused.stderr
+
+
+def test_shards_with_other_settings_are_refused(here):
+    config = write_config(here, num=100, more="output: {file: map.nc}\n")
+    assert call("run", config, "--shard", "1/2", "--set", "system.mass=2").exit_code == 0
+    refused = call("run", config, "--shard", "2/2", "--set", "system.mass=3")
+    assert refused.exit_code == 2 and "system.mass: 2.0 there, 3.0 here" in refused.stderr
+    refused = call("collect", "map.nc.parts", "--set", "system.mass=3")
+    assert refused.exit_code == 2 and "system.mass: 2.0 there, 3.0 here" in refused.stderr
+    assert call("run", config, "--shard", "2/2", "--set", "system.mass=2", "--threads", "1").exit_code == 0
+
+
+def test_a_result_is_simulated_with_what_is_set(here):
+    call("run", write_config(here), "-o", "map.nc")
+    at = ["--at", "stiffness=1", "--at", "belt_speed=0.2", "-t", "5", "-o"]
+    for output, rtol in (("a.nc", "1e-3"), ("b.nc", "1e-9")):
+        assert call("simulate", "map.nc", *at, output, "--set", f"solver.rtol={rtol}").exit_code == 0
+    assert json.loads(stickslip.open("b.nc").attrs["configuration"])["solver"]["rtol"] == 1e-9
+
+
+def test_threads_win_over_the_file_and_change_no_number(here):
+    config = write_config(here, num=60, more="output: {file: map.nc}\n")
+    text = config.read_text().replace("block: 4096", "block: 4096, threads: 2")
+    config.write_text(text)
+    one = json.loads(call("plan", config, "--threads", "1", "--json").stdout)
+    assert one["threads"] == 1 and json.loads(call("plan", config, "--json").stdout)["threads"] == 2
+    done = call("run", config, "--threads", "1")
+    assert "cells/s on 1 thread\n" in done.stdout
+    np.testing.assert_array_equal(stickslip.open("map.nc")["regime"].values, stickslip.run(config)["regime"].values)
+    assert call("run", config, "--threads", "0").exit_code == 2
+
+
+def test_a_command_to_paste_has_the_settings_of_the_one_that_named_it(here):
+    config = write_config(here)
+    told = call("run", config.name, "--set", "system.mass=200 g", "--threads", "1").stderr.splitlines()[-1]
+    again = shlex.split(told.partition("to keep it: ")[2])
+    assert again[-4:] == ["--set", "system.mass=200 g", "--threads", "1"]
+    assert call(*again[1:]).exit_code == 0
+    assert "mass: 0.2" in stickslip.open("small.nc").attrs["configuration"]
+
+
+# --- --quiet, --json --------------------------------------------------------------------------------------------------
+
+
+def test_a_quiet_run_says_nothing_but_its_exit_code_and_warnings(here):
+    config = write_config(here, num=60, more="output: {file: map.nc}\n")
+    done = call("run", config, "--quiet")
+    assert (done.exit_code, done.stdout, done.stderr) == (0, "", "") and (here / "map.nc").exists()
+    assert call("run", config, "-q").output == ""
+    refused = call("run", config, "-q", "--set", "system.mass=2")
+    assert refused.exit_code == 2 and refused.stdout == "" and "system.mass: 1.0 there, 2.0 here" in refused.stderr
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UnitWarning)
+        warned = call("run", config, "-q", "-o", "w.nc", "--set", "friction.a4=100")
+    assert warned.exit_code == 0 and warned.stdout == ""
+    assert "--set friction.a4=100: friction.a4: 100 understood as 100 m/s" in warned.stderr
+
+
+def test_a_quiet_run_that_resumes_says_nothing_of_what_it_found(here):
+    config = write_config(here, num=100, more="output: {file: map.nc}\n")
+    assert call("run", config, "--shard", "1/2", "-q").output == ""
+    assert call("run", config, "-q").output == ""
+    assert call("collect", "map.nc.parts", "-q").exit_code == 2
+
+
+def test_standard_output_of_json_is_json_and_keys_are_the_documented_ones(here):
+    config = write_config(here, num=100, more="output: {file: map.nc}\n")
+    told = {}
+    for name, arguments in {
+        "plan": ["plan", config, "--nodes", "2"],
+        "run --shard": ["run", config, "--shard", "1/2"],
+        "status": ["status", config],
+        "run": ["run", config],
+        "again": ["run", config],
+        "status, finished": ["status", config],
+        "inspect": ["inspect", "map.nc", "--regime", "damped", "--limit", "2"],
+        "in memory": ["run", write_config(here, name="none.yaml")],
+    }.items():
+        done = call(*arguments, "--json")
+        assert done.exit_code == 0, done.output
+        told[name] = json.loads(done.stdout)
+    page = os.path.join(os.path.dirname(__file__), "..", "..", "docs", "runs.md")
+    with open(page, encoding="utf-8") as file:
+        documented = dict(re.findall(r"^\| `(\w+) --json` \| (.*) \|$", file.read(), re.MULTILINE))
+    for name, answer in told.items():
+        command = (
+            name if name in documented else {"in memory": "run", "again": "run"}.get(name, name.split()[0].strip(","))
+        )
+        assert set(answer) == set(re.findall(r"`(\w+)`", documented[command])), name
+    assert told["plan"]["nodes"]["submit"].startswith("sbatch --array=1-2 ")
+    assert told["run --shard"]["shard"] == "1/2" and told["run --shard"]["output"] is None
+    half = told["run --shard"]["computed"]
+    assert told["status"]["items_finished"] == half and not told["status"]["finished"]
+    assert (told["run"]["found"], told["run"]["computed"]) == (half, 10_000 - half)
+    ds = stickslip.open("map.nc")
+    assert told["run"]["regimes"] == {"stick_slip": int((ds["regime"] == 1).sum()),
+                                      "damped": int((ds["regime"] == 2).sum()),
+                                      "creep": int((ds["regime"] == 3).sum())}  # fmt: skip
+    assert told["again"]["up_to_date"] and told["again"]["regimes"] == told["run"]["regimes"]
+    assert told["status, finished"]["finished"] and told["status, finished"]["output"] == "map.nc"
+    assert told["inspect"]["wanted"] == told["run"]["regimes"]["damped"] and len(told["inspect"]["listed"]) == 2
+    assert told["inspect"]["cells"] == 10_000
+    assert told["in memory"]["output"] is None and told["in memory"]["items"] == 144
+
+
+def test_what_goes_wrong_leaves_standard_output_empty(here):
+    for arguments in (["run", "none.yaml"], ["status", "none.yaml"], ["inspect", "none.nc"], ["plan", "none.yaml"]):
+        done = call(*arguments, "--json")
+        assert done.exit_code == 2 and done.stdout == "" and done.stderr
+
+
+def test_pipes_get_no_codes_of_terminals(here):
+    config = write_config(here, num=60, more="output: {file: map.nc}\n")
+    plain = {name: value for name, value in os.environ.items() if name != "FORCE_COLOR"}
+    environment = plain | {"PYTHONPATH": os.pathsep.join(sys.path), "PYTHONWARNINGS": "ignore"}
+    done = subprocess.run([sys.executable, "-m", "stickslip", "run", str(config)], capture_output=True, text=True,
+                          env=environment | {"TERM": "xterm-256color"})  # fmt: skip
+    assert done.returncode == 0 and "stick_slip" in done.stdout and "3,600 of 3,600 cells" in done.stderr
+    assert "\x1b" not in done.stdout + done.stderr and "\r" not in done.stderr
+
+
+# --- progress in a log ------------------------------------------------------------------------------------------------
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+class Told:
+    def __init__(self):
+        self.lines = []
+
+    def print(self, text, **_):
+        self.lines.append(text)
+
+
+def lines(moves, doing=""):
+    """What is told of moves (time, done) of 6,000 cells."""
+    clock, console = Clock(), Told()
+    shown = progress.Lines(console, doing, "cells", every=60.0, clock=clock)
+    for clock.now, done in moves:
+        shown.move(done, 6000)
+    shown.end()
+    return console.lines
+
+
+def test_a_log_gets_a_line_at_the_start_every_minute_and_at_the_end():
+    found = lines([(t, 600 + 10 * t) for t in range(1, 541)])
+    assert found[0] == " 10.2 %  610 of 6,000 cells"
+    assert found[1] == " 20.2 %  1,210 of 6,000 cells, 10 per second, about 8 min left"
+    assert found[-1] == "100.0 %  6,000 of 6,000 cells, 10 per second, after 9 min"
+    assert len(found) == 1 + 8 + 1
+
+
+def test_what_ends_before_it_is_done_says_how_far_it_came():
+    assert lines([(0, 0), (10, 50)]) == [
+        "  0.0 %  0 of 6,000 cells",
+        "  0.8 %  50 of 6,000 cells, 5 per second, after 10 s",
+    ]
+    assert lines([]) == [] and len(lines([(0, 6000)])) == 1
+
+
+def test_writing_is_told_of_only_where_it_takes_minutes():
+    assert lines([(0, 100), (59, 6000)], " written") == []
+    found = lines([(0, 100), (61, 3000), (100, 6000)], " written")
+    assert [line.split(",")[0] for line in found] == [" 50.0 %  3", "100.0 %  6"] and "cells written" in found[0]
+
+
+def test_a_shard_counts_its_own_cells(here, monkeypatch):
+    config = write_config(here, num=100, more="output: {file: map.nc}\n")
+    call("run", config, "--shard", "1/2", "-q")
+    done = call("run", config, "--shard", "2/2")
+    assert re.search(r"^100\.0 %  3,400 of 3,400 cells", done.stderr, re.MULTILINE), done.stderr
+    assert "10,000" not in done.stderr
+
+
+def test_the_bar_is_for_terminals(monkeypatch):
+    made = []
+    monkeypatch.setattr(
+        progress, "Bar", lambda console, *rest: made.append(console) or progress.Lines(console, *rest[1:])
+    )
+    with progress.progress_bar(10):
+        pass
+    assert not made
+    monkeypatch.setattr(screen, "terminal", lambda stderr: type("Terminal", (), {"is_terminal": True})())
+    with progress.progress_bar(10):
+        pass
+    assert len(made) == 1
+
+
+# --- many nodes -------------------------------------------------------------------------------------------------------
+
+
+def test_shards_of_a_plan_are_those_of_the_run():
+    for count, nodes in ((24, 40), (7630, 40), (40, 40), (1, 1)):
+        whole = blocks.Blocks(count * 10, 10, count * 10)
+        sizes = [len(blocks.Shard(number, nodes).blocks(whole)) for number in range(1, nodes + 1)]
+        assert sum(sizes) == count and (sizes[0], sizes[-1]) == (max(sizes), min(sizes))
+
+
+def test_a_shard_lasts_as_long_as_its_threads_need_for_their_blocks():
+    many = Nodes(nodes=40, threads=64, most=191, least=190, block_seconds=2.0, blocks=7630)
+    assert many.seconds == 3 * 2.0 and many.seconds_of_one == 120 * 2.0
+
+
+def test_the_lines_of_a_plan_are_commands_that_compute_the_map(here):
+    config = write_config(here, num=100)
+    told = call("plan", config.name, "--nodes", "2", "--set", "system.mass=200 g", "--threads", "1")
+    assert told.exit_code == 0, told.output
+    rows = {line.split()[0]: line.split(maxsplit=1)[1] for line in told.stdout.splitlines() if line[:1].isalpha()}
+    sbatch = shlex.split(rows["submit"])
+    assert sbatch[:3] == ["sbatch", "--array=1-2", "--cpus-per-task=1"]
+    run = sbatch[3].removeprefix("--wrap=")
+    for task in ("1", "2"):
+        words = shlex.split(run.replace("$SLURM_ARRAY_TASK_ID", task))
+        assert call(*words[1:]).exit_code == 0, words
+    assert "10,000 of 10,000 cells" in call(*shlex.split(rows["status"])[1:]).stdout
+    assert call(*shlex.split(rows["collect"], comments=True)[1:]).exit_code == 0
+    assert int((stickslip.open("small.nc")["regime"] == 0).sum()) == 0
+
+
+def test_a_plan_says_when_nodes_or_threads_have_nothing_to_do(here):
+    config = write_config(here, num=100)
+    assert "further nodes have nothing to compute" in call("plan", config, "--nodes", "40").stdout
+    assert "fewer blocks than a node has threads" in call("plan", config, "--nodes", "2", "--threads", "9").stdout
+
+
+# --- a map that comes meanwhile ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+def test_a_collect_that_began_before_the_last_blocks_replaces_no_complete_map(here, monkeypatch, suffix):
+    config = write_config(here, num=100, more=f"output: {{file: map{suffix}}}\n")
+    call("run", config, "--shard", "1/2")
+    assemble = collecting.assemble
+
+    def slow(gathered, store, work, output, shown, check):
+        """Another run computes the rest and writes the map once this one has read its blocks."""
+
+        def late():
+            assert call("run", config).exit_code == 0
+            check()
+
+        assemble(gathered, store, work, output, shown, late)
+
+    monkeypatch.setattr(collecting, "assemble", slow)
+    done = call("collect", config)
+    assert done.exit_code == 2 and "another run wrote it meanwhile" in done.stderr
+    with stickslip.open(f"map{suffix}") as found:
+        assert int((found["regime"] == 0).sum()) == 0
+
+
+def test_what_a_check_raises_leaves_the_file_as_it_was(here):
+    call("run", write_config(here), "-o", "map.nc")
+    before = (here / "map.nc").read_bytes()
+
+    def check():
+        raise writing.StoreError("no")
+
+    with pytest.raises(writing.StoreError, match="no"):
+        writing.write(stickslip.run("small.yaml"), "map.nc", check=check)
+    assert (here / "map.nc").read_bytes() == before and len(list(here.iterdir())) == 2
