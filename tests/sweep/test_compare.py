@@ -204,3 +204,16 @@ def test_ageing_is_no_curve(tmp_path):
         stickslip.compare(tmp_path / "aged.csv", **SYSTEM)
     with pytest.raises(ValueError, match="expected at least one"):
         stickslip.compare({}, **SYSTEM)
+
+
+def test_plot_and_inspect_know_a_comparison_from_its_file(compared, tmp_path, monkeypatch):
+    from stickslip.files import writing
+
+    monkeypatch.chdir(tmp_path)
+    writing.write(compared, "found.nc")
+    done = call("plot", "found.nc")
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "found.png").read_bytes().startswith(b"\x89PNG") and not done.stderr
+    told = call("inspect", "found.nc")
+    assert told.exit_code == 0 and "grease_b" in told.stdout and "quiet above" in told.stdout
+    assert json.loads(call("inspect", "found.nc", "--json").stdout)["materials"][2]["name"] == "dry"

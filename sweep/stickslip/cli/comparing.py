@@ -125,6 +125,15 @@ def _unit_of(speed: str | None) -> str | None:
     return unit or None
 
 
+def tell(ds: xr.Dataset, as_json: bool) -> None:
+    """Say what is in the file of a comparison: what the command said."""
+    from stickslip.materials.words import Words
+
+    if as_json:
+        return tell_json(_answer(ds, Words(ds), {}))
+    _show(Words(ds))
+
+
 def _show(words: Words) -> None:
     """The table of ranks, and remarks."""
     from rich.markup import escape
@@ -164,9 +173,8 @@ def _write(
         written[output.suffix[1:].lower()] = str(output)
     if plot is not None:
         from stickslip import plots
-        from stickslip.plots.materials import plot_materials
 
-        plots.save(plot_materials(ds), plot)
+        plots.save(plots.plot_materials(ds), plot)
         written["plot"] = str(plot)
         if not silent:
             click.echo(f"plot     {plot}")

@@ -78,9 +78,8 @@ def fit(
     ageing = {one.name: one.ageing for one in fits if one.ageing}
     if plot is not None:
         from stickslip import plots
-        from stickslip.plots.curves import plot_fits
 
-        plots.save(plot_fits(fits), plot)
+        plots.save(plots.plot_fits(fits), plot)
     if as_json:
         return tell_json(_answer(fits, ageing, seconds(at), plot))
     told: set[Path] = set()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import answers, screen, shown
+from stickslip.cli import answers, comparing, screen, shown
 from stickslip.cli.common import JSON, WHERE, fail, reports_wrong_input, tell_json
 
 _WHY_NOT_KEPT = "for a reason that is in status, which output.variables leaves out"
@@ -42,6 +42,8 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     from stickslip.files import reading
 
     ds = reading.look_into(file)
+    if "quiet_above" in ds:
+        return comparing.tell(ds, as_json)
     if "status" not in ds and (tell := shown.teller(ds)):
         if regimes or statuses:
             fail(f"{file}: --regime and --status list the cells of a map; this file holds none")

@@ -102,7 +102,7 @@ def plot(
         picture.save(figure, target, request)
     except PlotError as error:
         fail(f"{file}: {error}")
-    if not no_borders and (absent := why_absent(ds, "damping_ratio")):
+    if not no_borders and "quiet_above" not in ds and (absent := why_absent(ds, "damping_ratio")):
         click.echo(f"{file}: no borders of linear theory are drawn: the map {absent}", err=True)
     click.echo(f"plot     {target}")
 
@@ -123,6 +123,9 @@ def _drawn(
     if "direction" in ds.dims:
         picture.refuse_for("a ramp")
         return plots.plot_of_ramp(ds, variable, select=places, title=title)
+    if "quiet_above" in ds and variable is None:
+        picture.refuse_for("a comparison of materials")
+        return plots.plot_materials(ds, title=title)
     if "settling_share" in ds and variable is None:
         variable = "settling_share"
         if len(set(ds["settling_share"].dims) - set(places)) == 1:

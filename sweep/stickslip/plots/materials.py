@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from stickslip.plots.curves import Drawn, draw_materials, look_of
+from stickslip.plots.figure import Figure
 from stickslip.plots.palette import BLACK, FLAG_COLOURS
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES
