@@ -28,7 +28,7 @@ RIG = """\
 title: A rig
 system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}
 friction: {mu_start: 0.4, mu_reversal: 0.3, v_reversal: 100 mm/s, a4: 20 mm/s}
-drive: {stroke: 6 mm}
+drive: {stroke: 2 mm}
 """
 
 
