@@ -275,7 +275,11 @@ def _tell_levels(ds: xr.Dataset) -> None:
             f"{found['without_cycle']:,} cells have no cycle, and no level: they settle, stick, or are undecided"
         )
     if found["not_heard"]:
-        click.echo(f"{found['not_heard']:,} have a cycle of which nothing is heard")
+        click.echo(f"{_cells(found['not_heard'])} a cycle of which nothing is heard")
+
+
+def _cells(number: int) -> str:
+    return "1 cell has" if number == 1 else f"{number:,} cells have"
 
 
 def _one_level(ds: xr.Dataset) -> str:
