@@ -92,7 +92,7 @@ def changed(draw):
     return data
 
 
-@settings(max_examples=200, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@settings(max_examples=60, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
 @given(data=changed())
 def test_a_dict_is_read_as_the_yaml_that_says_the_same(data):
     assert read(data) == read(spelled_as_python(data))
@@ -200,7 +200,7 @@ def test_a_mapping_that_contains_itself_is_refused():
         load_config(endless)
 
 
-@settings(max_examples=150, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@settings(max_examples=60, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
 @given(
     key=st.sampled_from(["system", "friction", "axes", "solver", "border", "uncertain", "output"]),
     value=TREES,
