@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from .config.addresses import HERE
 from .config.model import Config
 from .config.options import options_of
-from .config.reader import Given, as_config
+from .config.reader import Given, as_config, make_config
 from .dataset.build import evaluated_dataset, trace_dataset
 from .dataset.given import given_cells
 from .dataset.provenance import provenance
@@ -58,6 +58,7 @@ def run(
     progress: Watch = "auto",
     notice: Notice | None = None,
     dask: str | Client | None = None,
+    variables: str | Sequence[str] | None = None,
 ) -> xr.Dataset:
     """Compute the map a configuration asks for.
 
@@ -75,6 +76,8 @@ def run(
     dask : computes the blocks, instead of threads here: the address of a scheduler, its file, a `distributed.Client`,
         or "local" for worker processes on this machine; "none" for threads whatever the configuration says. Needs an
         output. Scripts that say "local" need `if __name__ == "__main__":`, since the processes import them.
+    variables : of a map that are kept, the others are neither stored nor written; regime always is. None keeps what the
+        configuration says (`output: {variables: [...]}`), else all.
 
     Returns a dataset with a dimension per axis; with an output, the one in that file, read when it is used. Raises
     ConfigError for a bad configuration, StoreError or ClusterError for an output, a store or a cluster that cannot be
@@ -82,6 +85,9 @@ def run(
     on Ctrl-C.
     """
     config = as_config(config_or_path)
+    if variables is not None:
+        plain = config.resolved()
+        config = make_config({**plain, "output": {**plain["output"], "variables": variables}}, "")
     if output is None:
         if store is not None:
             raise ValueError("store: needs an output; run_shard computes into a store alone")
