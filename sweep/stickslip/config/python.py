@@ -19,6 +19,7 @@ import numpy as np
 
 from stickslip.config.yaml import DEEPEST, Document
 from stickslip.errors import Path, Problem
+from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES
 
@@ -48,7 +49,7 @@ class _Builder:
             given = self._named(given)
         if _is_of_xarray(given, "Dataset"):
             return self._dataset(given, path)
-        if (unit := _unit(given)) is not None:
+        if (unit := units.said_by(given)) is not None:
             return self._quantities(given, unit, path)
         if isinstance(given, Mapping):
             return self._mapping(given, path)
@@ -161,16 +162,6 @@ def _row(path: Path) -> Parameter | None:
     """The quantity whose values lie at a path: the innermost that it names."""
     names = [key for key in path if isinstance(key, str) and key in QUANTITIES]
     return QUANTITIES[names[-1]] if names else None
-
-
-def _unit(given: Any) -> str | None:
-    """The unit that an array says it has; None if it says nothing, or is no such array."""
-    if hasattr(given, "magnitude") and hasattr(given, "units"):
-        return f"{given.units:~C}"
-    if not _is_of_xarray(given, "DataArray"):
-        return None
-    unit = given.attrs.get("units")
-    return None if unit is None else str(unit)
 
 
 def _labels(given: Any) -> list[str] | None:
