@@ -47,6 +47,8 @@ class _Builder:
             return None
         if path == (_AXES,) and isinstance(given, list | tuple) and any(map(_has_dims, given)):
             given = self._named(given)
+        if hasattr(given, "columns") and hasattr(given, "to_xarray"):  # a table of pandas; its index are the labels
+            given = given.to_xarray()
         if _is_of_xarray(given, "Dataset"):
             return self._dataset(given, path)
         if (unit := units.said_by(given)) is not None:
@@ -88,7 +90,8 @@ class _Builder:
             self._note(path, f"got a dataset with {len(given.dims)} dimensions, expected one with a single dimension")
             return {}
         (dim,) = given.dims
-        names = [name for name, v in given.variables.items() if v.dims == (dim,) and v.dtype.kind not in "OUST"]
+        numbers = [name for name, v in given.variables.items() if v.dims == (dim,) and v.dtype.kind not in "OUST"]
+        names = [name for name in numbers if name != dim or dim in QUANTITIES]  # places in a row are no quantity
         zipped = {str(name): self.value(given[name], (*path, "zip", str(name))) for name in names}
         labels = _labels(given)
         return {"zip": zipped} | ({"labels": labels} if labels else {})
