@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stickslip.config.grid import quantity_of
 from stickslip.config.model import Axis, Config
 from stickslip.config.options import options_of
 from stickslip.config.overrides import Setting
@@ -18,6 +19,7 @@ from stickslip.config.pick import recipe_of
 from stickslip.config.reader import load_config
 from stickslip.config.sections import OUTPUT_SUFFIXES, Output
 from stickslip.config.studies import STUDIES
+from stickslip.config.written import units_shown
 from stickslip.engine import Options
 from stickslip.errors import ConfigError, Problem
 from stickslip.files import reading
@@ -39,6 +41,12 @@ class Subject:
     config: Config
     notes: tuple[str, ...] = ()
     computed: xr.Dataset | None = None
+
+    @cached_property
+    def written_in(self) -> Mapping[str, str]:
+        """By quantity, the unit in which it was written, of a result that its file shows it in."""
+        of_file = {} if self.computed is None else units_shown(self.computed)
+        return self.config.written_in | {quantity_of(name): unit for name, unit in of_file.items()}
 
     @cached_property
     def plain(self) -> dict[str, Any]:

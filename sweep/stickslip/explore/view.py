@@ -73,7 +73,7 @@ def config_of(subject: Subject, view: View, most: Sides = FULL) -> Config:
     """The configuration of a view, its axes of at most so many points. Raises ConfigError for what is not possible."""
     data = _data(subject, view)
     data["axes"] = {name: _axis(subject, name, n) for name, n in zip(view.plane, most, strict=True)}
-    return make_config(data, "this view")
+    return make_config(data, "this view").shown_in(subject.written_in)
 
 
 def cell_config(subject: Subject, view: View, at: Mapping[str, float | int]) -> Config:

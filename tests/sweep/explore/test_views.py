@@ -315,6 +315,17 @@ def test_numbers_are_told_in_the_unit_in_which_they_are_read():
     for units, value, expected in (
         ("m s-1", 0.02, "20 mm/s"), ("m s-1", 1.2, "1.2 m/s"), ("N m-1", 5000.0, "5 N/mm"), ("N m-1", 50.0, "50 N/m"),
         ("s", 0.00213, "2.13 ms"), ("kg", 0.1, "100 g"), ("m", 3e-6, "3 µm"), ("s-1", 4321.0, "4.321 kHz"),
-        ("1", 0.25, "0.25"), ("m", 0.0, "0 m"), ("m", np.nan, "–"), ("N", 1e-12, "1e-09 mN"),
+        ("s-1", 0.158, "0.158 Hz"), ("J", 0.0123, "12.3 mJ"), ("1", 0.25, "0.25"), ("m", 0.0, "0 m"),
+        ("m", np.nan, "–"), ("m s-2", 2.0, "2 m/s2"),
     ):  # fmt: skip
         assert unit_for(units, [value]).text(value) == expected
+    assert unit_for("m s-1", [2.0], "mm/s").text(2.0) == "2000 mm/s"
+
+
+def test_sides_and_sliders_are_in_the_units_the_file_was_written_in():
+    lubricants = shipped("lubricants")
+    shown = seen(lubricants, first_view(lubricants))
+    assert shown.x.unit.name == "mm/s" and shown.x.title == "belt speed (mm/s)"
+    knobs = {knob.name: knob for knob in knobs_of(lubricants, first_view(lubricants).plane)}
+    assert knobs["stiffness"].unit == (1e3, "N/mm") and knobs["mass"].unit.name == "kg"
+    assert shown.by_name["slip_speed_max"].unit.name == "mm/s"  # outputs follow inputs
