@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
 from stickslip.config.model import Config
 from stickslip.dataset import coarse
@@ -31,6 +32,7 @@ HOVER = (
     "slip_speed_max", "acceleration_max", "velocity_amplitude", "tendency",
 )  # fmt: skip
 _TICKS = 5  # of the scale of colours
+_PLACES, _SHAPE, _WIDE = 40, 3.0, 0.09  # places along a side where names may stand; their shape, and room in all places
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +94,7 @@ class Picture:
 
     shades : (rows, columns), numbers of colours in `palette`. legend : names and colours of flags. ticks : of the scale
     of a number, places from 0 to 1 with their words. note : what a pixel shows, where it is not one cell. cells : the
-    dataset behind it.
+    dataset behind it. regions : names of flags, and where in the picture they are written: x and y.
     """
 
     y: Side
@@ -106,6 +108,7 @@ class Picture:
     note: str
     columns: tuple[Column, ...]
     cells: xr.Dataset
+    regions: tuple[tuple[str, float, float], ...] = ()
 
     @property
     def size(self) -> int:
@@ -177,10 +180,29 @@ def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
     wanted = HOVER if pixel == (1, 1) else ("regime",)
     names = dict.fromkeys((*(name for name in wanted if name in ds), variable))
     columns = tuple(_column(ds[name], pixel) for name in names)
+    y, x = side(ds, y_dim, view.y, pixel[0]), side(ds, x_dim, view.x, pixel[1])
     return Picture(
-        side(ds, y_dim, view.y, pixel[0]), side(ds, x_dim, view.x, pixel[1]), variable, title, shades,
-        palette, _legend(painted), _ticks(painted, unit), _note(pixel, variable), columns, ds,
+        y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit), _note(pixel, variable),
+        columns, ds, regions(variable, shades, y, x) if variable in FLAG_COLOURS else (),
     )  # fmt: skip
+
+
+def regions(variable: str, codes: NDArray[np.uint8], y: Side, x: Side) -> tuple[tuple[str, float, float], ...]:
+    """Where the names of flags are written, so that colours are not needed to tell them apart: in the middle of each.
+
+    The middle is what is farthest from all else, letters being wider than high; what is too narrow for a name has none.
+    """
+    rows, columns = (np.arange(_PLACES) * n // _PLACES for n in codes.shape)
+    few = codes[np.ix_(rows, columns)]
+    found = []
+    for code in np.unique(few[few < len(FLAGS[variable])]):  # mixed pixels belong to none
+        inside = np.pad(few == code, 1)
+        away = distance_transform_edt(inside, sampling=(_SHAPE, 1.0))[1:-1, 1:-1]
+        i, j = np.unravel_index(int(away.argmax()), away.shape)
+        if away[i, j] >= _WIDE * _PLACES:
+            name = flag_label(list(FLAGS[variable])[code]).partition(" (")[0].replace("_", "-")
+            found.append((name, float(x.centres[columns[j]]), float(y.centres[rows[i]])))
+    return tuple(found)
 
 
 def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> Side:

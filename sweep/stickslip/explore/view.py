@@ -161,6 +161,6 @@ def settings(subject: Subject, view: View, at: Mapping[str, float | int]) -> lis
         else:
             value = view.values.get(name, start_value(subject, view, name))
             found[name] = value_text(name, float(at.get(name, value)))
-    changed = {**view.values, **{name: float(at[name]) for name in view.plane}}
+    changed = {**subject.assumed, **view.values, **{name: float(at[name]) for name in view.plane}}
     found |= {name: value_text(name, value) for name, value in changed.items() if name not in found}
     return [f"{name}={text}" for name, text in found.items()]
