@@ -117,7 +117,7 @@ def sweep(
     refine: Section | None = None,
     uncertain: Section | None = None,
     execution: Section | None = None,
-    output: str | os.PathLike[str] | None = None,
+    output: str | os.PathLike[str] | Section | None = None,
     **how: Any,
 ) -> xr.Dataset:
     """Compute a map, or another study, from the sections of a configuration given one by one.
@@ -127,16 +127,18 @@ def sweep(
         start, stop and num, a DataArray with its units in the attributes, or a Dataset over one dimension, along which
         its quantities vary together, with its text coordinate as labels. An empty section, `refine={}`, is one that
         is given.
-    output : file to write, .nc or .zarr; None computes in memory. how : further arguments of `run`.
+    output : file to write, .nc or .zarr; or the section of that name, {"file": "map.nc", "variables": ["regime"]}, of
+        which the file may be left out. None computes in memory. how : further arguments of `run`.
 
     Returns what `run` does, and raises as it does: ConfigError lists everything that is wrong, each with its key.
     """
     sections = {
         "title": title, "system": system, "friction": friction, "axes": axes, "start": start, "solver": solver,
         "border": border, "contours": contours, "margins": margins, "attractors": attractors, "refine": refine,
-        "uncertain": uncertain, "execution": execution,
+        "uncertain": uncertain, "execution": execution, "output": output if isinstance(output, Mapping) else None,
     }  # fmt: skip
-    return run({name: given for name, given in sections.items() if given is not None}, output, **how)
+    file = output.get("file") if isinstance(output, Mapping) else output
+    return run({name: given for name, given in sections.items() if given is not None}, file, **how)
 
 
 def check_in_memory(config: Config, dask: str | Client | None) -> None:
