@@ -5,7 +5,10 @@ from inspect import getdoc, isclass, isfunction
 
 from making.markdown import code, table
 
-MODULES = ("stickslip", "stickslip.plots", "stickslip.fit", "stickslip.theory", "stickslip.rig", "stickslip.sound")
+MODULES = (
+    "stickslip", "stickslip.plots", "stickslip.fit", "stickslip.theory", "stickslip.rig", "stickslip.sound",
+    "stickslip.accessor",
+)  # fmt: skip
 HEAD = """# Python reference
 
 Every public name, by module. `help(stickslip.run)` shows in a session what the site shows below each table; first

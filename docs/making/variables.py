@@ -26,6 +26,7 @@ _FAMILIES: dict[str, tuple[str, Mapping[str, Variable]]] = {
     ),
     "Of attractors": ("what `attractors` gives ([attractors.md](attractors.md))", results.ATTRACTOR_VARIABLES),
     "Of a ramp": ("what `ramp` gives ([attractors.md](attractors.md#slow-ramps))", results.RAMP_VARIABLES),
+    "Of levels": ("what `listen --level` and `sound.levels` give ([sound.md](sound.md))", results.LEVEL_VARIABLES),
     "Of scatter": (
         "what a section `uncertain` gives ([uncertainty.md](uncertainty.md)); of each metric asked for also "
         + ", ".join(f"`{name}_METRIC`" for name in results.STATISTICS),

@@ -23,9 +23,7 @@ def main() -> None:
         if not isinstance(end.code, int | None):
             raise
         code = end.code or 0
-    for thread in threading.enumerate():
-        if thread is not threading.current_thread() and not thread.daemon:
-            thread.join()
+    threading._shutdown()  # type: ignore[attr-defined]  # pools are told to end, as the interpreter does, and waited for
     atexit._run_exitfuncs()
     try:
         sys.stdout.flush()

@@ -11,15 +11,19 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from stickslip.vocabulary.words import listed
+
 if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.plots.figure import Figure
+    from stickslip.sound import Sound
 
+__all__ = ["StickslipAccessor"]
 _NAME = "stickslip"
 
 
 class StickslipAccessor:
-    """Our results: their plot, their summary, the configuration they came from, their cells one by one."""
+    """`ds.stickslip`: the plot, the summary and the configuration of a result, and its cells one by one."""
 
     def __init__(self, ds: xr.Dataset) -> None:
         self._ds = ds
@@ -52,6 +56,16 @@ class StickslipAccessor:
         }
         return xr.Dataset(table, {"regime": list(found)}).to_dataframe()
 
+    def mask(self, *names: str, flag: str = "regime") -> xr.DataArray:
+        """Where a flag has one of these names: `ds.where(ds.stickslip.mask("stick_slip"))`.
+
+        flag : any variable with flag meanings: regime, status, ... Raises ValueError for a name that it does not have.
+        """
+        meanings = self._ds[flag].attrs.get("flag_meanings", "").split()
+        if unknown := [name for name in names if name not in meanings]:
+            raise ValueError(f"{flag} has no {listed(unknown)}, expected {listed(meanings) if meanings else 'a flag'}")
+        return self._ds[flag].isin([meanings.index(name) for name in names])
+
     # --- pictures -----------------------------------------------------------------------------------------------------
 
     def plot(self, variable: str | None = None, **how: Any) -> Figure:
@@ -64,12 +78,7 @@ class StickslipAccessor:
 
         ds = self._ds
         if "direction" in ds.dims:
-            draw = (
-                plots.plot_branches
-                if variable in (None, "velocity_amplitude", "displacement_amplitude")
-                else plots.plot_ramp
-            )
-            return draw(ds, variable or "velocity_amplitude", **how)
+            return plots.plot_of_ramp(ds, variable, **how)
         if variable is not None:
             return plots.plot_map(ds, variable, **how)
         if "time" in ds.dims and "mode" in ds.data_vars:
@@ -110,6 +119,19 @@ class StickslipAccessor:
         if duration is None:
             duration = duration_of({"solver": {}}, api.evaluate(cell, **how).isel(cell=0).reset_coords())
         return api.simulate(**{"duration": duration, "samples": samples, **how, **cell})
+
+    def sound(self, seconds: float = 2.0, *, slow: float = 1.0, transient: bool = False, **at: Any) -> Sound:
+        """What one cell sounds like; a notebook plays it.
+
+        seconds, slow, transient : as for `sound.of`. at : which cell, as for `cell`. Sounds of cells can be compared.
+        """
+        from stickslip import sound
+        from stickslip.config.pick import shared_by
+
+        cell, how = self.cell(**at), shared_by(self._ds)
+        how.pop("rtol", None)  # sounds have a tolerance of their own
+        title = str(self._ds.attrs.get("title", ""))
+        return sound.of(cell, seconds, slow=slow, transient=transient, title=title, **how)
 
     # --- what a notebook shows ----------------------------------------------------------------------------------------
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from .config.addresses import HERE
 from .config.model import Config
 from .config.options import options_of
-from .config.reader import Given, as_config
+from .config.reader import Given, as_config, make_config
 from .dataset.build import evaluated_dataset, trace_dataset
 from .dataset.given import given_cells
 from .dataset.provenance import provenance
@@ -58,6 +58,7 @@ def run(
     progress: Watch = "auto",
     notice: Notice | None = None,
     dask: str | Client | None = None,
+    variables: str | Sequence[str] | None = None,
 ) -> xr.Dataset:
     """Compute the map a configuration asks for.
 
@@ -75,6 +76,8 @@ def run(
     dask : computes the blocks, instead of threads here: the address of a scheduler, its file, a `distributed.Client`,
         or "local" for worker processes on this machine; "none" for threads whatever the configuration says. Needs an
         output. Scripts that say "local" need `if __name__ == "__main__":`, since the processes import them.
+    variables : of a map that are kept, the others are neither stored nor written; regime always is. None keeps what the
+        configuration says (`output: {variables: [...]}`), else all.
 
     Returns a dataset with a dimension per axis; with an output, the one in that file, read when it is used. Raises
     ConfigError for a bad configuration, StoreError or ClusterError for an output, a store or a cluster that cannot be
@@ -82,6 +85,9 @@ def run(
     on Ctrl-C.
     """
     config = as_config(config_or_path)
+    if variables is not None:
+        plain = config.resolved()
+        config = make_config({**plain, "output": {**plain["output"], "variables": variables}}, "")
     if output is None:
         if store is not None:
             raise ValueError("store: needs an output; run_shard computes into a store alone")
@@ -111,7 +117,7 @@ def sweep(
     refine: Section | None = None,
     uncertain: Section | None = None,
     execution: Section | None = None,
-    output: str | os.PathLike[str] | None = None,
+    output: str | os.PathLike[str] | Section | None = None,
     **how: Any,
 ) -> xr.Dataset:
     """Compute a map, or another study, from the sections of a configuration given one by one.
@@ -121,16 +127,18 @@ def sweep(
         start, stop and num, a DataArray with its units in the attributes, or a Dataset over one dimension, along which
         its quantities vary together, with its text coordinate as labels. An empty section, `refine={}`, is one that
         is given.
-    output : file to write, .nc or .zarr; None computes in memory. how : further arguments of `run`.
+    output : file to write, .nc or .zarr; or the section of that name, {"file": "map.nc", "variables": ["regime"]}, of
+        which the file may be left out. None computes in memory. how : further arguments of `run`.
 
     Returns what `run` does, and raises as it does: ConfigError lists everything that is wrong, each with its key.
     """
     sections = {
         "title": title, "system": system, "friction": friction, "axes": axes, "start": start, "solver": solver,
         "border": border, "contours": contours, "margins": margins, "attractors": attractors, "refine": refine,
-        "uncertain": uncertain, "execution": execution,
+        "uncertain": uncertain, "execution": execution, "output": output if isinstance(output, Mapping) else None,
     }  # fmt: skip
-    return run({name: given for name, given in sections.items() if given is not None}, output, **how)
+    file = output.get("file") if isinstance(output, Mapping) else output
+    return run({name: given for name, given in sections.items() if given is not None}, file, **how)
 
 
 def check_in_memory(config: Config, dask: str | Client | None) -> None:

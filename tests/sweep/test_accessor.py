@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import stickslip
-from stickslip import plots, progress
+from stickslip import plots, progress, sound
 from stickslip.errors import ConfigError, PlotError
 from stickslip.plots.figure import Figure
 from stickslip.vocabulary.flags import REGIMES
@@ -70,6 +70,13 @@ def test_a_cell_is_simulated_as_it_was_computed():
     assert 3 * period < float(some["time"][-1]) < 20 * period, "some cycles, unless a duration is given"
 
 
+def test_a_cell_is_heard_at_its_frequency(ds):
+    heard = ds.stickslip.sound(0.5, slow=0.01, grease="A", mu_stop="none", belt_speed=0.1)
+    cell = ds.stickslip.cell(grease="A", mu_stop="none", belt_speed=0.1)
+    np.testing.assert_array_equal(heard.acceleration, sound.of(cell, 0.5, slow=0.01).acceleration)
+    assert "<audio" in heard._repr_html_() and heard.wav().startswith(b"RIFF")
+
+
 def test_the_configuration_computes_the_result_again(ds):
     again = stickslip.run(ds.stickslip.configuration)
     xr.testing.assert_equal(again, ds)
@@ -88,6 +95,17 @@ def test_the_summary_counts_what_is_there(ds):
         stickslip.simulate(duration=1.0, **PAIR).stickslip.summary()
     assert "two greases" in repr(ds.stickslip) and "stick_slip" in ds.stickslip._repr_html_()
     assert "<script" not in ds.assign_attrs(title="<script>").stickslip._repr_html_()
+
+
+def test_cells_are_masked_by_the_names_of_flags(ds):
+    sticks = ds.stickslip.mask("stick_slip")
+    np.testing.assert_array_equal(sticks, ds["regime"] == REGIMES.index("stick_slip"))
+    both = ds.stickslip.mask("stick_slip", "damped")
+    np.testing.assert_array_equal(both, ds["regime"].isin([1, 2]))
+    assert ds["period"].where(sticks).notnull().equals(sticks.drop_attrs()), "cycles have periods"
+    np.testing.assert_array_equal(ds.stickslip.mask("settled", flag="status"), ~sticks)
+    with pytest.raises(ValueError, match="regime has no squeaks, expected not_computed, stick_slip, .* or failed"):
+        ds.stickslip.mask("squeaks")
 
 
 def test_each_kind_of_result_is_drawn_as_what_it_is(ds):

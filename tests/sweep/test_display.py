@@ -145,3 +145,12 @@ def test_regimes_are_told_apart_without_colours():
     for i, one in enumerate(names):
         for other in names[i + 1 :]:
             assert HATCHES.get(one) != HATCHES.get(other) or abs(grey(one) - grey(other)) > 35, (one, other)
+
+
+def test_units_survive_a_store_that_is_collected_by_itself(tmp_path):
+    config = tmp_path / "c.yaml"
+    config.write_text(ENGINEER)
+    for shard in ("1/2", "2/2"):
+        stickslip.run_shard(config, shard, tmp_path / "store")
+    whole = stickslip.collect(tmp_path / "store", tmp_path / "map.nc")
+    assert whole["belt_speed"].attrs["display_units"] == "mm/s" and whole["mass"].attrs["display_units"] == "g"

@@ -18,6 +18,12 @@ from stickslip.errors import PlotError
 
 STICKS = ("--at", "stiffness=1", "--at", "belt_speed=0.1")
 SETTLES = ("--at", "stiffness=1", "--at", "belt_speed=0.9")
+PADS = """\
+title: pads
+system: {mass: 100 g, normal_load: 10 N}
+friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
+axes: {stiffness: [1 N/mm, 5 N/mm, 20 N/mm], belt_speed: [20 mm/s, 0.1, 0.5, 3]}
+"""
 RIG = """\
 title: A rig
 system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}
@@ -165,16 +171,19 @@ def test_what_cannot_be_is_refused_before_anything_is_computed(config, tmp_path,
     assert sorted(p.name for p in tmp_path.iterdir()) == ["small.yaml"]
 
 
-def test_levels_of_a_map_are_written_said_and_drawn(config):
-    said = call("listen", config, "--level", "-o", "levels.nc")
+def test_levels_of_a_map_are_written_said_and_drawn(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    config = tmp_path / "pads.yaml"
+    config.write_text(PADS)
+    said = call("listen", "pads.yaml", "--level", "-o", "levels.nc")
     with xr.open_dataset("levels.nc") as ds:
         level = ds["acceleration_level_a"]
-        assert level.shape == (4, 4) and f"{int(np.isfinite(level).sum())} of 16 cells" in said
+        assert level.shape == (3, 4) and f"{int(np.isfinite(level).sum())} of 12 cells" in said
         np.testing.assert_array_equal(level, sound.levels(config)["acceleration_level_a"])
     assert "have no cycle" in said
     call("plot", "levels.nc", "--variable", "acceleration_level_a", "-o", "levels.png")
-    said = json.loads(call("listen", config, "--level", "--json"))
-    assert said["cells"] == 16 == said["with_level"] + said["without_cycle"] + said["not_heard"]
+    said = json.loads(call("listen", "pads.yaml", "--level", "--json"))
+    assert said["cells"] == 12 == said["with_level"] + said["without_cycle"] + said["not_heard"]
 
 
 def test_the_level_of_a_cell_can_be_told_relative_to_another(config):
@@ -216,6 +225,24 @@ def test_tests_of_a_rig_are_heard_as_their_specimens_accelerate(tmp_path, monkey
     call("rig", "two.yaml", "--sound", "sounds")
     assert sorted(p.name for p in (tmp_path / "sounds").iterdir()) == ["test0.wav", "test1.wav"]
     assert "name a folder" in call("rig", "two.yaml", "--sound", "two.wav", code=2)
+
+
+def test_measured_records_are_heard_beside_them(tmp_path, monkeypatch):
+    """Two records of 2 kHz, one of them twice as strong."""
+    monkeypatch.chdir(tmp_path)
+    times = np.arange(4000) / 2000.0
+    for name, strength in (("felt", 10.0), ("dry one", 20.0)):
+        a = strength * np.sin(2.0 * np.pi * 300.0 * times)
+        rows = "\n".join(f"{t:.6f},{1.0 + 0.1 * v:.6f},{v:.6f}" for t, v in zip(times, a, strict=True))
+        (tmp_path / f"{name}.csv").write_text(f"time [s],force [N],acceleration [m/s2]\n{rows}\n")
+    said = call(
+        "rig", "features", "felt.csv", "dry one.csv", "--load", "10 N", "--speed", "10 mm/s", "--sound", "heard"
+    )
+    assert "sounds" in said
+    assert sorted(p.name for p in (tmp_path / "heard").iterdir()) == ["dry_one.wav", "felt.wav"]
+    felt, dry = (wavfile.read(tmp_path / "heard" / name)[1] / 32767 for name in ("felt.wav", "dry_one.wav"))
+    assert felt.size == pytest.approx(2 * 44_100, abs=50)
+    assert np.abs(felt).max() == pytest.approx(0.1, rel=0.05) and np.abs(dry).max() == pytest.approx(0.2, rel=0.05)
 
 
 def test_a_record_is_resampled_to_its_pitch():

@@ -1,5 +1,8 @@
 """Measured points in files: as a curve of a configuration, and fitted by the command."""
 
+import os
+import subprocess
+import sys
 import warnings
 
 import numpy as np
@@ -154,3 +157,88 @@ def test_the_command_makes_figures_of_the_article(folder):
     assert {p.name for p in (folder / "figures").iterdir()} == {"fig2.png", "fig2.nc"}
     wrong = call("article", "fig99", "-o", folder)
     assert wrong.exit_code == 2 and "there are fig2" in wrong.stderr
+
+
+# --- several materials ------------------------------------------------------------------------------------------------
+
+SEVERAL = """\
+system: {mass: 1, normal_load: 1, stiffness: 10}
+friction: {fit: [points.csv, oil.csv]}
+axes:
+  belt_speed: [0.1, 0.5, 2.0]
+"""
+IN_GROUP = """\
+system: {mass: 1, stiffness: 10, belt_speed: 0.1}
+axes:
+  pair: {zip: {fit: [points.csv, oil.csv], normal_load: [1 N, 3 N]}}
+"""
+
+
+@pytest.fixture
+def materials(folder):
+    rows = "".join(f"{w}; {0.5 * mu:.6f}\n" for w, mu in zip(SPEED, friction(SPEED / 1000), strict=True))
+    (folder / "oil.csv").write_text("Speed [mm/s]; COF\n" + rows.replace(".", ","))
+    both = "".join(f"{w}, {mu:.6f}, {mu / 2:.6f}\n" for w, mu in zip(SPEED, friction(SPEED / 1000), strict=True))
+    (folder / "table.csv").write_text("v [mm/s], dry, oil\n" + both)
+    return folder
+
+
+def test_a_list_of_files_is_an_axis_of_materials_with_their_names(materials):
+    (materials / "map.yaml").write_text(SEVERAL)
+    ds = stickslip.run(materials / "map.yaml")
+    assert ds["regime"].dims == ("material", "belt_speed")
+    assert list(ds["material"].values) == ["points", "oil"]
+    assert ds["a1"].values == pytest.approx([1.0, 0.5], rel=1e-3) and ds["a4"].values == pytest.approx(
+        [0.1, 0.1], rel=1e-3
+    )
+    one = load_config(materials / "map.yaml")
+    assert parse_config(one.to_yaml()) == one and one.friction.fit == ("points.csv", "oil.csv")
+
+
+def test_a_table_of_several_materials_is_an_axis_as_well(materials):
+    (materials / "map.yaml").write_text(SEVERAL.replace("[points.csv, oil.csv]", "table.csv"))
+    (axis, _) = load_config(materials / "map.yaml").axes
+    assert axis.labels == ("dry", "oil") and axis.members[0].values == pytest.approx((1.0, 0.5), rel=1e-3)
+
+
+def test_fits_vary_together_with_other_quantities_in_a_group(materials):
+    (materials / "map.yaml").write_text(IN_GROUP)
+    ds = stickslip.run(materials / "map.yaml")
+    assert ds["pair"].values.tolist() == ["points", "oil"] and ds["normal_load"].values.tolist() == [1.0, 3.0]
+    assert ds["a3"].values == pytest.approx([0.3, 0.15], rel=1e-3)
+    (materials / "map.yaml").write_text(IN_GROUP.replace("3 N]}", "3 N]}, labels: [first, second]"))
+    assert load_config(materials / "map.yaml").axes[0].labels == ("first", "second")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (SEVERAL.replace("oil.csv", "none.csv"), "none.csv: no such file"),
+        (SEVERAL.replace("oil.csv", "oil.txt"), "expected a file name that ends in .csv"),
+        (SEVERAL + "  material: {zip: {mass: [1, 2]}}\n", "an axis called material, and there is another of this name"),
+        (IN_GROUP.replace(", oil.csv", ""), "got 2 values, expected 1"),
+        (SEVERAL.replace("friction: {fit", "uncertain: {fit").replace("[points.csv, oil.csv]", "table.csv"),
+         "table.csv holds 2 materials (dry and oil), expected one"),
+    ],
+)  # fmt: skip
+def test_lists_of_points_that_will_not_do_are_explained(materials, text, said):
+    (materials / "map.yaml").write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        load_config(materials / "map.yaml")
+    assert said in str(caught.value)
+
+
+def test_points_that_come_with_the_package_are_found_from_a_copied_configuration(tmp_path):
+    (tmp_path / "map.yaml").write_text(SEVERAL.replace("[points.csv, oil.csv]", "measured/dry.csv"))
+    assert load_config(tmp_path / "map.yaml").friction.a1 == pytest.approx(0.27, abs=0.02)
+
+
+def test_a_command_that_finds_its_map_complete_ends(materials):
+    """It read the map with threads of dask, which wait until they are told that there is no more to do."""
+    (materials / "map.yaml").write_text(SEVERAL)
+    command = [sys.executable, "-m", "stickslip", "run", "map.yaml", "-o", "map.nc", "--no-plot"]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    for _ in range(2):
+        done = subprocess.run(command, cwd=materials, env=environment, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+    assert "complete already" in done.stdout

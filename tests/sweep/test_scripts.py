@@ -41,18 +41,34 @@ def call(*arguments):
 
 # --- --set, --threads -------------------------------------------------------------------------------------------------
 
-NEEDED = {"border": ["--along", "stiffness"], "ramp": ["--along", "belt_speed"], "simulate": ["-t", "1"]}
+NEEDED = {
+    "explore": ["--static", "page.html"],
+    "border": ["--along", "stiffness"],
+    "ramp": ["--along", "belt_speed"],
+    "simulate": ["-t", "1"],
+}
+
+
+def commands(group=main, before=""):
+    """All commands by their words, those of groups too."""
+    found = {}
+    for name, command in group.commands.items():
+        found[f"{before}{name}"] = command
+        if isinstance(command, click.Group):
+            found |= commands(command, f"{before}{name} ")
+    return found
 
 
 def commands_with(option):
-    return [name for name, command in main.commands.items() if any(option in p.opts for p in command.params)]
+    return [name for name, command in commands().items() if any(option in p.opts for p in command.params)]
 
 
 def test_every_command_that_takes_a_configuration_takes_settings():
-    takers = {name for name, command in main.commands.items()
+    takers = {name for name, command in commands().items()
               if any(p.name in ("config", "configs", "config_or_store") and isinstance(p, click.Argument)
                      for p in command.params)}  # fmt: skip
-    assert takers == set(commands_with("--set")) >= {"run", "plan", "validate", "simulate", "border", "status", "rig"}
+    assert takers == set(commands_with("--set"))
+    assert takers >= {"run", "plan", "validate", "simulate", "border", "status", "rig run", "explore"}
 
 
 @pytest.mark.parametrize("name", commands_with("--set"))
@@ -60,8 +76,8 @@ def test_no_command_leaves_a_setting_out(here, name):
     """A setting that is wrong is refused, which it would not be if it were ignored."""
     write_config(here, more="output: {file: map.nc}\n")
     (here / "rig.yaml").write_text(RIG)
-    config = "rig.yaml" if name == "rig" else "small.yaml"
-    done = call(name, config, *NEEDED.get(name, ()), "--set", "system.nonsense=1")
+    config = "rig.yaml" if name == "rig run" else "small.yaml"
+    done = call(*name.split(), config, *NEEDED.get(name, ()), "--set", "system.nonsense=1")
     assert done.exit_code == 2
     assert f"{config}: --set system.nonsense=1: system.nonsense: unknown key" in done.stderr
 
@@ -195,11 +211,10 @@ def test_pipes_get_no_codes_of_terminals(here):
     config = write_config(here, num=60, more="output: {file: map.nc}\n")
     plain = {name: value for name, value in os.environ.items() if name != "FORCE_COLOR"}
     environment = plain | {"PYTHONPATH": os.pathsep.join(sys.path), "PYTHONWARNINGS": "ignore"}
-    colourful = {"NO_COLOR": "1", "TERM": "xterm-256color"}
-    for variables, arguments in (({}, ["run", str(config)]), (colourful, ["inspect", "map.nc"])):
-        done = subprocess.run([sys.executable, "-m", "stickslip", *arguments], env=environment | variables,
-                              capture_output=True, text=True)  # fmt: skip
-        assert done.returncode == 0 and "\x1b" not in done.stdout + done.stderr and done.stdout
+    done = subprocess.run([sys.executable, "-m", "stickslip", "run", str(config)], capture_output=True, text=True,
+                          env=environment | {"TERM": "xterm-256color"})  # fmt: skip
+    assert done.returncode == 0 and "stick_slip" in done.stdout and "3,600 of 3,600 cells" in done.stderr
+    assert "\x1b" not in done.stdout + done.stderr and "\r" not in done.stderr
 
 
 # --- progress in a log ------------------------------------------------------------------------------------------------
@@ -300,7 +315,8 @@ def test_the_lines_of_a_plan_are_commands_that_compute_the_map(here):
     for task in ("1", "2"):
         words = shlex.split(run.replace("$SLURM_ARRAY_TASK_ID", task))
         assert call(*words[1:]).exit_code == 0, words
-    assert "10,000 of 10,000 cells" in call(*shlex.split(rows["status"])[1:]).stdout
+    found = call(*shlex.split(rows["status"])[1:]).stdout
+    assert "10,000 of 10,000 cells" in found and "by no process: stickslip collect writes the result" in found
     assert call(*shlex.split(rows["collect"], comments=True)[1:]).exit_code == 0
     assert int((stickslip.open("small.nc")["regime"] == 0).sum()) == 0
 

@@ -33,7 +33,7 @@ _FILES = (".nc", ".zarr", ".csv", ".xlsx")
     epilog="""\b
 Examples:
   stickslip compare configs/measured/dry.csv configs/measured/grease_a.csv \\
-      --mass "100 g" --stiffness "5 N/mm" --load "10 N" --damping "1 N s/m" --speed "20 mm/s"
+      --mass "100 g" --stiffness "5 N/mm" --load "10 N" --damping "1 N s/m" --speed "30 mm/s"
   stickslip compare configs/measured/table.csv --mass "100 g" --stiffness "5 N/mm" \\
       --load "10 N" --plot materials.png -o ranks.xlsx"""
 )

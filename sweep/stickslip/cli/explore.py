@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli.common import CONFIG_OR_RESULT, fail, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import CONFIG_OR_RESULT, fail, prepare_kernels, reports_wrong_input, settings
 
 if TYPE_CHECKING:
     from stickslip.explore import Subject
@@ -34,7 +34,9 @@ Examples:
 )
 @reports_wrong_input
 def explore(config: Location, port: int, no_browser: bool, static: Path | None) -> None:
-    """Explore a map in the browser: click a cell to see its motion, move a slider to have the map computed anew.
+    """Explore a map in the browser.
+
+    Click a cell to see its motion, move a slider to have the map computed anew.
 
     CONFIG is a YAML file, or a map (.nc, .zarr). The page is served on this machine only, to whoever has its address,
     until Ctrl-C.
@@ -45,7 +47,7 @@ def explore(config: Location, port: int, no_browser: bool, static: Path | None) 
         fail(_EXTRA)
     from stickslip.explore import open_subject
 
-    subject = open_subject(config)  # type: ignore[arg-type]
+    subject = open_subject(config, settings())  # type: ignore[arg-type]
     prepare_kernels(subject.options.law)
     prepare_kernels(subject.options.law, signals=True)
     for note in subject.notes:

@@ -67,8 +67,14 @@ class GroupWithDefault(SectionedGroup):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """The arguments, with the command that is meant."""
         if args and args[0] not in (*self.commands, *ctx.help_option_names):
-            args = [self._default, *args]
+            args = [self._default, *args]  # here already, since options may come first
         return super().parse_args(ctx, args)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that is named, else the default one with all arguments."""
+        return super().resolve_command(ctx, args if args[0] in self.commands else [self._default, *args])
 
 
 def renamed(command: click.Command, name: str, hidden: bool = False) -> click.Command:

@@ -13,6 +13,7 @@ from stickslip.cli import screen
 from stickslip.cli.common import (
     CONFIG_OR_RESULT,
     JSON,
+    THREADS,
     WHERE,
     check_plot,
     fail,
@@ -60,6 +61,7 @@ Examples:
 @click.option("--plot", type=click.Path(path_type=Path), help="Spectrogram to write: .png, .svg or .pdf.")
 @click.option("--level", is_flag=True, help="How loud every cell is, or the one at --at, instead of a sound.")
 @click.option("--reference", multiple=True, metavar="NAME=VALUE", help="With --level: the cell that has 0 dB.")
+@THREADS
 @JSON
 @reports_wrong_input
 def listen(

@@ -17,16 +17,15 @@ from stickslip.vocabulary.words import nearest
 _PACKAGE = Path(__file__).resolve().parents[1]
 _INSTALLED = _PACKAGE / "pages_of_docs"
 _CHECKOUT = _PACKAGE.parents[1]
-_NO_TOPICS = {"index", "api", "commands"}  # of the site alone; the commands have --help
+_NO_TOPICS = {"index", "readme"}  # the front of the site, and that of the repository, which has another name here
+_NAMES = {"README": "overview"}
 _RECORDS = ("speed", "gallery")  # what was measured and drawn; their sections explain no words
 _SHORT = 4  # characters
-_ALSO = {  # other words for a page: the first that there is
-    "cluster": ("dask", "runs"), "resume": ("runs",), "shard": ("runs",), "slurm": ("dask", "runs"),
-    "yaml": ("configuration", "readme"), "config": ("configuration", "readme"), "axes": ("configuration", "readme"),
-    "files": ("variables", "readme"), "netcdf": ("variables", "readme"), "zarr": ("variables", "runs"),
-    "overview": ("readme",), "python": ("notebook", "readme"), "aging": ("ageing",), "equation": ("model",),
-    "friction": ("model", "glossary"), "hysteresis": ("model", "glossary"), "ageing": ("model", "glossary"),
-    "completion": ("shell",), "colours": ("shell",), "si": ("units",), "accuracy": ("accuracy", "readme"),
+_ALSO = {  # other words for a page
+    "cluster": "dask", "resume": "runs", "shard": "runs", "slurm": "dask", "zarr": "runs", "netcdf": "variables",
+    "yaml": "configuration", "config": "configuration", "axes": "configuration", "files": "variables",
+    "readme": "overview", "python": "api", "equation": "model", "friction": "model", "hysteresis": "model",
+    "ageing": "model", "aging": "model", "completion": "shell", "colours": "shell", "si": "units",
 }  # fmt: skip
 
 
@@ -61,13 +60,34 @@ class Page:
                 yield f"{cells[0]}, {cells[1]}", f"**{cells[0]}**{also}: {cells[2]}"
 
 
+def _folders() -> tuple[Path, Path]:
+    """Where the pages are, and where README is."""
+    return (_INSTALLED, _INSTALLED) if _INSTALLED.is_dir() else (_CHECKOUT / "docs", _CHECKOUT)
+
+
 def pages() -> dict[str, Page]:
     """All pages by name, those of the repository's root among them; sorted."""
-    folder, root = (_INSTALLED, _INSTALLED) if _INSTALLED.is_dir() else (_CHECKOUT / "docs", _CHECKOUT)
+    folder, root = _folders()
     files = [path for path in folder.glob("*.md") if path.stem.lower() not in _NO_TOPICS]
     files += [path for path in (root / "README.md",) if path.is_file() and path not in files]
-    read = [Page(path.stem.lower(), path.read_text(encoding="utf-8")) for path in files]
+    read = [Page(_NAMES.get(path.stem, path.stem), path.read_text(encoding="utf-8")) for path in files]
     return {page.name: page for page in sorted(read, key=lambda page: page.name)}
+
+
+def contents(known: dict[str, Page]) -> Iterator[tuple[str, list[tuple[str, str]]]]:
+    """The pages under the headings of the site's first page, each with what it is about; those it lacks at the end."""
+    front = _folders()[0] / "index.md"
+    left = {name: page.title for name, page in known.items()}
+    heading, rows = "", list[tuple[str, str]]()
+    for line in front.read_text(encoding="utf-8").splitlines() if front.is_file() else ():
+        if line.startswith("## "):
+            if rows:
+                yield heading, rows
+            heading, rows = line[3:].strip(), []
+        elif (entry := re.match(r"- \[([^]]+)\]\(([\w-]+)\.md\)(.*)", line)) and entry[2] in left:
+            rows.append((entry[2], entry[1] + entry[3]))
+            del left[entry[2]]
+    yield heading or "Pages", [*rows, *left.items()]
 
 
 def about(topic: str, known: dict[str, Page]) -> str | None:
@@ -77,7 +97,8 @@ def about(topic: str, known: dict[str, Page]) -> str | None:
         return known[word].text
     found = list(_sections(word, known))
     parts = [] if any(page == "glossary" for page, _, _ in found) else _terms(word, known)
-    meant = next((name for name in _ALSO.get(word, ()) if name in known), None)
+    meant = _ALSO.get(word)
+    meant = meant if meant in known else None
     if not parts and not found:
         return None if meant is None else known[meant].text
     parts += [text for _, _, text in found[:2]]
@@ -143,19 +164,28 @@ def for_terminal(text: str) -> str:
     return re.sub(r"\[([^\]]+)\]\((?!https?:)[^)\s]*\)", r"\1", text)
 
 
+_INNER = r"\{([^{}]*(?:\{[^{}]*\}[^{}]*)*)\}"
+_FRACTION = re.compile(rf"\\[dt]?frac{_INNER}{_INNER}")
+
+
 def plain_formula(tex: str) -> str:
     """A formula in TeX as one line of characters."""
     tex = " ".join(tex.split())
     for _ in range(3):  # fractions in fractions
-        tex = re.sub(
-            r"\\[dt]?frac\{([^{}]*(?:\{[^{}]*\}[^{}]*)*)\}\{([^{}]*(?:\{[^{}]*\}[^{}]*)*)\}", r"(\1)/(\2)", tex
-        )
+        tex = _FRACTION.sub(lambda m: f"{_in_brackets(m[1])}/{_in_brackets(m[2])}", tex)
     tex = re.sub(r"\\sqrt\{([^{}]*)\}", r"sqrt(\1)", tex)
     tex = re.sub(r"\\(?:mathrm|operatorname|text|mathit)\{([^{}]*)\}", r"\1", tex)
-    tex = re.sub(r"\\([A-Za-z]+)", lambda m: _SIGNS.get(m[1], m[1] if m[1] not in ("left", "right") else ""), tex)
+    tex = re.sub(r"\\hat\{?\s*([a-z])\}?", "\\1\u0302", tex)
+    tex = re.sub(r"\\(?:left|right|[bB]igg?[lr]?)(?![A-Za-z])", "", tex)
+    tex = re.sub(r"\\([A-Za-z]+)", lambda m: _SIGNS.get(m[1], m[1]), tex)
     tex = re.sub(r"\\[,;:! ]", " ", tex).replace("\\", "")
     tex = re.sub(r"([_^])\{([^{}]*)\}", lambda m: m[1] + (m[2] if len(m[2]) == 1 else f"({m[2]})"), tex)
-    return re.sub(r" +", " ", tex.replace("{", "").replace("}", "").replace("'", "'")).strip()
+    return re.sub(r" +", " ", tex.replace("{", "").replace("}", "")).strip()
+
+
+def _in_brackets(tex: str) -> str:
+    """Part of a fraction: a single symbol as it is."""
+    return tex if re.fullmatch(r"\\?\w+", tex) else f"({tex})"
 
 
 def _link(match: re.Match[str]) -> str:

@@ -66,7 +66,7 @@ def _show(config: Path, loaded: Config, found: Estimate) -> None:
     console, study, tried = screen.terminal(), found.study, found.tried
     console.print(f"{loaded.title}\n{study.described()}", markup=False)
     console.print(
-        f"blocks   {found.blocks.count:,} of up to {found.largest:,} {study.counted}, {tried.threads} at a time"
+        f"blocks   {found.blocks.count:,} of up to {found.largest:,} {study.counted}, {found.at_once} at a time"
     )
     if found.map_cells:
         _show_space(console, loaded, found)

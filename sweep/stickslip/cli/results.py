@@ -19,9 +19,6 @@ if TYPE_CHECKING:
     from stickslip.files.locations import Location
 
 
-_AMPLITUDES = ("velocity_amplitude", "displacement_amplitude")  # of a ramp, which have branches
-
-
 @click.command(
     epilog="""\b
 Examples:
@@ -125,8 +122,7 @@ def _drawn(
         return plots.plot_probability(selection.selected(ds, places)[0], state, title=title, look=picture.look(ds))
     if "direction" in ds.dims:
         picture.refuse_for("a ramp")
-        draw = plots.plot_branches if variable in (None, *_AMPLITUDES) else plots.plot_ramp
-        return draw(ds, variable or _AMPLITUDES[0], select=places, title=title)
+        return plots.plot_of_ramp(ds, variable, select=places, title=title)
     if "settling_share" in ds and variable is None:
         variable = "settling_share"
         if len(set(ds["settling_share"].dims) - set(places)) == 1:

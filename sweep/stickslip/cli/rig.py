@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import screen
+from stickslip.cli import rig_sounds, screen
 from stickslip.cli.common import WHERE, check_plot, fail, reports_wrong_input
 
 if TYPE_CHECKING:
@@ -70,6 +70,7 @@ Examples:
 @click.option("--speed", cls=RowOption, row="drive_speed", help="where files do not record it", metavar="SPEED")
 @click.option("--bandwidth", cls=RowOption, row="bandwidth", help="limits what is used", metavar="FREQUENCY")
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--sound", type=click.Path(path_type=Path), help="Folder for the sounds, a WAV file for each record.")
 @click.option("--beside", is_flag=True, help="Plot records beside each other instead of over each other.")
 @click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each record on.")
 @click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each record.")
@@ -82,6 +83,7 @@ def rig_features(
     speed: str | None,
     bandwidth: str | None,
     plot: Path | None,
+    sound: Path | None,
     beside: bool,
     begin: str | None,
     end: str | None,
@@ -100,6 +102,8 @@ def rig_features(
         check_plot(plot)
     if output is not None:
         writing.check_writable(output)
+    if sound is not None:
+        rig_sounds.check(sound, len(files))
     window = time_window(begin, end)
     records = {}
     for name, file in zip(_names(files), files, strict=True):
@@ -118,6 +122,8 @@ def rig_features(
         numbers = dict(zip(records, found["model_rpn"].values.tolist(), strict=True))
         plots.save(plot_records(records, shifted=beside, numbers=numbers, window=window), plot)
         click.echo(f"plot      {plot}")
+    if sound is not None:
+        rig_sounds.write_records(sound, records)
     if output is not None:
         writing.write(_with_provenance(found, settings, files), output)
         click.echo(f"features  {output} ({screen.size_of(output)})")

@@ -1,8 +1,9 @@
-"""`rig --sound`: the acceleration of the specimen in each test, as a WAV file."""
+"""`rig run --sound` and `rig features --sound`: the acceleration of the specimen, a WAV file a test."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,19 +14,21 @@ from stickslip.cli.common import fail
 from stickslip.cli.listen import save_sound
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from stickslip.rig.simulate.config import RigConfig
-    from stickslip.rig.simulate.simulation import RigTests
     from stickslip.sound import Sound
 
 _FINE, _COARSE = 8, 2  # samples computed per sample of sound: of short tests, and of long ones, which take much memory
 _SHORT = 20.0  # s
+_NO_FILE_NAME = re.compile(r"[^\w.+-]+")
 
 
-def check(target: Path, tests: RigTests) -> None:
-    """End if no sounds can be written there."""
+def check(target: Path, size: int) -> None:
+    """End if no sounds of so many tests can be written there."""
     if target.suffix.lower() == ".wav":
-        if tests.grid.size != 1:
-            fail(f"{target}: {tests.grid.size:,} tests have a WAV file each: name a folder")
+        if size != 1:
+            fail(f"{target}: {size:,} tests have a WAV file each: name a folder")
         if not target.absolute().parent.is_dir():
             fail(f"{target}: no folder {target.parent}")
         return
@@ -35,20 +38,44 @@ def check(target: Path, tests: RigTests) -> None:
         fail(f"{target}: expected a folder, or a name for a new one ({error.strerror})")
 
 
-def write(target: Path, asked: RigConfig) -> None:
+def write_tests(target: Path, asked: RigConfig) -> None:
     """The sound of every test that was integrated to its end, from the first stroke on."""
     from stickslip.rig.simulate.simulation import RigTests
 
-    size, loudest, full_scale = RigTests(asked).grid.size, 0.0, 0.0
+    digits = len(str(RigTests(asked).grid.size - 1))
+    _write(target, ((f"test{number:0{digits}d}", heard) for number, heard in _sounds(asked)))
+
+
+def write_records(target: Path, records: Mapping[str, xr.Dataset]) -> None:
+    """The sound of every record, as its sensor shows it."""
+    from stickslip import sound
+    from stickslip.rig.records.sampling import evenly, sample_rate
+
+    def each() -> Iterator[tuple[str, Sound]]:
+        for name, record in records.items():
+            even = evenly(record)
+            yield (
+                _NO_FILE_NAME.sub("_", name),
+                sound.of_record(even["acceleration"].values, sample_rate(even["time"].values), title=name),
+            )
+
+    _write(target, each())
+
+
+def _write(target: Path, sounds: Iterable[tuple[str, Sound]]) -> None:
+    """A file each, in the folder; or the one there is."""
     single = target.suffix.lower() == ".wav"
-    clipping = 0
-    for number, heard in _sounds(asked):
-        save_sound(heard, target if single else target / f"test{number:0{len(str(size - 1))}d}.wav")
+    written, clipping, loudest, full_scale = 0, 0, 0.0, 0.0
+    for name, heard in sounds:
+        save_sound(heard, target if single else target / f"{name}.wav")
         full_scale, loudest = heard.full_scale, max(loudest, heard.peak)
-        clipping += heard.clips
-    click.echo(f"sounds    {target if single else target / 'test*.wav'} (full scale {full_scale:g} m/s2)")
+        written, clipping = written + 1, clipping + heard.clips
+    if not written:
+        click.echo("sounds    none: no test was integrated to its end")
+        return
+    click.echo(f"sounds    {target if single else target / '*.wav'} (full scale {full_scale:g} m/s2)")
     if clipping:
-        click.echo(f"{clipping:,} of {size:,} tests clip, with peaks of up to {loudest:.3g} m/s2: softly compressed")
+        click.echo(f"{clipping:,} of {written:,} clip, with peaks of up to {loudest:.3g} m/s2: softly compressed")
 
 
 def _sounds(asked: RigConfig) -> Iterator[tuple[int, Sound]]:

@@ -84,7 +84,7 @@ def rig(
         fail("--test says what is plotted: name a plot with --plot, or a page with --report")
     _check_targets(output, plot, report, records)
     if sound is not None:
-        rig_sounds.check(sound, tests)
+        rig_sounds.check(sound, tests.grid.size)
     if output is not None:
         writing.check_writable(output)
     prepare_kernels(asked.config.friction.law, signals=True)
@@ -105,7 +105,7 @@ def rig(
     if records is not None:
         _write_records(records, tests)
     if sound is not None:
-        rig_sounds.write(sound, asked)
+        rig_sounds.write_tests(sound, asked)
     if report is not None:
         _write_report(report, found, asked, tests, drawn)
 

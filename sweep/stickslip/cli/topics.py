@@ -37,11 +37,11 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
     Without TOPIC it lists the pages. A word that is no page is looked up in the glossary, among the headings of all
     pages, and among the names of configurations and results.
     """
-    from stickslip.cli.manual import about, closest, pages
+    from stickslip.cli.manual import about, closest, contents, pages
 
     known, word = pages(), " ".join(topic)
     if not word:
-        return _list({name: page.title for name, page in known.items()})
+        return _list(list(contents(known)))
     assert context.parent is not None
     commands = context.parent.command.commands  # type: ignore[attr-defined]
     if word in commands:
@@ -55,12 +55,14 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
     _show("\n\n".join(parts))
 
 
-def _list(titles: dict[str, str]) -> None:
-    """The pages with their titles."""
-    width = max(map(len, titles), default=0)
-    click.echo("Pages, shown by `stickslip help NAME`:\n")
-    for name, title in titles.items():
-        click.echo(f"  {name:{width}}  {title}")
+def _list(chapters: list[tuple[str, list[tuple[str, str]]]]) -> None:
+    """The pages with what they are about, in the order of the site."""
+    width = max((len(name) for _, rows in chapters for name, _ in rows), default=0)
+    click.echo("Pages, shown by `stickslip help NAME`:")
+    for heading, rows in chapters:
+        click.echo(f"\n{heading}:")
+        for name, title in rows:
+            click.echo(f"  {name:{width}}  {title}")
     click.echo(f"\n{_ABOUT}")
 
 

@@ -9,52 +9,108 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.config.examples import found_points
+from stickslip.config.kinds import varied_paths
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, FitWarning, Problem
 from stickslip.vocabulary.quantities import MEASURED, REPLACED
 from stickslip.vocabulary.words import listed
 
 if TYPE_CHECKING:
-    from stickslip.fit import CurveFit
+    from stickslip.fit import MaterialFit
 
 COEFFICIENTS = (*REPLACED, "a4")
+AXIS = "material"  # the axis of several fits, unless they are in a group (zip) that has a name
 
 
 def fitted(document: Document) -> Document:
-    """The document, its curve with the coefficients fitted to the points that it names: known (section friction), or
-    as uncertain as the points leave them (section uncertain).
+    """The document, its curves with the coefficients fitted to the points that it names.
+
+    One curve is known (section friction), or as uncertain as the points leave it (section uncertain). Several, of a
+    list of files or a table of several materials, are an axis with the materials as labels, or part of a group (zip).
 
     Where a curve is given beside the name of the points it came from (a resolved configuration), and nothing is
     read. What is wrong with the section is left to whoever checks it. Raises ConfigError for wrong points, and warns
     of a fit that they do not support.
     """
     data = document.data if isinstance(document.data, dict) else {}
-    friction, axes, uncertain = data.get("friction", {}), data.get("axes") or (), data.get("uncertain") or {}
+    friction, axes, uncertain = data.get("friction", {}), data.get("axes") or {}, data.get("uncertain") or {}
     if not isinstance(friction, dict) or friction.get("law", "stribeck") != "stribeck":
         return document
-    given = {*friction, *(axes if isinstance(axes, dict) else ())}
+    axes = axes if isinstance(axes, dict) else {}
+    given = {*friction, *(str(path[-1]) for path in varied_paths(axes))}
     if {*COEFFICIENTS, *MEASURED} & given:
         return document
-    if (points := _points(friction)) is not None:
-        return replace(document, data={**data, "friction": {**friction, **_fit(document, points).coefficients()}})
-    if isinstance(uncertain, dict) and (points := _points(uncertain)) is not None:
-        return _scattered(document, data, uncertain, points)
+    for name, axis in axes.items():
+        group = axis.get("zip") if isinstance(axis, dict) else None
+        if isinstance(group, dict) and (points := _points(group)):
+            return _in_group(document, data, str(name), points)
+    if points := _points(friction):
+        return _in_section(document, data, friction, points)
+    if isinstance(uncertain, dict) and len(named := _points(uncertain)) == 1:
+        return _scattered(document, data, uncertain, named[0])
     return document
 
 
-def _points(section: dict[str, Any]) -> str | None:
-    """The file of points that a section names."""
-    points = section.get("fit")
-    return points if isinstance(points, str) and points.lower().endswith(".csv") else None
+def _points(section: dict[str, Any]) -> list[str]:
+    """The files of points that a section names; none if what it says is wrong."""
+    fit = section.get("fit")
+    named = fit if isinstance(fit, list) else [fit]
+    right = all(isinstance(one, str) and one.lower().endswith(".csv") for one in named)
+    return [str(one) for one in named] if right else []
 
 
-def _fit(document: Document, points: str) -> CurveFit:
-    from stickslip.fit import fit_file  # SciPy takes its time
+def _fits(document: Document, points: list[str]) -> list[MaterialFit]:
+    """The fits of files beside the configuration, or of those that come with the package."""
+    from stickslip.fit import CURVE_COLUMNS, fit_materials  # SciPy takes its time
 
-    fit = fit_file(Path(document.name).parent / points)
-    if not fit.good:
-        warnings.warn(f"{points}: {fit.quality}", FitWarning, stacklevel=5)
-    return fit
+    folder = Path(document.name).parent
+    paths = [there if (there := folder / one).exists() else found_points(one) for one in points]
+    fits = fit_materials([p if p.exists() else folder / one for p, one in zip(paths, points, strict=True)],
+                         columns=CURVE_COLUMNS)  # fmt: skip
+    for one in fits:
+        if one.curve is not None and not one.curve.good:
+            named = points[0] if len(fits) == 1 else one.name
+            warnings.warn(f"{named}: {one.curve.quality}", FitWarning, stacklevel=6)
+    return fits
+
+
+def _in_section(
+    document: Document, data: dict[str, Any], friction: dict[str, Any], points: list[str]
+) -> Document:  # fmt: skip
+    """One curve for all cells, or an axis of several, the outermost."""
+    fits = _fits(document, points)
+    if len(fits) == 1 and not isinstance(friction["fit"], list):
+        return replace(document, data={**data, "friction": {**friction, **_coefficients(fits[0])}})
+    axes = data.get("axes") or {}
+    if AXIS in axes:
+        message = f"these fits are an axis called {AXIS}, and there is another of this name"
+        hint = f"call that one otherwise, or put the fits into it: {AXIS}: {{zip: {{fit: [...]}}}}"
+        path = ("friction", "fit")
+        raise ConfigError(document.name, [Problem(path, message, document.values.get(path), hint)])
+    group = {"zip": _columns(fits), "labels": [one.name for one in fits]}
+    return replace(document, data={**data, "axes": {AXIS: group, **axes}})
+
+
+def _in_group(document: Document, data: dict[str, Any], name: str, points: list[str]) -> Document:
+    """The coefficients of several curves in place of `fit` in a group, whose labels they are unless it has some."""
+    fits, axes = _fits(document, points), data["axes"]
+    group = {key: value for key, value in axes[name]["zip"].items() if key != "fit"}
+    labels = {"labels": [one.name for one in fits]}
+    return replace(
+        document, data={**data, "axes": {**axes, name: labels | axes[name] | {"zip": _columns(fits) | group}}}
+    )
+
+
+def _columns(fits: list[MaterialFit]) -> dict[str, list[float]]:
+    """The coefficients of several curves."""
+    each = [_coefficients(one) for one in fits]
+    return {name: [one[name] for one in each] for name in COEFFICIENTS}
+
+
+def _coefficients(fit: MaterialFit) -> dict[str, float]:
+    assert fit.curve is not None
+    return fit.curve.coefficients()
 
 
 def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, Any], points: str) -> Document:
@@ -67,7 +123,12 @@ def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, An
         isinstance(own := quantities.get(name, {}), dict) and set(own) - {"truncated"} for name in COEFFICIENTS
     ):
         return document  # given already, or wrong
-    fit = _fit(document, points)
+    fits = _fits(document, [points])
+    fit = fits[0].curve
+    if fit is None or len(fits) > 1:
+        several, path = listed([one.name for one in fits], "and"), ("uncertain", "fit")
+        message, hint = f"{points} holds {len(fits)} materials ({several}), expected one", "write a file for each"
+        raise ConfigError(document.name, [Problem(path, message, document.values.get(path), hint)])
     variance = np.diag(fit.covariance)
     if unknown := [name for name, one in zip(COEFFICIENTS, variance, strict=True) if not np.isfinite(one)]:
         message = f"the points of {points} do not determine {listed(unknown, 'and')}"

@@ -18,7 +18,8 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
-_FAR = 0.2  # m, the same in the middle of the grid, where the numbers had no unit
+_FAR = 0.2  # m, the same in the middle of the grid, where the numbers had no unit ...
+_NEAR = 0.01  # m, ... and in its stiffest cell
 _FREQUENCIES = 0.1, 50e3  # Hz; a hanging garden gate, an ultrasonic motor
 _HEAVY = 1000.0  # kg; from here on it may be a fault of the earth, whose springs are long and slow
 # A belt this many times faster than the speed over which friction falls never reaches the drop, whatever the spring.
@@ -114,7 +115,8 @@ def _is_normalised(config: Config) -> bool:
     if sum(fixed.get(name) == 1.0 for name in ("mass", "stiffness", "normal_load")) >= 2:
         return True
     start, (low, high) = _start(config), _ORDER_ONE
-    of_order_one = all(low <= fixed.get(name, math.nan) <= high for name in ("mass", "normal_load"))
+    spans = (span(config, "mass"), span(config, "normal_load"))
+    of_order_one = all(found is not None and low <= found.least <= high for found in spans)
     return of_order_one and start is not None and start.most >= _FRICTION_OF_RATIOS
 
 
@@ -162,7 +164,7 @@ def _long_spring(config: Config, bare: Collection[str]) -> Iterator[Doubt]:
     if deflection is None or mass is None or mass.least > _HEAVY:
         return
     may_lack = bool({"stiffness", "normal_load"} & set(bare))
-    if deflection.least > _FARTHEST or (may_lack and deflection.middle > _FAR):
+    if deflection.least > _FARTHEST or (may_lack and deflection.middle > _FAR and deflection.least > _NEAR):
         load = span(config, "normal_load")
         assert load is not None
         reason = f": under {load.text('N')} the belt drags the mass {deflection.text('m')} far before it breaks away"

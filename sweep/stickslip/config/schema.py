@@ -141,6 +141,7 @@ def _described(row: Parameter) -> Schema:
 def _axes() -> Schema:
     """Quantities that vary, and groups of them."""
     values = {name: {"type": "array", "minItems": 1, "items": _number(QUANTITIES[name])} for name in QUANTITIES}
+    values["fit"] = _OTHERS["fit"] | {"description": "measured points: a1 to a4 of each file or column of friction"}
     return {
         "type": ["object", "null"],
         "description": "What varies, the outermost dimension first: quantities, or groups that vary together (zip).",
@@ -220,7 +221,7 @@ _OTHERS: Schema = {  # what is not a number
     "velocity": _RANGE,
     "law": {"enum": list(LAWS)},
     "interpolate": {"type": "boolean"},
-    "fit": _file_name(".csv"),
+    "fit": {"anyOf": [_file_name(".csv"), {"type": "array", "minItems": 1, "items": _file_name(".csv")}]},
     "profile": {"enum": list(PROFILES)},
     "early_stop": {"type": "boolean"},
     "indices": {"type": "boolean"},

@@ -159,8 +159,10 @@ class _Law(Section):
     law: str = Field(
         "stribeck", description="shape of the weakening: " + "; ".join(map(": ".join, LAW_MESSAGES.items()))
     )
-    fit: str | None = Field(
-        None, description="CSV file of measured slip speeds and friction coefficients that a1 to a4 are fitted to"
+    fit: str | tuple[str, ...] | None = Field(
+        None,
+        description="CSV file of measured slip speeds and friction coefficients that a1 to a4 are fitted to; a list of "
+        "files is an axis of materials",
     )
 
     @field_validator("law", mode="before")
@@ -170,7 +172,9 @@ class _Law(Section):
 
     @field_validator("fit", mode="before")
     @classmethod
-    def _fit(cls, value: object) -> str:
+    def _fit(cls, value: object) -> str | tuple[str, ...]:
+        if isinstance(value, list | tuple) and value:
+            return tuple(_file(one, (".csv",)) for one in value)
         return _file(value, (".csv",))
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stickslip.config.written import DISPLAY
 from stickslip.dataset.build import cell_coordinates, parameter_variable
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
@@ -23,7 +24,7 @@ from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.words import listed
 
 Coordinates = dict[str, xr.Variable]
-_ABOUT_AXES = ("axis_spacing", "display_units")  # attributes of an axis, which stay
+_ABOUT_AXES = ("axis_spacing", DISPLAY)  # attributes of an axis, which stay
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +107,8 @@ def _in_si(name: str, array: xr.DataArray) -> xr.DataArray:
     if name not in PARAMETERS or unit is None or array.dtype.kind not in "iuf" or unit == PARAMETERS[name].units:
         return array
     try:
-        return array.copy(data=units.si_array(array.values.astype(np.float64), str(unit), PARAMETERS[name].units))
+        values = units.si_array(array.values.astype(np.float64), str(unit), PARAMETERS[name].units)
+        return array.copy(data=values).assign_attrs({DISPLAY: str(unit)})
     except QuantityError as error:
         found = f" ({error.found})" if error.found else ""
         raise ValueError(f"{name}: got the units {str(unit)!r}{found}, {error}") from None

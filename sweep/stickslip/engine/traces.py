@@ -17,6 +17,8 @@ from stickslip_kernels.blank import new_signals
 
 Floats = NDArray[np.float64]
 
+_BEYOND = 0.01  # of a step: how far past its last sample a motion is integrated, so that rounding does not lose it
+
 
 def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Results:
     """The motion of one cell (arrays of length 1) at `times` (s, evenly spaced, from 0), by names of `TRACE_VARIABLES`.
@@ -39,27 +41,24 @@ def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Res
 
 
 def sampled(
-    cells: Cells, starts: Floats, steps: Floats, counts: NDArray[np.int64], options: Options
+    cells: Cells, steps: Floats, counts: NDArray[np.int64], options: Options
 ) -> tuple[list[Floats], Floats, NDArray[np.int8]]:
-    """Displacements (m) of many cells, each at times of its own: one array per cell.
+    """Displacements (m) of many cells, each at times of its own from the start on: one array per cell.
 
-    starts, steps, counts : first sample (s), time between samples (s) and number of samples, at least 2, by cell.
+    steps, counts : time between samples (s) and number of samples, at least 2, by cell.
 
     Beside them the velocities at the first and the last sample (m/s), shape (n, 2), and the status: other than
     horizon_reached where the integration ended early, from where on there is NaN. In this thread.
     """
-    n, rate, length = (
-        counts.size,
-        np.sqrt(cells["stiffness"] / cells["mass"]),
-        cells["normal_load"] / cells["stiffness"],
-    )
+    n, k, load = counts.size, cells["stiffness"], cells["normal_load"]
+    rate, length = np.sqrt(k / cells["mass"]), load / k
     columns, rows, ends = to_kernel(cells, 1.0), new_signals(n), np.cumsum(counts)
-    columns[layout.HORIZON] = (starts + steps * (counts - 1)) * rate
+    columns[layout.HORIZON] = steps * (counts - 1 + _BEYOND) * rate
     numbers = np.arange(n, dtype=np.float64)
     segments = np.column_stack([columns[layout.HORIZON], columns[layout.BELT], np.zeros(n)])
     belts = segments, np.column_stack([numbers, numbers + 1.0])
     signals = np.full((layout.SIGNAL_ROWS, int(ends[-1])), np.nan)
-    wanted = np.column_stack([ends - counts, ends, starts * rate, steps * rate]).astype(np.float64)
+    wanted = np.column_stack([ends - counts, ends, np.zeros(n), steps * rate]).astype(np.float64)
     run_signals(options.law, columns, options.rtol, options.max_steps, stop_flag(), belts, rows, wanted, signals)
     velocities = signals[layout.SIGNAL_ETA][np.column_stack([ends - counts, ends - 1])] * (length * rate)[:, None]
     displacements = np.split(signals[layout.SIGNAL_XI], ends[:-1])

@@ -15,7 +15,6 @@ from stickslip.explore.page import WIDGETS
 from stickslip.explore.subject import Subject
 from stickslip.explore.view import View, sides, start_value
 from stickslip.vocabulary.parameter import NAN
-from stickslip.vocabulary.quantities import QUANTITIES
 
 _STEPS = 400  # of a slider
 
@@ -86,18 +85,20 @@ class Controls:
         if not knob.may_be_absent:
             slider.on_change("value", lambda _a, _o, new: self._changed(knob.name, _si(knob, new)))
             return slider
-        slider.disabled = isnan(value)
-        row = QUANTITIES[knob.name]
+        slider.disabled, slider.title = isnan(value), _title(knob, not isnan(value))
         switch = Checkbox(active=not isnan(value), name=f"on_{knob.name}", width=22, stylesheets=[WIDGETS])
 
         def tell(_attribute: str, _old: object, _new: object) -> None:
-            slider.disabled = not switch.active
+            slider.disabled, slider.title = not switch.active, _title(knob, switch.active)
             self._changed(knob.name, _si(knob, float(slider.value)) if switch.active else NAN)
 
         switch.on_change("active", tell)
         slider.on_change("value", lambda a, o, n: tell(a, o, n) if switch.active else None)
-        switch.tags = [f"off: {row.absent}"]
         return Row(children=[switch, slider], sizing_mode="stretch_width", spacing=0)
+
+
+def _title(knob: Knob, on: bool) -> str:
+    return spoken(knob.name) if on else f"{spoken(knob.name)} (off)"
 
 
 def _slider(knob: Knob, value: float) -> Slider:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
@@ -50,16 +51,19 @@ class MapFigure:
         self.plot.scatter("x", "y", source=self.marks, size=13, marker="circle", fill_color="colour",
                           line_color="black", line_width=1.8)  # fmt: skip
         self.plot.text("x", "y", "name", source=self.marks, x_offset=9, y_offset=-7, text_color="black",
-                       text_font_size="13px", text_font_style="bold", text_outline_color="white")  # fmt: skip
+                       text_font_size="13px", text_font_style="bold", background_fill_color="white",
+                       background_fill_alpha=0.75)  # fmt: skip
         self._sides: tuple[Any, ...] = ()
 
     def show(self, shown: Picture) -> None:
         """Draw a picture. What is in sight stays so as long as the sides are the same."""
         described = (shown.x.name, shown.x.kind, shown.x.unit, shown.y.name, shown.y.kind, shown.y.unit)
         if described != self._sides:
-            lay_out(self.plot, shown.x, "x")
-            lay_out(self.plot, shown.y, "y")
-            self._look_at(shown)
+            document = self.plot.document
+            with nullcontext() if document is None else document.models.freeze():  # else it counts them at each change
+                lay_out(self.plot, shown.x, "x")
+                lay_out(self.plot, shown.y, "y")
+                self._look_at(shown)
             self._sides = described
         palette = self.palette_of(shown)
         if palette != self.mapper.palette:

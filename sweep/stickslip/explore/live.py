@@ -32,6 +32,11 @@ class Latest(Generic[Job]):
             self._stop[0] = 1
             self._changed.notify()
 
+    def pause(self, seconds: float) -> None:
+        """For the job that runs: wait, no longer than until the next one is asked for."""
+        with self._changed:
+            self._changed.wait_for(lambda: bool(self._waiting) or self._closed, seconds)
+
     def close(self) -> None:
         """End the thread, which leaves within milliseconds."""
         with self._changed:

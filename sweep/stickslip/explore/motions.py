@@ -11,20 +11,21 @@ from numpy.typing import NDArray
 
 from stickslip.basins.portrait import Loop, unstable_cycle
 from stickslip.basins.starts import DISTURBANCE, steady_state
-from stickslip.engine import Options, compute, friction_at_belt_speed, trajectory
-from stickslip.errors import NotReachedError
+from stickslip.engine import Options, compute, flows, friction_at_belt_speed
 from stickslip.vocabulary.cells import Cells, as_cells
-from stickslip.vocabulary.flags import MODES, REGIMES, STATUSES
+from stickslip.vocabulary.flags import MODES, REGIMES, STATUS_MESSAGES, STATUSES
 
 Floats = NDArray[np.float64]
 _CYCLES, _SLOW_CYCLES = 3.4, 1.6  # shown of a cycle, and of one that sticks most of its time
 _MOSTLY = 0.9  # of the period
+_ALONE = 0.9  # of the period, after a slip that is not repeated
 _LEAD = 0.12  # of what is shown, before the first break-away
 _RINGING = 40.0  # natural periods at most, where something decays or never ends
 _GROWTH = 12.0  # natural periods of growth that are shown before the first stick phase
 _LONGEST = 400.0  # natural periods, of what vibrates without sticking
 _SHORT = 6.0  # natural periods, where nothing happens
-_PER_PERIOD, _FEWEST, _MOST = 60, 2001, 100_001  # samples
+_PER_PERIOD, _FEWEST, _MOST = 400, 2001, 100_001  # samples
+_OF_SLIP = 601  # samples
 _DRAWN = 4000  # samples
 _CURVE = 400  # points of the friction curve
 
@@ -33,7 +34,7 @@ _CURVE = 400  # points of the friction curve
 class Motion:
     """One motion: samples by names of `TRACE_VARIABLES` over `time` (s, 0 at the first break-away if there is one).
 
-    results : numbers by names of `VARIABLES`, in SI. why : in place of samples, why there are none. late : whether the
+    results : numbers by names of `VARIABLES`, in SI. why : the samples end early, or there are none. late : whether the
     beginning is left out.
     """
 
@@ -112,6 +113,8 @@ def _motion(
     """
     natural = 2.0 * pi * sqrt(one["mass"][0] / one["stiffness"][0])
     begin, end = _window(results, natural, sticking, beside)
+    if _is_slow(results) and one["ageing_rate"][0] != 0:
+        end = min(end, results["breakaway_time"] + _ALONE * results["period"])
     first = begin if sticking else 0.0  # what sticks can be begun anywhere
     origin = results["breakaway_time"] if isfinite(results["breakaway_time"]) else 0.0
     if first > 0.0:
@@ -120,22 +123,60 @@ def _motion(
             "contact_time": one["contact_time"] + first,
         }
     count = int(np.clip((end - first) / natural * _PER_PERIOD, _FEWEST, _MOST))
-    if results["stick_fraction"] > _MOSTLY:
-        count = _MOST
     times = np.linspace(0.0, end - first, count)
-    try:
-        samples = trajectory(one, times, replace(options, horizon=float(times[-1])))
-    except NotReachedError as error:
-        return Motion(label, results, np.zeros(0), {}, str(error))
-    kept = _kept(samples["mode"], times + first >= begin)
-    drawn = {name: values[kept] for name, values in samples.items()}
-    return Motion(label, results, times[kept] + first - origin, drawn, late=begin > first)
+    samples = {name: values[0] for name, values in flows(one, times[-1:], count, options).items()}
+    known = int(np.isfinite(samples["displacement"]).sum())  # none behind where the integration ended
+    why = "" if known == count else _why(results, times[max(known - 1, 0)] + first)
+    kept = _kept(samples["mode"][:known], times[:known] + first >= begin) if known > 1 else np.zeros(0, np.intp)
+    drawn = {name: values[kept] for name, values in samples.items()} if kept.size else {}
+    times = times[kept] + first - origin
+    if sticking and _is_slow(results):
+        times, drawn = _with_slips(times, drawn, one, origin - first, results, options)
+    return Motion(label, results, times, drawn, why, late=begin > first)
+
+
+def _is_slow(results: Mapping[str, float]) -> bool:
+    """Whether slips are so short beside the stick phases that even samples do not show them."""
+    return results["stick_fraction"] > _MOSTLY
+
+
+def _with_slips(
+    times: Floats, drawn: Mapping[str, Floats], one: Cells, away: float, results: Mapping[str, float], options: Options
+) -> tuple[Floats, dict[str, Floats]]:
+    """A motion that sticks most of its time, its slips sampled for themselves.
+
+    All of them begin in the same state. On an ageing contact they do not, and what is shown ends before the second.
+    away : from the state of `one` to the first break-away (s).
+    """
+    slip = results["restick_time"] - results["breakaway_time"]
+    begun = one | {
+        "displacement": one["displacement"] + one["belt_speed"] * away,
+        "contact_time": one["contact_time"] + away,
+    }
+    dense = {name: values[0] for name, values in flows(begun, np.array([slip]), _OF_SLIP, options).items()}
+    held = drawn["mode"] == MODES.index("stick")
+    slips = [start for start in (0.0, results["period"]) if start < times[-1]]
+    at = np.concatenate([times[held], *(np.linspace(start, start + slip, _OF_SLIP) for start in slips)])
+    order = np.argsort(at, kind="stable")
+    merged = {name: np.concatenate([drawn[name][held], *([dense[name]] * len(slips))])[order] for name in drawn}
+    kept = np.flatnonzero(np.diff(at[order], prepend=-inf) > 0)
+    return at[order][kept], {name: values[kept] for name, values in merged.items()}
+
+
+def _why(results: Mapping[str, float], reached: float) -> str:
+    """What ended the integration early, as far as the verdict on the cell tells."""
+    status = STATUSES[int(results["status"])]
+    return (
+        f"the motion is known to {reached:.4g} s after its start, {status.replace('_', ' ')}: {STATUS_MESSAGES[status]}"
+    )
 
 
 def _window(results: Mapping[str, float], natural: float, sticking: bool, beside: float) -> tuple[float, float]:
     """From when to when a motion is worth seeing (s since its start)."""
     regime, period = REGIMES[int(results["regime"])], results["period"]
     away = results["breakaway_time"] if isfinite(results["breakaway_time"]) else 0.0
+    if regime == "stick_slip" and not sticking and _is_slow(results):
+        return max(0.0, away - period), results["restick_time"] + 2.0 * natural  # growth until it sticks
     if regime == "stick_slip":
         shown = period * (_SLOW_CYCLES if results["stick_fraction"] > _MOSTLY else _CYCLES)
         growth = 0.0 if sticking else _GROWTH * natural

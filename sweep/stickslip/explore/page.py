@@ -104,7 +104,7 @@ def button(label: str, name: str) -> Button:
 def template_variables(subject: Subject, names: Sequence[str]) -> dict[str, Any]:
     """What the template has to know. names : of the roots."""
     return {
-        "title": subject.config.title or "Stick-slip explorer", "source": subject.source,
+        "heading": subject.config.title or "Stick-slip explorer", "source": subject.source,
         "notes": "; ".join(subject.notes), "names": list(names),
     }  # fmt: skip
 

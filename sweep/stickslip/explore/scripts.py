@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from stickslip.dataset.axis import spoken
+
 # Under the pointer: the cell in words. `columns` has the numbers of all pixels, its tag says what they are.
 READOUT = """
 const box = document.getElementById("readout")
@@ -47,13 +49,21 @@ if (box != null) box.style.display = "none"
 """
 # A text that the server has put together, as a file of the person who asked for it.
 DOWNLOAD = """
-const [name] = box.data["name"], [text] = box.data["text"]
+const [name] = box.data.name, [text] = box.data.text
 if (name == null) return
 const link = document.createElement("a")
 link.href = URL.createObjectURL(new Blob([text], {type: "text/plain;charset=utf-8"}))
 link.download = name
 link.click()
 setTimeout(() => URL.revokeObjectURL(link.href), 10000)
+"""
+# One sound at a time.
+PLAY = """
+const [wav] = wave.data.wav
+if (wav == null) return
+window.stickslip_sound?.pause()
+window.stickslip_sound = new Audio(`data:audio/wav;base64,${wav}`)
+window.stickslip_sound.play().catch((error) => console.warn(`no sound: ${error}`))
 """
 COPY = """
 const text = texts.tags[0]?.[which] ?? ""
@@ -68,7 +78,7 @@ def meta_of(shown: Any) -> dict[str, Any]:
     """What `READOUT` has to know of a picture."""
     sides = {
         which: {
-            "label": side.name.replace("_", " "), "low": side.ends[0], "high": side.ends[1], "n": len(side.centres),
+            "label": spoken(side.name), "low": side.ends[0], "high": side.ends[1], "n": len(side.centres),
             "log": side.kind == "log", "unit": side.unit.name, "labels": list(side.labels),
         }
         for which, side in (("x", shown.x), ("y", shown.y))

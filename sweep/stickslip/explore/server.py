@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import secrets
+import socket
 from collections.abc import Callable
 from typing import Any
 
@@ -12,7 +14,6 @@ from bokeh.application.handlers.function import FunctionHandler
 from bokeh.document import Document
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
-from bokeh.server.util import bind_sockets
 from bokeh.settings import settings
 from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop
@@ -37,7 +38,8 @@ class Explorer:
 
     def __init__(self, subject: Subject, port: int = 0, token: str | None = None) -> None:
         self._subject = subject
-        self._sockets, self.port = bind_sockets(HOST, port)
+        self._socket = _listening(port)
+        self.port = int(self._socket.getsockname()[1])
         self.token = token or secrets.token_urlsafe(_TOKEN_BYTES)
         self._sessions: list[Session] = []
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -55,6 +57,10 @@ class Explorer:
         """
         asyncio.run(self._serve(started))
 
+    def close(self) -> None:
+        """Give the port back, where `run` was never called."""
+        self._socket.close()
+
     def stop(self) -> None:
         """End `run`; from any thread."""
         if self._loop is not None and self._stopping is not None:
@@ -70,7 +76,7 @@ class Explorer:
             unused_session_lifetime_milliseconds=_UNUSED,
         )  # fmt: skip
         http = HTTPServer(pages)
-        http.add_sockets(self._sockets)
+        http.add_socket(self._socket)
         server = BaseServer(IOLoop.current(), pages, http)
         server.start()
         try:
@@ -93,3 +99,18 @@ class Explorer:
             self._sessions.remove(session)
 
         document.on_session_destroyed(forget)
+
+
+def _listening(port: int) -> socket.socket:
+    """A socket at the port of this machine, for a loop."""
+    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        if os.name != "nt":  # where it would let two processes have one port
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        found.bind((HOST, port))
+        found.listen(128)
+        found.setblocking(False)
+    except OSError:
+        found.close()
+        raise
+    return found

@@ -6,7 +6,6 @@ import logging
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import partial
 from html import escape
 from math import prod
 from time import perf_counter
@@ -15,19 +14,19 @@ from typing import Any
 import numpy as np
 from bokeh.document import Document
 from bokeh.events import Tap
-from bokeh.models import Column, ColumnDataSource, CustomJS, Row
 
 from stickslip.config.model import Config
 from stickslip.config.pick import cell_of
 from stickslip.engine import StopFlag
-from stickslip.errors import ConfigError, StoreError
-from stickslip.explore import maps, scripts
+from stickslip.errors import ConfigError, NotReachedError, StoreError
+from stickslip.explore import maps
+from stickslip.explore.below import Below, sound_of
 from stickslip.explore.borders import Line, border_lines
 from stickslip.explore.controls import Controls
 from stickslip.explore.live import Latest
 from stickslip.explore.maps import Picture
 from stickslip.explore.motions import CellMotions, motions_of
-from stickslip.explore.page import Page, button, columns_of, template, template_variables, words
+from stickslip.explore.page import Page, columns_of, template, template_variables
 from stickslip.explore.subject import Subject
 from stickslip.explore.told import cell_html, map_csv, motions_csv, place_words, simulate_command
 from stickslip.explore.view import (
@@ -42,6 +41,7 @@ from stickslip.explore.view import (
 )
 
 _LOG = logging.getLogger(__name__)
+_BREATH = 0.05  # s, in which the browser draws the coarse map, and a slider that still moves asks for the next
 At = Mapping[str, float | int]
 
 
@@ -78,16 +78,15 @@ class Session:
             subject, changed=self._changed, picked=self._picked, sided=self._sided, varied=self._varied,
             reset=self._reset,
         )  # fmt: skip
-        self._texts = ColumnDataSource({}, name="texts")
-        self._outbox = ColumnDataSource({"name": [None], "text": [""]}, name="outbox")
-        self._outbox.js_on_change("data", CustomJS(args={"box": self._outbox}, code=scripts.DOWNLOAD))
-        self._reproduce = words("reproduce")
+        self.below = Below(pin=self._pin, unpin=self._unpin, hear=self._hear, texts=self._text)
         self.page.map.plot.on_event(Tap, self._clicked)
         self._maps: Latest[View] = Latest(self._compute_map, "map")
         self._cells: Latest[tuple[View, At, Picture]] = Latest(self._compute_cell, "cell")
+        self._sounds: Latest[tuple[str, Seen, float, bool]] = Latest(self._compute_sound, "sound")
         self.controls.show(self._now.view)
-        for root in [self.controls.column, *self.page.roots, self._below()]:
-            document.add_root(root)
+        with document.models.freeze():  # each root would have all models counted again
+            for root in [self.controls.column, *self.page.roots, self.below.column]:
+                document.add_root(root)
         document.template = template()
         document.template_variables.update(template_variables(subject, [str(root.name) for root in document.roots]))
         document.title = f"{subject.config.title} - stickslip"
@@ -95,8 +94,8 @@ class Session:
 
     def close(self) -> None:
         """End the threads."""
-        self._maps.close()
-        self._cells.close()
+        for worker in (self._maps, self._cells, self._sounds):
+            worker.close()
 
     # --- what people do -----------------------------------------------------------------------------------------------
 
@@ -168,6 +167,7 @@ class Session:
                 small, full = config_of(self._subject, view, COARSE), config_of(self._subject, view, FULL)
                 if _size(small) < _size(full):
                     self._show_computed(small, view, stop)
+                    self._maps.pause(_BREATH)
                 shown = self._show_computed(full, view, stop)
             if shown is not None:
                 config, began = config_of(self._subject, view, FULL), perf_counter()
@@ -193,12 +193,18 @@ class Session:
             command = simulate_command(self._subject, view, at, motions)
             self._then(stop, self._show_seen, Seen(at, said, motions, command))
 
+    def _compute_sound(self, job: tuple[str, Seen, float, bool], stop: StopFlag) -> None:
+        name, seen, pace, loud = job
+        with self._telling(stop):
+            words_of = seen.words if name == "cell" else name
+            self._then(stop, self.below.play, words_of, sound_of(seen.motions, pace, loud))
+
     @contextmanager
     def _telling(self, stop: StopFlag) -> Iterator[None]:
         """Whatever is raised inside is said on the page; what is a bug is logged as well."""
         try:
             yield
-        except (ConfigError, StoreError) as error:
+        except (ConfigError, NotReachedError, StoreError) as error:
             self._then(stop, self.show_error, str(error))
         except Exception as error:
             _LOG.exception("an error while computing")
@@ -229,20 +235,18 @@ class Session:
     def _show_borders(self, lines: list[Line], said: str, yaml: str) -> None:
         self.page.map.draw_borders(lines)
         self._now.timings["borders"] = said
-        self._texts.tags = [{**(self._texts.tags[0] if self._texts.tags else {}), "yaml": yaml}]
         self._say()
-        self._say_how()
+        self.below.say_how(yaml=yaml)
 
     def _show_seen(self, seen: Seen) -> None:
         self._now.at, self._now.cell = seen.at, seen
-        self._texts.tags = [{**(self._texts.tags[0] if self._texts.tags else {}), "command": seen.command}]
         self._show_cell()
-        self._say_how()
+        self.below.say_how(command=seen.command)
 
     def _show_cell(self) -> None:
         now = self._now
         pinned = {name: seen.motions for name, seen in now.pins.items()}
-        said = "" if now.cell is None else cell_html(now.cell.motions, now.cell.words)
+        said = "" if now.cell is None else cell_html(now.cell.motions, now.cell.words, now.cell.at)
         said += "".join(f"<br><b>{name}</b>: {escape(seen.words)}" for name, seen in now.pins.items())
         self.page.show_cell(None if now.cell is None else now.cell.motions, pinned, said)
         self._mark()
@@ -261,55 +265,27 @@ class Session:
     def _say(self) -> None:
         self.page.status.text = f'<span class="note">{escape(" · ".join(self._now.timings.values()))}</span>'
 
-    def _say_how(self) -> None:
-        texts = self._texts.tags[0]
-        command = f"<pre>{escape(texts['command'])}</pre>" if "command" in texts else ""
-        self._reproduce.text = (
-            f"{command}<details><summary>the map as YAML</summary><pre>{escape(texts.get('yaml', ''))}</pre></details>"
-        )
-
     def show_error(self, text: str) -> None:
         """Say what went wrong where everybody looks."""
         self.page.status.text = f'<div class="error">{escape(text)}</div>'
 
-    # --- buttons ------------------------------------------------------------------------------------------------------
+    # --- what stands below --------------------------------------------------------------------------------------------
 
-    def _below(self) -> Column:
-        """What stands below the map: pins, copies, files."""
-        pin_a, pin_b, unpin = button("Pin as A", "pin_a"), button("Pin as B", "pin_b"), button("Unpin", "unpin")
-        pin_a.on_click(lambda: self._pin("A"))
-        pin_b.on_click(lambda: self._pin("B"))
-        unpin.on_click(self._unpin)
-        copies = [self._copying("Copy the command", "command"), self._copying("Copy the YAML", "yaml")]
-        map_file, cell_file = button("Map as CSV", "map_csv"), button("Motions as CSV", "motions_csv")
-        yaml_file = button("YAML", "yaml_file")
-        map_file.on_click(partial(self._send, "map.csv", self._map_csv))
-        cell_file.on_click(partial(self._send, "motions.csv", self._motions_csv))
-        yaml_file.on_click(partial(self._send, "view.yaml", lambda: self._texts.tags[0].get("yaml", "")))
-        wrap = {"styles": {"flex-wrap": "wrap"}, "spacing": 4}
-        return Column(
-            Row(pin_a, pin_b, unpin, **wrap), Row(map_file, cell_file, yaml_file, *copies, **wrap), self._reproduce,
-            name="below", sizing_mode="stretch_width",
-        )  # fmt: skip
+    def _hear(self, name: str) -> None:
+        seen = self._now.cell if name == "cell" else self._now.pins.get(name)
+        if seen is not None:
+            self._sounds.ask((name, seen, self.below.pace, self.below.is_loud))
 
-    def _copying(self, label: str, which: str) -> Any:
-        found = button(label, f"copy_{which}")
-        found.js_on_click(
-            CustomJS(args={"texts": self._texts, "which": which, "button": found, "label": label}, code=scripts.COPY)
-        )
-        return found
-
-    def _send(self, name: str, text: Callable[[], str]) -> None:
-        if content := text():
-            self._outbox.data = {"name": [name], "text": [content]}
-
-    def _map_csv(self) -> str:
-        return "" if self._now.shown is None else map_csv(self._now.shown)
-
-    def _motions_csv(self) -> str:
+    def _text(self, name: str) -> str:
+        """The content of a file to download; nothing where there is none yet."""
+        if name == "view.yaml":
+            return self.below.yaml
+        if name == "map.csv":
+            return "" if self._now.shown is None else map_csv(self._now.shown)
         current = None if self._now.cell is None else self._now.cell.motions
         pinned = {name: seen.motions for name, seen in self._now.pins.items()}
-        return motions_csv([(head, motion) for _, head, motion in columns_of(current, pinned)])
+        columns = columns_of(current, pinned)
+        return motions_csv([(head, motion) for _, head, motion in columns]) if columns else ""
 
 
 def _size(config: Config) -> int:

@@ -90,8 +90,9 @@ def page_html(subject: Subject) -> str:
     below = words("below", _about(subject, len(found), first, config.to_yaml()))
     roots = [_variables(page, pictures), *page.roots, below]
     document = Document()
-    for root in roots:
-        document.add_root(root)
+    with document.models.freeze():
+        for root in roots:
+            document.add_root(root)
     names = [str(root.name) for root in roots]
     return str(
         file_html(document, INLINE, f"{subject.config.title} - stickslip", template=template(),
@@ -128,7 +129,7 @@ def _kept(subject: Subject, view: View, shown: Picture, i: int, j: int) -> dict[
     command = f"<pre>{simulate_command(subject, view, at, motions)}</pre>"
     return {
         "x": float(shown.x.centres[j]), "y": float(shown.y.centres[i]), **_drawn(short),
-        "words": f"{cell_html(motions, where)}<br>{_NEAREST}",
+        "words": f"{cell_html(motions, where, at)}<br>{_NEAREST}",
         "numbers": numbers_html(columns_of(motions, {})) + command,
     }  # fmt: skip
 

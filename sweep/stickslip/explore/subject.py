@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +13,7 @@ import xarray as xr
 
 from stickslip.config.model import Axis, Config
 from stickslip.config.options import options_of
+from stickslip.config.overrides import Setting
 from stickslip.config.pick import recipe_of
 from stickslip.config.reader import load_config
 from stickslip.config.sections import OUTPUT_SUFFIXES, Output
@@ -42,7 +43,7 @@ class Subject:
     @cached_property
     def plain(self) -> dict[str, Any]:
         """The configuration as plain data, without files to write."""
-        return self.config.model_copy(update={"output": Output(file=None, plot=None, variables=None)}).resolved()
+        return self.config.model_copy(update={"output": Output.model_construct(file=None, plot=None)}).resolved()
 
     @cached_property
     def axes(self) -> Mapping[str, Axis]:
@@ -61,22 +62,25 @@ class Subject:
         return replace(options_of(self.config), early_stop=True)
 
 
-def open_subject(path: str | Path) -> Subject:
-    """What a file holds, YAML or a result. Raises ConfigError for what is no map, StoreError for what is unreadable."""
+def open_subject(path: str | Path, settings: Sequence[Setting] = ()) -> Subject:
+    """What a file holds, YAML or a result. Raises ConfigError for what is no map, StoreError for what is unreadable.
+
+    settings : of a command line, which are put into the configuration; the map of a file is no more that of it then.
+    """
     where = location(path)
     if where.suffix.lower() not in OUTPUT_SUFFIXES:
-        return _of_config(str(path), load_config(path))
-    return _of_result(str(path), where)
+        return _of_config(str(path), load_config(path, settings))
+    return _of_result(str(path), where, settings)
 
 
-def _of_result(source: str, where: Location) -> Subject:
+def _of_result(source: str, where: Location, settings: Sequence[Setting]) -> Subject:
     """The map in a file, with the configuration it was computed from."""
     ds = reading.look_into(where)
-    recipe = recipe_of(ds, source)
+    recipe = recipe_of(ds, source, settings)
     if not isinstance(recipe, Config):
         raise _no_map(source, "cells that were computed one by one, and no map", "a map has axes: `stickslip run`")
     subject = _of_config(source, recipe)
-    if recipe.uncertain is not None:  # its cells are draws
+    if recipe.uncertain is not None or settings:  # its cells are draws, or those of another configuration
         return subject
     return replace(subject, computed=ds)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from html import escape
 from io import StringIO
 from math import isfinite
@@ -87,12 +87,12 @@ def _regimes(motions: Iterable[Motion]) -> str:
     return f"<tr><th>regime</th>{cells}</tr>"
 
 
-def cell_html(motions: CellMotions, where: str) -> str:
-    """Which cell it is, and what is known of its unstable cycle."""
+def cell_html(motions: CellMotions, where: str, sides: Collection[str] = ()) -> str:
+    """Which cell it is, and what is known of its unstable cycle. sides : what `where` says already."""
     parameters = ", ".join(
         f"{spoken(name)} {quantity(value, PARAMETERS[name].units)}"
         for name, value in motions.cell.items()
-        if isfinite(value) and (name not in _RARE or value != PARAMETERS[name].default)
+        if name not in sides and isfinite(value) and (name not in _RARE or value != PARAMETERS[name].default)
     )
     said = [f"<b>{escape(where)}</b>", f'<span class="note">{escape(parameters)}</span>']
     if motions.cycle is not None:

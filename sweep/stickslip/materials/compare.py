@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.borders import Limits, Scan
+from stickslip.config.examples import found_points
 from stickslip.config.reader import make_config
 from stickslip.dataset.materials import Material, material_dataset
 from stickslip.dataset.provenance import provenance
@@ -135,11 +136,11 @@ def _fits(materials: Asked, wanted: Wanted) -> list[MaterialFit]:
     if isinstance(materials, Mapping):
         fits = [_fit_of(name, points) for name, points in materials.items()]
     elif isinstance(materials, str | os.PathLike):
-        fits = fit_materials([Path(materials)], wanted)
+        fits = fit_materials([found_points(materials)], wanted)
     elif all(isinstance(one, MaterialFit) for one in materials):
         fits = [one for one in materials if isinstance(one, MaterialFit)]
     else:
-        fits = fit_materials([Path(one) for one in materials if not isinstance(one, MaterialFit)], wanted)
+        fits = fit_materials([found_points(one) for one in materials if not isinstance(one, MaterialFit)], wanted)
     if not fits:
         raise ValueError("materials: got none, expected at least one")
     for one in fits:

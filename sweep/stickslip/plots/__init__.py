@@ -8,7 +8,7 @@ Every function returns a matplotlib Figure and touches no global state: no pyplo
 
 from stickslip.errors import PlotError
 from stickslip.plots.attractors import plot_attractors, plot_ramp
-from stickslip.plots.branches import plot_branches
+from stickslip.plots.branches import plot_branches, plot_of_ramp
 from stickslip.plots.linear import BORDERS
 from stickslip.plots.look import Look, Mark
 from stickslip.plots.maps import MAX_PANELS, plot_map
@@ -19,5 +19,5 @@ from stickslip.plots.uncertainty import plot_probability
 
 __all__ = [
     "BORDERS", "DPI", "Look", "MAX_PANELS", "Mark", "PlotError", "plot_attractors", "plot_branches", "plot_map",
-    "plot_probability", "plot_ramp", "plot_sound", "plot_trace", "request_of", "save",
+    "plot_of_ramp", "plot_probability", "plot_ramp", "plot_sound", "plot_trace", "request_of", "save",
 ]  # fmt: skip

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
-from stickslip.plots.attractors import BAND, line_of, shade
+from stickslip.plots.attractors import BAND, line_of, plot_ramp, shade
 from stickslip.plots.axes import apply
 from stickslip.plots.figure import Figure
 from stickslip.plots.page import entitle, legend
@@ -73,6 +73,16 @@ def plot_branches(
     legend(figure, handles, at_right=False)
     entitle(figure, ax, title)
     return figure
+
+
+def plot_of_ramp(ds: xr.Dataset, variable: str | None = None, **how: Any) -> Figure:
+    """The plot of a ramp: its branches for an amplitude, and unless another variable is named; else both ways of that.
+
+    how : select and title. Raises PlotError.
+    """
+    if variable is None or variable in _UNSTABLE:
+        return plot_branches(ds, variable or "velocity_amplitude", **how)
+    return plot_ramp(ds, variable, **how)
 
 
 def _is(ds: xr.Dataset, direction: str, *names: str) -> Flags:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
 from numpy.typing import NDArray
 
 from stickslip.errors import PlotError
+from stickslip.plots.figure import Figure
 from stickslip.plots.page import entitle
 from stickslip.plots.palette import BLUE
 

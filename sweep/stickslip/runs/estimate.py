@@ -14,6 +14,7 @@ from stickslip.runs.work import Work
 from stickslip.study import Study
 
 _OF_BLOCK = 4  # times its results: they, what the kernels fill, and the bytes that are written
+_ONCE = 20_000_000  # bytes, whatever the map: what writes it, and reads it again for the summary
 _OF_CELL = 800  # bytes of a cell while it is computed: its parameters, in SI and in kernel units, and all rows it fills
 
 
@@ -21,13 +22,14 @@ _OF_CELL = 800  # bytes of a cell while it is computed: its parameters, in SI an
 class Estimate:
     """An estimate for one machine like this.
 
-    cells : to be computed. map_cells : of the map; 0 for results that are none. each : bytes of the results of a cell.
-    memory : bytes, besides the program.
+    at_once : blocks that are computed together. cells : to be computed. map_cells : of the map; 0 for results that are
+        none. each : bytes of the results of a cell. memory : bytes, besides the program.
     """
 
     study: Study
     blocks: Blocks
     tried: Probe
+    at_once: int
     cells: int
     map_cells: int
     each: int
@@ -96,6 +98,7 @@ def estimate(config: Config) -> Estimate:
     grid = build_grid(config)
     tried = probe(grid if config.uncertain is None else sample_study(config), options)
     each, together = bytes_per_cell(options), min(blocks.length, work.size) * study.weight
-    memory = tried.threads * (_OF_BLOCK * together * each + _OF_CELL * min(options.block, together))
+    at_once = min(tried.threads, blocks.count)
+    memory = _ONCE + at_once * (_OF_BLOCK * together * each + _OF_CELL * min(options.block, together))
     map_cells = grid.size if study.name == "map" else 0
-    return Estimate(study, blocks, tried, study.cells_each * work.size, map_cells, each, memory)
+    return Estimate(study, blocks, tried, at_once, study.cells_each * work.size, map_cells, each, memory)

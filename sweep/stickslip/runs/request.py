@@ -113,7 +113,8 @@ def request_for(
         return Request(config, _output(output, config), store)
     config = parts.config_of(parts.find(folder_at(text)))
     if settings:
-        config = parse_config(config.to_yaml(), text, settings)
+        changed = parse_config(config.to_yaml(), text, settings)
+        config = changed.shown_in(config.written_in | changed.written_in)
     return Request(config, _beside(text) if output is None and _beside(text) else _output(output, config), text)
 
 

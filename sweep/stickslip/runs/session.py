@@ -158,7 +158,7 @@ def _of_share(store: Parts, request: Request) -> Progress | None:
         return progress
     own = _asked(store, request)
     total, of_others = store.cells(own), store.cells(store.finished() - own)
-    return lambda done, _size: progress(done - of_others, total)
+    return lambda done, _size: progress(min(done - of_others, total), total)  # others may have gone on since
 
 
 def _interrupted(store: Parts, work: Work) -> Interrupted:

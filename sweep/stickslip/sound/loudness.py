@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stickslip.engine import Options, Results, StopFlag, compute_range, sampled
 from stickslip.errors import StoppedError
 from stickslip.sound.cycles import Cycles, cycles_of
-from stickslip.sound.series import samples_for, series_of
+from stickslip.sound.series import natural_frequency, samples_for, series_of
 from stickslip.sound.weighting import HIGHEST, a_weighting, decibels
 from stickslip.vocabulary.cells import Cells, taken
 from stickslip.vocabulary.flags import STATUSES
@@ -43,7 +43,7 @@ def levels_of(cells: Cells, options: Options, stop: StopFlag) -> tuple[Results, 
     cycles, level = cycles_of(cells, found.results), np.full(size, np.nan)
     windows = np.minimum(cycles.moving + FORGOTTEN, cycles.period)
     harmonics = np.minimum((HIGHEST * windows).astype(np.int64), MOST_HARMONICS)
-    intervals = samples_for(harmonics, OVERSAMPLING)
+    intervals = samples_for(windows, HIGHEST, natural_frequency(cycles.cells), OVERSAMPLING)
     for some in _together(intervals):
         if stop[0]:
             raise StoppedError
@@ -74,7 +74,7 @@ def _levels(
     """The levels of the cycles in a slice, dB."""
     own = {name: values[some] for name, values in cycles.cells.items()}
     window, count = windows[some], intervals[some]
-    motions, ends, status = sampled(own, np.zeros(window.size), window / count, count + 1, options)
+    motions, ends, status = sampled(own, window / count, count + 1, options)
     squares = np.full(window.size, np.nan)
     for i in np.flatnonzero(status == _REACHED).tolist():
         series = series_of(motions[i], ends[i], float(window[i]), int(harmonics[some][i]))

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from stickslip.engine import Options, Results, sampled
 from stickslip.errors import NotReachedError
 from stickslip.sound.cycles import cycles_of, results_of
-from stickslip.sound.series import Series, samples_for, series_of
+from stickslip.sound.series import Series, natural_frequency, samples_for, series_of
 from stickslip.sound.sounds import FULL_SCALE, Sound
 from stickslip.sound.weighting import HIGHEST
+from stickslip.theory.ageing import static_friction
 from stickslip.vocabulary.cells import Cells, as_cells
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 
@@ -64,16 +65,16 @@ def of(
     asked = _Asked(rate * slow, min(HIGHEST, 0.499 * rate) * slow, _LEAD / slow, options)
     cycles = cycles_of(full, results, asked.lead)
     regime, repeats = REGIMES[int(results["regime"][0])], bool(cycles.which.size) and not transient
-    if regime == "stuck":
+    frequency = _frequency(full, results)
+    if regime == "stuck" or frequency >= asked.highest:
         acceleration = np.zeros(count)
     elif not repeats:
         acceleration = _transient(full, results, asked, count)
     elif cycles.period[0] <= count / asked.rate:
         acceleration = asked.cycle(cycles.cells, float(cycles.period[0])).values(asked.rate, count)
     else:
-        acceleration = asked.stretch(cycles.cells, 0.0, count)
+        acceleration = asked.stretch(cycles.cells, count)
     acceleration *= fades(count, rate)
-    frequency = _frequency(full, results)
     return Sound(acceleration, int(rate), float(slow), float(full_scale), regime, frequency, repeats, title)
 
 
@@ -87,37 +88,49 @@ class _Asked:
     lead: float
     options: Options
 
-    def series(self, cell: Cells, start: float, duration: float) -> Series:
-        """The series of a stretch of the motion."""
+    def series(self, cell: Cells, duration: float) -> Series:
+        """The series of the motion over a duration (s)."""
         harmonics = int(self.highest * duration)
-        intervals = samples_for(harmonics, OVERSAMPLING).reshape(1)
-        motions, ends, status = sampled(cell, np.array([start]), duration / intervals, intervals + 1, self.options)
+        intervals = samples_for(np.array([duration]), self.highest, natural_frequency(cell), OVERSAMPLING)
+        motions, ends, status = sampled(cell, duration / intervals, intervals + 1, self.options)
         if status[0] != _REACHED:
             name = STATUSES[int(status[0])]
-            raise NotReachedError(f"the motion is not known to {start + duration:g} s, {name}: {STATUS_MESSAGES[name]}")
+            raise NotReachedError(f"the motion is not known to {duration:g} s, {name}: {STATUS_MESSAGES[name]}")
         return series_of(motions[0], ends[0], duration, harmonics)
 
     def cycle(self, cell: Cells, period: float) -> Series:
         """The series of a period; what rounding leaves of its mean is none."""
-        found = self.series(cell, 0.0, period)
+        found = self.series(cell, period)
         return Series(found.duration, 0.0, found.harmonics)
 
-    def stretch(self, cell: Cells, start: float, count: int) -> Floats:
-        """`count` values of the acceleration from `start` on."""
-        return self.series(cell, start, count / self.rate).values(self.rate, count)
+    def stretch(self, cell: Cells, count: int) -> Floats:
+        """The first `count` values of the acceleration."""
+        return self.series(cell, count / self.rate).values(self.rate, count)
 
 
 def _transient(cell: Cells, results: Results, asked: _Asked, count: int) -> Floats:
     """The motion from its first break-away on, or from the start where it slips at once, after a little silence."""
     first = float(results["breakaway_time"][0])
-    if not isfinite(first) or not np.isnan(cell["velocity"][0]):
+    if not isfinite(first) or not _sticks_at_first(cell):
         first = 0.0
-    start = max(0.0, first - asked.lead)
-    silent = min(round((asked.lead - (first - start)) * asked.rate), count // 4)
+    passed = max(0.0, first - asked.lead)
+    # Until then the mass moves with the belt: what has passed is passed over, for the sake of the digits of the time.
+    later = {"displacement": cell["displacement"] + cell["belt_speed"] * passed}
+    later["contact_time"] = cell["contact_time"] + passed
+    silent = min(round((asked.lead - (first - passed)) * asked.rate), count // 4)
     left = count - silent
     if (settled := _SETTLED * float(results["settling_time"][0])) > 0.0:
-        left = max(min(left, int((first - start + settled) * asked.rate)), 2)
-    return np.concatenate([np.zeros(silent), asked.stretch(cell, start, left), np.zeros(count - silent - left)])
+        left = max(min(left, int((first - passed + settled) * asked.rate)), 2)
+    return np.concatenate([np.zeros(silent), asked.stretch(cell | later, left), np.zeros(count - silent - left)])
+
+
+def _sticks_at_first(cell: Cells) -> bool:
+    """Whether the contact holds at the start; else it slips at once, and its first break-away is a later one."""
+    if not np.isnan(cell["velocity"][0]):
+        return False
+    mu = np.fmax(cell["mu_static"], cell["a1"] + cell["a3"])
+    limit = static_friction(cell["contact_time"], mu, cell["ageing_rate"], cell["ageing_time"]) * cell["normal_load"]
+    return bool((np.abs(cell["stiffness"] * cell["displacement"] + cell["damping"] * cell["belt_speed"]) <= limit)[0])
 
 
 def fades(count: int, rate: float) -> Floats:

@@ -13,6 +13,7 @@ mean acceleration. A stretch of any motion is thus a series too, though its last
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,8 @@ Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _TOGETHER = 2**17  # values that are summed at once: the angles of more of them lose digits
+SWIFTEST = 4.0  # natural frequencies that a slip has
+MOST_INTERVALS = 2**22
 _FEW_SIZES = (4, 5, 6, 7)  # times a power of two: transforms of few different lengths, none a quarter too long
 
 
@@ -84,13 +87,23 @@ def series_of(displacement: Floats, ends: Floats, duration: float, count: int) -
     return Series(duration, float(bend), -((2.0 * np.pi / duration * numbers) ** 2) * spectrum)
 
 
-def samples_for(harmonics: Floats | int, oversampling: int) -> NDArray[np.int64]:
-    """How many intervals to sample for so many harmonics: at least oversampling x 2 x harmonics, and some dozens."""
-    least = np.maximum(2.0 * oversampling * np.asarray(harmonics, np.float64), 64.0)
+def samples_for(duration: Floats, highest: float, natural: Floats, oversampling: int) -> NDArray[np.int64]:
+    """How many intervals to sample of motions over their durations (s), for tones up to `highest` (Hz).
+
+    At least oversampling x 2 for each period of the highest tone, and of SWIFTEST times the natural frequency (Hz): the
+    slip of a stiff contact is over within a fraction of the highest tone's period, and the spectrum of the displacement
+    falls only above. No more than MOST_INTERVALS.
+    """
+    reach = np.maximum(highest, SWIFTEST * natural) * duration
+    least = np.clip(2.0 * oversampling * reach, 64.0, MOST_INTERVALS)
     power = np.floor(np.log2(least)) - 2.0
-    steps = np.array(_FEW_SIZES + (8,))
-    wanted = least / 2.0**power
-    return np.asarray((steps[np.searchsorted(steps, wanted)] * 2.0**power).astype(np.int64))
+    steps = np.array((*_FEW_SIZES, 8))
+    return np.asarray((steps[np.searchsorted(steps, least / 2.0**power)] * 2.0**power).astype(np.int64))
+
+
+def natural_frequency(cells: Mapping[str, Floats]) -> Floats:
+    """Of the mass on its spring, Hz."""
+    return np.asarray(np.sqrt(cells["stiffness"] / cells["mass"]) / (2.0 * np.pi))
 
 
 def _chirp(harmonics: Complex, turn: float, count: int) -> Complex:

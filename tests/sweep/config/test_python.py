@@ -102,7 +102,7 @@ def test_a_dict_is_read_as_the_yaml_that_says_the_same(data):
 def test_a_good_configuration_is_equal_from_python_and_its_yaml_gives_it_again(text):
     config = read(parse_yaml(text).data)
     assert config == read(text)
-    assert load_config(config.resolved()) == config == parse_config(config.to_yaml())
+    assert read(config.resolved()) == config == parse_config(config.to_yaml())
 
 
 def test_what_is_wrong_is_told_at_once_with_the_path_of_the_key():
@@ -243,6 +243,17 @@ def test_sweep_run_and_a_file_give_the_same_map(tmp_path):
     )
     xr.testing.assert_equal(written.compute(), ds)
     written.close()
+
+
+def test_the_output_of_a_sweep_may_be_its_section(tmp_path):
+    asked = {"system": SYSTEM, "friction": PAD["friction"], "axes": AXES}
+    few = stickslip.sweep(**asked, output={"variables": ["period"]})
+    assert set(few.data_vars) == {"regime", "period"}
+    with stickslip.sweep(**asked, output={"file": tmp_path / "few.nc", "variables": ["period"]}) as written:
+        assert (tmp_path / "few.nc").exists()
+        xr.testing.assert_equal(written.compute(), few)
+    with pytest.raises(ConfigError, match=r"output\.file: got 'map\.txt', expected a file name that ends in"):
+        stickslip.sweep(**asked, output={"file": "map.txt"})
 
 
 def test_every_call_that_takes_a_configuration_takes_a_dict(tmp_path):

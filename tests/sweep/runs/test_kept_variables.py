@@ -19,7 +19,7 @@ from stickslip.config.reader import load_config, make_config, parse_config
 from stickslip.config.studies import Border, alone
 from stickslip.dataset.kept import why_absent
 from stickslip.engine import bytes_per_cell, columns
-from stickslip.errors import PlotError, StoreError
+from stickslip.errors import ConfigError, PlotError, StoreError
 from stickslip.runs.settings import fingerprint
 from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir.encoding import decode
@@ -80,6 +80,17 @@ def test_borders_asked_on_the_command_line_have_all_their_variables(few):
     asked = Border.model_construct(along="stiffness", between=None, tolerance=1e-6, scan=16)
     config = load_config(few).model_copy(update=alone("border", asked))
     assert "variables" not in parse_config(config.to_yaml()).resolved()["output"]
+
+
+def test_python_asks_by_an_argument_and_is_told_the_same(config, few):
+    same(stickslip.run(config, variables=["period"]), stickslip.run(few))
+    assert list(stickslip.run(few, variables="steps").data_vars) == ["regime", "steps"]
+    with pytest.raises(ConfigError, match=r"^output.variables\[0\]: got 'perod'.*\n.*did you mean period"):
+        stickslip.run(config, variables=["perod"])
+    axes = {"stiffness": [1.0, 2.0], "belt_speed": [0.1, 0.2]}
+    found = stickslip.sweep(system={"mass": 1, "normal_load": 1}, friction={"a1": 1, "a2": 0.1, "a3": 0.3, "a4": 0.1},
+                            axes=axes, variables="regime")  # fmt: skip
+    assert list(found.data_vars) == ["regime"] and found.sizes == {"stiffness": 2, "belt_speed": 2}
 
 
 def test_a_choice_of_all_variables_is_no_other_run(few):

@@ -5,7 +5,6 @@ import pytest
 import xarray as xr
 
 import stickslip
-from helpers.configs import write_config
 from helpers.cycles import COULOMB, PAIR, STICKING, SUSTAINED, UNIT, coulomb_harmonics, faster, hard_cells
 from stickslip import sound
 from stickslip.engine import Options, stop_flag
@@ -18,6 +17,12 @@ from stickslip.vocabulary.flags import REGIMES
 LEVEL = "acceleration_level_a"
 FREE = UNIT | {"a1": 0.5, "a2": 0.0, "a3": 0.0, "a4": 1.0, "belt_speed": 5.0, "velocity": 0.0}
 SQUEAL = COULOMB | {"stiffness": 2e6, "belt_speed": 0.5}
+PADS = """\
+title: pads
+system: {mass: 100 g, normal_load: 10 N}
+friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
+axes: {stiffness: [1 N/mm, 5 N/mm, 20 N/mm], belt_speed: [20 mm/s, 0.1, 0.5, 3]}
+"""
 LIST = COULOMB | {"stiffness": np.geomspace(10.0, 1e7, 300), "belt_speed": np.linspace(0.5, 0.01, 300)}
 
 
@@ -76,6 +81,15 @@ def test_hard_cells_need_no_more_samples_either(monkeypatch):
     assert len(some) > 10 and np.isfinite(once).all()
 
 
+@pytest.mark.parametrize("stiffness", [1e6, 1e8, 1e9, 1e10])
+def test_slips_far_shorter_than_the_period_of_any_tone_need_no_more_samples(stiffness, monkeypatch):
+    """1 g: natural frequencies from 5 kHz to 500 kHz, ten slips a second."""
+    cell = COULOMB | {"mass": 1e-3, "stiffness": stiffness, "belt_speed": 40.0 / stiffness}
+    once = level(cell)
+    monkeypatch.setattr("stickslip.sound.loudness.OVERSAMPLING", 16)
+    assert level(cell) == pytest.approx(once, abs=0.02)
+
+
 def test_only_cells_with_a_cycle_have_a_level():
     cells = {**PAIR, "belt_speed": [0.1, 0.9, 0.0], "damping": [0.0, 0.0, 0.0]}
     found = levels(cells)
@@ -120,7 +134,8 @@ def test_a_reference_is_zero_decibels():
 
 
 def test_configurations_results_and_parts_of_them_have_the_same_levels(tmp_path):
-    config = write_config(tmp_path, num=5)
+    config = tmp_path / "pads.yaml"
+    config.write_text(PADS)
     whole = levels(config)
     assert whole[LEVEL].dims == ("stiffness", "belt_speed") and whole["stiffness"].attrs["units"] == "N m-1"
     ds = stickslip.run(config)

@@ -20,8 +20,8 @@ def series(law, cell, count, oversampling=8, rtol=1e-9, lead=0.02):
     """The series of the cycle of a cell, and the cycle."""
     options = Options(law, rtol)
     cycles = cycles_of(as_cells(cell), results_of(as_cells(cell), options), lead)
-    intervals = samples_for(count, oversampling).reshape(1)
-    motions, ends, _ = sampled(cycles.cells, np.zeros(1), cycles.period / intervals, intervals + 1, options)
+    intervals = samples_for(cycles.period, count / float(cycles.period[0]), np.zeros(1), oversampling)
+    motions, ends, _ = sampled(cycles.cells, cycles.period / intervals, intervals + 1, options)
     return series_of(motions[0], ends[0], float(cycles.period[0]), count), cycles
 
 
@@ -48,7 +48,7 @@ def test_samples_of_the_acceleration_alias_where_those_of_the_displacement_do_no
     found, cycles = series("stribeck", COULOMB, 200, 8)
     exact, cycle = coulomb_harmonics(COULOMB, 0.0, 200, 0.0)
     exact = exact * np.exp(-2j * np.pi * found.frequencies * float(cycles.moving[0] - cycle.slip_time))
-    naive = samples("stribeck", cycles, int(samples_for(200, 8)))["acceleration"].values
+    naive = samples("stribeck", cycles, 4096)["acceleration"].values
     naive = np.fft.rfft(naive, norm="forward")[1:201]
     assert np.abs(naive - exact).max() > 100.0 * np.abs(found.harmonics - exact).max()
 
@@ -165,4 +165,7 @@ def test_a_minute_of_sound_is_as_exact_as_its_first_second():
 
 def test_no_more_samples_than_a_quarter_above_what_is_needed():
     for harmonics in (1, 7, 100, 12_345, 40_000):
-        assert 1.0 <= samples_for(harmonics, 8) / max(16 * harmonics, 64) <= 1.25
+        found = samples_for(np.ones(1), harmonics, np.zeros(1), 8)[0]
+        assert 1.0 <= found / max(16 * harmonics, 64) <= 1.25
+    assert samples_for(np.ones(1), 100.0, np.array([1e5]), 8)[0] >= 16e5  # a slip is over in a period of 100 kHz
+    assert samples_for(np.ones(1), 100.0, np.array([1e12]), 8)[0] <= 2**22

@@ -10,7 +10,7 @@ from scipy import signal
 from scipy.io import wavfile
 
 import stickslip
-from helpers.cycles import COULOMB, PAIR, STICKING, UNIT, coulomb_harmonics, faster
+from helpers.cycles import COULOMB, PAIR, STICKING, UNIT, coulomb_harmonics, faster, hard_cells
 from stickslip import sound
 from stickslip.theory.coulomb import coulomb_cycle
 
@@ -95,6 +95,32 @@ def test_the_peak_is_that_of_the_cell_but_for_the_overshoot_of_a_limited_band(na
     assert 0.7 * float(found["acceleration_max"][0]) < heard.peak < 1.2 * float(found["acceleration_max"][0])
 
 
+def test_every_hard_cell_has_a_sound_and_its_transient_the_peak_of_its_trajectory():
+    """Started in slip, thrown at once, sticking for minutes first; of every law."""
+    compared = 0
+    for regime in ("stick_slip", "settles"):
+        for law, cell, row in list(hard_cells(regime))[:: 2 if regime == "settles" else 5]:
+            heard = sound.of(cell, 0.5, law=law, transient=True)
+            assert np.isfinite(heard.acceleration).all() and heard.acceleration.size == 22_050, row
+            heard.remarks()
+            natural = np.sqrt(cell["stiffness"] / cell["mass"]) / (2.0 * np.pi)
+            first = float(stickslip.evaluate(cell, law=law, rtol=1e-9)["breakaway_time"][0])
+            if 2.0 < natural < 2000.0 and (np.isnan(first) or first < 5.0):
+                over = (0.0 if np.isnan(first) else first) + 0.4
+                motion = stickslip.simulate(duration=over, samples=40_001, law=law, rtol=1e-9, **cell)
+                assert heard.peak == pytest.approx(float(np.abs(motion["acceleration"]).max()), rel=0.35), row
+                compared += 1
+    assert compared > 30
+
+
+def test_a_start_that_is_thrown_at_once_is_heard_from_there():
+    """A spring too far back for the contact to hold; the first break-away after a stick phase comes later."""
+    cell = PAIR | {"mass": 1e-4, "belt_speed": 10.0, "a2": 1e-3, "a4": 10.0, "displacement": -2.0}
+    heard = sound.of(cell, 0.5, transient=True, full_scale=1e6)
+    motion = stickslip.simulate(duration=0.4, samples=40_001, **cell)
+    assert heard.peak == pytest.approx(float(np.abs(motion["acceleration"]).max()), rel=0.15)
+
+
 def test_a_stuck_cell_is_silent_and_says_so():
     heard = sound.of(PAIR | {"belt_speed": 0.0})
     assert heard.regime == "stuck" and not heard.acceleration.any()
@@ -111,6 +137,15 @@ def test_what_is_below_and_above_hearing_is_said_and_what_slow_would_do():
     again = sound.of(FREE | at_stiffness(60e3) | {"normal_load": 1e9}, 0.5, slow=factor)
     assert again.peak > 0.0 and 20.0 < again.heard < 20e3
     assert not any("hearing" in line for line in again.remarks())
+
+
+def test_a_decay_above_hearing_is_not_folded_down_into_it():
+    """1 kHz, so much faster that it lies at 1 MHz: silence, not a tone that sampling made."""
+    k = at_stiffness(1000.0)["stiffness"]
+    cell = FREE | {"stiffness": k, "damping": 0.01 * np.sqrt(k), "normal_load": 1e4}
+    assert sound.of(cell, 0.5).peak > 0.0
+    heard = sound.of(cell, 0.5, slow=0.001)
+    assert heard.peak == 0.0 and any("above hearing" in line for line in heard.remarks())
 
 
 def test_sounds_of_one_scale_have_levels_in_proportion_to_their_accelerations():

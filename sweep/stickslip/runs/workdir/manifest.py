@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from datetime import UTC, datetime
 from typing import Any
 
@@ -22,6 +22,7 @@ from stickslip.runs.settings import fingerprint
 
 NAME = "manifest.json"
 FORMAT = 1
+_ADDED = ("plane", "written_in")  # what stores of earlier versions lack
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ class Manifest:
     software: str
     created: str
     plane: int = 0  # of `Blocks`; 0 for all of them, which is what stores had before
+    written_in: Mapping[str, str] = field(default_factory=dict)  # units of the configuration; stores had none before
     format: int = FORMAT
 
     @property
@@ -52,7 +54,7 @@ class Manifest:
 
     def config(self, where: str) -> Config:
         """The configuration, read again; `where` names the store in messages. Raises ConfigError."""
-        return parse_config(self.configuration, f"{where}/{NAME}")
+        return parse_config(self.configuration, f"{where}/{NAME}").shown_in(self.written_in)
 
 
 def make(config: Config, shape: tuple[int, ...], blocks: Blocks, kernels: str, software: str) -> Manifest:
@@ -60,7 +62,7 @@ def make(config: Config, shape: tuple[int, ...], blocks: Blocks, kernels: str, s
     created = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return Manifest(
         fingerprint(config), config.to_yaml(), shape, blocks.size, blocks.length, blocks.count, (kernels,),
-        __version__, software, created, blocks.plane,
+        __version__, software, created, blocks.plane, config.written_in,
     )  # fmt: skip
 
 
@@ -76,9 +78,7 @@ def decode(data: bytes) -> Manifest:
         plain = json.loads(data.decode())
         if plain.pop("checksum") != _checksum(plain):
             raise ValueError("its checksum does not match")
-        known = {
-            field.name: plain[field.name] for field in fields(Manifest) if field.name in plain or field.name != "plane"
-        }
+        known = {one.name: plain[one.name] for one in fields(Manifest) if one.name in plain or one.name not in _ADDED}
         known |= {name: tuple(known[name]) for name in ("shape", "kernels")}
         return Manifest(**known)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

@@ -1,0 +1,267 @@
+"""The page in headless Chromium: clicks, a slider, a reload, two tabs, and how long it takes until it is drawn.
+
+Times are taken in the page, from the event to the frame after the data have changed. They are asserted on only where
+the machine is not busy with something else; they are printed in any case (pytest -s).
+"""
+
+import os
+import shutil
+import threading
+import time
+
+import pytest
+
+from stickslip.explore import open_subject
+
+pytest.importorskip("bokeh")
+selenium = pytest.importorskip("selenium")
+from selenium import webdriver  # noqa: E402
+from selenium.webdriver.chrome.service import Service  # noqa: E402
+from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
+from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
+
+from stickslip.explore.server import Explorer  # noqa: E402
+from stickslip.explore.static import write_page  # noqa: E402
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+DRIVER = shutil.which("chromedriver")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not (CHROMIUM and DRIVER), reason="no Chromium with its driver on this machine"),
+]
+FLAGS = (
+    "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--window-size=1500,1000",
+)  # fmt: skip
+CLICK_MS, SLIDER_MS = 200.0, 150.0
+PATIENCE = 30  # s
+MODEL = "const model = (name) => Bokeh.documents[0].get_model_by_name(name);"
+PLACE = (
+    MODEL + "const view = Bokeh.index.find_one(model('map')); const box = view.el.getBoundingClientRect();"
+    "const frame = view.frame.bbox; const [x, y] = [view.frame.x_scale.compute(arguments[0]),"
+    "view.frame.y_scale.compute(arguments[1])]; return [box.left + x, box.top + y]"
+)
+# From the event, as the browser stamps it, to the frame that follows the change of the data.
+TIMED = (
+    MODEL + "const [kind, name, of] = arguments; window.taken = null; window.began = null;"
+    "document.addEventListener(kind, (e) => { window.began ??= e.timeStamp }, {capture: true, once: true});"
+    "const source = model(name); const done = () => { source.properties.data.change.disconnect(done);"
+    "requestAnimationFrame(() => requestAnimationFrame(() => { window.taken = performance.now() - window.began })) };"
+    "source.properties.data.change.connect(done)"
+)
+
+
+@pytest.fixture(scope="module")
+def server():
+    explorer = Explorer(open_subject("configs/quickstart.yaml"))
+    ready = threading.Event()
+    thread = threading.Thread(target=explorer.run, args=(ready.set,), daemon=True)
+    thread.start()
+    assert ready.wait(PATIENCE)
+    yield explorer
+    explorer.stop()
+    thread.join(10)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    found = webdriver.Chrome(options=options, service=Service(executable_path=DRIVER))
+    yield found
+    found.quit()
+
+
+class Tab:
+    """The page in a tab of the browser."""
+
+    def __init__(self, browser, address):
+        self.browser = browser
+        browser.get(address)
+        self.until("typeof Bokeh != 'undefined' && Bokeh.documents.length > 0 && model('map_cells') != null")
+        self.until("model('map_cells').data.image.length == 1")
+
+    def ask(self, expression, *given):
+        return self.browser.execute_script(f"{MODEL} return {expression}", *given)
+
+    def until(self, expression):
+        guarded = f"{MODEL} try {{ return {expression} }} catch (error) {{ return false }}"
+        WebDriverWait(self.browser, PATIENCE, 0.05).until(lambda b: b.execute_script(guarded), expression)
+
+    def full_map(self):
+        self.until("model('map_borders').data.xs.length > 0 && model('status').text.includes('exact borders')")
+
+    def click(self, x, y):
+        """At a place on the map: m/s, log10 of N/m."""
+        at = self.browser.execute_script(PLACE, x, y)
+        chain = ActionChains(self.browser, duration=0)
+        chain.w3c_actions.pointer_action.move_to_location(round(at[0]), round(at[1]))
+        chain.w3c_actions.pointer_action.click()
+        chain.perform()
+
+    def timed(self, kind, source, act):
+        """ms from an event of a kind to the frame that shows the new data of a source."""
+        self.browser.execute_script(TIMED, kind, source, None)
+        act()
+        self.until("window.taken != null")
+        return self.ask("window.taken")
+
+    def press(self, name):
+        script = f"{MODEL} Bokeh.index.find_one(model(arguments[0])).shadow_el.querySelector('button').click()"
+        self.browser.execute_script(script, name)
+
+    def text(self, name):
+        return self.ask("model(arguments[0]).text", name)
+
+    def faults(self):
+        return [line["message"] for line in self.browser.get_log("browser") if line["level"] == "SEVERE"]
+
+
+@pytest.fixture
+def tab(browser, server):
+    found = Tab(browser, server.address)
+    found.full_map()
+    browser.get_log("browser")
+    yield found
+    assert found.faults() == []
+
+
+def quiet_machine():
+    """Whether there is a processor for the browser and one for the server."""
+    return os.getloadavg()[0] < 1.5
+
+
+def test_a_click_on_a_cell_that_sticks_and_slips(tab):
+    tab.click(0.2, 2.0)
+    tab.until("model('motion_stick').data.t.length > 100")
+    numbers = tab.text("numbers")
+    assert "stick-slip" in numbers and "damped" not in numbers and "frequency" in numbers
+    stick = tab.ask("Array.from(model('motion_stick').data.v)")
+    assert max(stick) == pytest.approx(200.0, abs=3.0)  # mm/s: it sticks to the belt
+    assert tab.ask("model('phase').below[0].axis_label") == "displacement (mm)"
+
+
+def test_a_click_on_a_cell_that_settles(tab):
+    tab.click(1.0, 3.0)
+    tab.until("model('motion_stick').data.t.length > 100")
+    assert "damped" in tab.text("numbers") and "stick-slip" not in tab.text("numbers")
+    x = tab.ask("Array.from(model('motion_stick').data.x)")
+    assert max(x[-50:]) - min(x[-50:]) < 0.01 * (max(x) - min(x))
+    assert tab.ask("model('map_marks').data.x.length") == 1
+
+
+def test_hovering_shows_the_numbers_of_the_cell(tab):
+    at = tab.browser.execute_script(PLACE, 0.2, 2.0)
+    chain = ActionChains(tab.browser, duration=0)
+    chain.w3c_actions.pointer_action.move_to_location(round(at[0]), round(at[1]))
+    chain.perform()
+    tab.until("document.getElementById('readout').style.display == 'block'")
+    words = tab.ask("document.getElementById('readout').innerText")
+    assert "stick slip" in words and "frequency" in words and "Hz" in words and "belt speed" in words
+
+
+def test_a_slider_moved_by_its_handle_recomputes_the_map(tab):
+    before = tab.ask("Array.from(model('map_cells').data.image[0]).filter((code) => code == 1).length")
+    handle = tab.browser.execute_script(
+        f"{MODEL} const el = Bokeh.index.find_one(model('knob_damping')).shadow_el.querySelector('.noUi-handle');"
+        "el.scrollIntoView({block: 'center'}); const r = el.getBoundingClientRect();"
+        "return [r.left + r.width/2, r.top + r.height/2]"
+    )
+    chain = ActionChains(tab.browser, duration=20)
+    pointer = chain.w3c_actions.pointer_action
+    pointer.move_to_location(round(handle[0]), round(handle[1]))
+    pointer.pointer_down()
+    for step in range(1, 13):
+        pointer.move_to_location(round(handle[0]) + 12 * step, round(handle[1]))
+    pointer.pointer_up()
+    chain.perform()
+    tab.until("model('knob_damping').value > 0.3")
+    tab.until("model('reproduce').text.includes('damping: ' + Number(model('knob_damping').value.toPrecision(4)))")
+    after = tab.ask("Array.from(model('map_cells').data.image[0]).filter((code) => code == 1).length")
+    assert tab.ask("model('map_cells').data.image[0].length") == 240 * 240
+    assert after < 0.95 * before
+
+
+def test_a_reload_begins_with_the_map_of_the_file(tab, browser, server):
+    tab.browser.execute_script(f"{MODEL} model('knob_damping').value = 1.5")
+    tab.until("model('reproduce').text.includes('damping: 1.5')")
+    browser.refresh()
+    again = Tab(browser, server.address)
+    again.full_map()
+    assert again.ask("model('knob_damping').value") == 0
+    again.click(0.2, 2.0)
+    again.until("model('motion_stick').data.t.length > 100")
+
+
+def test_two_tabs_are_two_explorers(tab, browser, server):
+    first = browser.current_window_handle
+    browser.switch_to.new_window("tab")
+    try:
+        other = Tab(browser, server.address)
+        other.full_map()
+        other.browser.execute_script(f"{MODEL} model('knob_damping').value = 1.5")
+        other.until("model('reproduce').text.includes('damping: 1.5')")
+    finally:
+        browser.close()
+        browser.switch_to.window(first)
+    assert tab.ask("model('knob_damping').value") == 0
+    tab.click(0.2, 2.0)
+    tab.until("model('motion_stick').data.t.length > 100")
+
+
+def test_pins_are_drawn_over_each_other_and_the_sound_plays(tab):
+    tab.click(0.3, 2.0)
+    tab.until("model('motion_stick').data.t.length > 100")
+    tab.press("pin_A")
+    tab.until("model('motion_A').data.t.length > 100")
+    tab.click(0.2, 1.0)
+    tab.until("model('map_marks').data.x.length == 2")
+    assert "<th><i" in tab.text("numbers") and ">A<" in tab.text("numbers")
+    tab.press("hear_A")
+    tab.until("window.stickslip_sound?.duration > 1.9")
+    assert tab.ask("window.stickslip_sound.error") is None
+
+
+def test_an_error_is_on_the_page(tab):
+    tab.browser.execute_script(f"{MODEL} model('on_mu_stop').active = true")
+    tab.until("model('reproduce').text.includes('mu_stop: 1.04')")
+    tab.browser.execute_script(f"{MODEL} model('knob_a1').value = 0.5")
+    tab.until("model('status').text.includes('at most mu_start')")
+
+
+def test_from_the_event_to_the_drawing(tab):
+    """200 ms for a click, 150 ms for the coarse map of a slider."""
+    clicks = []
+    for k in range(6):
+        clicks.append(tab.timed("pointerdown", "motion_stick", lambda k=k: tab.click(0.15 + 0.1 * k, 2.5)))
+        time.sleep(0.3)
+    sliders = []
+    for k in range(6):
+        move = f"document.dispatchEvent(new Event('moved')); model('knob_damping').value = {0.1 * (k + 1)}"
+        sliders.append(tab.timed("moved", "map_cells", lambda move=move: tab.ask(f"(() => {{ {move} }})()")))
+        tab.until(f"model('reproduce').text.includes('damping: {0.1 * (k + 1):.4g}')")
+        time.sleep(0.3)
+    load = os.getloadavg()[0]
+    print(f"\nload {load:.1f}; ms from click to drawing {sorted(map(round, clicks))}, "
+          f"from slider to coarse map {sorted(map(round, sliders))}")  # fmt: skip
+    if quiet_machine():
+        assert sorted(clicks)[len(clicks) // 2] < CLICK_MS
+        assert sorted(sliders)[len(sliders) // 2] < SLIDER_MS
+
+
+def test_the_page_without_a_server(browser, tmp_path):
+    path = write_page(open_subject("configs/quickstart.yaml"), tmp_path / "page.html")
+    tab = Tab(browser, path.as_uri())
+    browser.get_log("browser")
+    tab.click(0.2, 2.0)
+    tab.until("model('motion_stick').data.t.length > 50")
+    assert "stick-slip" in tab.text("numbers") and "nearest cell" in tab.text("cell_words")
+    shades = tab.ask("Array.from(model('map_cells').data.image[0]).slice(0, 50)")
+    browser.execute_script(f"{MODEL} model('variable').value = 'frequency'")
+    tab.until("model('legend').text.includes('frequency')")
+    assert tab.ask("Array.from(model('map_cells').data.image[0]).slice(0, 50)") != shades
+    assert tab.ask("performance.getEntriesByType('resource').length") == 0
+    assert tab.faults() == []

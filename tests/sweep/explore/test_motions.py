@@ -1,0 +1,267 @@
+"""What a click computes: motions that obey the equation of motion, the unstable cycle, and what is said of them."""
+
+import csv
+import shlex
+import time
+from io import StringIO
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import stickslip
+from helpers.unstable_cycle import Cycle
+from stickslip.cli import main
+from stickslip.config.pick import cell_of
+from stickslip.engine import Options, stop_flag
+from stickslip.explore import maps, open_subject
+from stickslip.explore.motions import motions_of
+from stickslip.explore.static import essential
+from stickslip.explore.told import cell_html, map_csv, motions_csv, numbers_html, place_words, simulate_command
+from stickslip.explore.view import COARSE, View, cell_config, config_of, first_view
+from stickslip.vocabulary.flags import MODES
+from stickslip.vocabulary.laws import LAWS
+
+PLAIN = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+STICK_SLIP, DAMPED, BISTABLE = (PLAIN | {"belt_speed": speed} for speed in (0.1, 1.1, 0.45))
+ILL = {  # cells that are easily drawn wrong
+    "stuck": PLAIN | {"belt_speed": 0.0},
+    "nearly all stick": PLAIN | {"belt_speed": 1e-4, "stiffness": 0.01},
+    "backwards": PLAIN | {"belt_speed": -0.1},
+    "thrown": PLAIN | {"belt_speed": 0.2, "velocity": -3.0},
+    "hysteretic": PLAIN | {"belt_speed": 0.5, "mu_stop": 0.7},
+    "ageing": PLAIN | {"belt_speed": 0.05, "ageing_rate": 0.03},
+    "overdamped": PLAIN | {"belt_speed": 0.5, "damping": 5.0},
+    "steep": PLAIN | {"belt_speed": 0.3, "a4": 1e-3},
+    "soft": PLAIN | {"belt_speed": 0.33, "stiffness": 1e-3},
+    "slow growth": PLAIN | {"belt_speed": 0.3395},
+}
+
+
+def of(cell, law="stribeck"):
+    return motions_of(cell, Options(law))
+
+
+def obeys(motion, cell, curve, tolerance=1e-6):
+    """Newton's law in every sample that slips, the belt's speed in every one that sticks."""
+    one, found = {"damping": 0.0} | cell, motion.samples
+    sticks = found["mode"] == MODES.index("stick")
+    assert np.allclose(found["velocity"][sticks], one["belt_speed"], rtol=1e-9, atol=1e-12)
+    friction = one["normal_load"] * found["friction_coefficient"]
+    force = friction - one["damping"] * found["velocity"] - one["stiffness"] * found["displacement"]
+    held = sticks | (found["mode"] == MODES.index("hold"))
+    scale = one["normal_load"]
+    assert np.allclose(one["mass"] * found["acceleration"][~held], force[~held], rtol=0, atol=tolerance * scale)
+    rises = (found["mode"] == MODES.index("rise")) | (found["mode"] == MODES.index("fast"))
+    w = np.abs(found["relative_speed"][rises])
+    assert np.allclose(np.abs(found["friction_coefficient"][rises]), np.interp(w, *curve), atol=2e-3)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_motions_slip_on_the_curve_that_is_drawn_behind_them_under_every_law(law):
+    cell = STICK_SLIP | ({"delta": 2.0} if law == "stribeck_delta" else {})
+    found = of(cell, law)
+    for motion in found.motions:
+        assert not motion.why and motion.time.size > 100
+        obeys(motion, found.cell, found.curve)
+    known = stickslip.evaluate(cell, law=law)
+    assert found.stick.results["regime"] == int(known["regime"][0])
+    w, mu = found.curve
+    assert w[0] == 0.0 and (np.diff(w) > 0).all() and w[-1] >= np.abs(found.stick.samples["relative_speed"]).max()
+
+
+@pytest.mark.parametrize("name", ILL)
+def test_cells_that_are_easily_drawn_wrong(name):
+    cell = ILL[name]
+    found = of(cell)
+    assert (found.sliding is None) == (cell["belt_speed"] == 0)
+    for motion in found.motions:
+        assert not motion.why, motion.why
+        assert 2 <= motion.time.size <= 12_000 and (np.diff(motion.time) > 0).all()
+        assert all(np.isfinite(values).all() for values in motion.samples.values())
+        if name != "hysteretic":
+            obeys(motion, found.cell, found.curve, 1e-5)
+    known = stickslip.evaluate(cell)
+    assert found.stick.results["regime"] == int(known["regime"][0])
+
+
+def test_stick_slip_is_shown_from_its_break_away_over_whole_cycles():
+    found = of(STICK_SLIP).stick
+    assert found.regime == "stick_slip" and found.time[0] < 0.0
+    period = found.results["period"]
+    assert 3.0 < found.time[-1] / period < 4.0
+    x = np.interp([0.0, period, 2 * period], found.time, found.samples["displacement"])
+    assert np.allclose(x, 1.3, atol=1e-3)  # breaks away at mu_start N/k
+    assert np.allclose(found.samples["spring_force"].max(), found.results["cycle_force_max"], rtol=1e-4)
+
+
+def test_a_slip_is_fine_even_where_nearly_all_of_the_period_is_stick():
+    found = of(ILL["nearly all stick"]).stick
+    assert found.results["stick_fraction"] > 0.99
+    slips = found.samples["mode"] != MODES.index("stick")
+    assert slips.sum() > 50
+    assert found.samples["velocity"].min() == pytest.approx(1e-4 - found.results["slip_speed_max"], rel=0.02)
+
+
+def test_the_long_first_stick_phase_is_left_out_and_changes_nothing():
+    cell = PLAIN | {"belt_speed": 1e-3, "ageing_rate": 0.05, "contact_time": 3.0}
+    found = of(cell).stick
+    away = found.results["breakaway_time"]
+    assert away > 1000.0 and found.time[0] > -0.2 * np.ptp(found.time)
+    whole = stickslip.simulate(duration=away + 2.0, samples=40_001, **cell)
+    t = np.linspace(0.1, 1.9, 50)
+    ours = np.interp(t, found.time, found.samples["displacement"])
+    theirs = np.interp(t, whole["time"].values - away, whole["displacement"].values)
+    assert np.allclose(ours, theirs, atol=2e-3)
+
+
+def test_slow_growth_from_near_sliding_ends_in_the_same_cycle():
+    found = of(ILL["slow growth"])
+    assert found.sliding.regime == "stick_slip" and found.sliding.late
+    assert found.sliding.results["period"] == pytest.approx(found.stick.results["period"], rel=1e-6)
+    last = found.sliding.time > 0.0
+    assert found.sliding.samples["displacement"][last].max() == pytest.approx(
+        found.stick.samples["displacement"].max(), rel=1e-3
+    )
+
+
+def test_both_motions_of_a_bistable_cell_differ_and_the_unstable_cycle_lies_between():
+    found = of(BISTABLE)
+    assert (found.stick.regime, found.sliding.regime) == ("stick_slip", "damped")
+    loop = found.cycle
+    assert loop is not None and loop.displacement[0] == pytest.approx(loop.displacement[-1], abs=1e-8)
+    known = Cycle(0.45, (1.0, 0.1, 0.3, 0.1), 0.0, loop.displacement.max() - found.steady)
+    (x, v), steady = known.states(40_000), found.steady
+    angle, radius = np.arctan2(v, x - steady), np.hypot(x - steady, v)
+    order = np.argsort(angle)
+    ours = np.arctan2(loop.velocity, loop.displacement - steady)
+    there = np.interp(ours, angle[order], radius[order], period=2 * np.pi)
+    assert np.allclose(np.hypot(loop.displacement - steady, loop.velocity), there, rtol=1e-7)
+    for share, regime in ((0.99, 2), (1.01, 1)):  # started just inside it settles, just outside it sticks and slips
+        k = len(loop.displacement) // 3
+        x0 = found.steady + share * (loop.displacement[k] - found.steady)
+        ended = stickslip.evaluate(BISTABLE | {"displacement": x0, "velocity": share * loop.velocity[k]})
+        assert int(ended["regime"][0]) == regime
+
+
+def test_the_unstable_cycle_of_a_belt_that_runs_backwards_is_the_mirror_image():
+    one, other = of(BISTABLE).cycle, of(BISTABLE | {"belt_speed": -0.45}).cycle
+    assert np.allclose(one.displacement, -other.displacement, atol=1e-9)
+    assert np.allclose(one.velocity, -other.velocity, atol=1e-9)
+
+
+@pytest.mark.parametrize("cell", [STICK_SLIP, DAMPED, ILL["hysteretic"], ILL["ageing"]])
+def test_no_unstable_cycle_is_drawn_where_none_is_known(cell):
+    assert of(cell).cycle is None
+
+
+# --- cost -------------------------------------------------------------------------------------------------------------
+
+
+def least(work, times=5):
+    """CPU time of this process in ms, the least of some: the machine may be busy."""
+    taken = []
+    for _ in range(times):
+        began = time.process_time()
+        work()
+        taken.append(1e3 * (time.process_time() - began))
+    return min(taken)
+
+
+def test_a_click_and_a_coarse_map_leave_most_of_their_time_to_the_browser():
+    """200 ms from click to drawing, 150 ms from slider to coarse map: the server takes a part of it."""
+    subject = open_subject("configs/quickstart.yaml")
+    view = first_view(subject)
+
+    def click(at):
+        return motions_of(cell_of(cell_config(subject, view, at)), subject.options)
+
+    def coarse():
+        return maps.picture(maps.computed(config_of(subject, view, COARSE), stop_flag()), view)
+
+    click({"stiffness": 100.0, "belt_speed": 0.2})
+    for stiffness, speed in ((100.0, 0.2), (100.0, 0.45), (1000.0, 1.0), (1.0, 0.8), (3.0, 0.05)):
+        assert least(lambda at={"stiffness": stiffness, "belt_speed": speed}: click(at)) < 80.0
+    assert least(coarse) < 60.0
+
+
+# --- words and files --------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def quickstart():
+    subject = open_subject("configs/quickstart.yaml")
+    view = View("stiffness", "belt_speed", {"mass": 0.2}, {})
+    shown = maps.picture(maps.computed(config_of(subject, view, (7, 9)), stop_flag()), view)
+    at = {"stiffness": shown.y.at(4), "belt_speed": shown.x.at(2)}
+    motions = motions_of(cell_of(cell_config(subject, view, at)), subject.options)
+    return subject, view, shown, at, motions
+
+
+def test_the_command_simulates_the_cell_that_is_seen(quickstart, tmp_path, monkeypatch):
+    subject, view, _, at, motions = quickstart
+    words = shlex.split(simulate_command(subject, view, at, motions))
+    assert words[:3] == ["stickslip", "simulate", "configs/quickstart.yaml"] and "mass=0.2" in words
+    words[words.index("cell.png")] = str(tmp_path / "cell.png")
+    trace = tmp_path / "trace.nc"
+    done = CliRunner().invoke(main, [*words[1:], "-o", str(trace)])
+    assert done.exit_code == 0, done.output
+    ds = stickslip.open(trace)
+    assert float(ds["mass"]) == 0.2 and float(ds["stiffness"]) == at["stiffness"]
+    shown = ds["time"].values - motions.stick.results["breakaway_time"]
+    assert shown[-1] == pytest.approx(motions.stick.time[-1], rel=1e-2)
+    assert np.allclose(
+        np.interp(motions.stick.time[1:-1], shown, ds["displacement"].values),
+        motions.stick.samples["displacement"][1:-1], atol=0.02 * np.ptp(ds["displacement"].values),
+    )  # fmt: skip
+
+
+def test_the_numbers_are_those_of_evaluate(quickstart):
+    _, _, shown, at, motions = quickstart
+    html = numbers_html([("stick", "from stick", motions.stick), ("sliding", "from near sliding", motions.sliding)])
+    known = stickslip.evaluate({name: value for name, value in motions.cell.items()})
+    assert "stick-slip" in html and f"{float(known['frequency'][0]):.4g} Hz" in html
+    assert f"{float(known['stick_fraction'][0]):.4g}" in html
+    assert place_words(shown, at) == f"stiffness {at['stiffness']:.4g} N/m, belt speed {at['belt_speed']:.4g} m/s"
+    assert "mass 200 g" in cell_html(motions, "here")
+
+
+def test_what_a_user_wrote_is_no_html(quickstart):
+    _, _, _, _, motions = quickstart
+    assert "<script" not in cell_html(motions, "<script>alert(1)</script>")
+
+
+def test_tables_to_download_are_in_si_with_units_in_their_headings(quickstart):
+    _, _, shown, _, motions = quickstart
+    rows = list(csv.reader(StringIO(map_csv(shown))))
+    assert rows[0][:3] == ["stiffness [N/m]", "belt_speed [m/s]", "regime"] and len(rows) == 1 + 7 * 9
+    i = 1 + 4 * 9 + 2
+    assert float(rows[i][0]) == shown.y.values[4] and float(rows[i][1]) == shown.x.values[2]
+    column = rows[0].index("spring_force_max [N]")
+    assert float(rows[i][column]) == pytest.approx(motions.stick.results["spring_force_max"], rel=1e-5)
+    assert rows[i][2] == "stick slip"
+    samples = list(csv.reader(StringIO(motions_csv([("from stick", motions.stick)]))))
+    assert samples[0][:3] == ["motion", "time [s]", "displacement [m]"]
+    assert len(samples) == 1 + motions.stick.time.size
+    assert float(samples[5][2]) == pytest.approx(motions.stick.samples["displacement"][4], rel=1e-9)
+
+
+def test_thinned_lines_look_the_same():
+    t = np.sort(np.random.default_rng(1).uniform(0.0, 10.0, 5000))
+    lines = np.stack([t, np.sin(7 * t), np.exp(-t) * np.cos(40 * t), np.sign(np.sin(t))])
+    kept = essential(lines, 1e-2, 5000)
+    assert kept[0] == 0 and kept[-1] == 4999 and kept.size < 2500
+    for row in lines[1:]:
+        assert np.abs(np.interp(t, t[kept], row[kept]) - row).max() <= 1e-2 * np.ptp(row) * (1 + 1e-9)
+    assert essential(lines, 1e-2, 60).size <= 61
+
+
+def test_a_motion_that_ends_early_is_drawn_as_far_as_it_is_known_and_says_why():
+    found = of(PLAIN | {"belt_speed": 5.0, "a2": -0.3})  # friction would be negative at 4.4 m/s
+    assert (found.stick.regime, found.stick.status) == ("failed", "negative_friction")
+    html = numbers_html([("stick", "from stick", found.stick)])
+    assert "negative friction" in html and "known to" in html and "failed" in html
+    few = motions_of(STICK_SLIP, Options(max_steps=5))
+    assert few.stick.regime == "unresolved" and "max_steps" in few.stick.why
+    assert few.stick.time.size > 10 and np.isfinite(few.stick.samples["displacement"]).all()
+    assert few.stick.time[-1] < 20.0

@@ -1,0 +1,285 @@
+"""A tab without a browser: events go in, what is drawn comes out; and the thread that does what was asked for last."""
+
+import base64
+import re
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stickslip
+from stickslip.config.reader import parse_config
+from stickslip.explore import open_subject
+from stickslip.explore.live import Latest
+
+pytest.importorskip("bokeh")
+from bokeh.document import Document  # noqa: E402
+from bokeh.events import ButtonClick, Tap  # noqa: E402
+
+from stickslip.explore import borders, maps, session  # noqa: E402
+from stickslip.explore.session import Session  # noqa: E402
+
+WAIT = 30.0  # s
+
+
+class Tab:
+    """A session whose loop is run by hand."""
+
+    def __init__(self, path):
+        self.document = Document()
+        self.session = Session(self.document, open_subject(path))
+
+    def settle(self, until):
+        """Run what threads have handed to the loop, until something holds."""
+        end = time.monotonic() + WAIT
+        while not until():
+            assert time.monotonic() < end, self.status
+            for callback in list(self.document.session_callbacks):
+                self.document.remove_next_tick_callback(callback)
+                callback.callback()
+            time.sleep(0.005)
+
+    def model(self, name):
+        return self.document.get_model_by_name(name)
+
+    def data(self, name):
+        return self.document.select_one({"name": name}).data
+
+    @property
+    def status(self):
+        return self.model("status").text
+
+    @property
+    def shades(self):
+        (image,) = self.data("map_cells")["image"]
+        return image
+
+    def full_map(self, before=""):
+        """Wait for the map with its borders, of another YAML than before."""
+        self.settle(lambda: "exact borders" in self.status and self.yaml != before)
+
+    @property
+    def yaml(self):
+        return self.session.below.yaml
+
+    def click(self, x, y):
+        before = self.model("cell_words").text
+        plot = self.session.page.map.plot
+        plot._trigger_event(Tap(plot, sx=0, sy=0, x=x, y=y))
+        self.settle(lambda: self.model("cell_words").text != before)
+
+
+@pytest.fixture
+def small(tmp_path):
+    """The shipped map with fewer cells."""
+    path = tmp_path / "small.yaml"
+    path.write_text(Path("configs/quickstart.yaml").read_text().replace("num: 240", "num: 48"))
+    return path
+
+
+@pytest.fixture
+def tab(small, monkeypatch):
+    monkeypatch.setattr(borders, "_POINTS", 24)
+    monkeypatch.setattr(borders, "_SCAN", 12)
+    opened = []
+
+    def open_tab(path=small):
+        opened.append(Tab(path))
+        opened[-1].full_map()
+        return opened[-1]
+
+    yield open_tab
+    for one in opened:
+        one.session.close()
+
+
+def test_a_tab_shows_the_map_of_the_file_with_its_borders(tab):
+    one = tab("configs/quickstart.yaml")
+    known = stickslip.run("configs/quickstart.yaml")["regime"].values
+    assert np.array_equal(one.shades, known.astype(np.uint8))
+    assert len(one.data("map_borders")["xs"]) >= 2
+    assert "57,600 cells" in one.status and "stick-slip" in one.model("legend").text
+    columns = one.session.page.columns
+    assert columns.data["regime"].size == known.size and columns.tags[0]["x"]["n"] == 240
+
+
+def test_a_click_draws_both_motions_and_their_numbers(tab):
+    one = tab()
+    one.click(0.45, 2.0)  # 100 N/m: stick-slip and sliding coexist
+    stick, sliding = one.data("motion_stick"), one.data("motion_sliding")
+    assert np.ptp(stick["v"]) > 0.4 and np.ptp(sliding["v"]) < 1e-3  # m/s
+    assert len(one.data("unstable_cycle")["x"]) > 100 and len(one.data("friction_curve")["w"]) > 100
+    words = one.model("cell_words").text
+    assert re.search("stiffness (9|10).* N/m, belt speed 0.4[3-6]", words)
+    assert "unstable cycle" in words
+    numbers = one.model("numbers").text
+    assert "stick-slip" in numbers and "damped" in numbers and "frequency" in numbers
+    assert "small.yaml --at stiffness=" in one.model("reproduce").text
+    assert one.data("map_marks")["name"] == [""]
+
+
+@pytest.mark.slow
+def test_a_click_beside_the_map_does_nothing(tab):
+    one = tab()
+    plot = one.session.page.map.plot
+    plot._trigger_event(Tap(plot, sx=0, sy=0, x=-3.0, y=2.0))
+    time.sleep(0.1)
+    assert one.document.session_callbacks == [] and one.model("cell_words").text == ""
+
+
+def test_a_slider_recomputes_map_borders_and_the_cell_that_is_seen(tab):
+    one = tab()
+    one.click(0.45, 2.0)
+    before, lines, cell, yaml = one.shades, one.data("map_borders")["xs"], one.model("numbers").text, one.yaml
+    one.model("knob_damping").value = 1.5
+    one.full_map(yaml)
+    one.settle(lambda: "damping=1.5" in one.model("reproduce").text)
+    assert np.count_nonzero(one.shades == 1) < np.count_nonzero(before == 1)
+    assert one.model("numbers").text != cell and "damping: 1.5" in one.yaml
+    assert not np.array_equal(one.data("map_borders")["xs"][0], lines[0])
+    one.model("reset")._trigger_event(ButtonClick(one.model("reset")))
+    one.settle(lambda: one.yaml == yaml)
+    assert np.array_equal(one.shades, before) and one.model("knob_damping").value == 0.0
+
+
+def test_of_many_moves_of_a_slider_the_last_one_is_drawn(tab):
+    one = tab()
+    before = one.yaml
+    for place in np.linspace(1.1, 2.9, 60):  # log10(g)
+        one.model("knob_mass").value = float(place)
+    one.full_map(before)
+    one.settle(lambda: parse_config(one.yaml).system.mass == pytest.approx(10**-0.1, rel=1e-3))
+    known = stickslip.run(parse_config(one.yaml))["regime"].values
+    assert np.array_equal(one.shades, known)
+
+
+def test_what_is_impossible_is_said_on_the_page_and_the_map_stays(tab):
+    one = tab()
+    before, yaml = one.shades, one.yaml
+    one.model("knob_mu_stop").value = 1.2  # nothing happens until it is switched on
+    one.model("on_mu_stop").active = True
+    one.full_map(yaml)
+    hysteretic, yaml = one.shades, one.yaml
+    assert not np.array_equal(hysteretic, before) and "mu_stop: 1.2" in yaml
+    one.model("knob_a3").value = 0.05
+    one.settle(lambda: "error" in one.status)
+    assert "mu_stop" in one.status and "at most mu_start" in one.status
+    assert np.array_equal(one.shades, hysteretic)
+    one.model("on_mu_stop").active = False
+    one.full_map(yaml)
+    assert not np.array_equal(one.shades, hysteretic) and "mu_stop: none" in one.yaml
+
+
+def test_a_bug_is_said_on_the_page_and_logged(tab, monkeypatch, caplog):
+    one = tab()
+    monkeypatch.setattr(session.maps, "computed", lambda *_: 1 / 0)
+    one.model("knob_mass").value = 2.5
+    one.settle(lambda: "ZeroDivisionError" in one.status)
+    assert "Traceback" in caplog.text and "division by zero" in caplog.text
+
+
+@pytest.mark.slow
+def test_another_variable_and_other_sides(tab):
+    one = tab("configs/lubricants.yaml")
+    assert one.shades.shape == (5, 400)
+    assert {"frequency", "damping_ratio", "regime"} <= {name for name, _ in one.model("variable").options}
+    one.model("variable").value = "damping_ratio"
+    one.settle(lambda: "damping ratio" in one.model("legend").text)
+    one.model("variable").value = "regime"
+    yaml = one.yaml
+    one.model("side_y").value = "stiffness"
+    one.full_map(yaml)
+    assert one.shades.shape == (160, 400)
+    assert one.model("pick_lubricant").options[1] == ("1", "felt tape")
+    dry, yaml = one.shades, one.yaml
+    one.model("pick_lubricant").value = "4"
+    one.full_map(yaml)
+    assert not np.array_equal(one.shades, dry)
+    one.click(1.0, 1.0)  # 10 mm/s, 10 N/mm
+    assert "stiffness 9.856 N/mm, belt speed 9.989 mm/s" in one.model("cell_words").text
+    assert "lubricant=&#x27;fluid B&#x27;" in one.model("reproduce").text or "fluid B" in one.model("reproduce").text
+
+
+def test_two_cells_are_pinned_and_compared(tab):
+    one = tab()
+    below = one.session.below
+    one.click(0.3, 2.0)
+    one.session._pin("A")
+    first = one.data("motion_A")["x"]
+    one.click(0.2, 1.0)
+    one.session._pin("B")
+    numbers = one.model("numbers").text
+    assert numbers.count("<th><i") == 4 and ">A<" in numbers and ">B<" in numbers
+    assert len(one.data("motion_B")["x"]) and one.data("map_marks")["name"] == ["", "A", "B"]
+    assert np.ptp(first) > 0
+    rows = one.session._text("motions.csv").splitlines()
+    assert {row.split(",")[0] for row in rows[1:]} == {"from stick", "from near sliding", "A", "B"}
+    one.session._unpin()
+    assert one.data("motion_A")["x"] == [] and one.data("map_marks")["name"] == [""]
+    assert below.yaml.startswith("title:")
+
+
+def test_the_sound_of_the_cell_reaches_the_page(tab):
+    one = tab()
+    one.click(0.3, 3.5)
+    one.session._hear("cell")
+    one.settle(lambda: bool(one.model("below").tags[1].data["wav"]))
+    (wav,) = one.model("below").tags[1].data["wav"]
+    assert base64.b64decode(wav)[:4] == b"RIFF" and "stick-slip" in one.model("heard").text
+
+
+@pytest.mark.slow
+def test_two_tabs_know_nothing_of_each_other(tab):
+    one, other = tab(), tab()
+    before = other.shades
+    one.click(0.45, 2.0)
+    yaml = one.yaml
+    one.model("knob_damping").value = 1.5
+    one.full_map(yaml)
+    assert np.array_equal(other.shades, before) and other.model("cell_words").text == ""
+    assert not np.array_equal(one.shades, before)
+
+
+@pytest.mark.slow
+def test_a_map_from_a_file_is_not_computed(tmp_path, small, tab, monkeypatch):
+    stickslip.run(small, tmp_path / "map.nc")
+    monkeypatch.setattr(maps, "computed", lambda *_: 1 / 0)
+    one = tab(tmp_path / "map.nc")
+    assert "read in" in one.status and "cells in" not in one.status and one.shades.shape == (48, 48)
+
+
+# --- what was asked for last ------------------------------------------------------------------------------------------
+
+
+def test_of_jobs_asked_for_while_one_runs_the_last_is_done_and_the_running_one_is_told_to_stop():
+    started, done, stopped = threading.Event(), [], []
+
+    def work(job, stop):
+        started.set()
+        while job == 0 and not stop[0]:
+            time.sleep(0.001)
+        stopped.append((job, int(stop[0])))
+        done.append(job)
+
+    latest = Latest(work, "test")
+    latest.ask(0)
+    assert started.wait(WAIT)
+    for job in range(1, 50):
+        latest.ask(job)
+    end = time.monotonic() + WAIT
+    while 49 not in done and time.monotonic() < end:
+        time.sleep(0.001)
+    latest.close()
+    assert stopped[0] == (0, 1) and done[-1] == 49 and len(done) < 50
+    assert not latest._thread.is_alive()
+
+
+def test_a_closed_thread_ends_and_an_idle_one_uses_no_time():
+    latest = Latest(lambda *_: None, "test")
+    began = time.process_time()
+    time.sleep(0.2)
+    assert time.process_time() - began < 0.1
+    latest.close()
+    assert not latest._thread.is_alive()

@@ -1,0 +1,320 @@
+"""What is seen and what can be changed, without a browser: configurations, maps, sliders."""
+
+from math import isnan
+
+import numpy as np
+import pytest
+
+import stickslip
+from helpers.configs import write_config
+from stickslip.config.pick import cell_of, config_at
+from stickslip.config.reader import parse_config
+from stickslip.engine import stop_flag
+from stickslip.errors import ConfigError
+from stickslip.explore import maps, open_subject
+from stickslip.explore.borders import border_lines
+from stickslip.explore.knobs import is_listed, knobs_of
+from stickslip.explore.readable import unit_for
+from stickslip.explore.view import (
+    COARSE,
+    FULL,
+    View,
+    cell_config,
+    config_of,
+    first_view,
+    settings,
+    sides,
+    start_value,
+    with_plane,
+)
+from stickslip.vocabulary.quantities import QUANTITIES
+
+SHIPPED = (
+    "attractors", "hysteresis", "lubricants", "quickstart", "refine", "start_state", "uncertain",
+)  # fmt: skip
+FEW = (9, 11)
+
+
+def shipped(name):
+    return open_subject(f"configs/{name}.yaml")
+
+
+def seen(subject, view, most=COARSE):
+    return maps.picture(maps.computed(config_of(subject, view, most), stop_flag()), view)
+
+
+def at_pixel(shown, i, j):
+    return {shown.y.name: shown.y.at(i), shown.x.name: shown.x.at(j)}
+
+
+def regimes(shown):
+    return shown.by_name["regime"].values
+
+
+@pytest.fixture(params=SHIPPED)
+def subject(request):
+    return shipped(request.param)
+
+
+def test_what_is_opened_is_seen_over_its_last_two_axes_or_what_people_ask_about(subject):
+    view = first_view(subject)
+    own = [name for name, axis in subject.axes.items() if axis.size > 1][-2:]
+    assert view.plane[2 - len(own) :] == tuple(own)
+    shown = seen(subject, view)
+    assert (shown.y.name, shown.x.name) == view.plane and shown.shades.shape == regimes(shown).shape
+    assert (regimes(shown) > 0).all()
+    assert shown.size >= 5 * 40 or min(shown.shades.shape) >= 15
+
+
+def test_a_pixel_is_the_cell_that_a_click_computes(subject):
+    view = first_view(subject)
+    shown = seen(subject, view, FEW)
+    for i, j in np.random.default_rng(1).integers(0, shown.shades.shape, (12, 2)):
+        cell = cell_of(cell_config(subject, view, at_pixel(shown, i, j)))
+        known = stickslip.evaluate(cell, law=subject.options.law, rtol=subject.options.rtol)
+        assert int(known["regime"][0]) == regimes(shown)[i, j]
+        force = shown.by_name["spring_force_max"]
+        assert np.isclose(float(known["spring_force_max"][0]), force.values[i, j] * force.unit.factor, rtol=1e-5)
+
+
+def test_a_click_beside_the_middle_of_a_pixel_is_that_pixel(subject):
+    shown = seen(subject, first_view(subject), FEW)
+    for side in (shown.x, shown.y):
+        width = (side.ends[1] - side.ends[0]) / len(side.centres)
+        edges = side.ends[0] + width * np.arange(len(side.centres) + 1)
+        for i in range(len(side.centres)):
+            assert [side.nearest(edges[i] + 0.01 * width), side.nearest(edges[i + 1] - 0.01 * width)] == [i, i]
+
+
+def test_the_settings_of_a_cell_give_that_cell_to_the_last_bit(subject):
+    view = first_view(subject)
+    knob = next(knob for knob in knobs_of(subject, view.plane) if knob.name == "mass")
+    changed = View(view.y, view.x, {"mass": 1.5 * knob.start}, view.points)
+    for one in (view, changed):
+        shown = seen(subject, one, FEW)
+        at = at_pixel(shown, 1, 2)
+        direct = cell_of(cell_config(subject, one, at))
+        by_words = cell_of(config_at(subject.config, settings(subject, one, at)))
+        assert np.array_equal(list(direct.values()), list(by_words.values()), equal_nan=True)
+    assert direct["mass"] == 1.5 * knob.start
+
+
+def test_the_yaml_of_a_view_gives_the_same_map(subject):
+    view = first_view(subject)
+    view = View(view.y, view.x, {"normal_load": 1.25 * start_value(subject, view, "normal_load")}, view.points)
+    config = config_of(subject, view, FEW)
+    again = stickslip.run(parse_config(config.to_yaml()))
+    assert np.array_equal(again["regime"].values, maps.computed(config, stop_flag())["regime"].values)
+    assert config.output.file is None and config.output.plot is None  # nobody's files are written over
+
+
+@pytest.mark.parametrize("name", ["quickstart", "lubricants", "uncertain"])
+def test_every_slider_reaches_both_ends_or_says_what_is_in_the_way(name):
+    subject = shipped(name)
+    view = first_view(subject)
+    for knob in knobs_of(subject, view.plane):
+        assert knob.low < knob.high and (isnan(knob.start) or knob.low <= knob.start <= knob.high), knob
+        assert knob.low <= knob.otherwise <= knob.high
+        for end in (knob.low, knob.high):
+            assert np.isclose(knob.value(knob.place(end)), end, rtol=1e-3)
+            changed = View(view.y, view.x, {knob.name: end}, view.points)
+            try:
+                shown = seen(subject, changed, (3, 4))
+            except ConfigError as error:
+                assert "expected" in str(error)
+                assert any(name in str(error) for name in QUANTITIES)
+            else:
+                assert (regimes(shown) > 0).all()
+
+
+def test_a_slider_begins_at_what_the_file_says():
+    subject = shipped("quickstart")
+    knobs = {knob.name: knob for knob in knobs_of(subject, ("stiffness", "belt_speed"))}
+    assert {name: knob.start for name, knob in knobs.items() if name in ("mass", "normal_load", "damping", "a4")} == {
+        "mass": 0.1, "normal_load": 10.0, "damping": 0.0, "a4": 0.1,
+    }  # fmt: skip
+    assert isnan(knobs["mu_stop"].start) and knobs["mu_stop"].may_be_absent and not knobs["mass"].may_be_absent
+    assert "stiffness" not in knobs and "delta" not in knobs  # an axis; of another law
+    assert knobs["mass"].unit.name == "g" and knobs["mass"].is_log and not knobs["damping"].is_log
+
+
+def test_a_slider_changes_what_physics_says_it_changes():
+    subject = shipped("quickstart")
+    view = first_view(subject)
+    plain = seen(subject, view, FEW)
+    damped = seen(subject, View(view.y, view.x, {"damping": 1.8}, {}), FEW)
+    stick_slip = [int((regimes(shown) == 1).sum()) for shown in (plain, damped)]
+    assert 0 < stick_slip[1] < stick_slip[0]
+    # xi'' + gamma xi' + xi = mu(w): with c = 0, four times load, stiffness and mass move the same cell alike
+    at = {"stiffness": 50.0, "belt_speed": 0.3}
+    one = stickslip.evaluate(cell_of(cell_config(subject, view, at)))
+    heavy = View(view.y, view.x, {"normal_load": 40.0, "mass": 0.4}, {})
+    four = stickslip.evaluate(cell_of(cell_config(subject, heavy, at | {"stiffness": 200.0})))
+    assert np.isclose(float(four["period"][0]), float(one["period"][0]), rtol=1e-9)
+
+
+def test_hysteresis_is_switched_on_and_off():
+    subject = shipped("quickstart")
+    view = first_view(subject)
+    on = cell_of(
+        cell_config(subject, View(view.y, view.x, {"mu_stop": 0.9}, {}), {"stiffness": 1.0, "belt_speed": 0.5})
+    )
+    off = cell_of(
+        cell_config(subject, View(view.y, view.x, {"mu_stop": np.nan}, {}), {"stiffness": 1.0, "belt_speed": 0.5})
+    )
+    assert on["mu_stop"] == 0.9 and isnan(off["mu_stop"])
+
+
+def test_any_quantity_can_be_a_side():
+    subject = shipped("lubricants")
+    offered = sides(subject)
+    assert offered[:2] == ["lubricant", "belt_speed"] and {"mass", "stiffness", "normal_load"} <= set(offered)
+    view = with_plane(subject, first_view(subject), "stiffness", "belt_speed")
+    assert view.points == {} and view.plane == ("stiffness", "belt_speed")
+    shown = seen(subject, View(*view.plane, {}, {"lubricant": 3}), FEW)
+    cell = cell_of(cell_config(subject, View(*view.plane, {}, {"lubricant": 3}), at_pixel(shown, 4, 5)))
+    assert cell["a1"] + cell["a3"] == pytest.approx(0.15)  # grease: mu_start
+    assert shown.y.kind == "log" and shown.y.values[0] == 1e3 and shown.y.values[-1] == pytest.approx(1e5)
+
+
+def test_a_side_is_never_both_sides():
+    subject = shipped("quickstart")
+    view = with_plane(subject, first_view(subject), "belt_speed", "belt_speed")
+    assert view.y != view.x and view.plane == ("stiffness", "belt_speed")[::-1] or len(set(view.plane)) == 2
+
+
+def test_points_with_names_lie_side_by_side_under_them():
+    shown = seen(shipped("hysteresis"), first_view(shipped("hysteresis")), (300, 40))
+    assert shown.y.kind == "listed" and shown.y.labels == ("none", "1.3", "1.044", "0.788", "0.6")
+    assert shown.y.ends == (-0.5, 4.5) and shown.x.kind == "linear"
+
+
+def test_what_is_uncertain_has_its_median_and_the_page_says_so():
+    subject = shipped("uncertain")
+    assert subject.fixed["belt_speed"] == pytest.approx(0.78)
+    assert len(subject.notes) == 1 and "median" in subject.notes[0] and "belt_speed = 0.78" in subject.notes[0]
+
+
+def test_an_impossible_change_names_the_key_and_the_bound():
+    subject = shipped("quickstart")
+    view = first_view(subject)
+    with pytest.raises(ConfigError, match=r"mu_stop.*got 1\.4, expected at most .*1\.3"):
+        config_of(subject, View(view.y, view.x, {"mu_stop": 1.4}, {}))
+
+
+@pytest.mark.parametrize("name", ["quickstart", "hysteresis"])
+def test_the_regime_changes_across_every_exact_border(name):
+    subject = shipped(name)
+    view = first_view(subject)
+    config = config_of(subject, view, COARSE)
+    shown = maps.picture(maps.computed(config, stop_flag()), view)
+    lines = border_lines(config, shown, stop_flag())
+    assert lines
+    crossed = 0
+    for x, y in lines:
+        for k in range(1, len(x), max(1, len(x) // 5)):
+            middle = 0.5 * (x[k - 1] + x[k]), 0.5 * (y[k - 1] + y[k])
+            across = np.array([-(y[k] - y[k - 1]) / span(shown.y), (x[k] - x[k - 1]) / span(shown.x)])
+            step = 0.004 * across / np.linalg.norm(across) * [span(shown.x), span(shown.y)]
+            sides_of = [regime_at(subject, view, shown, *(middle + sign * step)) for sign in (-1, 1)]
+            crossed += sides_of[0] != sides_of[1]
+            assert sides_of[0] != sides_of[1] or near_end(shown, middle)
+    assert crossed >= 4
+
+
+def span(side):
+    return side.ends[1] - side.ends[0]
+
+
+def near_end(shown, place):
+    return any(
+        min(abs(at - end) for end in side.ends) < 0.02 * span(side)
+        for at, side in zip(place, (shown.x, shown.y), strict=True)
+    )
+
+
+def regime_at(subject, view, shown, x, y):
+    at = {}
+    for side, place in ((shown.x, x), (shown.y, y)):
+        value = 10.0**place if side.kind == "log" else place
+        at[side.name] = round(place) if side.kind == "listed" else value * side.unit.factor
+    cell = cell_of(cell_config(subject, view, at))
+    return int(stickslip.evaluate(cell)["regime"][0])
+
+
+# --- results of files -------------------------------------------------------------------------------------------------
+
+
+def test_a_result_is_shown_as_it_lies_in_the_file_without_computing(tmp_path, monkeypatch):
+    path = write_config(tmp_path)
+    ds = stickslip.run(path, tmp_path / "map.nc")
+    subject = open_subject(tmp_path / "map.nc")
+    monkeypatch.setattr(maps, "MapStudy", None)
+    shown = maps.picture(maps.read(subject, first_view(subject)), first_view(subject))
+    assert np.array_equal(regimes(shown), ds["regime"].values)
+    assert {name for name, _ in maps.variables(maps.read(subject, first_view(subject)))} >= {"regime", "period"}
+
+
+def test_a_result_of_three_dimensions_shows_the_plane_that_was_picked(tmp_path):
+    text = tmp_path / "three.yaml"
+    text.write_text(
+        "title: t\nsystem: {mass: 1, normal_load: 1}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
+        "axes:\n  mu_stop: [none, 1.0, 0.7]\n  damping: {start: 0, stop: 0.4, num: 3}\n"
+        "  stiffness: {start: 0.01, stop: 10, num: 7, spacing: log}\n  belt_speed: {start: 0.05, stop: 1, num: 8}\n"
+    )
+    ds = stickslip.run(text, tmp_path / "map.nc")
+    subject = open_subject(tmp_path / "map.nc")
+    view = first_view(subject)
+    for point in range(3):
+        one = View(view.y, view.x, {}, {"mu_stop": point})
+        assert np.array_equal(regimes(maps.picture(maps.read(subject, one), one)), ds["regime"].values[point, 1])
+        assert np.array_equal(regimes(seen(subject, one, FULL)), ds["regime"].values[point, 1])
+    assert is_listed(subject.axes["mu_stop"]) and not is_listed(subject.axes["damping"])
+
+
+def test_a_result_larger_than_the_screen_is_reduced_and_says_so(tmp_path):
+    path = write_config(tmp_path, num=450)
+    stickslip.run(path, tmp_path / "map.nc")
+    subject = open_subject(tmp_path / "map.nc")
+    shown = maps.picture(maps.read(subject, first_view(subject)), first_view(subject))
+    assert shown.shades.shape == (225, 225) and "2 x 2 cells" in shown.note
+    assert any("mixed" in label for label, _ in shown.legend)
+
+
+@pytest.mark.parametrize("name", ["configs/rig/materials.yaml", "contours.nc", "trace.nc", "cells.nc"])
+def test_what_is_no_map_is_refused_with_a_reason(name, tmp_path):
+    cell = {
+        "mass": 1.0,
+        "normal_load": 1.0,
+        "stiffness": 1.0,
+        "belt_speed": 0.1,
+        "a1": 1.0,
+        "a2": 0.1,
+        "a3": 0.3,
+        "a4": 0.1,
+    }
+    made = {
+        "contours.nc": lambda: stickslip.contours(write_config(tmp_path), points=16, scan=8),
+        "trace.nc": lambda: stickslip.simulate(duration=1.0, **cell),
+        "cells.nc": lambda: stickslip.evaluate(cell),
+    }
+    path = name
+    if name in made:
+        from stickslip.files import writing
+
+        path = tmp_path / name
+        writing.write(made[name](), path)
+    with pytest.raises(ConfigError, match="(?s)rig|no map|holds no regimes"):
+        open_subject(path)
+
+
+# --- words ------------------------------------------------------------------------------------------------------------
+
+
+def test_numbers_are_told_in_the_unit_in_which_they_are_read():
+    for units, value, expected in (
+        ("m s-1", 0.02, "20 mm/s"), ("m s-1", 1.2, "1.2 m/s"), ("N m-1", 5000.0, "5 N/mm"), ("N m-1", 50.0, "50 N/m"),
+        ("s", 0.00213, "2.13 ms"), ("kg", 0.1, "100 g"), ("m", 3e-6, "3 µm"), ("s-1", 4321.0, "4.321 kHz"),
+        ("1", 0.25, "0.25"), ("m", 0.0, "0 m"), ("m", np.nan, "–"), ("N", 1e-12, "1e-09 mN"),
+    ):  # fmt: skip
+        assert unit_for(units, [value]).text(value) == expected
