@@ -109,7 +109,8 @@ def _show(found: Status) -> None:
     for holder in found.holders:
         click.echo(f"held      by {holder}")
     if not found.holders:
-        click.echo("held      by no process: stickslip run resumes it")
+        whole = found.blocks_finished == found.blocks
+        click.echo(f"held      by no process: stickslip {'collect writes the result' if whole else 'run resumes it'}")
     for failure in found.failures:
         click.echo(f"failed    block {failure.block}: {failure.message}")
     if found.failures and found.failures[0].traceback:

@@ -48,6 +48,10 @@ class MapFigure:
         self.plot.image("image", x="x", y="y", dw="dw", dh="dh", source=self.cells, color_mapper=self.mapper)
         self.plot.multi_line("xs", "ys", source=self.lines, line_color="black", line_width=3.4, line_join="round")
         self.plot.multi_line("xs", "ys", source=self.lines, line_color="white", line_width=1.7, line_join="round")
+        self.regions = ColumnDataSource({"x": [], "y": [], "name": []}, name="map_regions")
+        self.plot.text("x", "y", "name", source=self.regions, text_align="center", text_baseline="middle",
+                       text_font_size="12px", text_color="black", background_fill_color="white",
+                       background_fill_alpha=0.55, padding=2, border_radius=3)  # fmt: skip
         self.plot.scatter("x", "y", source=self.marks, size=13, marker="circle", fill_color="colour",
                           line_color="black", line_width=1.8)  # fmt: skip
         self.plot.text("x", "y", "name", source=self.marks, x_offset=9, y_offset=-7, text_color="black",
@@ -72,6 +76,7 @@ class MapFigure:
         self.cells.data = {
             "image": [shown.shades], "x": [left], "y": [low], "dw": [right - left], "dh": [high - low],
         }  # fmt: skip
+        self.regions.data = regions_of(shown)
 
     @staticmethod
     def palette_of(shown: Picture) -> list[str]:
@@ -105,6 +110,12 @@ class Units:
     time: Unit
     length: Unit
     speed: Unit
+
+
+def regions_of(shown: Picture) -> dict[str, Any]:
+    """The names of flags in a picture as columns of a source."""
+    names, x, y = zip(*shown.regions, strict=True) if shown.regions else ((), (), ())
+    return {"x": list(x), "y": list(y), "name": list(names)}
 
 
 class CellFigures:
@@ -194,7 +205,12 @@ def units_of(motions: Sequence[Motion]) -> Units:
 
     times = [float(np.ptp(motion.time)) for motion in motions]
     speeds = [*largest("velocity"), *largest("relative_speed")]
-    return Units(unit_for("s", times), unit_for("m", largest("displacement")), unit_for("m s-1", speeds))
+    time = unit_for("s", times)
+    return Units(
+        time if time.factor <= 1.0 else Unit(1.0, "s"),
+        unit_for("m", largest("displacement")),
+        unit_for("m s-1", speeds),
+    )
 
 
 def data_of(motion: Motion, units: Units) -> dict[str, Any]:

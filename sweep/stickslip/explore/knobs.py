@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isnan, sqrt
 
 import numpy as np
@@ -24,7 +24,7 @@ class Knob:
     """A quantity of all cells of a view: its value, and the range of its slider, in SI.
 
     start : the value; NaN where the quantity is absent. otherwise : what a slider shows until it is switched on.
-    is_log : whether ratios count. rare : whether it is seldom changed.
+    is_log : whether ratios count. rare : whether it is seldom changed. written : the unit of the configuration.
     """
 
     name: str
@@ -34,6 +34,7 @@ class Knob:
     is_log: bool
     otherwise: float
     rare: bool
+    written: str | None = None
 
     @property
     def may_be_absent(self) -> bool:
@@ -44,7 +45,7 @@ class Knob:
     def unit(self) -> Unit:
         """The unit that suits the whole range: that of its middle."""
         middle = sqrt(self.low * self.high) if self.is_log else max(abs(self.low), abs(self.high)) / 2.0
-        return unit_for(QUANTITIES[self.name].units, [middle])
+        return unit_for(QUANTITIES[self.name].units, middle, self.written)
 
     def place(self, value: float) -> float:
         """Where on a scale from low to high, even in what counts, a value lies."""
@@ -84,6 +85,12 @@ def picker_of(axis: Values | Group) -> Picker:
 
 def knobs_of(subject: Subject, plane: tuple[str, str]) -> Iterator[Knob]:
     """The sliders beside a map over two axes or quantities: those of people's everyday first."""
+    for knob in _knobs(subject, plane):
+        yield replace(knob, written=subject.written_in.get(knob.name))
+
+
+def _knobs(subject: Subject, plane: tuple[str, str]) -> Iterator[Knob]:
+    """The same, in customary units."""
     typical = typical_cell(subject)
     ranges = [axis for axis in subject.axes.values() if isinstance(axis, Range)]
     along = {axis.name: axis for axis in ranges if axis.name not in plane}

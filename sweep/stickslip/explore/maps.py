@@ -11,13 +11,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
 from stickslip.config.model import Config
 from stickslip.dataset import coarse
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import Pixel
 from stickslip.engine import Results, StopFlag, blocks, spread, warm_up
-from stickslip.explore.readable import Unit, number, unit_for
+from stickslip.explore.readable import Unit, number, unit_shown
 from stickslip.explore.subject import Subject
 from stickslip.explore.view import FULL, Sides, View, start_value
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint
@@ -31,6 +32,7 @@ HOVER = (
     "slip_speed_max", "acceleration_max", "velocity_amplitude", "tendency",
 )  # fmt: skip
 _TICKS = 5  # of the scale of colours
+_PLACES, _SHAPE, _WIDE = 40, 3.0, 0.09  # places along a side where names may stand; their shape, and room in all places
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +93,8 @@ class Picture:
     """A map as it is drawn.
 
     shades : (rows, columns), numbers of colours in `palette`. legend : names and colours of flags. ticks : of the scale
-    of a number, places from 0 to 1 with their words. note : what a pixel shows, where it is not one cell.
+    of a number, places from 0 to 1 with their words. note : what a pixel shows, where it is not one cell. cells : the
+    dataset behind it. regions : names of flags, and where in the picture they are written: x and y.
     """
 
     y: Side
@@ -104,6 +107,8 @@ class Picture:
     ticks: tuple[tuple[float, str], ...]
     note: str
     columns: tuple[Column, ...]
+    cells: xr.Dataset
+    regions: tuple[tuple[str, float, float], ...] = ()
 
     @property
     def size(self) -> int:
@@ -170,30 +175,46 @@ def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
     pixel = coarse.pixel_for((ds.sizes[y_dim], ds.sizes[x_dim]), most)
     variable = view.variable if view.variable in ds.data_vars else "regime"
     shades, palette, painted, values = _shaded(ds[variable], variable, pixel)
-    unit = unit_for(str(ds[variable].attrs.get("units", "1")), values.astype(np.float64).ravel())
+    unit = unit_shown(ds[variable], values)
     title = f"{_label(ds[variable])} ({unit.name})" if unit.name else _label(ds[variable])
     wanted = HOVER if pixel == (1, 1) else ("regime",)
     names = dict.fromkeys((*(name for name in wanted if name in ds), variable))
     columns = tuple(_column(ds[name], pixel) for name in names)
+    y, x = side(ds, y_dim, view.y, pixel[0]), side(ds, x_dim, view.x, pixel[1])
     return Picture(
-        side(ds, y_dim, view.y, pixel[0]), side(ds, x_dim, view.x, pixel[1]), variable, title, shades,
-        palette, _legend(painted), _ticks(painted, unit), _note(pixel, variable), columns,
+        y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit), _note(pixel, variable),
+        columns, ds, regions(variable, shades, y, x) if variable in FLAG_COLOURS else (),
     )  # fmt: skip
+
+
+def regions(variable: str, codes: NDArray[np.uint8], y: Side, x: Side) -> tuple[tuple[str, float, float], ...]:
+    """Where the names of flags are written, so that colours are not needed to tell them apart: in the middle of each.
+
+    The middle is what is farthest from all else, letters being wider than high; what is too narrow for a name has none.
+    """
+    rows, columns = (np.arange(_PLACES) * n // _PLACES for n in codes.shape)
+    few = codes[np.ix_(rows, columns)]
+    found = []
+    for code in np.unique(few[few < len(FLAGS[variable])]):  # mixed pixels belong to none
+        inside = np.pad(few == code, 1)
+        away = distance_transform_edt(inside, sampling=(_SHAPE, 1.0))[1:-1, 1:-1]
+        i, j = np.unravel_index(int(away.argmax()), away.shape)
+        if away[i, j] >= _WIDE * _PLACES:
+            name = flag_label(list(FLAGS[variable])[code]).partition(" (")[0].replace("_", "-")
+            found.append((name, float(x.centres[columns[j]]), float(y.centres[rows[i]])))
+    return tuple(found)
 
 
 def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> Side:
     """A dimension of a map as a side of its picture, in pixels of `step` cells."""
     axis = MapAxis(ds, dim, plain=True)
-    units_of = str(ds[dim].attrs.get("units", "1")) if dim in ds.coords else "1"
     evenly = axis.is_numeric and _is_even(axis)
     if not evenly:
         places = np.arange(axis.length, dtype=np.float64)
         labels = tuple(axis.text(i) for i in range(axis.length))
         return Side(name, axis.title, "listed", Unit(1.0, ""), (-0.5, axis.length - 0.5), places, places, labels)
     values, edges = axis.unit.to_si(axis.pixel_points(step)), axis.unit.to_si(axis.edges)
-    unit = unit_for(units_of, [float(np.sqrt(values[0] * values[-1])) if axis.is_log else float(np.abs(values).max())])
-    if "display_units" in ds[dim].attrs:  # people wrote it so
-        unit = Unit(axis.unit.size, axis.unit.name)
+    unit = unit_shown(ds[dim], np.sqrt(values[0] * values[-1]) if axis.is_log else values)
     words = str(ds[dim].attrs.get("long_name", name))
     title = f"{words} ({unit.name})" if unit.name else words
     found = Side(name, title, "log" if axis.is_log else "linear", unit, (0.0, 1.0), values, values)
@@ -251,7 +272,7 @@ def _column(array: xr.DataArray, pixel: Pixel) -> Column:
         labels = tuple(flag_label(flag).replace("_", " ") for flag in FLAGS[name])
         return Column(name, name, Unit(1.0, ""), coarse.flags(array, pixel).values.astype(np.float32), labels)
     values = coarse.numbers(array, pixel).values
-    unit = unit_for(str(array.attrs.get("units", "1")), _usual(values))
+    unit = unit_shown(array, _usual(values))
     return Column(name, name.replace("_", " "), unit, (values / unit.factor).astype(np.float32))
 
 

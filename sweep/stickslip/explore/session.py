@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import shlex
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -280,8 +281,13 @@ class Session:
         """The content of a file to download; nothing where there is none yet."""
         if name == "view.yaml":
             return self.below.yaml
+        shown = self._now.shown
+        if name == "map.csv" and shown is not None and shown.cells["regime"].size > prod(FULL):
+            file = shlex.quote(self._subject.source)
+            self.show_error(f"the map is too large for a browser; this writes it: stickslip export {file} -o map.csv")
+            return ""
         if name == "map.csv":
-            return "" if self._now.shown is None else map_csv(self._now.shown)
+            return "" if shown is None else map_csv(shown)
         current = None if self._now.cell is None else self._now.cell.motions
         pinned = {name: seen.motions for name, seen in self._now.pins.items()}
         columns = columns_of(current, pinned)

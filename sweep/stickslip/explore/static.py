@@ -21,7 +21,7 @@ from stickslip.config.pick import cell_of
 from stickslip.engine import stop_flag
 from stickslip.explore import maps
 from stickslip.explore.borders import border_lines
-from stickslip.explore.figures import NO_SAMPLES, axis_words, data_of, surroundings, units_of
+from stickslip.explore.figures import NO_SAMPLES, axis_words, data_of, regions_of, surroundings, units_of
 from stickslip.explore.maps import Picture
 from stickslip.explore.motions import CellMotions, Motion, motions_of
 from stickslip.explore.page import WIDGETS, Page, columns_of, template, template_variables, words
@@ -43,6 +43,7 @@ _VARY = """
 const one = pictures[this.value]
 mapper.palette = one.palette
 cells.data = {...cells.data, image: [one.shades]}
+regions.data = one.regions
 legend.text = one.legend
 """
 _CLICK = """
@@ -199,13 +200,19 @@ def _let_click(page: Page, found: list[dict[str, Any]]) -> None:
 def _variables(page: Page, pictures: dict[str, Picture]) -> Column:
     """The choice of the variable."""
     shown = {
-        name: {"shades": one.shades, "legend": legend_html(one), "palette": page.map.palette_of(one)}
+        name: {
+            "shades": one.shades,
+            "legend": legend_html(one),
+            "palette": page.map.palette_of(one),
+            "regions": regions_of(one),
+        }
         for name, one in pictures.items()
     }
     options = [(name, one.title) for name, one in pictures.items()]
     select = Select(title="colours show", options=options, value="regime", name="variable", stylesheets=[WIDGETS],
                     sizing_mode="stretch_width")  # fmt: skip
     args = {"pictures": shown, "mapper": page.map.mapper, "cells": page.map.cells, "legend": page.legend}
+    args["regions"] = page.map.regions
     select.js_on_change("value", CustomJS(args=args, code=_VARY))
     return Column(children=[select], name="controls", sizing_mode="stretch_width")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stickslip.config.grid import quantity_of
 from stickslip.config.model import Axis, Config
 from stickslip.config.options import options_of
 from stickslip.config.overrides import Setting
@@ -18,8 +19,10 @@ from stickslip.config.pick import recipe_of
 from stickslip.config.reader import load_config
 from stickslip.config.sections import OUTPUT_SUFFIXES, Output
 from stickslip.config.studies import STUDIES
+from stickslip.config.written import units_shown
 from stickslip.engine import Options
 from stickslip.errors import ConfigError, Problem
+from stickslip.explore.readable import quantity
 from stickslip.files import reading
 from stickslip.files.locations import Location, location
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -32,13 +35,20 @@ class Subject:
     """A configuration of a map, and the map if it was computed.
 
     source : the file, as it was named. notes : what is left out of it here, for people. computed : the dataset of a
-    result, whose data variables are read when they are used.
+    result, whose data variables are read when they are used. assumed : values of what the file says no value of.
     """
 
     source: str
     config: Config
     notes: tuple[str, ...] = ()
     computed: xr.Dataset | None = None
+    assumed: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def written_in(self) -> Mapping[str, str]:
+        """By quantity, the unit in which it was written, of a result that its file shows it in."""
+        of_file = {} if self.computed is None else units_shown(self.computed)
+        return self.config.written_in | {quantity_of(name): unit for name, unit in of_file.items()}
 
     @cached_property
     def plain(self) -> dict[str, Any]:
@@ -89,30 +99,29 @@ def _of_config(source: str, config: Config) -> Subject:
     """The map behind a configuration, whatever is asked of it."""
     if config.drive is not None or config.sensor is not None:
         raise _no_map(source, f"got the configuration of {_DRIVEN}", f"stickslip rig {source}")
-    notes = []
+    notes, medians = [], dict[str, float]()
     asked = {name: None for name in STUDIES if getattr(config, name, None) is not None}
     if config.uncertain is not None:
-        config, words = _at_medians(config)
+        config, medians = _at_medians(config)
+        words = ", ".join(f"{name} {quantity(value, QUANTITIES[name].units)}" for name, value in medians.items())
         notes.append(f"what is uncertain has its median here: {words}")
     others = [name for name in asked if name != "uncertain"]
     if others:
         notes.append(f"not shown here: what the section {', '.join(others)} asks for")
-    return Subject(source, config.model_copy(update=asked), tuple(notes))
+    return Subject(source, config.model_copy(update=asked), tuple(notes), assumed=medians)
 
 
-def _at_medians(config: Config) -> tuple[Config, str]:
-    """The configuration with the medians of what is uncertain, and these in words."""
+def _at_medians(config: Config) -> tuple[Config, dict[str, float]]:
+    """The configuration with the medians of what is uncertain, and these."""
     assert config.uncertain is not None
     names = config.uncertain.names
-    medians = config.uncertain.values(np.zeros((1, len(names))))
+    drawn = config.uncertain.values(np.zeros((1, len(names))))
+    medians = {name: float(drawn[name][0]) for name in names}
     sections: dict[str, Any] = {}
     for name in names:
         section = QUANTITIES[name].section
-        sections[section] = sections.get(section, getattr(config, section)).model_copy(
-            update={name: float(medians[name][0])}
-        )
-    words = ", ".join(f"{name} = {float(medians[name][0]):.4g}" for name in names)
-    return config.model_copy(update={**sections, "uncertain": None}), words
+        sections[section] = sections.get(section, getattr(config, section)).model_copy(update={name: medians[name]})
+    return config.model_copy(update={**sections, "uncertain": None}), medians
 
 
 def _no_map(source: str, message: str, hint: str) -> ConfigError:

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-import csv
 import shlex
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from html import escape
-from io import StringIO
 from math import isfinite
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
+import xarray as xr
 
 from stickslip.dataset.axis import spoken
-from stickslip.explore.maps import Picture, Side
+from stickslip.dataset.build import variable_of
+from stickslip.dataset.export import write_table
+from stickslip.explore.maps import Picture
 from stickslip.explore.motions import CellMotions, Motion
 from stickslip.explore.readable import quantity
 from stickslip.explore.subject import Subject
 from stickslip.explore.view import View, settings
-from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES, flag_label
-from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE
+from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
 
 _NUMBERS = (
@@ -126,49 +128,27 @@ def _is_from_start(motions: CellMotions) -> bool:
 
 
 def map_csv(shown: Picture) -> str:
-    """The pixels of a picture as comma-separated values: both sides and all its columns, in SI."""
-    out = StringIO()
-    rows = csv.writer(out, lineterminator="\n")
-    heads = [_side_head(shown.y), _side_head(shown.x)]
-    rows.writerow([*heads, *(_head(column.name) for column in shown.columns)])
-    for i in range(shown.shades.shape[0]):
-        for j in range(shown.shades.shape[1]):
-            rows.writerow([_side_value(shown.y, i), _side_value(shown.x, j), *_values(shown, i, j)])
-    return out.getvalue()
-
-
-def _values(shown: Picture, i: int, j: int) -> list[str]:
-    found = []
-    for column in shown.columns:
-        value = float(column.values[i, j])
-        found.append(column.names[int(value)] if column.names else f"{value * column.unit.factor:.7g}")
-    return found
-
-
-def _side_head(side: Side) -> str:
-    unit = "" if side.kind == "listed" else units.spelled(SEARCHABLE[side.name].units)
-    return f"{side.name} [{unit}]" if unit else side.name
-
-
-def _side_value(side: Side, i: int) -> str:
-    return side.labels[i] if side.labels else repr(float(side.values[i]))
-
-
-def _head(name: str) -> str:
-    unit = units.spelled(VARIABLES[name].units) if name in VARIABLES else ""
-    return f"{name} [{unit}]" if unit else name
+    """The cells behind a picture as comma-separated values, in SI, as `stickslip export` writes them."""
+    return _csv(shown.cells)
 
 
 def motions_csv(columns: Sequence[tuple[str, Motion]]) -> str:
     """Samples of motions as comma-separated values, in SI: which motion, time since break-away, all that is known."""
-    out = StringIO()
-    rows = csv.writer(out, lineterminator="\n")
-    names = [name for name in TRACE_VARIABLES if any(name in motion.samples for _, motion in columns)]
-    said = [f"{name} [{u}]" if (u := units.spelled(TRACE_VARIABLES[name].units)) else name for name in names]
-    rows.writerow(["motion", "time [s]", *said])
-    for label, motion in columns:
-        if not motion.samples:
-            continue
-        for i, time in enumerate(motion.time):
-            rows.writerow([label, f"{time:.10g}", *(f"{float(motion.samples[name][i]):.10g}" for name in names)])
-    return out.getvalue()
+    known = [(head, motion) for head, motion in columns if motion.samples]
+    heads = np.concatenate([np.full(motion.time.size, head) for head, motion in known])
+    time = np.concatenate([motion.time for _, motion in known])
+    about = {"units": "s", "long_name": "time since the first break-away, or since the start"}
+    variables = {
+        name: variable_of(row, ("sample",), np.concatenate([motion.samples[name] for _, motion in known]))
+        for name, row in TRACE_VARIABLES.items()
+        if all(name in motion.samples for _, motion in known)
+    }
+    along = {"motion": ("sample", heads), "time": ("sample", time, about)}
+    return _csv(xr.Dataset(variables, along))
+
+
+def _csv(ds: xr.Dataset) -> str:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "table.csv"
+        write_table(ds, path)
+        return path.read_text(encoding="utf-8")

@@ -73,7 +73,7 @@ def config_of(subject: Subject, view: View, most: Sides = FULL) -> Config:
     """The configuration of a view, its axes of at most so many points. Raises ConfigError for what is not possible."""
     data = _data(subject, view)
     data["axes"] = {name: _axis(subject, name, n) for name, n in zip(view.plane, most, strict=True)}
-    return make_config(data, "this view")
+    return make_config(data, "this view").shown_in(subject.written_in)
 
 
 def cell_config(subject: Subject, view: View, at: Mapping[str, float | int]) -> Config:
@@ -161,6 +161,6 @@ def settings(subject: Subject, view: View, at: Mapping[str, float | int]) -> lis
         else:
             value = view.values.get(name, start_value(subject, view, name))
             found[name] = value_text(name, float(at.get(name, value)))
-    changed = {**view.values, **{name: float(at[name]) for name in view.plane}}
+    changed = {**subject.assumed, **view.values, **{name: float(at[name]) for name in view.plane}}
     found |= {name: value_text(name, value) for name, value in changed.items() if name not in found}
     return [f"{name}={text}" for name, text in found.items()]

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, Problem
+from stickslip.files.mistaken import TABLES_HERE, names_in, no_table
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
 _ZIP = b"PK\3\4"  # how a workbook begins
@@ -40,13 +41,16 @@ def read_text(path: Path) -> str:
 
     Raises ConfigError if it cannot be read, or is no text.
     """
+    if mistaken := no_table(path):
+        what = f"this is {mistaken.what}, expected a CSV file"
+        raise ConfigError(str(path), [Problem((), what, hint=mistaken.hint)])
     try:
         data = path.read_bytes()
         return _first_sheet(path) if path.suffix.lower() == ".xlsx" and data.startswith(_ZIP) else _decoded(data)
     except FileNotFoundError:
-        raise ConfigError(str(path), [Problem((), "no such file")]) from None
-    except IsADirectoryError:
-        raise ConfigError(str(path), [Problem((), "this is a folder, expected a CSV file")]) from None
+        here = names_in(path.parent, TABLES_HERE)
+        hint = f"{path.parent if path.parent != Path() else 'this folder'} holds {', '.join(here)}" if here else None
+        raise ConfigError(str(path), [Problem((), "no such file", hint=hint)]) from None
     except OSError as error:
         raise ConfigError(str(path), [Problem((), f"cannot be read: {error.strerror or error}")]) from None
     except UnicodeError:

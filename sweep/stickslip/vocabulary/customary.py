@@ -13,6 +13,7 @@ _TABLE = {  # by unit in SI: from which magnitude on, in SI, another one is used
     "m s-1": ((0.0, 1e-6, "µm/s"), (1e-3, 1e-3, "mm/s"), (1.0, 1.0, "")),
     "m": ((0.0, 1e-6, "µm"), (1e-4, 1e-3, "mm"), (1.0, 1.0, "")),
     "s": ((0.0, 1e-6, "µs"), (1e-3, 1e-3, "ms"), (1.0, 1.0, ""), (120.0, 60.0, "min"), (7200.0, 3600.0, "h")),
+    "J": ((0.0, 1e-6, "µJ"), (1e-3, 1e-3, "mJ"), (1.0, 1.0, "")),
     "s-1": ((0.0, 1.0, ""), (1e3, 1e3, "kHz"), (1e6, 1e6, "MHz")),
 }
 
@@ -22,9 +23,9 @@ def customary(units: str, *values: float) -> str | None:
 
     units : in SI, as in `quantities.py`. None where the SI unit is the customary one.
     """
-    chosen = [_unit(units, max(map(abs, values)))] * len(values)
+    chosen = [unit_of(units, max(map(abs, values)))] * len(values)
     if max(map(abs, values)) > _WIDE * min(map(abs, values)) > 0.0:
-        chosen = [_unit(units, abs(value)) for value in values]
+        chosen = [unit_of(units, abs(value)) for value in values]
     if not any(name for _, name in chosen):
         return None
     written = [
@@ -35,7 +36,7 @@ def customary(units: str, *values: float) -> str | None:
     return " to ".join(" ".join(one) for one in written)
 
 
-def _unit(units: str, magnitude: float) -> tuple[float, str]:
+def unit_of(units: str, magnitude: float) -> tuple[float, str]:
     """Size and name of the unit for a magnitude; no name for the one of SI."""
     rows = [row for row in _TABLE.get(units, ()) if magnitude >= row[0]]
     return rows[-1][1:] if rows and magnitude else (1.0, "")

@@ -233,17 +233,16 @@ def test_what_a_user_wrote_is_no_html(quickstart):
 
 def test_tables_to_download_are_in_si_with_units_in_their_headings(quickstart):
     _, _, shown, _, motions = quickstart
-    rows = list(csv.reader(StringIO(map_csv(shown))))
-    assert rows[0][:3] == ["stiffness [N/m]", "belt_speed [m/s]", "regime"] and len(rows) == 1 + 7 * 9
-    i = 1 + 4 * 9 + 2
-    assert float(rows[i][0]) == shown.y.values[4] and float(rows[i][1]) == shown.x.values[2]
-    column = rows[0].index("spring_force_max [N]")
-    assert float(rows[i][column]) == pytest.approx(motions.stick.results["spring_force_max"], rel=1e-5)
-    assert rows[i][2] == "stick slip"
-    samples = list(csv.reader(StringIO(motions_csv([("from stick", motions.stick)]))))
-    assert samples[0][:3] == ["motion", "time [s]", "displacement [m]"]
-    assert len(samples) == 1 + motions.stick.time.size
-    assert float(samples[5][2]) == pytest.approx(motions.stick.samples["displacement"][4], rel=1e-9)
+    rows = list(csv.DictReader(StringIO(map_csv(shown))))
+    assert len(rows) == 7 * 9
+    row = rows[4 * 9 + 2]
+    assert float(row["stiffness [N/m]"]) == shown.y.values[4] and float(row["belt_speed [m/s]"]) == shown.x.values[2]
+    assert float(row["spring_force_max [N]"]) == motions.stick.results["spring_force_max"]
+    assert row["regime"] == "stick_slip"
+    samples = list(csv.DictReader(StringIO(motions_csv([("from stick", motions.stick)]))))
+    assert len(samples) == motions.stick.time.size and samples[4]["motion"] == "from stick"
+    assert float(samples[4]["displacement [m]"]) == motions.stick.samples["displacement"][4]
+    assert float(samples[4]["time [s]"]) == motions.stick.time[4]
 
 
 def test_thinned_lines_look_the_same():

@@ -8,7 +8,7 @@ import pytest
 import stickslip
 from helpers.configs import write_config
 from stickslip.config.pick import cell_of, config_at
-from stickslip.config.reader import parse_config
+from stickslip.config.reader import load_config, parse_config
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
 from stickslip.explore import maps, open_subject
@@ -94,7 +94,7 @@ def test_the_settings_of_a_cell_give_that_cell_to_the_last_bit(subject):
         shown = seen(subject, one, FEW)
         at = at_pixel(shown, 1, 2)
         direct = cell_of(cell_config(subject, one, at))
-        by_words = cell_of(config_at(subject.config, settings(subject, one, at)))
+        by_words = cell_of(config_at(load_config(subject.source), settings(subject, one, at)))
         assert np.array_equal(list(direct.values()), list(by_words.values()), equal_nan=True)
     assert direct["mass"] == 1.5 * knob.start
 
@@ -192,7 +192,7 @@ def test_points_with_names_lie_side_by_side_under_them():
 def test_what_is_uncertain_has_its_median_and_the_page_says_so():
     subject = shipped("uncertain")
     assert subject.fixed["belt_speed"] == pytest.approx(0.78)
-    assert len(subject.notes) == 1 and "median" in subject.notes[0] and "belt_speed = 0.78" in subject.notes[0]
+    assert len(subject.notes) == 1 and "median" in subject.notes[0] and "belt_speed 780 mm/s" in subject.notes[0]
 
 
 def test_an_impossible_change_names_the_key_and_the_bound():
@@ -315,6 +315,28 @@ def test_numbers_are_told_in_the_unit_in_which_they_are_read():
     for units, value, expected in (
         ("m s-1", 0.02, "20 mm/s"), ("m s-1", 1.2, "1.2 m/s"), ("N m-1", 5000.0, "5 N/mm"), ("N m-1", 50.0, "50 N/m"),
         ("s", 0.00213, "2.13 ms"), ("kg", 0.1, "100 g"), ("m", 3e-6, "3 µm"), ("s-1", 4321.0, "4.321 kHz"),
-        ("1", 0.25, "0.25"), ("m", 0.0, "0 m"), ("m", np.nan, "–"), ("N", 1e-12, "1e-09 mN"),
+        ("s-1", 0.158, "0.158 Hz"), ("J", 0.0123, "12.3 mJ"), ("1", 0.25, "0.25"), ("m", 0.0, "0 m"),
+        ("m", np.nan, "–"), ("m s-2", 2.0, "2 m/s2"),
     ):  # fmt: skip
         assert unit_for(units, [value]).text(value) == expected
+    assert unit_for("m s-1", [2.0], "mm/s").text(2.0) == "2000 mm/s"
+
+
+def test_sides_and_sliders_are_in_the_units_the_file_was_written_in():
+    lubricants = shipped("lubricants")
+    shown = seen(lubricants, first_view(lubricants))
+    assert shown.x.unit.name == "mm/s" and shown.x.title == "belt speed (mm/s)"
+    knobs = {knob.name: knob for knob in knobs_of(lubricants, first_view(lubricants).plane)}
+    assert knobs["stiffness"].unit == (1e3, "N/mm") and knobs["mass"].unit.name == "kg"
+    assert shown.by_name["slip_speed_max"].unit.name == "mm/s"  # outputs follow inputs
+
+
+def test_names_of_regimes_stand_in_their_own_region(subject):
+    shown = seen(subject, first_view(subject))
+    names = list(shown.by_name["regime"].names)
+    assert shown.regions
+    for name, x, y in shown.regions:
+        here = regimes(shown)[shown.y.nearest(y), shown.x.nearest(x)]
+        assert names[int(here)].partition(" (")[0].replace(" ", "-") == name
+    largest = np.bincount(regimes(shown).astype(int).ravel()).argmax()
+    assert any(names[largest].startswith(name.replace("-", " ")) for name, _, _ in shown.regions)
