@@ -472,5 +472,5 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
             read_points(path, CURVE_COLUMNS)
     workbook = tmp_path / "workbook.csv"
     workbook.write_bytes(b"PK\x03\x04" + bytes(40))
-    with pytest.raises(ConfigError, match="an Excel workbook, expected a CSV file\n  hint: save the sheet as CSV"):
+    with pytest.raises(ConfigError, match="this is an archive, expected a CSV file"):
         read_points(workbook, CURVE_COLUMNS)

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.errors import ConfigError, Place, Problem
+from stickslip.errors import ConfigError, Place, Problem, reason
 from stickslip.files.mistaken import TABLES_HERE, names_in, no_table
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
@@ -41,12 +41,13 @@ def read_text(path: Path) -> str:
 
     Raises ConfigError if it cannot be read, or is no text.
     """
+    if _is_workbook(path):
+        return _first_sheet(path)
     if mistaken := no_table(path):
         what = f"this is {mistaken.what}, expected a CSV file"
         raise ConfigError(str(path), [Problem((), what, hint=mistaken.hint)])
     try:
-        data = path.read_bytes()
-        return _first_sheet(path) if path.suffix.lower() == ".xlsx" and data.startswith(_ZIP) else _decoded(data)
+        return _decoded(path.read_bytes())
     except FileNotFoundError:
         here = names_in(path.parent, TABLES_HERE)
         hint = f"{path.parent if path.parent != Path() else 'this folder'} holds {', '.join(here)}" if here else None
@@ -58,6 +59,15 @@ def read_text(path: Path) -> str:
         raise ConfigError(str(path), [Problem((), message, hint="save the table as CSV")]) from None
 
 
+def _is_workbook(path: Path) -> bool:
+    """Whether this is a file of Excel, by its name and by how it begins."""
+    try:
+        with path.open("rb") as file:
+            return path.suffix.lower() == ".xlsx" and file.read(len(_ZIP)) == _ZIP
+    except OSError:  # which whoever reads it will explain
+        return False
+
+
 def _first_sheet(path: Path) -> str:
     """The first sheet of a workbook as text, columns separated by semicolons. Raises ConfigError."""
     try:
@@ -65,10 +75,12 @@ def _first_sheet(path: Path) -> str:
 
         sheet = pd.read_excel(path, header=None, dtype=object, na_filter=False)
     except ImportError:
-        hint = 'pip install "stickslip[excel]", or save the table as CSV'
-        raise ConfigError(str(path), [Problem((), "a workbook of Excel needs openpyxl", hint=hint)]) from None
+        message = "this is an Excel workbook, which needs openpyxl"
+        hint = 'pip install "stickslip[excel]", or save the sheet as CSV'
+        raise ConfigError(str(path), [Problem((), message, hint=hint)]) from None
     except Exception as error:  # a damaged archive can make these libraries raise whatever there is
-        raise ConfigError(str(path), [Problem((), f"cannot be read as a workbook: {error}")]) from None
+        message, hint = f"this is an Excel workbook that cannot be read ({reason(error)})", "save the sheet as CSV"
+        raise ConfigError(str(path), [Problem((), message, hint=hint)]) from None
     text = StringIO()
     csv.writer(text, delimiter=";", lineterminator="\n").writerows(sheet.values.tolist())
     return text.getvalue()
