@@ -136,6 +136,26 @@ def test_another_file_than_a_result_is_recognised(here):
             assert done.exit_code == 2 and f"{name}: this is {what}" in done.stderr
 
 
+def test_another_file_than_a_table_is_recognised(here):
+    write_config(here)
+    (here / "map.nc").write_bytes(b"\x89HDF\r\n\x1a\n")
+    (here / "points.xlsx").write_bytes(b"PK\x03\x04")
+    (here / "points.csv").write_text("")
+    for command in (["fit"], ["rig", "features"]):
+        assert (
+            "map.nc: this is a netCDF file, expected a CSV file\n  hint: `stickslip inspect"
+            in call(*command, "map.nc").stderr
+        )
+        assert "this is an Excel workbook" in call(*command, "points.xlsx").stderr
+        assert "this is a configuration" in call(*command, "small.yaml").stderr
+        assert "no such file\n  hint: this folder holds points.csv" in call(*command, "pints.csv").stderr
+
+
+def test_a_name_like_that_of_a_configuration_that_ships_is_proposed(here):
+    assert "did you mean quickstart, which comes with stickslip?" in call("run", "quikstart").stderr
+    assert "did you mean quickstart?" in call("init", "--from", "quikstart").stderr
+
+
 def test_a_folder_of_configurations_names_them(here):
     (here / "many").mkdir()
     write_config(here / "many")

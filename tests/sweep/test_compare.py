@@ -134,6 +134,9 @@ def test_friction_that_falls_without_end_and_no_damper_vibrates_throughout_and_t
     damped = call("compare", tmp_path / "grease.csv", *options, "--damping", "50 N s/m", "--json")
     (one,) = json.loads(damped.stdout)["materials"]
     assert one["quiet_state"] in ("border", "quiet_throughout")
+    wide = call("compare", tmp_path / "grease.csv", *OPTIONS, "--draws", 50, "--damping", "5 N s/m", "--json")
+    (one,) = json.loads(wide.stdout)["materials"]
+    assert one["quiet_state"] == "border" and one["quiet_above_low"] < one["quiet_above"] < one["quiet_above_high"]
 
 
 def test_points_that_leave_all_open_give_no_interval():
@@ -142,11 +145,12 @@ def test_points_that_leave_all_open_give_no_interval():
     assert np.isnan(ds["quiet_above_low"][0]) and ds["draws_used"][0] == 0 and not ds["fit_good"][0]
 
 
-def test_a_result_comes_back_from_its_file(compared, tmp_path):
+@pytest.mark.parametrize("kind", ["nc", "zarr"])
+def test_a_result_comes_back_from_its_file(compared, tmp_path, kind):
     from stickslip.files import writing
 
-    writing.write(compared, tmp_path / "found.nc")
-    back = stickslip.open(tmp_path / "found.nc").load()
+    writing.write(compared, tmp_path / f"found.{kind}")
+    back = stickslip.open(tmp_path / f"found.{kind}").load()
     xr.testing.assert_equal(back, compared)
     again = stickslip.run(stickslip.config.reader.parse_config(str(back.attrs["configuration"])))
     np.testing.assert_allclose(np.nanmax(again["border"], axis=1), compared["quiet_above"], rtol=3e-9)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.optimize import curve_fit
 
-from stickslip.errors import ConfigError
+from stickslip.errors import ConfigError, Place
 from stickslip.fit import (
     AGEING_COLUMNS,
     CURVE_COLUMNS,
@@ -88,6 +88,20 @@ def test_estimates_and_errors_are_those_of_scipys_curve_fit():
         start = covariance[0, 0] + covariance[2, 2] + 2 * covariance[0, 2]
         assert fit.standard_error["mu_start"] == pytest.approx(math.sqrt(start), rel=1e-3)
     assert fit.residual_rms == pytest.approx(np.sqrt(np.mean((mu - law(speed, *best)) ** 2)), rel=1e-6)
+
+
+def test_the_band_is_that_of_repeated_measurements_and_holds_the_curve():
+    random = np.random.default_rng(11)
+    speed, at = np.linspace(0, 1, 40), np.array([0.0, 0.05, 0.3, 1.0])
+    fits = [fit_curve(speed, law(speed, *ARTICLE) + random.normal(0, 0.005, speed.size), 0.005) for _ in range(120)]
+    spread = np.std([fit.predict(at) for fit in fits], axis=0)
+    low, high = fits[0].band(at)
+    np.testing.assert_allclose((high - low) / (2 * 1.96), spread, rtol=0.25)
+    inside = [(fit.band(at)[0] <= law(at, *ARTICLE)) & (law(at, *ARTICLE) <= fit.band(at)[1]) for fit in fits]
+    assert (np.mean(inside, axis=0) > 0.88).all()
+    falling = fit_curve(np.array(FALLS["bending"][0]) / 1000, FALLS["bending"][1])
+    assert np.isfinite(falling.band(at)).all()  # with a2 = 0 assumed
+    assert np.isinf(fit_curve(np.linspace(0, 1, 4), law(np.linspace(0, 1, 4), *ARTICLE)).band(at)[1]).all()
 
 
 def test_coefficients_stay_positive_where_the_points_would_have_them_negative():
@@ -442,7 +456,7 @@ def test_what_is_wrong_in_a_file_is_said_with_its_place(tmp_path, text, place, s
         read_points(path, CURVE_COLUMNS)
     (problem, *_) = caught.value.problems
     assert said in str(caught.value)
-    assert problem.place == place
+    assert problem.place == (place and Place(*place))
     assert str(caught.value).startswith(str(path) + (f":{place[0]}:{place[1]}: " if place else ": "))
 
 
@@ -456,7 +470,7 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
     for path, said in ((tmp_path / "no.csv", "no such file"), (tmp_path, "this is a folder")):
         with pytest.raises(ConfigError, match=said):
             read_points(path, CURVE_COLUMNS)
-    workbook = tmp_path / "points.xlsx"
+    workbook = tmp_path / "workbook.csv"
     workbook.write_bytes(b"PK\x03\x04" + bytes(40))
-    with pytest.raises(ConfigError, match="no text, expected a CSV file\n  hint: save the table as CSV"):
+    with pytest.raises(ConfigError, match="an Excel workbook, expected a CSV file\n  hint: save the sheet as CSV"):
         read_points(workbook, CURVE_COLUMNS)

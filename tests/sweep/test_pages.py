@@ -119,6 +119,13 @@ friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 100 mm/s}
     assert "1 N/mm" in page.sections["What varies, and what is held fixed"]
 
 
+def test_a_page_promises_only_what_holds_for_its_result():
+    ds = plane()
+    assert "gives the same result again" in result_page(ds, []) and "within the width of a cell" in result_page(ds, [])
+    ramp = ds.expand_dims(direction=["up", "down"])
+    assert "gives the same result again" not in (text := result_page(ramp, [])) and "width of a cell" not in text
+
+
 def test_a_title_may_be_given():
     assert "<h1>Mine &amp; yours</h1>" in result_page(plane(), [], title="Mine & yours")
 

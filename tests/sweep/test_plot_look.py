@@ -149,12 +149,12 @@ def test_single_cells_here_and_there_are_not_hatched_one_by_one():
     assert not plot_map(ds, borders=False).axes[0].patches
 
 
-@pytest.mark.parametrize("factor", [1.0, 1e5])
-def test_the_sign_of_the_damping_ratio_has_colours_that_part_at_zero(factor):
-    ds = plane(rows=20, columns=20)
-    ds["damping_ratio"][:] = np.linspace(-1, 1, 400).reshape(20, 20) ** 5
-    ds["damping_ratio"][0, 0] *= factor
-    figure = plot_map(ds, "damping_ratio")
+@pytest.mark.parametrize(("name", "factor"), [("damping_ratio", 1.0), ("damping_ratio", 1e5), ("margin_mass", 1.0)])
+def test_a_sign_that_says_something_has_colours_that_part_at_zero(name, factor):
+    ds = plane(rows=20, columns=20).rename(damping_ratio=name)
+    ds[name][:] = np.linspace(-1, 1, 400).reshape(20, 20) ** 5
+    ds[name][0, 0] *= factor
+    figure = plot_map(ds, name)
     mesh = figure.axes[0].collections[0]
     red, _, blue, _ = mesh.cmap(mesh.norm(np.array([-0.5, 0.5]))).T
     assert red[0] > blue[0] and blue[1] > red[1]

@@ -91,6 +91,23 @@ def test_a_wide_table_is_a_fit_for_each_material_with_gaps_where_it_was_not_meas
         read_points(write(tmp_path, text), CURVE_COLUMNS)
 
 
+def test_a_workbook_is_read_from_its_first_sheet(tmp_path):
+    pd = pytest.importorskip("pandas")
+    pytest.importorskip("openpyxl")
+    table = pd.DataFrame(
+        {"v [mm/s]": [0.5, 1, 20], "dry": [0.41, 0.4, 0.3], "oil; new": [0.1, None, 0.09], "note": "x"}
+    )
+    with pd.ExcelWriter(tmp_path / "points.xlsx") as writer:
+        table.to_excel(writer, index=False)
+        pd.DataFrame({"speed": [1]}).to_excel(writer, sheet_name="other", index=False)
+    found = read_materials(tmp_path / "points.xlsx", CURVE_COLUMNS)
+    assert list(found) == ["dry", "oil; new"] and found["dry"]["speed"].tolist() == [0.0005, 0.001, 0.02]
+    assert found["oil; new"]["mu"].tolist() == [0.1, 0.09]
+    (tmp_path / "broken.xlsx").write_bytes((tmp_path / "points.xlsx").read_bytes()[:500])
+    with pytest.raises(ConfigError, match=r"broken\.xlsx: cannot be read as a workbook"):
+        read_materials(tmp_path / "broken.xlsx", CURVE_COLUMNS)
+
+
 def test_a_column_of_names_tells_materials_apart(tmp_path):
     text = "Material,speed [mm/s],COF\nfelt,1,0.4\noil,1,0.1\nfelt,2,0.3\n"
     found = read_materials(write(tmp_path, text), CURVE_COLUMNS)

@@ -191,7 +191,7 @@ def _answer(ds: xr.Dataset, words: Words, written: dict[str, str]) -> dict[str, 
         one: dict[str, Any] = {"name": words.names[i]}
         for name, array in table_of(ds).columns.items():
             if name != "material":
-                value = array.values[i].item()
+                value = array.values[i : i + 1].tolist()[0]
                 one[name] = [*FLAGS[name]][value] if name in FLAGS else value
         materials.append(one)
     units = {name: str(array.attrs["units"]) for name, array in table_of(ds).columns.items() if "units" in array.attrs}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli.common import WHERE, pairs, reports_wrong_input
+from stickslip.cli.common import WHERE, fail, pairs, reports_wrong_input
 from stickslip.cli.tables import tell_table, write_table
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def export(
         try:
             part = selection.selected(ds, places)[0] if places else ds
         except PlotError as error:
-            raise click.ClickException(f"{file}: {error}") from None
+            fail(f"{file}: {error}")
         for point in selection.told(ds, places) if places else ():
             click.echo(f"taken    {point}")
         tell_table(write_table(part, target, variables, "," if decimal_comma else "."), target)

@@ -271,11 +271,13 @@ def _tell_levels(ds: xr.Dataset) -> None:
             f"half of them above {found['median']:.1f}"
         )
     if found["without_cycle"]:
-        click.echo(
-            f"{found['without_cycle']:,} cells have no cycle, and no level: they settle, stick, or are undecided"
-        )
+        click.echo(f"{_cells(found['without_cycle'])} no cycle, and no level: settled, stuck, or undecided")
     if found["not_heard"]:
-        click.echo(f"{found['not_heard']:,} have a cycle of which nothing is heard")
+        click.echo(f"{_cells(found['not_heard'])} a cycle of which nothing is heard")
+
+
+def _cells(number: int) -> str:
+    return "1 cell has" if number == 1 else f"{number:,} cells have"
 
 
 def _one_level(ds: xr.Dataset) -> str:

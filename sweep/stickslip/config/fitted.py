@@ -83,6 +83,8 @@ def _in_section(
     if len(fits) == 1 and not isinstance(friction["fit"], list):
         return replace(document, data={**data, "friction": {**friction, **_coefficients(fits[0])}})
     axes = data.get("axes") or {}
+    if not isinstance(axes, dict):
+        return document  # the reader says what is wrong with it
     if AXIS in axes:
         message = f"these fits are an axis called {AXIS}, and there is another of this name"
         hint = f"call that one otherwise, or put the fits into it: {AXIS}: {{zip: {{fit: [...]}}}}"

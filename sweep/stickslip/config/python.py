@@ -19,6 +19,7 @@ import numpy as np
 
 from stickslip.config.yaml import DEEPEST, Document
 from stickslip.errors import Path, Problem
+from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES
 
@@ -46,9 +47,11 @@ class _Builder:
             return None
         if path == (_AXES,) and isinstance(given, list | tuple) and any(map(_has_dims, given)):
             given = self._named(given)
+        if hasattr(given, "columns") and hasattr(given, "to_xarray"):  # a table of pandas; its index are the labels
+            given = given.to_xarray()
         if _is_of_xarray(given, "Dataset"):
             return self._dataset(given, path)
-        if (unit := _unit(given)) is not None:
+        if (unit := units.said_by(given)) is not None:
             return self._quantities(given, unit, path)
         if isinstance(given, Mapping):
             return self._mapping(given, path)
@@ -87,7 +90,8 @@ class _Builder:
             self._note(path, f"got a dataset with {len(given.dims)} dimensions, expected one with a single dimension")
             return {}
         (dim,) = given.dims
-        names = [name for name, v in given.variables.items() if v.dims == (dim,) and v.dtype.kind not in "OUST"]
+        numbers = [name for name, v in given.variables.items() if v.dims == (dim,) and v.dtype.kind not in "OUST"]
+        names = [name for name in numbers if name != dim or dim in QUANTITIES]  # places in a row are no quantity
         zipped = {str(name): self.value(given[name], (*path, "zip", str(name))) for name in names}
         labels = _labels(given)
         return {"zip": zipped} | ({"labels": labels} if labels else {})
@@ -161,16 +165,6 @@ def _row(path: Path) -> Parameter | None:
     """The quantity whose values lie at a path: the innermost that it names."""
     names = [key for key in path if isinstance(key, str) and key in QUANTITIES]
     return QUANTITIES[names[-1]] if names else None
-
-
-def _unit(given: Any) -> str | None:
-    """The unit that an array says it has; None if it says nothing, or is no such array."""
-    if hasattr(given, "magnitude") and hasattr(given, "units"):
-        return f"{given.units:~C}"
-    if not _is_of_xarray(given, "DataArray"):
-        return None
-    unit = given.attrs.get("units")
-    return None if unit is None else str(unit)
 
 
 def _labels(given: Any) -> list[str] | None:

@@ -362,7 +362,7 @@ class _Reader(Complaints):
                 message = f"got {name} besides {measured[0]}{line}, expected one form of the curve"
                 self.add(given[name][0], message, f"the forms are {_CURVE_FORMS}", at_key=True)
         elif not measured and not replaced and not self.meant & {*REPLACED, *MEASURED}:
-            self.add(("friction",), f"the friction curve is missing, expected {_CURVE_FORMS}")
+            self.add(("friction",), f"the friction curve is missing, expected {_CURVE_FORMS}", "`stickslip help model`")
             return
         for name in ("a4",) if measured and replaced else (*(MEASURED if measured else REPLACED), "a4"):
             self._check_given(name, given)

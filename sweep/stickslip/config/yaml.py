@@ -27,7 +27,7 @@ from ruamel.yaml.events import (
 )
 from ruamel.yaml.reader import ReaderError
 
-from stickslip.config import hints
+from stickslip.config import examples, hints
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem
 from stickslip.files.mistaken import CONFIGURATIONS_HERE, names_in, no_configuration
 from stickslip.vocabulary.words import nearest
@@ -111,6 +111,8 @@ def _neighbours(path: FilePath) -> str | None:
     stems = {FilePath(name).stem: name for name in found}
     if meant := nearest(path.stem, stems):
         return f"did you mean {path.with_name(stems[meant])}?"
+    if not path.suffix and (shipped := nearest(path.as_posix(), examples.config_names())):
+        return f"did you mean {shipped}, which comes with stickslip?"
     if found:
         return f"{where} holds {', '.join(found)}"
     return f"{where} holds no YAML file; `stickslip init {path}` writes one to start from"

@@ -16,9 +16,8 @@ import xarray as xr
 
 from stickslip.config.written import DISPLAY
 from stickslip.dataset.build import cell_coordinates, parameter_variable
-from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cells import Cells, as_cells
+from stickslip.vocabulary.cells import Cells, as_cells, in_si
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.words import listed
@@ -103,15 +102,11 @@ def _coordinates(
 
 def _in_si(name: str, array: xr.DataArray) -> xr.DataArray:
     """The array in the units of its parameter; texts are left to `as_cells`."""
-    unit = array.attrs.get("units")
+    unit = units.said_by(array)
     if name not in PARAMETERS or unit is None or array.dtype.kind not in "iuf" or unit == PARAMETERS[name].units:
         return array
-    try:
-        values = units.si_array(array.values.astype(np.float64), str(unit), PARAMETERS[name].units)
-        return array.copy(data=values).assign_attrs({DISPLAY: str(unit)})
-    except QuantityError as error:
-        found = f" ({error.found})" if error.found else ""
-        raise ValueError(f"{name}: got the units {str(unit)!r}{found}, {error}") from None
+    values = in_si(PARAMETERS[name], array.values, unit)
+    return array.copy(data=values).assign_attrs({"units": PARAMETERS[name].units, DISPLAY: unit})
 
 
 def _check_dims(dims: tuple[str, ...], arrays: Mapping[str, xr.DataArray]) -> None:

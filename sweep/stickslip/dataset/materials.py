@@ -72,7 +72,7 @@ def _of_fit(fit: MaterialFit) -> dict[str, float]:
 
 
 def _text(values: Sequence[str], long_name: str) -> xr.Variable:
-    return xr.Variable("material", np.array(values, str), {"long_name": long_name})
+    return xr.Variable("material", np.array(values, object), {"long_name": long_name})  # Zarr has no other texts
 
 
 def _curves(materials: Sequence[Material]) -> tuple[dict[str, xr.Variable], NDArray[np.float64]]:
@@ -108,9 +108,10 @@ def _points(
     if any("sigma" in one for one in points):
         variables["point_sigma"] = variable_of(MATERIAL_VARIABLES["point_sigma"], ("point",), np.concatenate(sigma))
     speeds = np.concatenate([one.get("speed", nothing) for one in points])
+    owner = np.repeat(names, sizes).astype(object)
     coordinates = {
         "point_speed": xr.Variable("point", speeds, {"units": "m s-1", "long_name": "measured slip speed"}, _NO_FILL),
-        "point_material": xr.Variable("point", np.repeat(names, sizes), {"long_name": "material of the point"}),
+        "point_material": xr.Variable("point", owner, {"long_name": "material of the point"}),
     }
     return variables, coordinates
 

@@ -31,7 +31,9 @@ _TAKEN_BY = {  # what a kind is called, and who takes it; {} is the name of the 
     "folder": ("a folder", None),
 }
 _RESULTS, _CONFIGURATIONS = ("netcdf", "zarr"), ("configuration", "json")  # JSON is YAML too
+_TABLES = ("table", "json", "page", "program")  # whatever is text may have a first line of names
 CONFIGURATIONS_HERE, RESULTS_HERE = ("*.yaml", "*.yml"), ("*.nc", "*.zarr")  # patterns of names
+TABLES_HERE = ("*.csv", "*.txt", "*.tsv", "*.dat")
 
 
 class Mistaken(NamedTuple):
@@ -51,6 +53,12 @@ def no_result(path: Path) -> Mistaken | None:
     """What there is at `path` if that cannot be a result; None if it can be one, or is not there."""
     kind = _kind(path)
     return None if kind in (None, *_RESULTS) else _mistaken(path, kind, RESULTS_HERE)
+
+
+def no_table(path: Path) -> Mistaken | None:
+    """What there is at `path` if that cannot be a table as text; None if it can be one, or is not there."""
+    kind = _kind(path)
+    return None if kind in (None, *_TABLES) else _mistaken(path, kind, TABLES_HERE)
 
 
 def names_in(folder: Path, patterns: tuple[str, ...], most: int = 8) -> list[str]:

@@ -16,6 +16,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,8 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, Problem
+from stickslip.files.mistaken import TABLES_HERE, names_in, no_table
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
+_ZIP = b"PK\3\4"  # how a workbook begins
 _SAID = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
@@ -33,16 +36,21 @@ MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
 
 
 def read_text(path: Path) -> str:
-    """What a file says: UTF-8 or UTF-16 as its byte order mark tells, else UTF-8, else Windows-1252 or Latin-1.
+    """What a file says: UTF-8 or UTF-16 as its byte order mark tells, else UTF-8, else Windows-1252 or Latin-1; of a
+    workbook of Excel the first sheet, as CSV.
 
     Raises ConfigError if it cannot be read, or is no text.
     """
+    if mistaken := no_table(path):
+        what = f"this is {mistaken.what}, expected a CSV file"
+        raise ConfigError(str(path), [Problem((), what, hint=mistaken.hint)])
     try:
-        return _decoded(path.read_bytes())
+        data = path.read_bytes()
+        return _first_sheet(path) if path.suffix.lower() == ".xlsx" and data.startswith(_ZIP) else _decoded(data)
     except FileNotFoundError:
-        raise ConfigError(str(path), [Problem((), "no such file")]) from None
-    except IsADirectoryError:
-        raise ConfigError(str(path), [Problem((), "this is a folder, expected a CSV file")]) from None
+        here = names_in(path.parent, TABLES_HERE)
+        hint = f"{path.parent if path.parent != Path() else 'this folder'} holds {', '.join(here)}" if here else None
+        raise ConfigError(str(path), [Problem((), "no such file", hint=hint)]) from None
     except OSError as error:
         raise ConfigError(str(path), [Problem((), f"cannot be read: {error.strerror or error}")]) from None
     except UnicodeError:
@@ -50,11 +58,27 @@ def read_text(path: Path) -> str:
         raise ConfigError(str(path), [Problem((), message, hint="save the table as CSV")]) from None
 
 
+def _first_sheet(path: Path) -> str:
+    """The first sheet of a workbook as text, columns separated by semicolons. Raises ConfigError."""
+    try:
+        import pandas as pd
+
+        sheet = pd.read_excel(path, header=None, dtype=object, na_filter=False)
+    except ImportError:
+        hint = 'pip install "stickslip[excel]", or save the table as CSV'
+        raise ConfigError(str(path), [Problem((), "a workbook of Excel needs openpyxl", hint=hint)]) from None
+    except Exception as error:  # a damaged archive can make these libraries raise whatever there is
+        raise ConfigError(str(path), [Problem((), f"cannot be read as a workbook: {error}")]) from None
+    text = StringIO()
+    csv.writer(text, delimiter=";", lineterminator="\n").writerows(sheet.values.tolist())
+    return text.getvalue()
+
+
 def _decoded(data: bytes) -> str:
     """Bytes as text. Raises UnicodeError for what is none: a workbook, for one, is a ZIP archive."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # Excel's "Unicode text"
         return data.decode("utf-16")
-    if data.startswith(b"PK\3\4") or b"\0" in data:
+    if data.startswith(_ZIP) or b"\0" in data:
         raise UnicodeError
     for encoding in ("utf-8-sig", "cp1252"):
         try:

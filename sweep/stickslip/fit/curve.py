@@ -67,15 +67,21 @@ class CurveFit:
         """Friction coefficient at slip speeds (m/s)."""
         return stribeck(speed, **self.coefficients())
 
+    def free_covariance(self) -> Floats:
+        """`covariance` with those coefficients fixed that were assumed."""
+        fixed = np.array([name in self.assumed for name in COEFFICIENTS])
+        return np.where(fixed[:, None] | fixed, 0.0, self.covariance)
+
     def band(self, speed: ArrayLike) -> tuple[Floats, Floats]:
         """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s); infinite where the points
-        determine nothing. To first order in the coefficients, and not below 0.
+        determine nothing. To first order in the coefficients, not below 0, and for those that were assumed as they are.
         """
         w = np.asarray(speed, np.float64)
         decay = np.exp(-w / self.a4)
         slopes = np.stack([np.ones_like(w), w, decay, self.a3 * w / self.a4**2 * decay], axis=-1)
-        known = np.isfinite(np.diag(self.covariance))
-        matrix = np.where(np.outer(known, known), self.covariance, 0.0)
+        covariance = self.free_covariance()
+        known = np.isfinite(np.diag(covariance))
+        matrix = np.where(np.outer(known, known), covariance, 0.0)
         error = np.sqrt(np.maximum(np.einsum("...i,ij,...j->...", slopes, matrix, slopes), 0.0))
         reach = np.where((slopes[..., ~known] != 0).any(axis=-1), np.inf, 0.0)
         reach = reach + (student(self.freedom) * error if error.any() else error)

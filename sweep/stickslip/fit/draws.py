@@ -26,13 +26,15 @@ def draw_curves(fit: CurveFit, count: int, seed: int = 1) -> Drawn | None:
 
     The coefficients are jointly t-distributed about those of the fit, with its covariance and degrees of freedom (they
     are normal where the standard deviation of the points was given). Draws beyond the bounds of the
-    fit are drawn again: below 0, and a4 outside of where it was looked for. The same seed gives the same draws.
+    fit are drawn again: below 0, and a4 outside of where it was looked for. What the fit assumed is in all of them. The
+    same seed gives the same draws.
     """
-    if not np.isfinite(fit.covariance).all() or fit.freedom <= 0:
+    covariance = fit.free_covariance()
+    if not np.isfinite(covariance).all() or fit.freedom <= 0:
         return None
     random = np.random.default_rng(seed)
     best = np.array(list(fit.coefficients().values()))
-    root = _root(fit.covariance)
+    root = _root(covariance)
     found: list[Floats] = []
     enough = tried = 0
     for _ in range(_BATCHES):

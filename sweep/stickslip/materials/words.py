@@ -84,7 +84,8 @@ class Words:
             return ""
         return (
             f"The {self.level} intervals are quantiles of {int(self._ds.attrs['draws']):,} curves a material, drawn "
-            "from the covariance of its fit: the scatter of the points, not of specimens, temperature or the system."
+            "from the covariance of its fit: the scatter of the points, not of specimens, temperature or the system; "
+            "what a fit assumed (a2 = 0) is taken for granted."
         )
 
     # --- cells ----------------------------------------------------------------------------------------------------

@@ -24,6 +24,7 @@ from stickslip.plots.palette import FLAG_COLOURS
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
 
 _OF_MAPS = ("regime", "period", "damping_ratio")  # variables whose pictures are on the page of a map
+_SAME_AGAIN = "; saved as a file, it gives the same result again"
 _BESIDE = ("_error", "_low", "_high", "_width")
 _MOST_POINTS = 12  # of an axis that are all named
 # Attributes that say where a dataset comes from, not what was found in it.
@@ -86,7 +87,7 @@ def result_page(ds: xr.Dataset, drawn: Sequence[Drawn], title: str | None = None
     sections.append(Section("What varies, and what is held fixed", _quantities(ds)))
     sections.append(Section("What the words mean", _words(ds, found)))
     sections.append(Section("How exact the numbers are", _accuracy(ds)))
-    again = paragraph("The full configuration, in SI; saved as a file, it gives the same result again:")
+    again = paragraph(f"The full configuration, in SI{_SAME_AGAIN if 'direction' not in ds.dims else ''}:")
     text = configuration(str(ds.attrs.get("configuration", "not known")))
     sections.append(Section("Where this comes from", provenance(ds.attrs) + again + text))
     heading = str(ds.attrs.get("title", "")) if title is None else title
@@ -194,7 +195,7 @@ def _words(ds: xr.Dataset, found: dict[str, Share]) -> str:
     names = [str(name) for name in ds.data_vars if not _is_beside(str(name)) and ds[name].attrs.get("long_name")]
     told += [(_spoken(name), _meaning(ds, name)) for name in names if not found or name in _OF_MAPS[1:]]
     told += [(_spoken(name), _meaning(ds, name)) for name in names if name.startswith("margin_")]
-    if "damping_ratio" in ds.data_vars:
+    if found and "damping_ratio" in ds.data_vars:
         told.append(("borders (linear)", _LINEAR))
     return terms(told)
 
@@ -228,6 +229,8 @@ def _exact(ds: xr.Dataset) -> Iterator[tuple[str, str]]:
             counts += np.bincount(codes(ds["status"].isel(chunk)), minlength=256)
         seen = int(sum(counts[STATUSES.index(name)] for name in _OBSERVED))
         yield "proven", "all regimes" if not seen else f"all regimes but {seen:,}, which were observed"
+    if "regime" not in ds.data_vars or "direction" in ds.dims:
+        return
     meaning = "a border between regimes lies within the width of a cell"
     yield "edges", f"{meaning}; stickslip border and stickslip contours find it exactly"
 

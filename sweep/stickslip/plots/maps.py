@@ -35,6 +35,7 @@ from stickslip.plots.page import BESIDE_LEGEND, TITLE_WIDTH, entitle, legend, wr
 from stickslip.plots.painting import note, painted
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR
 from stickslip.plots.strips import PIXELS, plot_strip
+from stickslip.vocabulary.words import nearest
 
 MAX_PANELS = 16
 
@@ -68,7 +69,9 @@ def plot_map(
     """
     if variable not in ds.data_vars:
         absent = why_absent(ds, variable)
-        raise PlotError(absent or f"no variable {variable!r}; there are {', '.join(map(str, ds.data_vars))}")
+        near = nearest(variable, map(str, ds.data_vars))
+        hint = f"; did you mean {near}?" if near else ""
+        raise PlotError(absent or f"no variable {variable!r}; there are {', '.join(map(str, ds.data_vars))}{hint}")
     whole = ds
     ds, places = selected(ds, select or {})
     ds = look.part(ds)

@@ -149,14 +149,19 @@ def _scale(
     if log and not low > 0:
         raise PlotError(f"{variable} is not positive everywhere (least {low:.4g}): no logarithmic colours\n"
                         f"hint: limits that are positive: --limits {variable}=LOW..HIGH")  # fmt: skip
-    if log or (low > 0 and high / low > _LOG_FROM and variable not in DIVERGING):
+    if log or (low > 0 and high / low > _LOG_FROM and not _has_sign(variable)):
         return colormaps[_SEQUENTIAL], LogNorm(low, high)
-    if variable in DIVERGING and low < 0 < high:
+    if _has_sign(variable) and low < 0 < high:
         most, usual = max(-low, high), float(np.median(np.abs(numbers)))
         if usual * _LOG_FROM >= most:
             return colormaps[_ABOUT_ZERO], Normalize(-most, most)
         return colormaps[_ABOUT_ZERO], AsinhNorm(max(usual, most / _MOST_RATIO), vmin=-most, vmax=most)
     return colormaps[_SEQUENTIAL], Normalize(low, high)
+
+
+def _has_sign(variable: str) -> bool:
+    """Whether the sign of a variable says something, so that its colours part at zero."""
+    return variable in DIVERGING or variable.startswith("margin_")
 
 
 def marked(variable: str, coarse: Coarse) -> NDArray[np.generic]:

@@ -65,6 +65,9 @@ def of(
     asked = _Asked(rate * slow, min(HIGHEST, 0.499 * rate) * slow, _LEAD / slow, options)
     cycles = cycles_of(full, results, asked.lead)
     regime, repeats = REGIMES[int(results["regime"][0])], bool(cycles.which.size) and not transient
+    if regime == "failed":
+        status = STATUSES[int(results["status"][0])]
+        raise NotReachedError(f"this cell has no motion to listen to, {status}: {STATUS_MESSAGES[status]}")
     frequency = _frequency(full, results)
     if regime == "stuck" or frequency >= asked.highest:
         acceleration = np.zeros(count)

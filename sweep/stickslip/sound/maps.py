@@ -66,8 +66,8 @@ def levels(
     Every cell is computed again, at a tolerance of 1e-9, and one period is sampled: milliseconds a cell, the longer the
     slower the vibration.
 
-    Returns regime, status, period, frequency and acceleration_level_a (dB). Raises TypeError or ValueError for bad
-    input, among them a reference without a cycle, and ConfigError for a bad configuration.
+    Returns regime, status, period, frequency, damping_ratio and acceleration_level_a (dB). Raises TypeError or
+    ValueError for bad input, among them a reference without a cycle, and ConfigError for a bad configuration.
     """
     asked = _asked(cells_or_config, law)
     options, stop = Options(asked.law, RTOL, max_steps=int(max_steps), threads=threads), stop_flag()

@@ -22,7 +22,7 @@ _LOWEST = 20.0  # Hz that are heard
 _FAINT = 1e-3  # of full scale
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sound:
     """What a microphone that follows the mass would record.
 

@@ -95,8 +95,8 @@ def _named(given: Mapping[str, Any] | xr.Dataset) -> dict[str, Any]:
 def _from_dataset(ds: xr.Dataset) -> dict[str, Any]:
     import xarray as xr
 
-    names = [name for name in ds.variables if name in PARAMETERS]
-    return {str(name): values.values for name, values in zip(names, xr.broadcast(*(ds[n] for n in names)), strict=True)}
+    names = [str(name) for name in ds.variables if name in PARAMETERS]
+    return dict(zip(names, xr.broadcast(*(ds[name] for name in names)), strict=True))
 
 
 def _check_names(named: Mapping[str, Any]) -> None:
@@ -111,12 +111,24 @@ def _numbers(parameter: Parameter, value: Any) -> NDArray[np.float64]:
     """The values of a parameter in SI, checked."""
     if type(value) in _PLAIN and parameter.allows(value):
         return np.array(value, np.float64)
-    array = np.asarray(value)
+    array = np.asarray(getattr(value, "magnitude", value))
     if array.dtype.kind not in "iuf":
         return _from_texts(parameter, array, value)
-    numbers = array.astype(np.float64)
+    numbers = in_si(parameter, array, units.said_by(value))
     _check_range(parameter, numbers)
     return numbers
+
+
+def in_si(parameter: Parameter, values: NDArray[Any], unit: str | None) -> NDArray[np.float64]:
+    """Numbers with the unit that their array says it has, as new ones in SI. Raises ValueError for a unit of others."""
+    numbers = values.astype(np.float64)
+    if unit is None or unit == parameter.units:
+        return numbers
+    try:
+        return units.si_array(numbers, unit, parameter.units)
+    except QuantityError as error:
+        found = f" ({error.found})" if error.found else ""
+        raise ValueError(f"{parameter.name}: got the units {unit!r}{found}, {error}") from None
 
 
 def _from_texts(parameter: Parameter, array: NDArray[Any], value: Any) -> NDArray[np.float64]:

@@ -222,7 +222,7 @@ MATERIAL_VARIABLES: dict[str, Variable] = {v.name: v for v in _MATERIAL_VARIABLE
 COMPUTED = Variable("computed", "1", "whether a cell was computed or its regime was inferred")
 MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
 LEVEL_VARIABLES: dict[str, Variable] = {
-    name: VARIABLES[name] for name in ("regime", "status", "period", "frequency")
+    name: VARIABLES[name] for name in ("regime", "status", "period", "frequency", "damping_ratio")
 } | {LEVEL.name: LEVEL}
 UNCERTAIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _UNCERTAIN_VARIABLES}
 TRACE_VARIABLES: dict[str, Variable] = {v.name: v for v in _TRACE_VARIABLES}

@@ -86,6 +86,16 @@ def si_value(value: object, units: str) -> float:
     return number
 
 
+def said_by(array: Any) -> str | None:
+    """The unit that an array says it has: `units` among the attributes of a DataArray, or those of a quantity of Pint;
+    None if it says nothing.
+    """
+    if hasattr(array, "magnitude") and hasattr(array, "units"):
+        return f"{array.units:~C}"
+    unit = getattr(array, "attrs", {}).get("units")
+    return None if unit is None else str(unit)
+
+
 def si_array(values: NDArray[np.float64], unit: str, units: str) -> NDArray[np.float64]:
     """Numbers in `unit`, as people write it, in the SI `units`. Raises QuantityError.
 

@@ -92,7 +92,7 @@ def changed(draw):
     return data
 
 
-@settings(max_examples=200, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@settings(max_examples=60, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
 @given(data=changed())
 def test_a_dict_is_read_as_the_yaml_that_says_the_same(data):
     assert read(data) == read(spelled_as_python(data))
@@ -177,6 +177,15 @@ def test_a_dataset_with_names_is_a_labelled_axis():
     assert load_config(PAD | {"friction": curve, "axes": {"grease": zipped, "belt_speed": [0.1, 0.2]}}) == config
 
 
+def test_a_table_of_pandas_is_a_labelled_axis():
+    greases = xr.Dataset({"damping": ("grease", [0.1, 0.2]), "maker": ("grease", ["x", "y"])}, {"grease": ["A", "B"]})
+    table = greases.to_dataframe()
+    (named, _) = axes_of({"grease": table, "belt_speed": [0.1, 0.2]})
+    assert (named.labels, [(m.name, m.values) for m in named.members]) == (("A", "B"), [("damping", (0.1, 0.2))])
+    (numbered, _) = axes_of({"grease": table.reset_index(drop=True)[["damping"]], "belt_speed": [0.1, 0.2]})
+    assert numbered.labels is None and numbered.members == named.members
+
+
 def test_quantities_of_pint_are_read_with_their_units():
     pint = pytest.importorskip("pint")
     units = pint.UnitRegistry()
@@ -200,7 +209,7 @@ def test_a_mapping_that_contains_itself_is_refused():
         load_config(endless)
 
 
-@settings(max_examples=150, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@settings(max_examples=60, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
 @given(
     key=st.sampled_from(["system", "friction", "axes", "solver", "border", "uncertain", "output"]),
     value=TREES,

@@ -39,7 +39,7 @@ BAD = {
     "a missing curve": (
         "".join(GOOD.splitlines(keepends=True)[:6]),
         "map.yaml:1:1: friction: the friction curve is missing, "
-        "expected a1, a2, a3, a4, or mu_start, mu_reversal, v_reversal, a4",
+        "expected a1, a2, a3, a4, or mu_start, mu_reversal, v_reversal, a4\n  hint: `stickslip help model`",
     ),
     "half a curve": (
         with_line(9),

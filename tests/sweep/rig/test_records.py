@@ -169,7 +169,7 @@ def test_files_that_are_none(tmp_path):
     assert "no such file" in complaint(read_record, tmp_path / "none.csv")
     assert "this is a folder" in complaint(read_record, tmp_path)
     (tmp_path / "zip.csv").write_bytes(b"PK\x03\x04" + bytes(40))
-    assert "this is no text" in complaint(read_record, tmp_path / "zip.csv")
+    assert "this is an archive" in complaint(read_record, tmp_path / "zip.csv")
     (tmp_path / "empty.csv").write_text("# nothing\n\n")
     assert "no line names the columns" in complaint(read_record, tmp_path / "empty.csv")
 

@@ -65,7 +65,7 @@ def test_the_level_is_that_of_the_sound():
 @pytest.mark.parametrize("name", STICKING | SUSTAINED)
 def test_more_samples_change_nothing(name, monkeypatch):
     law, cell = (STICKING | SUSTAINED)[name]
-    cell = cell if name in STICKING or name == "two_way_slip_cycle" else faster(cell)
+    cell = cell if name == "two_way_slip_cycle" else faster(cell)
     once = level(cell, law)
     monkeypatch.setattr("stickslip.sound.loudness.OVERSAMPLING", 16)
     assert level(cell, law) == pytest.approx(once, abs=0.01) and np.isfinite(once)
@@ -73,15 +73,15 @@ def test_more_samples_change_nothing(name, monkeypatch):
 
 def test_hard_cells_need_no_more_samples_either(monkeypatch):
     """Every tenth of those with stick-slip, all laws, parameters over decades."""
-    some = [(law, cell) for law, cell, row in hard_cells("stick_slip") if float(row["period"]) < 3.0][::6]
+    some = [(law, cell) for law, cell, row in hard_cells("stick_slip") if float(row["period"]) < 3.0][::9]
     once = [level(cell, law) for law, cell in some]
     monkeypatch.setattr("stickslip.sound.loudness.OVERSAMPLING", 16)
     monkeypatch.setattr("stickslip.sound.loudness.FORGOTTEN", 10.0)
     np.testing.assert_allclose([level(cell, law) for law, cell in some], once, atol=0.02)
-    assert len(some) > 10 and np.isfinite(once).all()
+    assert len(some) > 8 and np.isfinite(once).all()
 
 
-@pytest.mark.parametrize("stiffness", [1e6, 1e8, 1e9, 1e10])
+@pytest.mark.parametrize("stiffness", [1e6, 1e8, pytest.param(1e10, marks=pytest.mark.slow)])
 def test_slips_far_shorter_than_the_period_of_any_tone_need_no_more_samples(stiffness, monkeypatch):
     """1 g: natural frequencies from 5 kHz to 500 kHz, ten slips a second."""
     cell = COULOMB | {"mass": 1e-3, "stiffness": stiffness, "belt_speed": 40.0 / stiffness}

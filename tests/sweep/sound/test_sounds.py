@@ -79,9 +79,9 @@ def test_nothing_is_folded_down_from_above_the_band():
 
 def test_a_cycle_that_lasts_longer_than_the_sound_is_a_stretch_of_it():
     """0.1 Hz: two seconds around one break-away, of the same motion as the cycle."""
-    heard, longer = sound.of(PAIR, 2.0), sound.of(PAIR, 12.0)
+    heard, longer = sound.of(PAIR, 2.0, rate=8000), sound.of(PAIR, 12.0, rate=8000)
     assert heard.repeats and heard.frequency == pytest.approx(0.1006, rel=1e-3)
-    inside = slice(1000, 80_000)
+    inside = slice(200, 15_000)
     np.testing.assert_allclose(heard.acceleration[inside], longer.acceleration[inside], atol=2e-3 * longer.peak)
 
 
@@ -99,7 +99,7 @@ def test_every_hard_cell_has_a_sound_and_its_transient_the_peak_of_its_trajector
     """Started in slip, thrown at once, sticking for minutes first; of every law."""
     compared = 0
     for regime in ("stick_slip", "settles"):
-        for law, cell, row in list(hard_cells(regime))[:: 2 if regime == "settles" else 5]:
+        for law, cell, row in list(hard_cells(regime))[:: 3 if regime == "settles" else 8]:
             heard = sound.of(cell, 0.5, law=law, transient=True)
             assert np.isfinite(heard.acceleration).all() and heard.acceleration.size == 22_050, row
             heard.remarks()
@@ -110,7 +110,7 @@ def test_every_hard_cell_has_a_sound_and_its_transient_the_peak_of_its_trajector
                 motion = stickslip.simulate(duration=over, samples=40_001, law=law, rtol=1e-9, **cell)
                 assert heard.peak == pytest.approx(float(np.abs(motion["acceleration"]).max()), rel=0.35), row
                 compared += 1
-    assert compared > 30
+    assert compared > 20
 
 
 def test_a_start_that_is_thrown_at_once_is_heard_from_there():
