@@ -30,6 +30,7 @@ LINES: dict[str, tuple[str, str, float]] = {  # by motion: colour, dash, width
 _MARK_COLOURS = {"cell": "white", "A": GREEN, "B": PURPLE}
 NO_SAMPLES: dict[str, Any] = {"t": [], "x": [], "v": [], "w": [], "mu": []}
 _SHADES = 256
+_TICKS = 5  # along x: there is room for no more in a narrow window
 
 
 class MapFigure:
@@ -183,7 +184,10 @@ class CellFigures:
 
 
 def _figure(name: str, **ranges: Any) -> figure:
-    return quiet(figure(tools=TOOLS, name=name, sizing_mode="stretch_both", min_height=150, **ranges))
+    plot = quiet(figure(tools=TOOLS, name=name, sizing_mode="stretch_both", min_height=150, **ranges))
+    for axis in plot.xaxis:
+        axis.ticker.desired_num_ticks = _TICKS
+    return plot
 
 
 def axis_words(units: Units) -> dict[str, tuple[str, str]]:

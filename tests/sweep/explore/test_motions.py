@@ -180,9 +180,11 @@ def test_a_click_and_a_coarse_map_leave_most_of_their_time_to_the_browser():
         return maps.picture(maps.computed(config_of(subject, view, COARSE), stop_flag()), view)
 
     click({"stiffness": 100.0, "belt_speed": 0.2})
-    for stiffness, speed in ((100.0, 0.2), (100.0, 0.45), (1000.0, 1.0), (1.0, 0.8), (3.0, 0.05)):
-        assert least(lambda at={"stiffness": stiffness, "belt_speed": speed}: click(at)) < 80.0
-    assert least(coarse) < 60.0
+    places = ((100.0, 0.2), (100.0, 0.45), (1000.0, 1.0), (1.0, 0.8), (3.0, 0.05))
+    clicks = [least(lambda at={"stiffness": k, "belt_speed": v}: click(at)) for k, v in places]
+    first = least(coarse)
+    print(f"\nms of CPU time: clicks {[round(one, 1) for one in clicks]}, coarse map {first:.1f}")
+    assert max(clicks) < 80.0 and first < 60.0
 
 
 # --- words and files --------------------------------------------------------------------------------------------------

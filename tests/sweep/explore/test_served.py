@@ -23,11 +23,20 @@ from stickslip.cli import main
 from stickslip.explore import open_subject
 
 pytest.importorskip("bokeh")
-from stickslip.explore import static  # noqa: E402
+from stickslip.explore import borders, static  # noqa: E402
 from stickslip.explore.server import Explorer  # noqa: E402
 from stickslip.explore.static import page_html  # noqa: E402
 
 NETWORK = re.compile(r"""(?:src|href)\s*=\s*["']?(?:https?:)?//""", re.IGNORECASE)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def coarse_borders():
+    """What is drawn is looked at elsewhere."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(borders, "_POINTS", 16)
+        patch.setattr(borders, "_SCAN", 8)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -91,25 +100,26 @@ def test_only_this_machine_is_listened_to(server):
             pass
 
 
+def upgraded(server, page, path, origin):
+    """What is answered to a websocket that a page of some origin opens."""
+    token = json.loads(re.search(r'"token":("[^"]+")', page)[1])
+    headers = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13", "Origin": origin}
+    headers |= {"Sec-WebSocket-Key": "c3RpY2stc2xpcCBleHBsb3I=", "Sec-WebSocket-Protocol": f"bokeh, {token}"}
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
+    try:
+        connection.request("GET", path, headers=headers)
+        return connection.getresponse().status
+    finally:
+        connection.close()
+
+
 def test_a_websocket_is_opened_for_the_page_itself_and_for_no_other(server):
     _, page = answer(server.address)
-    token = json.loads(re.search(r'"token":("[^"]+")', page)[1])
     own = f"http://127.0.0.1:{server.port}"
-
-    def opens(path, origin):
-        connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
-        headers = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13", "Origin": origin}
-        headers |= {"Sec-WebSocket-Key": "c3RpY2stc2xpcCBleHBsb3I=", "Sec-WebSocket-Protocol": f"bokeh, {token}"}
-        try:
-            connection.request("GET", path, headers=headers)
-            return connection.getresponse().status
-        finally:
-            connection.close()
-
-    assert opens(f"/{server.token}/ws", own) == 101
+    assert upgraded(server, page, f"/{server.token}/ws", own) == 101
     for origin in ("http://evil.example", f"http://localhost.evil.example:{server.port}", "null", "http://127.0.0.1:1"):
-        assert opens(f"/{server.token}/ws", origin) == 403
-    assert opens("/ws", own) == 404
+        assert upgraded(server, page, f"/{server.token}/ws", origin) == 403
+    assert upgraded(server, page, "/ws", own) == 404
 
 
 def test_the_environment_opens_no_door(monkeypatch, server):
@@ -117,7 +127,7 @@ def test_the_environment_opens_no_door(monkeypatch, server):
     monkeypatch.setenv("BOKEH_ALLOW_WS_ORIGIN", "*")
     _, page = answer(server.address)
     assert not NETWORK.search(page)
-    test_a_websocket_is_opened_for_the_page_itself_and_for_no_other(server)
+    assert upgraded(server, page, f"/{server.token}/ws", "http://evil.example") == 403
 
 
 # --- the page without a server ----------------------------------------------------------------------------------------

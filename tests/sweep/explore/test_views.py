@@ -1,6 +1,7 @@
 """What is seen and what can be changed, without a browser: configurations, maps, sliders."""
 
 from math import isnan
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ from stickslip.explore.view import (
 from stickslip.vocabulary.quantities import QUANTITIES
 
 SHIPPED = (
-    "attractors", "hysteresis", "lubricants", "quickstart", "refine", "start_state", "uncertain",
+    "hysteresis", "lubricants", "quickstart", "start_state", "uncertain",
 )  # fmt: skip
 FEW = (9, 11)
 
@@ -64,6 +65,13 @@ def test_what_is_opened_is_seen_over_its_last_two_axes_or_what_people_ask_about(
     assert (shown.y.name, shown.x.name) == view.plane and shown.shades.shape == regimes(shown).shape
     assert (regimes(shown) > 0).all()
     assert shown.size >= 5 * 40 or min(shown.shades.shape) >= 15
+
+
+@pytest.mark.parametrize("path", sorted(Path("configs").glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_configuration_that_comes_with_the_program_is_opened(path):
+    subject = open_subject(path)
+    view = first_view(subject)
+    assert (regimes(seen(subject, view, (4, 5))) > 0).all()
 
 
 def test_a_pixel_is_the_cell_that_a_click_computes(subject):
