@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import sys
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -47,6 +48,7 @@ KERNEL_IMPORTS = {"numpy", "numba", "llvmlite", "stickslip_kernels"} | {
 }  # fmt: skip
 
 
+@cache
 def sources(package: Path) -> dict[str, ast.Module]:
     """Syntax trees of a package by module name, `a.b` for files in folders."""
     found = {}
@@ -71,6 +73,7 @@ def imports(tree: ast.Module, package: str, modules: set[str]) -> set[str]:
     return found
 
 
+@cache
 def sweep_imports() -> dict[str, set[str]]:
     """Which modules of stickslip each module of stickslip imports."""
     trees = sources(SWEEP)

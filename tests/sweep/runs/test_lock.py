@@ -78,12 +78,12 @@ def test_a_user_without_a_name_is_told_by_number(config, output, monkeypatch):
 
 def test_a_run_whose_lock_was_taken_stops(config, output, monkeypatch):
     monkeypatch.setattr(lock, "REFRESH", 0.01)
-    gate = threading.Event()
 
     def rob(done, of):
-        if done:
-            holding(output)
-            gate.wait(0.2)
+        end = time.monotonic() + 20.0
+        while done and any(thread.name == "lock" for thread in threading.enumerate()) and time.monotonic() < end:
+            holding(output)  # again, since the heartbeat may have been about to write
+            time.sleep(0.02)
 
     with pytest.raises(stickslip.IncompleteError, match="another run took over"):
         stickslip.run(config, output, progress=rob)
