@@ -11,7 +11,7 @@ from click.testing import CliRunner
 import stickslip
 from stickslip.cli import main
 from stickslip.config.examples import found_points
-from stickslip.errors import ConfigError
+from stickslip.errors import ConfigError, UnitWarning
 from stickslip.fit import draw_curves, fit_curve
 
 FILES = [found_points(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
@@ -217,3 +217,20 @@ def test_plot_and_inspect_know_a_comparison_from_its_file(compared, tmp_path, mo
     told = call("inspect", "found.nc")
     assert told.exit_code == 0 and "grease_b" in told.stdout and "quiet above" in told.stdout
     assert json.loads(call("inspect", "found.nc", "--json").stdout)["materials"][2]["name"] == "dry"
+
+
+def test_a_forgotten_unit_is_asked_about_as_in_a_configuration(tmp_path):
+    options = ["--load", "10 N", "--draws", 0, "--damping", 1]
+    with pytest.warns(UnitWarning, match=r"did you mean 100 g\?(.|\n)*did you mean 20 mm/s\?"):
+        done = call("compare", FILES[0], "--mass", 100, "--stiffness", 5, "--speed", 20, *options)
+    assert done.exit_code == 0
+    assert "beyond the fastest" in done.stdout and "damping 0" not in done.stdout.lower()
+    with pytest.warns(UnitWarning, match="100 understood as 100 kg; did you mean 100 g"):
+        ds = stickslip.compare(FILES[0], mass=100, stiffness=5000, normal_load=10, draws=0)
+    assert ds.attrs["damping_assumed"] == 1
+
+
+def test_the_margin_of_what_vibrates_throughout_is_a_bound_and_the_damping_is_asked_for(tmp_path):
+    (tmp_path / "grease.csv").write_text("speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
+    done = call("compare", tmp_path / "grease.csv", *OPTIONS, "--draws", 0, "--speed", "5 mm/s")
+    assert "< x 0." in done.stdout and "Damping 0 N s/m was assumed" in done.stdout and not done.stderr

@@ -41,7 +41,7 @@ Examples:
 @click.option("--mass", required=True, help='Of the oscillator: kg, or with a unit ("100 g").')
 @click.option("--stiffness", required=True, help='Of its spring: N/m, or with a unit ("5 N/mm").')
 @click.option("--load", required=True, help='Normal load: N, or with a unit ("2 kN").')
-@click.option("--damping", default="0", show_default=True, help='Of its damper: N s/m, or with a unit ("1 N s/m").')
+@click.option("--damping", help='Of its damper: N s/m, or with a unit ("1 N s/m").  [default: 0]')
 @click.option("--speed", help="Belt speed at which regime, margin and tendency are told.")
 @click.option("--between", nargs=2, metavar="LOW HIGH", help="Belt speeds to search.  [default: from the points]")
 @columns
@@ -57,7 +57,7 @@ Examples:
 @JSON
 @reports_wrong_input
 def compare(
-    files: tuple[Path, ...], mass: str, stiffness: str, load: str, damping: str, speed: str | None,
+    files: tuple[Path, ...], mass: str, stiffness: str, load: str, damping: str | None, speed: str | None,
     between: tuple[str, str] | None, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
     level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None, report: Path | None,
     as_json: bool,
@@ -74,7 +74,8 @@ def compare(
 
     _check_outputs(outputs, plot, report)
     fits = fitted([points_file(file) for file in files], wanted_of(unit, speed_column, friction_column), not as_json)
-    given = {"mass": mass, "stiffness": stiffness, "normal_load": load, "damping": damping}
+    given = {"mass": mass, "stiffness": stiffness, "normal_load": load}
+    given |= {} if damping is None else {"damping": damping}
     prepare_kernels("stribeck")
     try:
         ds = compared(

@@ -57,7 +57,7 @@ class Words:
             at = f"at {self.speed(float(ds.attrs['belt_speed']))} {self.unit}"
             regimes = tuple(flag_label(REGIMES[int(code)]) for code in ds["regime"].values)
             yield Shown(at, "", True, regimes)
-            yield Shown("margin", "speed over border", False, tuple(map(self._margin, ds["margin"].values)))
+            yield Shown("margin", "speed over border", False, tuple(map(self._margin, count)))
             if "quiet_probability" in ds:
                 yield Shown("P(quiet)", "", False, tuple(map(_share, ds["quiet_probability"].values)))
         yield Shown("tendency", "Eq. (3)", False, tuple(f"{float(one):.3f}" for one in ds["tendency"].values))
@@ -66,7 +66,7 @@ class Words:
 
     def remarks(self) -> list[str]:
         """What the table does not say by itself."""
-        return [*self._bounds(), *self._extrapolated(), *self._order(), *self._fits()]
+        return [*self._bounds(), *self._damping(), *self._extrapolated(), *self._order(), *self._fits()]
 
     def what_quiet_means(self) -> str:
         """What was looked for, and where."""
@@ -112,9 +112,10 @@ class Words:
             else f"{first} to {last}"
         )
 
-    @staticmethod
-    def _margin(value: Any) -> str:
-        return f"x {float(value):.3g}" if math.isfinite(value) else "> 1"
+    def _margin(self, i: int) -> str:
+        value = float(self._ds["margin"].values[i])
+        sign = {"vibrates_throughout": "< ", "unresolved": ">= "}.get(self._state(i), "")
+        return f"{sign}x {value:.3g}" if math.isfinite(value) else "> 1"
 
     # --- remarks --------------------------------------------------------------------------------------------------
 
@@ -137,8 +138,20 @@ class Words:
                     "the damping of the system, or measure at higher speed."
                 )
 
+    def _damping(self) -> Iterator[str]:
+        """The damper that nobody told of."""
+        if "damping_assumed" in self._ds.attrs:
+            yield "Damping 0 N s/m was assumed for all materials; a damper lowers the borders: give --damping."
+
     def _extrapolated(self) -> Iterator[str]:
-        """Borders outside of what was measured."""
+        """A belt speed and borders outside of what was measured."""
+        ends = float(self._ds["slowest_point"].min()), float(self._ds["fastest_point"].max())
+        if "belt_speed" in self._ds.attrs and not ends[0] <= (asked := float(self._ds.attrs["belt_speed"])) <= ends[1]:
+            side = f"slowest, {self.speed(ends[0])}" if asked < ends[0] else f"fastest, {self.speed(ends[1])}"
+            yield (
+                f"The belt speed, {self.speed(asked)} {self.unit}, lies beyond the {side} {self.unit}, that was "
+                "measured of any material: what is told there follows from the fitted curves alone."
+            )
         for i, name in enumerate(self.names):
             border, slow, fast = (
                 float(self._ds[one].values[i]) for one in ("quiet_above", "slowest_point", "fastest_point")
