@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -135,7 +135,7 @@ def compare_fits(fits: Sequence[MaterialFit], question: Question) -> xr.Dataset:
     drawn = [_drawn(curve, question, scan) for curve in curves]
     order = sorted(range(len(fits)), key=lambda i: (_rank_key(found, i), fits[i].name))
     told = [_material(fits[i], found, motion, drawn[i], i, question) for i in order]
-    _note_ranks(told, [drawn[i] for i in order], [_rank_key(found, i) for i in order])
+    _note_ranks(told, [one.quiet if (one := drawn[i]) else None for i in order], [_rank_key(found, i) for i in order])
     return material_dataset(told, _attributes([fits[i] for i in order], question, scan, speed))
 
 
@@ -220,14 +220,33 @@ def _scan(fits: Sequence[MaterialFit], question: Question) -> Scan:
 # --- what is found ----------------------------------------------------------------------------------------------------
 
 
-def _drawn(curve: CurveFit, question: Question, scan: Scan) -> Quiet | None:
-    """The speeds above which drawn curves are quiet; None where none can be drawn."""
-    drawn = draw_curves(curve, question.draws, question.seed) if question.draws else None
+class _Drawn(NamedTuple):
+    """Drawn curves: the speeds above which they are quiet, and the share of them that fall for ever (a2 < 0)."""
+
+    quiet: Quiet
+    falling: float
+
+
+def _drawn(curve: CurveFit, question: Question, scan: Scan) -> _Drawn | None:
+    """What is found of drawn curves; None where none can be drawn.
+
+    A curve that falls for ever faster than the damper grows vibrates at any speed; so does, as far as this can tell,
+    one whose friction would be negative within the range.
+    """
+    drawn = draw_curves(curve, question.draws, question.seed, falling=True) if question.draws else None
     if drawn is None:
         return None
     options = replace(question.options, rtol=Options.rtol, max_steps=_DRAWN_STEPS)
     tolerance = max(_DRAWN_TO, question.limits.tolerance)
-    return quiet_above(drawn.coefficients, question.system, scan, tolerance, options)
+    a1, a2 = drawn.coefficients["a1"], drawn.coefficients["a2"]
+    held = question.system["damping"] + question.system["normal_load"] * a2 >= 0
+    lost = drawn.falling & ~(held & (a1 + a2 * scan.high >= 0))
+    found = Quiet(np.full(a2.size, scan.high), np.full(a2.size, scan.high), np.full(a2.size, VIBRATES, np.int8))
+    if not lost.all():
+        rest = {name: values[~lost] for name, values in drawn.coefficients.items()}
+        part = quiet_above(rest, question.system, scan, tolerance, options)
+        found.speed[~lost], found.low[~lost], found.state[~lost] = part.speed, part.low, part.state
+    return _Drawn(found, float(drawn.falling.mean()))
 
 
 def _rank_key(found: Quiet, i: int) -> tuple[int, float]:
@@ -238,7 +257,7 @@ def _rank_key(found: Quiet, i: int) -> tuple[int, float]:
 
 
 def _material(
-    fit: MaterialFit, found: Quiet, motion: Mapping[str, NDArray[Any]], drawn: Quiet | None, i: int, question: Question
+    fit: MaterialFit, found: Quiet, motion: Mapping[str, NDArray[Any]], drawn: _Drawn | None, i: int, question: Question
 ) -> Material:
     """All that is known of one material."""
     assert fit.curve is not None
@@ -263,17 +282,18 @@ def _tendency(curve: CurveFit, slip_speed_max: float) -> float:
     return float(tendency(curve.mu_start, curve.predict(reversal), curve.mu_start))
 
 
-def _interval(drawn: Quiet | None, question: Question) -> dict[str, float]:
+def _interval(drawn: _Drawn | None, question: Question) -> dict[str, float]:
     """What the scatter of the points leaves open; NaN where they determine too little."""
-    found = {"quiet_above_low": np.nan, "quiet_above_high": np.nan, "draws_used": 0.0}
+    found = {"quiet_above_low": np.nan, "quiet_above_high": np.nan, "draws_used": 0.0, "draws_falling": np.nan}
     if question.belt_speed is not None:
         found["quiet_probability"] = np.nan
     if drawn is None:
         return found
-    least, most = (np.sort(bound) for bound in drawn.between())
+    least, most = (np.sort(bound) for bound in drawn.quiet.between())
     tail = round((1.0 - question.level) / 2.0 * most.size)
     found["quiet_above_low"], found["quiet_above_high"] = float(least[tail]), float(most[-1 - tail])
-    found["draws_used"] = float(np.count_nonzero(drawn.state != UNRESOLVED))
+    found["draws_used"] = float(np.count_nonzero(drawn.quiet.state != UNRESOLVED))
+    found["draws_falling"] = drawn.falling
     if question.belt_speed is not None:
         found["quiet_probability"] = float(np.mean(most < question.belt_speed))
     return found

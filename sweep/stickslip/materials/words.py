@@ -7,12 +7,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, flag_label
 from stickslip.vocabulary.words import listed
 
+_WORTH_SAYING = 0.01  # share of the curves drawn
 _CERTAIN = 0.975  # probability from which the order of two neighbours is
 
 
@@ -62,11 +64,18 @@ class Words:
                 yield Shown("P(quiet)", "", False, tuple(map(_share, ds["quiet_probability"].values)))
         yield Shown("tendency", "Eq. (3)", False, tuple(f"{float(one):.3f}" for one in ds["tendency"].values))
         yield Shown("mu_start", "", False, tuple(f"{float(one):.3f}" for one in ds["mu_start"].values))
-        yield Shown("fit", "", True, tuple("good" if good else "see below" for good in ds["fit_good"].values))
+        yield Shown("fit", "", True, tuple(map(self._fit, count)))
 
     def remarks(self) -> list[str]:
         """What the table does not say by itself."""
-        return [*self._bounds(), *self._damping(), *self._extrapolated(), *self._order(), *self._fits()]
+        return [
+            *self._bounds(),
+            *self._damping(),
+            *self._extrapolated(),
+            *self._order(),
+            *self._falling(),
+            *self._fits(),
+        ]
 
     def what_quiet_means(self) -> str:
         """What was looked for, and where."""
@@ -84,11 +93,22 @@ class Words:
             return ""
         return (
             f"The {self.level} intervals are quantiles of {int(self._ds.attrs['draws']):,} curves a material, drawn "
-            "from the covariance of its fit: the scatter of the points, not of specimens, temperature or the system; "
-            "what a fit assumed (a2 = 0) is taken for granted."
+            "from the covariance of its fit: the scatter of the points, not of specimens, temperature or the system"
+            f"{self._assumed()}."
         )
 
+    def _assumed(self) -> str:
+        """The materials whose fit assumed that friction never rises."""
+        assumed = (self._ds["a2"] == 0) & np.isinf(self._ds["a2_high"])
+        names = [name for name, zero in zip(self.names, assumed.values, strict=True) if zero]
+        return f"; that a2 = 0, which the fit of {listed(names, 'and')} assumed, is taken for granted" if names else ""
+
     # --- cells ----------------------------------------------------------------------------------------------------
+
+    def _fit(self, i: int) -> str:
+        if not self._ds["fit_good"].values[i]:
+            return "see below"
+        return "a2 open" if self._ds["a2"].values[i] > 0 and self._ds["a2_low"].values[i] == 0 else "good"
 
     def _state(self, i: int) -> str:
         return QUIET_STATES[int(self._ds["quiet_state"].values[i])]
@@ -169,6 +189,18 @@ class Words:
                 one, other = self.names[i], self.names[i + 1]
                 told = "cannot be told" if math.isnan(chance) else f"has a probability of {_share(chance)}"
                 yield f"That {one} is quiet from a lower speed on than {other} {told}."
+
+    def _falling(self) -> Iterator[str]:
+        """Materials whose friction may fall for ever, as far as the points tell."""
+        if "draws_falling" not in self._ds:
+            return
+        for name, share in zip(self.names, self._ds["draws_falling"].values, strict=True):
+            if share >= _WORTH_SAYING:
+                yield (
+                    f"{name}: {_share(share)} of the curves that the points allow fall for ever (a2 < 0); where no "
+                    "damper outweighs this, they vibrate at any speed, and open the interval upwards. Measure at "
+                    "higher speed."
+                )
 
     def _fits(self) -> Iterator[str]:
         """Curves that may not be used without reservation."""
