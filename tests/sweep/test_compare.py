@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from click.testing import CliRunner
+from openpyxl import load_workbook
 
 import stickslip
 from stickslip.cli import main
@@ -260,3 +261,30 @@ def test_remarks_tell_speeds_in_the_unit_of_the_points(tmp_path):
     (tmp_path / "grease.csv").write_text("speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
     done = call("compare", tmp_path / "grease.csv", *OPTIONS, "--draws", 0)
     assert "at 0.5 mm/s to 0.11 at 10 mm/s" in done.stdout and " m/s" not in done.stdout
+
+
+def test_tables_for_colleagues_show_what_is_printed_and_no_bound_as_a_border(tmp_path):
+    """Oil is quiet throughout, the grease vibrates throughout: neither has a border."""
+    (tmp_path / "grease.csv").write_text("speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
+    oil = "\n".join(f"{1000 * w}, {0.1 + 0.1 * w - 0.05 * np.exp(-w / 0.05)}" for w in SPEED)
+    (tmp_path / "oil.csv").write_text(f"speed [mm/s], mu\n{oil}\n")
+    names = [tmp_path / "ranks.csv", tmp_path / "ranks.xlsx", tmp_path / "ranks.nc"]
+    done = call("compare", tmp_path / "grease.csv", tmp_path / "oil.csv", FILES[0], *OPTIONS, "--draws", 0,
+                "--speed", "5 mm/s", "--decimal-comma", *(word for name in names for word in ("-o", name)))  # fmt: skip
+    assert done.exit_code == 0, done.output
+    table = pd.read_csv(names[0], sep=";", decimal=",").set_index("material")
+    assert list(table["quiet_state"]) == ["quiet_throughout", "border", "vibrates_throughout"]
+    assert list(table["quiet_above [m/s]"].isna()) == list(table["margin"].isna()) == [True, False, True]
+    assert table["quiet_above [m/s]"]["dry"] < table["searched_to [m/s]"]["dry"]
+    book = load_workbook(names[1])
+    assert book.sheetnames == ["ranks", "data", "about"]
+    sheet = book["ranks"]
+    assert sheet.freeze_panes == "B2" and sheet["A1"].font.bold and sheet["C1"].value == "quiet above\n(mm/s)"
+    rows = {row[0]: row for row in sheet.iter_rows(values_only=True)}
+    assert rows["oil"][2].startswith("< ") and rows["grease"][2].startswith("> ") and rows["dry"][2] > 100
+    assert rows["mass"][1] == "100 g" and rows["viscous damping coefficient"][1] == "0 N s/m (assumed)"
+    assert any(said and said.startswith("grease: Friction falls") for said in rows)
+    again = call("export", names[2], "-o", tmp_path / "again.xlsx")
+    assert again.exit_code == 0
+    copy = load_workbook(tmp_path / "again.xlsx")["ranks"]
+    assert list(copy.iter_rows(values_only=True)) == list(sheet.iter_rows(values_only=True))

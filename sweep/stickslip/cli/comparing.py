@@ -49,6 +49,9 @@ Examples:
 @click.option("--draws", type=int, default=1000, show_default=True, help="Curves drawn a material; 0: no intervals.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the draws.")
 @click.option(
+    "--decimal-comma", is_flag=True, help="Write decimal commas, and semicolons between columns, into CSV."
+)  # fmt: skip
+@click.option(
     "-o", "--output", "outputs", type=click.Path(path_type=Path), multiple=True,
     help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.",
 )  # fmt: skip
@@ -60,7 +63,7 @@ def compare(
     files: tuple[Path, ...], mass: str, stiffness: str, load: str, damping: str | None, speed: str | None,
     between: tuple[str, str] | None, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
     level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None, report: Path | None,
-    as_json: bool,
+    decimal_comma: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Rank materials by the belt speed above which each is quiet.
 
@@ -91,7 +94,7 @@ def compare(
     words = Words(ds, _unit_of(speed))
     if not as_json:
         _show(words)
-    written = _write(ds, words, outputs, plot, report, as_json)
+    written = _write(ds, words, outputs, plot, report, as_json, "," if decimal_comma else ".")
     if as_json:
         tell_json(_answer(ds, words, written))
 
@@ -155,7 +158,13 @@ def _show(words: Words) -> None:
 
 
 def _write(
-    ds: xr.Dataset, words: Words, outputs: tuple[Path, ...], plot: Path | None, report: Path | None, silent: bool
+    ds: xr.Dataset,
+    words: Words,
+    outputs: tuple[Path, ...],
+    plot: Path | None,
+    report: Path | None,
+    silent: bool,
+    decimal: str,
 ) -> dict[str, str]:
     """Everything that is asked for; what was written, by kind."""
     from stickslip.dataset.export import TABLE_SUFFIXES
@@ -164,7 +173,7 @@ def _write(
     written = {}
     for output in outputs:
         if output.suffix.lower() in TABLE_SUFFIXES:
-            table = write_table(ds, output)
+            table = write_table(ds, output, decimal=decimal, unit=words.unit)
             if not silent:
                 tell_table(table, output)
         else:

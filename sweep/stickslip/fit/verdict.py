@@ -82,8 +82,8 @@ class Verdict:
         )
         return (
             f"Friction falls all the way from {first:.3g} at {self._told(slowest)} to {last:.3g} at "
-            f"{self._told(fastest)}, and the points do not determine a2, which was taken as 0 (no rise at speed).{lost}{self._scale()} "
-            f"Use the curve between these speeds; {missing}."
+            f"{self._told(fastest)}, and the points do not determine a2, which was taken as 0 (no rise at "
+            f"speed).{lost}{self._scale()} Use the curve between these speeds; {missing}."
         )
 
     def _told(self, speed: float, digits: int = 3) -> str:

@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stickslip.dataset.export import Sheet
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, flag_label
+from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.words import listed
 
+_SYSTEM = ("mass", "stiffness", "damping", "normal_load")
 _WORTH_SAYING = 0.01  # share of the curves drawn
 _CERTAIN = 0.975  # probability from which the order of two neighbours is
 
@@ -76,6 +79,28 @@ class Words:
             *self._falling(),
             *self._fits(),
         ]
+
+    def conditions(self) -> list[tuple[str, str]]:
+        """The system, in the units in which it was given."""
+        found = []
+        for name in _SYSTEM:
+            row, value = PARAMETERS[name], float(self._ds.attrs[f"system_{name}"])
+            written = self._ds.attrs.get(f"written_{name}", f"{value:.6g} {units.spelled(row.units)}")
+            assumed = " (assumed)" if name == "damping" and "damping_assumed" in self._ds.attrs else ""
+            found.append((row.long_name, f"{written}{assumed}"))
+        if "belt_speed" in self._ds.attrs:
+            found.append(("belt speed", f"{self.speed(float(self._ds.attrs['belt_speed']))} {self.unit}"))
+        return found
+
+    def sheet(self) -> Sheet:
+        """The table of ranks as a sheet of a workbook, conditions and remarks below it."""
+        columns = [*self.columns()]
+        columns[0], columns[1] = columns[1], columns[0]  # the material stays in sight
+        heading = [f"{one.name}\n({one.unit})" if one.unit else one.name for one in columns]
+        rows = [list(map(_number_or_word, row)) for row in zip(*(one.cells for one in columns), strict=True)]
+        said = [self.what_quiet_means(), self.what_the_interval_means()]
+        remarks = [[text] for text in (*self.remarks(), *said) if text]
+        return Sheet("ranks", heading, rows, [[], ["Conditions:"], *self.conditions(), [], ["Remarks:"], *remarks])
 
     def what_quiet_means(self) -> str:
         """What was looked for, and where."""
@@ -215,3 +240,11 @@ def _share(value: Any) -> str:
     if math.isnan(value):
         return "not known"
     return "> 99.9 %" if value > 0.999 else "< 0.1 %" if value < 0.001 else f"{100 * float(value):.3g} %"
+
+
+def _number_or_word(cell: str) -> str | float:
+    """What a cell of a sheet holds: a number as one, so that it can be sorted."""
+    try:
+        return float(cell)
+    except ValueError:
+        return cell
