@@ -304,3 +304,12 @@ def test_tables_for_colleagues_show_what_is_printed_and_no_bound_as_a_border(tmp
     assert again.exit_code == 0
     copy = load_workbook(tmp_path / "again.xlsx")["ranks"]
     assert list(copy.iter_rows(values_only=True)) == list(sheet.iter_rows(values_only=True))
+
+
+def test_all_options_that_are_missing_are_named_at_once():
+    done = call("compare", "--mass", "1 kg")
+    assert done.exit_code == 2 and "missing FILES..., --stiffness, --load" in done.stderr
+    assert '--stiffness "5 N/mm" --load "10 N"' in done.stderr
+    for word in ("excel", "export"):
+        told = call("help", word)
+        assert "From measured friction to a decision" in told.stdout

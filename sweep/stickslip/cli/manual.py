@@ -26,6 +26,8 @@ _ALSO = {  # other words for a page
     "yaml": "configuration", "config": "configuration", "axes": "configuration", "files": "variables",
     "readme": "overview", "python": "api", "equation": "model", "friction": "model", "hysteresis": "model",
     "ageing": "model", "aging": "model", "completion": "shell", "colours": "shell", "si": "units",
+    "excel": "materials", "xlsx": "materials", "csv": "materials", "export": "materials",
+    "spreadsheet": "materials", "lubricant": "materials", "grease": "materials",
 }  # fmt: skip
 
 
@@ -106,6 +108,12 @@ def about(topic: str, known: dict[str, Page]) -> str | None:
     if more:
         parts.append("More to read: " + "; ".join(f"`stickslip help {page}` ({title})" for page, title in more))
     return "\n\n".join(parts)
+
+
+def page_about(topic: str, known: dict[str, Page]) -> str | None:
+    """The page on which a word is explained, other than the page of its own."""
+    meant = _ALSO.get(topic.strip().lower())
+    return meant if meant in known else None
 
 
 def closest(topic: str, known: dict[str, Page], others: list[str]) -> str | None:
