@@ -100,7 +100,7 @@ def cell_html(motions: CellMotions, where: str, sides: Collection[str] = ()) -> 
     if motions.cycle is not None:
         speed = quantity(motions.cycle.velocity_amplitude, "m s-1")
         said.append(
-            f"unstable cycle (dotted): vibration with less than about {escape(speed)} dies out, with more it grows"
+            f"unstable cycle (dotted), velocity amplitude {escape(speed)}: vibration inside dies out, outside grows"
         )
     if any(motion.late for motion in motions.motions):
         said.append("the slow growth from near sliding is left out; its end is shown")
