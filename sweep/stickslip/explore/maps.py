@@ -28,10 +28,7 @@ from stickslip.vocabulary.results import VARIABLES
 
 Floats = NDArray[np.float64]
 LEVELS = 255  # of the colours of numbers; one more is for cells without a value
-HOVER = (
-    "regime", "status", "damping_ratio", "frequency", "stick_fraction", "spring_force_max", "spring_force_min",
-    "slip_speed_max", "acceleration_max", "velocity_amplitude", "tendency",
-)  # fmt: skip
+HOVER = ("regime", "frequency", "stick_fraction", "velocity_amplitude", "slip_speed_max", "spring_force_max")
 _ORDER = {name: i for i, name in enumerate(VARIABLES)}
 _BLANK = "#ffffff"  # of cells without a flag
 _TICKS = 5  # of the scale of colours
@@ -124,6 +121,11 @@ class Picture:
     def by_name(self) -> dict[str, Column]:
         """The columns by the names of their variables."""
         return {column.name: column for column in self.columns}
+
+    @property
+    def units(self) -> dict[str, Unit]:
+        """In what the numbers under the pointer are told, by variable."""
+        return {column.name: column.unit for column in self.columns if not column.names}
 
 
 def computed(config: Config, stop: StopFlag) -> xr.Dataset | None:

@@ -260,7 +260,8 @@ class Session:
         pinned = {name: seen.motions for name, seen in now.pins.items()}
         said = "" if now.cell is None else cell_html(now.cell.motions, now.cell.words, now.cell.at)
         said += "".join(f"<br><b>{name}</b>: {escape(seen.words)}" for name, seen in now.pins.items())
-        self.page.show_cell(None if now.cell is None else now.cell.motions, pinned, said)
+        units = {} if now.shown is None else now.shown.units
+        self.page.show_cell(None if now.cell is None else now.cell.motions, pinned, said, units)
         self._mark()
 
     def _mark(self) -> None:

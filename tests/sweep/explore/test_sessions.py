@@ -173,6 +173,27 @@ def test_borders_never_lie_over_cells_of_another_view(tab, monkeypatch):
     assert len(one.data("map_borders")["xs"]) > 0
 
 
+def test_the_card_and_the_table_tell_a_quantity_in_one_unit_and_commands_have_few_digits(tab):
+    one = tab()
+    one.click(0.45, 2.0)
+    columns = {column["name"]: column["unit"] for column in one.session.page.columns.tags[0]["columns"]}
+    assert len(columns) <= 6 and columns["slip_speed_max"] in ("m/s", "mm/s")
+    numbers = one.model("numbers").text
+    for name in ("velocity_amplitude", "slip_speed_max"):
+        row = re.search(rf">{name.replace('_', ' ')}</th>(.*?)</tr>", numbers)[1]
+        assert {word.split()[-1] for word in re.findall("<td>(.*?)</td>", row)} == {columns[name]}
+    given = re.findall(r"--at \w+=([\d.]+)", one.model("reproduce").text)
+    assert len(given) == 2 and all(len(value) <= 8 for value in given)
+    assert one.data("blank")["x"] == []  # which gives empty figures their range
+
+
+def test_zero_on_a_slider_is_zero_whatever_the_browser_adds_up_to(tab):
+    one = tab()
+    one.model("on_velocity").active = True
+    one.model("knob_velocity").value = -2.842e-14
+    assert one.session._now.view.values["velocity"] == 0.0
+
+
 def test_the_command_of_a_cell_goes_with_its_sides(tab):
     one = tab()
     one.click(0.45, 2.0)
