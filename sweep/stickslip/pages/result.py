@@ -50,7 +50,10 @@ class Drawn(NamedTuple):
 
 
 def drawn_of(ds: xr.Dataset, look: Look = PLAIN, title: str | None = None) -> list[Drawn]:
-    """The pictures of a result that is no set of borders over a map. look : of maps. title : of all, unless None."""
+    """The pictures of a result that is no set of borders over a map, or of a part that fits.
+
+    look : of maps. title : of all, unless None.
+    """
     if "probability" in ds:
         return [_tried("probability", lambda: plot_probability(ds, look=look, title=title))]
     if "direction" in ds.dims:

@@ -175,6 +175,6 @@ def test_options_without_units_and_remarks_that_overrule_them_are_said_and_a_mat
     assert "felt" in result.stdout and "bare " not in result.stdout
     target = str(tmp_path / "f.nc")
     result = CliRunner().invoke(main, ["rig", "features", str(path), "--speed", "25 mm/s", "-o", target])
-    assert result.exit_code == 0 and "option" not in result.output
+    assert result.exit_code == 0 and "of the option" not in result.output
     result = CliRunner().invoke(main, ["plot", target])
     assert result.exit_code == 2 and "features of rig tests" in result.output and "--plot" in result.output
