@@ -209,6 +209,12 @@ def test_levels_of_a_map_are_written_said_and_drawn(tmp_path, monkeypatch):
 def test_the_level_of_a_cell_can_be_told_relative_to_another(config):
     said = call("listen", config, *STICKS, "--level", "--reference", "normal_load=1", "--reference", "mass=1")
     assert "0.0 dB(A) re the reference" in said
+    assert said == call("listen", config, *STICKS, "--level", "--reference", "normal_load=1, mass=1")
+    assert "as loud as the reference: normal_load=1, mass=1" in said
+    assert "dB louder than the reference: normal_load=0.5" in call(
+        "listen", config, *STICKS, "--level", "--reference", "normal_load=0.5"
+    )
+    assert "--reference: " in call("listen", config, *STICKS, "--level", "--reference", "normal_lod=1", code=2)
     said = call("listen", config, *STICKS, "--level", "--reference", "belt_speed=0.9", code=2)
     assert "no cycle" in said
 

@@ -12,6 +12,7 @@ from stickslip import pages
 from stickslip.config.reader import parse_config
 from stickslip.errors import StoreError
 from stickslip.pages.result import Drawn, drawn_of, result_page
+from stickslip.plots.held import held_fixed
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 
 HOSTILE = '<script>alert("1")</script> & $x$'
@@ -108,6 +109,10 @@ friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 100 mm/s}
     borders = stickslip.run(parse_config(text + "border: {along: belt_speed, between: [10 mm/s, 2 m/s]}\n"))
     page = Page(result_page(borders, []))
     assert "border found\n1 on 1 of 1 lines" in page.sections["What was found"]
+    place = f"{float(borders['border'].values.item()) * 1e3:.6g} mm/s"
+    assert f"{place}\nstick-slip\ndamped\n" in page.sections["The borders"]
+    none = borders.assign(border=borders["border"] * np.nan)
+    assert "one regime throughout" in Page(result_page(none, [])).sections["The borders"]
     uncertain = (
         text
         + "axes: {belt_speed: [0.1, 0.9]}\n"
@@ -128,6 +133,20 @@ def test_a_page_promises_only_what_holds_for_its_result():
 
 def test_a_title_may_be_given():
     assert "<h1>Mine &amp; yours</h1>" in result_page(plane(), [], title="Mine & yours")
+    drawn = drawn_of(plane().drop_vars("period"), title="Mine")
+    assert [one.figure.axes[0].get_title() for one in drawn] == ["Mine"] * len(drawn) and drawn
+    assert "<figcaption>linear damping ratio" in result_page(plane(), drawn)
+
+
+def test_a_curve_is_held_fixed_as_it_was_written():
+    text = """
+system: {mass: 1, normal_load: 1 N, damping: 0, belt_speed: 50 mm/s}
+friction: {mu_start: 0.4, mu_reversal: 0.3, v_reversal: 100 mm/s, a4: 20 mm/s}
+axes: {stiffness: [1 N/mm, 2 N/mm]}
+"""
+    told = dict(held_fixed(stickslip.run(parse_config(text))))
+    assert told["mu_start"] == "0.4 falling to 0.3 at 100 mm/s" and "a1" not in told
+    assert told["damping"].startswith("0 ")
 
 
 def test_parts_escape_their_text():

@@ -13,6 +13,7 @@ from stickslip.plots.hatching import rectangles
 from stickslip.plots.look import Look
 from stickslip.plots.maps import plot_map
 from stickslip.plots.page import request_of, resize, save
+from stickslip.plots.palette import paint
 from stickslip.vocabulary.flags import REGIMES
 
 
@@ -197,3 +198,68 @@ def test_titles_beside_a_legend_are_wrapped_and_again_where_the_figure_gets_narr
     again = figure.axes[0].get_title().splitlines()
     assert "".join(again[:-1]) == long and again[-1] == "second"
     assert max(map(len, again)) < max(map(len, broken)) and tuple(figure.get_size_inches()) == (3.5, 3.0)
+
+
+# --- nothing is cut off -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [(16, 9), (9, 7), (8, 16)])
+@pytest.mark.parametrize("variable", ["regime", "damping_ratio", "period"])
+def test_nothing_is_cut_off_in_a_figure_of_any_size(variable, size):
+    ds = with_units(plane(rows=6, columns=8), {"belt_speed": "mm/s"})
+    wishes = looks(ds, marks=["operating point: stiffness=50 N/m, belt_speed=100 mm/s"])
+    assert_whole(plot_map(ds, variable, look=wishes, title="What the bracket on its rail does"), size)
+
+
+def test_nothing_is_cut_off_in_small_multiples_and_in_a_notebook():
+    ds = make_map(*lubricants(LUBRICANTS), stiffnesses(), speeds())
+    assert_whole(plot_map(ds), None)
+    shown = plot_map(ds.isel(lubricant=slice(2)))
+    assert shown._repr_png_()[:4] == b"\x89PNG"
+    assert_whole(shown, None)
+
+
+def assert_whole(figure, centimetres):
+    """The box around all that is drawn lies within the figure."""
+    if centimetres:
+        resize(figure, *(side / 2.54 for side in centimetres))
+    figure.draw_without_rendering()
+    box, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
+    assert min(box.x0, box.y0) >= -0.02 and box.x1 <= width + 0.02 and box.y1 <= height + 0.02, box
+
+
+def test_a_label_of_a_mark_stands_across_no_border():
+    ds = plane(rows=6, columns=8)
+    border = 0.5 * sum(ds["belt_speed"].values[[0, -1]])
+    ds["damping_ratio"] = ds["damping_ratio"] * 0 + (ds["belt_speed"] - border)
+    place = float(ds["belt_speed"][0]) * 0.3 + border * 0.7
+    figure = plot_map(ds, look=looks(ds, marks=[f"operating point: stiffness=5 N/m, belt_speed={place}"]))
+    resize(figure, 6.3, 3.5)
+    (ax,) = panels_of(figure)
+    (words,) = [text for text in ax.texts if text.get_text().split() == ["operating", "point"]]
+    across = ax.transData.transform((border, 5))[0]
+    box = words.get_window_extent()
+    assert not box.x0 < across < box.x1
+    assert [text for text in legend_of(figure) if "operating point" in text] == []
+
+
+def test_logarithmic_axes_have_plain_numbers():
+    ax = plot_map(plane()).axes[0]
+    assert {"1", "10", "100"} <= {label.get_text() for label in ax.get_yticklabels()}
+    few = plot_map(plane(), look=looks(plane(), limits=["stiffness=1..60 N/m"])).axes[0]
+    assert {"1", "2", "5", "10", "20", "50"} <= {label.get_text() for label in few.get_yticklabels()}
+
+
+def test_colours_about_zero_have_ticks_on_both_sides_and_limits_keep_them_logarithmic():
+    values = np.append(-np.geomspace(1e-4, 2.0, 60), 0.063)
+    made = paint("damping_ratio", values)
+    assert min(made.ticks) <= -1 and max(made.ticks) == 0.06 and made.ticks == sorted(made.ticks)
+    limited = paint("period", np.geomspace(1e-3, 10.0, 50), limits=(0.1, 2.0))
+    assert isinstance(limited.norm, LogNorm)
+
+
+def test_cells_without_a_value_are_hatched():
+    ds = plane()
+    ds["period"] = ds["damping_ratio"].where(ds["belt_speed"] > ds["belt_speed"].values[1]).rename("period")
+    assert plot_map(ds, "period").axes[0].patch.get_hatch()
+    assert not plot_map(ds, "period", look=Look.of(ds, hatched=False)).axes[0].patch.get_hatch()

@@ -75,6 +75,15 @@ def test_a_variable_without_a_single_value_is_refused_with_the_reason():
         plot_map(ds, "period", select={"stiffness": 10})
 
 
+def test_a_variable_that_needs_mu_stop_says_so_and_not_that_nothing_stick_slips():
+    ds = plane()
+    ds["tendency"] = ds["period"] * np.nan
+    ds["regime"][:] = REGIMES.index("stick_slip")
+    with pytest.raises(PlotError, match="mu_stop, which is none") as error:
+        plot_map(ds, "tendency")
+    assert "no cell" not in str(error.value)
+
+
 # --- axes -------------------------------------------------------------------------------------------------------------
 
 

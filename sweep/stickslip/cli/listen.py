@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import nullcontext
 from math import isfinite
 from pathlib import Path
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from stickslip.files.locations import Location
     from stickslip.sound import Sound
 
+_BETWEEN = re.compile(r",\s*(?=[^,=]+=)")  # of several NAME=VALUE in a text
+_ALIKE = 0.05  # dB
 LONGEST = 600.0  # s of sound
 FASTEST = 1e6  # times slower, or faster
 
@@ -60,7 +63,10 @@ Examples:
 @click.option("--float", "floating", is_flag=True, help="32-bit numbers in the file instead of 16-bit integers.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Spectrogram to write: .png, .svg or .pdf.")
 @click.option("--level", is_flag=True, help="How loud every cell is, or the one at --at, instead of a sound.")
-@click.option("--reference", multiple=True, metavar="NAME=VALUE", help="With --level: the cell that has 0 dB.")
+@click.option(
+    "--reference", multiple=True, metavar="NAME=VALUE,...",
+    help="With --level: the cell that has 0 dB, by what differs from --at.",
+)  # fmt: skip
 @THREADS
 @JSON
 @reports_wrong_input
@@ -220,7 +226,8 @@ def _levels(
         fail(f"{config}: a list of cells: in Python, stickslip.sound.levels takes it; here name a cell (--at)")
     if output is not None:
         writing.check_writable(output)
-    zero = cell_of(config_at(recipe, [*at, *reference])) if reference else None
+    asked = [one for text in reference for one in _BETWEEN.split(text)]
+    zero = cell_of(config_at(recipe, [*at, *asked], "--reference")) if asked else None
     law, threads, size = one.friction.law, one.execution.threads, build_grid(one).size
     prepare_kernels(law)
     prepare_kernels(law, signals=True)
@@ -238,6 +245,8 @@ def _levels(
     if as_json:
         return tell_json(_summary(ds) | {"output": output})
     _tell_levels(ds)
+    if asked and ds["regime"].size == 1:
+        click.echo(_compared(float(ds["acceleration_level_a"].values.item()), ", ".join(asked)))
     if output is not None:
         click.echo(f"levels   {output} ({screen.size_of(output)})")
         click.echo(f"next:    stickslip plot {output} --variable acceleration_level_a")
@@ -274,6 +283,15 @@ def _tell_levels(ds: xr.Dataset) -> None:
         click.echo(f"{_cells(found['without_cycle'])} no cycle, and no level: settled, stuck, or undecided")
     if found["not_heard"]:
         click.echo(f"{_cells(found['not_heard'])} a cycle of which nothing is heard")
+
+
+def _compared(level: float, reference: str) -> str:
+    """`2.6 dB louder than the reference: stiffness=12 N/mm`."""
+    if not isfinite(level):
+        return f"nothing to compare with the reference: {reference}"
+    if abs(level) < _ALIKE:
+        return f"as loud as the reference: {reference}"
+    return f"{abs(level):.1f} dB {'louder' if level > 0.0 else 'quieter'} than the reference: {reference}"
 
 
 def _cells(number: int) -> str:

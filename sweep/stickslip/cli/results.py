@@ -114,9 +114,13 @@ def _drawn(
     """The plot of a result by itself."""
     from stickslip import plots
     from stickslip.dataset import select as selection
+    from stickslip.errors import PlotError
     from stickslip.files import reading
 
     title = picture.title
+    if "model_rpn" in ds:
+        raise PlotError("features of rig tests, no map: `stickslip rig run CONFIG --plot PICTURE` draws them, --report "
+                        "makes a page; of records, `stickslip rig features FILES --plot PICTURE`")  # fmt: skip
     if _is_probability(ds, variable):
         state = places.pop("state", "stick_slip")
         return plots.plot_probability(selection.selected(ds, places)[0], state, title=title, look=picture.look(ds))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+import warnings
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,6 +38,7 @@ _COLUMNS = (
     ("static_friction", "mu_s", 1.0, ".3f"),
     ("dynamic_friction", "mu_d", 1.0, ".3f"),
 )
+_FASTEST = {"drive_speed": 1.0}  # SI; a plate moves no faster, and what does so lacks its unit
 _COLUMN_WIDTH = 9  # characters with the gap, at most
 _COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "white on red", "unknown": ""}
 
@@ -105,9 +108,12 @@ def rig_features(
     if sound is not None:
         rig_sounds.check(sound, len(files))
     window = time_window(begin, end)
-    records = {}
+    records: dict[str, xr.Dataset] = {}
+    given = {name: text for name, text in (("normal_load", load), ("drive_speed", speed)) if text is not None}
     for name, file in zip(_names(files), files, strict=True):
-        records[name] = rig.read_record(file, settings.record, settings.conditions)
+        record = rig.read_record(file, settings.record, settings.conditions)
+        _tell_overruled(file, record, given, settings)
+        records[_called(name, file, record, records)] = record
     try:
         found = rig.feature_table(records, settings)
     except ValueError as error:
@@ -181,14 +187,17 @@ def _rows() -> dict[str, Parameter]:
 
 def _quantity(name: str, text: str) -> float:
     """An option in SI."""
-    from stickslip.errors import ConfigError, Problem, QuantityError
+    from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning
 
     try:
         try:
             value: float | str = float(text)
         except ValueError:
             value = text
-        return _rows()[name].read(value)
+        found = _rows()[name].read(value)
+        if isinstance(value, float) and found > _FASTEST.get(name, math.inf):
+            warnings.warn(f"{name}: {text} is read as {text} m/s; did you mean {text} mm/s?", UnitWarning, stacklevel=2)
+        return found
     except QuantityError as error:
         problem = Problem((name,), f"got {text!r}, expected {error.expected}", hint=error.hint)
         raise ConfigError("options", [problem]) from None
@@ -216,6 +225,26 @@ def _names(files: tuple[Path, ...]) -> list[str]:
         if len(set(names)) == len(names):
             return names
     return list(map(str, files))
+
+
+def _called(name: str, file: Path, record: xr.Dataset, others: Collection[str]) -> str:
+    """What a record is called: its material, where the file names one and no other record has it, else `name`."""
+    material = str(record["material"].item()) if "material" in record.coords else file.stem
+    if material == file.stem:
+        return name
+    return material if material not in others else f"{material} ({name})"
+
+
+def _tell_overruled(file: Path, record: xr.Dataset, given: Mapping[str, str], settings: Settings) -> None:
+    """Say which conditions the file gives otherwise than the options do: those of the file hold."""
+    from stickslip.vocabulary import units
+    from stickslip.vocabulary.settings import CONDITIONS
+
+    for name, text in given.items():
+        held = float(record[name])
+        if held != settings.conditions[name]:
+            unit = units.spelled(CONDITIONS[name].units)
+            click.echo(f"{file}: its remark {name} = {held:g} {unit} holds, not the {text} of the option", err=True)
 
 
 def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, ...]) -> xr.Dataset:

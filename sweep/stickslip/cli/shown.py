@@ -123,12 +123,12 @@ def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, pictu
         return click.echo(f"page     {target} ({screen.size_of(target)})")
     if is_over_map(ds):
         try:
-            found = [Drawn(str(ds.attrs.get("title", "")), figure(ds, extras, picture))]
+            found = [Drawn("borders between regimes", figure(ds, extras, picture))]
         except PlotError as error:
             found = [Drawn(str(error))]
     else:
         ds = picture.prepared(ds)
         part = fitting(ds) if is_drawn(ds) else ds
-        found = drawn_of(part, picture.look(part)) if is_drawn(ds) else []
+        found = drawn_of(part, picture.look(part), picture.title) if is_drawn(ds) else []
     pages.write_page(target, result_page(ds, found, picture.title))
     click.echo(f"page     {target} ({screen.size_of(target)})")

@@ -38,33 +38,34 @@ def cell_of(config: Config) -> dict[str, float]:
     return {name: float(values[0]) for name, values in build_grid(config).cells(0, 1).items()}
 
 
-def config_at(recipe: Recipe, settings: Iterable[str]) -> Config:
+def config_at(recipe: Recipe, settings: Iterable[str], option: str = _SOURCE) -> Config:
     """The configuration of one cell.
 
     settings : texts like ``stiffness=5 N/mm``, ``velocity=sticking`` or, for quantities that vary together,
         ``lubricant=grease`` (a label, or a position counted from 0). Every axis needs one, other quantities may have
         one. Numbers without a unit that are implausible in SI are asked about, as in files (UnitWarning).
+    option : of the command line, that complaints name.
     Raises ConfigError.
     """
     data = _plain(recipe)
     axes = {axis.name: axis for axis in recipe.axes} if isinstance(recipe, Config) else {}
-    given = dict(map(_split, settings))
+    given = dict(_split(setting, option) for setting in settings)
     for name, value in given.items():
         if isinstance(axis := axes.get(name), Group):
-            for member, at_point in _point(axis, value).items():
+            for member, at_point in _point(axis, value, option).items():
                 data[QUANTITIES[member].section][member] = at_point
         else:
-            _check_name(name, axes)
+            _check_name(name, axes, option)
             data[QUANTITIES[name].section][name] = _number_or_text(value)
     axes = {name: axis for name, axis in axes.items() if not _is_settled(axis, given)}
     for study in STUDIES:
         data.pop(study, None)
     data["axes"] = {}
     if axes:
-        raise ConfigError(_SOURCE, [_missing(axis) for axis in axes.values()])
-    made = make_config(data, _SOURCE)
+        raise ConfigError(option, [_missing(axis, option) for axis in axes.values()])
+    made = make_config(data, option)
     numbers = {name: _number_or_text(value) for name, value in given.items()}
-    ask_of_settings(_SOURCE, numbers, recipe if isinstance(recipe, Config) else None, made)
+    ask_of_settings(option, numbers, recipe if isinstance(recipe, Config) else None, made)
     return made.shown_in(recipe.written_in | made.written_in) if isinstance(recipe, Config) else made
 
 
@@ -158,10 +159,10 @@ def value_text(name: str, value: float) -> str:
     return written if isinstance(written, str) else repr(written)
 
 
-def _split(setting: str) -> tuple[str, str]:
+def _split(setting: str, option: str) -> tuple[str, str]:
     name, equals, value = setting.partition("=")
     if not equals:
-        raise ConfigError(_SOURCE, [Problem((), f"got {setting!r}, expected NAME=VALUE")])
+        raise ConfigError(option, [Problem((), f"got {setting!r}, expected NAME=VALUE")])
     return name.strip(), value.strip()
 
 
@@ -172,15 +173,15 @@ def _number_or_text(value: str) -> float | str:
         return value
 
 
-def _check_name(name: str, axes: Iterable[str]) -> None:
+def _check_name(name: str, axes: Iterable[str], option: str) -> None:
     known = [*axes, *(quantity for quantity in QUANTITIES if quantity not in axes)]
     if name not in known:
         near = meant(name, known)
         hint = f"did you mean {near}?" if near else None
-        raise ConfigError(_SOURCE, [Problem((name,), f"unknown quantity, expected {listed(known)}", hint=hint)])
+        raise ConfigError(option, [Problem((name,), f"unknown quantity, expected {listed(known)}", hint=hint)])
 
 
-def _point(group: Group, value: str) -> dict[str, Any]:
+def _point(group: Group, value: str, option: str) -> dict[str, Any]:
     """The quantities of a group at one of its points."""
     labels = group.labels or ()
     if value in labels:
@@ -189,12 +190,12 @@ def _point(group: Group, value: str) -> dict[str, Any]:
         position = int(value)
     else:
         expected = listed([*labels, f"a position from 0 to {group.size - 1}"])
-        raise ConfigError(_SOURCE, [Problem((group.name,), f"got {value!r}, expected {expected}")])
+        raise ConfigError(option, [Problem((group.name,), f"got {value!r}, expected {expected}")])
     return {m.name: QUANTITIES[m.name].written(m.values[position]) for m in group.members}
 
 
-def _missing(axis: Axis) -> Problem:
+def _missing(axis: Axis, option: str) -> Problem:
     if isinstance(axis, Group):
-        return Problem((axis.name,), "missing, expected one of the points of the group", hint=f"--at {axis.name}=0")
+        return Problem((axis.name,), "missing, expected one of the points of the group", hint=f"{option} {axis.name}=0")
     example = axis.start if isinstance(axis, Range) else QUANTITIES[axis.name].written(axis.values[0])
-    return Problem((axis.name,), "missing, expected a value for this axis", hint=f"--at {axis.name}={example}")
+    return Problem((axis.name,), "missing, expected a value for this axis", hint=f"{option} {axis.name}={example}")

@@ -64,6 +64,7 @@ h2 { font-size: 1.15rem; margin: 2.4rem 0 .7rem; padding-bottom: .2rem; border-b
   break-after: avoid; }
 p { margin: .5rem 0; max-width: 48rem; }
 figure { margin: 1rem 0; break-inside: avoid; }
+figcaption { margin: .3rem 0; max-width: 48rem; }
 img { display: block; max-width: 100%; height: auto; background: #fff; border-radius: 4px; }
 .maps { display: flex; flex-wrap: wrap; gap: 0 2rem; align-items: flex-start; }
 .legend { max-width: none; }

@@ -70,9 +70,10 @@ def _row(cells: Sequence[str | Cell], columns: Sequence[Column]) -> str:
     return "".join(found)
 
 
-def embedded(figure: Figure, alt: str, *, of_cells: bool = False) -> str:
+def embedded(figure: Figure, alt: str, *, of_cells: bool = False, caption: str = "") -> str:
     """A plot embedded in the page, as SVG or PNG, whichever is smaller, with its alternative text.
 
+    caption : below it, unless empty.
     of_cells : the plot is a map, which consists of dots in either: PNG, for half the time.
     """
     lines, dots = BytesIO(), BytesIO()
@@ -84,7 +85,8 @@ def embedded(figure: Figure, alt: str, *, of_cells: bool = False) -> str:
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
     data = b64encode(best).decode("ascii")
     source = f"data:image/{kind};base64,{data}"
-    return f'<figure><img src="{source}" width="{width}" height="{height}" alt="{escape(alt)}"></figure>'
+    below = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
+    return f'<figure><img src="{source}" width="{width}" height="{height}" alt="{escape(alt)}">{below}</figure>'
 
 
 def side_by_side(*figures: str) -> str:

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from stickslip.config.yaml import parse_yaml
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.chunks import chunks
+from stickslip.dataset.display import unit_of
 from stickslip.dataset.summary import BAD_REGIMES, Share, codes, shares, summary
 from stickslip.errors import ConfigError, PlotError
 from stickslip.pages.frame import Section, page
@@ -26,6 +27,7 @@ from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
 _OF_MAPS = ("regime", "period", "damping_ratio")  # variables whose pictures are on the page of a map
 _SAME_AGAIN = "; saved as a file, it gives the same result again"
 _BESIDE = ("_error", "_low", "_high", "_width")
+_MOST_BORDERS = 300  # in the table of a page
 _MOST_POINTS = 12  # of an axis that are all named
 # Attributes that say where a dataset comes from, not what was found in it.
 _COMMON = {
@@ -47,19 +49,27 @@ class Drawn(NamedTuple):
     figure: Figure | None = None
 
 
-def drawn_of(ds: xr.Dataset, look: Look = PLAIN) -> list[Drawn]:
-    """The pictures of a result that is no set of borders over a map, or of a part that fits. look : of maps."""
+def drawn_of(ds: xr.Dataset, look: Look = PLAIN, title: str | None = None) -> list[Drawn]:
+    """The pictures of a result that is no set of borders over a map, or of a part that fits.
+
+    look : of maps. title : of all, unless None.
+    """
     if "probability" in ds:
-        return [_tried("probability", lambda: plot_probability(ds, look=look))]
+        return [_tried("probability", lambda: plot_probability(ds, look=look, title=title))]
     if "direction" in ds.dims:
-        return [_tried("ramp", lambda: plot_branches(ds))]
+        return [_tried("ramp", lambda: plot_branches(ds, title=title))]
     if "settling_share" in ds:
         one = ds["settling_share"].ndim == 1
-        return [_tried("share that settles", lambda: plot_attractors(ds) if one else plot_map(ds, "settling_share"))]
+        return [
+            _tried(
+                "share that settles",
+                lambda: plot_attractors(ds, title=title) if one else plot_map(ds, "settling_share", title=title),
+            )
+        ]
     names = [name for name in _OF_MAPS if name in ds.data_vars] or [str(name) for name in ds.data_vars][:1]
     names += [str(name) for name in ds.data_vars if str(name).startswith("margin_")]
     return [
-        _tried(str(ds[name].attrs.get("long_name", name)), lambda name=name: plot_map(ds, name, look=look))
+        _tried(str(ds[name].attrs.get("long_name", name)), lambda name=name: plot_map(ds, name, look=look, title=title))
         for name in names
     ]
 
@@ -82,6 +92,8 @@ def result_page(ds: xr.Dataset, drawn: Sequence[Drawn], title: str | None = None
     if is_map:
         sections.append(Section("Shares of the regimes", _shares(found)))
         sections.append(Section("Cells that are not decided", _undecided(ds, found)))
+    if "border" in ds.data_vars and "crossing" in ds["border"].dims:
+        sections.append(Section("The borders", _borders(ds)))
     if told := {name: value for name, value in ds.attrs.items() if name not in _COMMON and isinstance(value, str)}:
         sections.append(Section("What was found", terms((_spoken(name), value) for name, value in told.items())))
     sections.append(Section("What varies, and what is held fixed", _quantities(ds)))
@@ -137,8 +149,42 @@ def _pictures(drawn: Sequence[Drawn]) -> str:
 
 def _embedded(figure: Figure, said: str) -> str:
     return embedded(
-        figure, said, of_cells=any(isinstance(one, QuadMesh) for ax in figure.axes for one in ax.collections)
+        figure,
+        said,
+        of_cells=any(isinstance(one, QuadMesh) for ax in figure.axes for one in ax.collections),
+        caption=said,
     )
+
+
+def _borders(ds: xr.Dataset) -> str:
+    """Where the regime changes along each line, and between which regimes; and lines without a border."""
+    border = ds["border"].transpose(..., "crossing")
+    axes, unit = [MapAxis(ds, dim, plain=True) for dim in border.dims[:-1]], unit_of(ds["border"])
+    rows: list[list[str | Cell]] = []
+    for place in np.ndindex(border.shape[:-1]):
+        where: list[str | Cell] = [axis.text(i) for axis, i in zip(axes, place, strict=True)]
+        line = ds.isel(dict(zip(border.dims[:-1], place, strict=True)))
+        found = [line.isel(crossing=int(i)) for i in np.flatnonzero(np.isfinite(line["border"].values))]
+        for one in found:
+            below, above = (REGIMES[int(one[name])] for name in ("regime_below", "regime_above"))
+            width = f"{unit.of(float(one['border_width'])):.2g} {unit.name}"
+            rows.append([*where, unit.told(float(one["border"])), _swatched(below), _swatched(above), width])
+        if not found:
+            rows.append([*where, "none: one regime throughout", "", "", ""])
+        if len(rows) >= _MOST_BORDERS:
+            break
+    columns = [*(Column(_title(axis), is_text=True) for axis in axes), Column(_spoken(_along(ds)), is_text=True),
+               Column("below it", is_text=True), Column("above it", is_text=True), Column("known within")]  # fmt: skip
+    short = len(rows) >= _MOST_BORDERS
+    return table(columns, rows) + (paragraph(f"Only the first {len(rows)} are listed.") if short else "")
+
+
+def _along(ds: xr.Dataset) -> str:
+    return str(ds.attrs.get("border_parameter", "border"))
+
+
+def _swatched(name: str) -> Cell:
+    return Cell(_label(name), f"regime is-{name}")
 
 
 def _shares(found: dict[str, Share]) -> str:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.display import Unit
 from stickslip.errors import PlotError
 from stickslip.plots.look import PLAIN, Look
 
+_PLAIN = 0.005, 2e4  # between them numbers are written without powers of ten
+_FEW_DECADES = 100.0
 _MOST_TICKS = 12  # labels side by side
 _CROWDED = 45  # characters of all tick labels of an x axis, from which on they are written at a slant
 
@@ -20,6 +22,18 @@ def scaled(ax: Axes, which: str, name: str, unit: Unit, look: Look) -> None:
         ax.set(**{f"{which}scale": "log"})
     if name in look.limits:
         ax.set(**{f"{which}lim": tuple(unit.of(end) for end in look.limits[name])})
+    plain_numbers(ax, which)
+
+
+def plain_numbers(ax: Axes, which: str) -> None:
+    """Ticks of a logarithmic axis as 1, 10, 100 where they are short so, and 2 and 5 between if they are few."""
+    drawn = ax.xaxis if which == "x" else ax.yaxis
+    low, high = sorted(drawn.get_view_interval())
+    if drawn.get_scale() != "log" or not _PLAIN[0] <= low < high <= _PLAIN[1]:
+        return
+    drawn.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < _FEW_DECADES * low else (1.0,)))
+    drawn.set_major_formatter(FuncFormatter(lambda tick, _: f"{tick:g}"))
+    drawn.set_minor_formatter(NullFormatter())
 
 
 def apply(axis: MapAxis, ax: Axes, which: str, look: Look = PLAIN) -> None:

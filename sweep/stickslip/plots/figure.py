@@ -6,6 +6,8 @@ from io import BytesIO
 
 from matplotlib.figure import Figure as PlainFigure
 
+from stickslip.plots.page import fit
+
 _DPI = 100  # of a picture in a notebook
 
 
@@ -17,6 +19,7 @@ class Figure(PlainFigure):
     """
 
     def _repr_png_(self) -> bytes:
+        fit(self)
         picture = BytesIO()
         self.savefig(picture, format="png", dpi=_DPI)
         return picture.getvalue()

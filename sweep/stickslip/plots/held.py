@@ -7,13 +7,18 @@ from collections.abc import Collection, Hashable, Sequence
 import numpy as np
 import xarray as xr
 
+from stickslip.config.yaml import parse_yaml
 from stickslip.dataset.axis import short_name
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.summary import summary
+from stickslip.errors import ConfigError
 from stickslip.plots.page import NOTE_WIDTH, folded
-from stickslip.vocabulary.flags import flag_label
+from stickslip.vocabulary.flags import REGIMES, flag_label
 from stickslip.vocabulary.quantities import QUANTITIES
 
+_CURVE = "a1", "a2", "a3", "a4"
+_LONGEST = 20_000  # letters of a configuration that is looked into
+_SAID_ANYWAY = ("damping",)  # none decides everything
 _OF_CYCLES = "period", "frequency", "stick_fraction", "energy_per_cycle", "mu_reversal", "mu_breakaway", "tendency"
 _WHY = {  # what no cell does where a variable has no value
     **dict.fromkeys(_OF_CYCLES, "no cell stick-slips"),
@@ -30,14 +35,37 @@ def held_fixed(ds: xr.Dataset, without: Collection[Hashable] = ()) -> list[tuple
     chosen for one picture out of many, its title says it.
     """
     found = []
+    measured = _measured(ds)
     for name, one in ds.coords.items():
         declared = QUANTITIES.get(str(name))
         if declared is None or one.dims or name in without or not np.isfinite(value := float(one)):
             continue
-        if value != declared.default and not _of_no_use(ds, str(name)):
+        if measured and name in ("a1", "a2", "a3"):
+            if name == "a1":
+                found.append(measured)
+        elif (value != declared.default or name in _SAID_ANYWAY) and not _of_no_use(ds, str(name)):
             unit = unit_of(one)
             found.append((short_name(one), f"{unit.of(value):.4g} {unit.printed}".rstrip()))
     return found
+
+
+def _measured(ds: xr.Dataset) -> tuple[str, str] | None:
+    """The curve as it was written by what is measured, if all cells have the same: a1 to a3 follow from it."""
+    text = str(ds.attrs.get("configuration", ""))
+    if "v_reversal" not in text or len(text) > _LONGEST or any(ds.coords[a].dims for a in _CURVE if a in ds.coords):
+        return None
+    try:
+        data = parse_yaml(text).data
+    except ConfigError:
+        return None
+    friction = data.get("friction") if isinstance(data, dict) else None
+    start, least, speed = ((friction or {}).get(name) for name in ("mu_start", "mu_reversal", "v_reversal"))
+    if not all(isinstance(one, int | float) for one in (start, least, speed)) or "a4" not in ds.coords:
+        return None
+    if not np.isclose(float(ds["a1"]) + float(ds["a3"]), float(start)):  # type: ignore[arg-type]
+        return None
+    unit = unit_of(ds["belt_speed"] if "belt_speed" in ds.coords else ds["a4"])
+    return "mu_start", f"{start:g} falling to {least:g} at {unit.of(speed):.4g} {unit.printed}"
 
 
 def held_note(ds: xr.Dataset, first: Sequence[str] = ()) -> list[str]:
@@ -53,10 +81,24 @@ def _of_no_use(ds: xr.Dataset, name: str) -> bool:
 
 def why_nothing(ds: xr.Dataset, variable: str) -> str:
     """Why a variable of a map has no value anywhere: ``no cell stick-slips, so there is no period (all damped)``."""
-    reason = _WHY.get(variable, "no cell has a value")
+    reason = _true_reason(ds, variable) or _WHY.get(variable, "no cell has a value")
     found = ""
     if "regime" in ds.data_vars:
         shares = summary(ds)
         names = [flag_label(name).replace("stick_slip", "stick-slip") for name in shares]
         found = f" (all cells: {names[0]})" if len(names) == 1 else f" (cells are {', '.join(names)})"
     return f"{reason}, so there is no {variable} to draw{found}"
+
+
+def _true_reason(ds: xr.Dataset, variable: str) -> str | None:
+    """Why motions that do what a variable needs have no value of it all the same."""
+    if variable in ("tendency", "mu_reversal") and not _is_given(ds, "mu_stop"):
+        return f"{variable} is defined where friction returns along a line to mu_stop, which is none in all cells"
+    regime = ds.get("regime")
+    if variable in _OF_CYCLES and regime is not None and (regime == REGIMES.index("stick_slip")).any():
+        return "no cell has a value, although some stick-slip"
+    return None
+
+
+def _is_given(ds: xr.Dataset, name: str) -> bool:
+    return name in ds.coords and bool(np.isfinite(ds[name].values).any())

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from itertools import product
 from math import ceil, prod
-from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -26,15 +25,15 @@ from stickslip.dataset.panels import MAX_PANELS
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
 from stickslip.plots import marks, overlays
-from stickslip.plots.axes import apply
+from stickslip.plots.axes import apply, plain_numbers
 from stickslip.plots.figure import Figure
 from stickslip.plots.hatching import hatch, patterns
 from stickslip.plots.held import held_note, why_nothing
 from stickslip.plots.linear import border_handles, draw_borders
 from stickslip.plots.look import PLAIN, Look
-from stickslip.plots.page import BESIDE_LEGEND, TITLE_WIDTH, entitle, legend, wrapped
+from stickslip.plots.page import BESIDE_LEGEND, TITLE_WIDTH, entitle, folded, legend, wrapped
 from stickslip.plots.painting import note, painted
-from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR
+from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, UNDEFINED_HATCH, ink
 from stickslip.plots.strips import PIXELS, plot_strip
 from stickslip.vocabulary.words import nearest
 
@@ -113,6 +112,8 @@ def _panels(
     exact = False
     for ax, panel, cells, combination in zip(grid.flat, panels, values, combinations, strict=False):
         ax.set_facecolor(UNDEFINED_COLOUR)
+        if paint.has_gaps and look.hatched:
+            ax.patch.set(hatch=UNDEFINED_HATCH, edgecolor=ink(UNDEFINED_COLOUR), linewidth=0.0)
         ax.pcolormesh(*edges, np.ma.masked_invalid(cells), cmap=paint.colours, norm=paint.norm, rasterized=True)
         if look.hatched:
             hatch(ax, variable, cells, *edges)
@@ -134,7 +135,8 @@ def _panels(
         if paint.ticks is not None:
             bar.set_ticks(paint.ticks, labels=[f"{tick:g}" for tick in paint.ticks])
             bar.minorticks_off()
-        bar.set_label(fill(array_title(ds[variable], unit), _BAR_WIDTH))
+        plain_numbers(bar.ax, "y")
+        bar.set_label(folded(array_title(ds[variable], unit), _BAR_WIDTH))
     handles = [*paint.handles(patterns(variable) if look.hatched else None), *border_handles(drawn)]
     handles += [*([overlays.entry()] if exact else []), *marks.entries(look.marks, ds)]
     legend(figure, handles, at_right=is_flag and not outer, notes=[note(pixel, is_flag), *held])

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from textwrap import fill
 from typing import Any
 
 import matplotlib.patheffects as patheffects
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.contour import ContourSet
 from matplotlib.lines import Line2D
+from matplotlib.text import Annotation
 
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.select import places
@@ -19,6 +23,10 @@ _RING: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "whi
                          "markeredgewidth": 1.6, "linestyle": "none"}  # fmt: skip
 LINE: dict[str, Any] = {"color": "black", "linestyle": "dashdot", "linewidth": 1.2}
 _HALO = [patheffects.Stroke(linewidth=3.0, foreground="white"), patheffects.Normal()]
+_GID = "mark"
+# Where a label may stand: points from the mark, alignment; the first that is free is taken.
+_SIDES = ((8, 0, "left", "center"), (-8, 0, "right", "center"), (0, 9, "center", "bottom"), (0, -9, "center", "top"),
+          (-6, 9, "left", "bottom"), (6, 9, "right", "bottom"), (-6, -9, "left", "top"))  # fmt: skip
 _MIDDLE = 0.7  # of the width of the axes: beyond it a label stands at the left of its mark
 
 
@@ -48,10 +56,34 @@ def draw(ax: Axes, marks: Iterable[Mark], x: MapAxis, y: MapAxis) -> None:
 def _label(ax: Axes, label: str, place: tuple[float, float]) -> None:
     """The label, on the side where there is room."""
     across = ax.transAxes.inverted().transform(ax.transData.transform(place))[0]
-    left = across > _MIDDLE
-    words = ax.annotate(label, place, xytext=(-8 if left else 8, 0), textcoords="offset points", fontweight="bold",
-                        ha="right" if left else "left", va="center", zorder=5)  # fmt: skip
+    words = ax.annotate(label, place, xytext=(8, 0), textcoords="offset points", fontweight="bold", zorder=5, gid=_GID)
     words.set_path_effects(_HALO)
+    _put(words, _SIDES[1 if across > _MIDDLE else 0], label)
+
+
+def turn_labels(ax: Axes) -> None:
+    """Put the labels of marks where they are within the axes and across no line, once the axes have their place."""
+    lines = [one.get_transform().transform_path(path) for one in ax.collections if isinstance(one, ContourSet)
+             for path in one.get_paths()]  # fmt: skip
+    lines += [one.get_transform().transform_path(one.get_path()) for one in ax.lines if np.size(one.get_xdata()) > 1]
+    within = ax.get_window_extent()
+    for words in ax.texts:
+        if words.get_gid() != _GID or not isinstance(words, Annotation):
+            continue
+        label, costs = " ".join(words.get_text().split()), []
+        folded = fill(label, (len(label) + 1) // 2 + 1)
+        ways = [(side, text) for text in dict.fromkeys((label, folded)) for side in _SIDES]
+        for side, text in ways:
+            _put(words, side, text)
+            box = words.get_window_extent()
+            outside = max(within.x0 - box.x0, box.x1 - within.x1, within.y0 - box.y0, box.y1 - within.y1, 0.0)
+            crossed = sum(path.intersects_bbox(box, filled=False) for path in lines if np.size(path.vertices))
+            costs.append(((outside > 0.0) + crossed, outside))
+        _put(words, *ways[costs.index(min(costs))])
+
+
+def _put(words: Annotation, side: tuple[int, int, str, str], text: str) -> None:
+    words.set(text=text, position=side[:2], ha=side[2], va=side[3])
 
 
 def position(axis: MapAxis, value: Any) -> float:
@@ -61,14 +93,17 @@ def position(axis: MapAxis, value: Any) -> float:
     return float(next(i for i in range(axis.length) if str(value) in (axis.text(i), str(i))))
 
 
-def entries(marks: Iterable[Mark], ds: xr.Dataset, line: bool = False) -> list[Line2D]:
-    """Legend entries: what each label stands for. line : the marks are lines, over a single axis."""
+def entries(marks: Sequence[Mark], ds: xr.Dataset, line: bool = False) -> list[Line2D]:
+    """Legend entries: what each label stands for; of a lone mark only where it is, for its label stands beside it.
+
+    line : the marks are lines, over a single axis.
+    """
     looks = LINE if line else _RING | {"markersize": 6}
     found = []
     for mark in marks:
         axes = {name: MapAxis(ds, name) for name in mark.at}
         told = ", ".join(_told(ds, name, axis, mark.at[name]) for name, axis in axes.items())
-        found.append(Line2D([], [], label=f"{mark.label}: {told}", **looks))
+        found.append(Line2D([], [], label=told if len(marks) == 1 else f"{mark.label}: {told}", **looks))
     return found
 
 

@@ -5,16 +5,20 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from textwrap import fill
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.text import Text
 
 from stickslip.errors import PlotError, reason
+from stickslip.plots import marks
 
 DPI = 150  # of pictures unless asked for
 TITLE_WIDTH = 70  # letters in a line above a plot
@@ -23,6 +27,10 @@ _PANEL_TITLE = 10.0  # points; titles of panels are not larger
 _SMALLEST_TITLE = 0.7  # times its usual size: over a narrow figure
 _LETTERS_PER_INCH = 9.5  # of a title over a whole figure
 BESIDE_LEGEND = 54  # and above one with a legend at its side
+_WIDEST_BESIDE = 0.3  # of a figure, what a legend at its right takes
+_LETTERS_IN_LEGEND = 10.0  # in an inch
+_BESIDE_AXES = 1.1  # times the height of axes: how long the words along them are
+_FEWEST_LETTERS = 8.0  # in a line
 _NOTE_COLOUR = "#555555"
 _FIRM_SPACE = "\N{NO-BREAK SPACE}"
 _MADE_BY = "stickslip plot"
@@ -46,19 +54,53 @@ def legend(
     notes: Sequence[str | None] = (),
 ) -> None:  # fmt: skip
     """The legend, outside the axes: at the right of a lone map, else below. The notes, lines, are below the plot."""
-    note = "\n".join(filter(None, notes))
     shown: list[Any] = list(handles)  # matplotlib's types know nothing of several artists for one label
-    labels = [str((handle[0] if isinstance(handle, tuple) else handle).get_label()) for handle in handles]
-    looks: dict[str, Any] = {"frameon": False, "fontsize": "small"}
-    looks["handler_map"] = {tuple: HandlerTuple(ndivide=None, pad=0.0)}
-    if at_right or not shown:
-        annotate(figure, notes)
-    if shown and at_right:
-        figure.legend(shown, labels, loc="outside right upper", **looks)
-    elif shown:
-        columns = min(4, len(shown))
-        legend = figure.legend(shown, labels, loc="outside lower center", ncols=columns, title=note or None, **looks)
-        legend.get_title().set(fontsize="x-small", color=_NOTE_COLOUR, multialignment="center")
+    if not shown:
+        return annotate(figure, notes)
+    _LEGENDS[figure] = _Legend(shown, at_right, "\n".join(filter(None, notes)))
+    _place_legend(figure)
+
+
+@dataclass(frozen=True)
+class _Legend:
+    """What a legend has to show, and where it is wished, so that it can be placed again in a figure of another size."""
+
+    handles: list[Any]
+    at_right: bool
+    note: str
+
+
+_LEGENDS: WeakKeyDictionary[Figure, _Legend] = WeakKeyDictionary()
+
+
+def _place_legend(figure: Figure) -> None:
+    """The legend where there is room for it: at the right, below, there in fewer columns, or in broken lines."""
+    wished = _LEGENDS[figure]
+    for legend in list(figure.legends):
+        legend.remove()
+    figure.supxlabel("")
+    labels = [str((one[0] if isinstance(one, tuple) else one).get_label()) for one in wished.handles]
+    if wished.at_right:
+        beside = _drawn_legend(figure, wished.handles, labels, loc="outside right upper")
+        if beside.get_window_extent().width <= _WIDEST_BESIDE * figure.bbox.width:
+            return annotate(figure, [wished.note])
+        beside.remove()
+    for columns in range(min(4, len(labels)), 0, -1):
+        if columns == 1:
+            labels = [folded(label, max(8, int(_LETTERS_IN_LEGEND * figure.get_figwidth()))) for label in labels]
+        below = _drawn_legend(figure, wished.handles, labels, loc="outside lower center", ncols=columns)
+        if columns == 1 or below.get_window_extent().width <= figure.bbox.width:
+            break
+        below.remove()
+    if wished.note:
+        below.set_title(wished.note)
+        below.get_title().set(fontsize="x-small", color=_NOTE_COLOUR, multialignment="center")
+        _fit(below.get_title(), figure.bbox.width)
+
+
+def _drawn_legend(figure: Figure, handles: list[Any], labels: list[str], **how: Any) -> Legend:
+    together = {tuple: HandlerTuple(ndivide=None, pad=0.0)}
+    return figure.legend(handles, labels, frameon=False, fontsize="small", handler_map=together, **how)
 
 
 def entitle(figure: Figure, top: Axes, title: str, *, above_all: bool = False, width: int = TITLE_WIDTH) -> None:
@@ -83,8 +125,39 @@ def resize(figure: Figure, width: float, height: float) -> None:
     for text in (ax.title for ax in figure.axes if float(ax.title.get_fontsize()) > _PANEL_TITLE):
         text.set_fontsize(smaller * float(text.get_fontsize()))
         _refit(text, BESIDE_LEGEND * narrower / smaller)
-    for text in (*figure.texts, *(legend.get_title() for legend in figure.legends)):
-        _refit(text, NOTE_WIDTH * narrower)
+    if figure in _LEGENDS:
+        _place_legend(figure)
+    fit(figure)
+
+
+def fit(figure: Figure) -> None:
+    """Break what is written along axes and over them so that nothing of it is cut off at the edges of the figure."""
+    for text in figure.texts:
+        _fit(text, figure.bbox.width)
+    if (engine := figure.get_layout_engine()) is None:
+        return
+    engine.execute(figure)
+    for ax in figure.axes:
+        box = ax.get_window_extent()
+        upright = 2.0 * min(0.5 * (box.y0 + box.y1), figure.bbox.y1 - 0.5 * (box.y0 + box.y1))
+        _fit(ax.yaxis.label, min(upright, _BESIDE_AXES * box.height))
+        across = 2.0 * min(0.5 * (box.x0 + box.x1), figure.bbox.x1 - 0.5 * (box.x0 + box.x1))
+        for text in (ax.xaxis.label, ax.title):
+            _fit(text, across)
+        marks.turn_labels(ax)
+
+
+def _fit(text: Text, room: float) -> None:
+    """Break a text into lines that are no longer than `room`, in pixels; what fits already stays as it is."""
+    if not text.get_text():
+        return
+    for _ in range(3):  # letters are not equally wide
+        box = text.get_window_extent()
+        length = box.height if text.get_rotation() == 90.0 else box.width
+        if length <= room:
+            return
+        letters = max(map(len, text.get_text().splitlines()))
+        _refit(text, max(_FEWEST_LETTERS, 0.97 * letters * room / length))
 
 
 def _refit(text: Text, letters: float) -> None:
@@ -103,6 +176,7 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: float = DPI, request
     request : what was asked of the picture besides what it shows by itself; kept in it, so that `request_of` tells
     pictures apart.
     """
+    fit(figure)
     where = _KEPT_AS.get(os.path.splitext(path)[1].lower())
     try:
         figure.savefig(path, dpi=dpi, metadata={where: f"{_MADE_BY} {request}".rstrip()} if where else None)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from math import ceil, floor, log10
+from math import ceil, copysign, floor, log10
 
 import numpy as np
 from matplotlib import colormaps
@@ -64,6 +64,7 @@ FLAG_COLOURS |= {
 HATCHES = {"creep": "...", "stuck": "---", "unresolved": "xxx"}
 DIVERGING = ("damping_ratio", "restick_margin", "tendency")  # whose sign matters: colours part at 0
 UNDEFINED_COLOUR = "#dddddd"  # cells where a continuous variable has no value
+UNDEFINED_HATCH = "////"  # for in grey the brightest values look like them
 _LOG_FROM = 100.0  # ratio of largest to smallest value from which colours are logarithmic
 _MOST_RATIO = 1e4  # of the largest value to those around zero on a scale that is linear there and logarithmic beyond
 _SEQUENTIAL, _ABOUT_ZERO = "viridis", "RdBu"  # the second: red below zero, where sliding is unstable
@@ -101,7 +102,9 @@ class Paint:
             return None
         width, most = self.norm.linear_width, max(map(abs, self.span))
         powers = [10.0**k for k in range(ceil(log10(2 * width)), floor(log10(most)) + 1)]
-        return [tick for tick in (*(-p for p in powers), 0.0, *powers) if self.span[0] <= tick <= self.span[1]]
+        ticks = [tick for tick in (*(-p for p in powers), 0.0, *powers) if self.span[0] <= tick <= self.span[1]]
+        ends = [_rounded(end) for end in self.span if end and not any(tick * end > 0.0 for tick in ticks)]
+        return sorted([*ticks, *ends])
 
     def handles(self, hatches: Mapping[str, str] | None = None) -> list[Entry]:
         """Legend entries: the flags that occur, and mixed pixels; or the colour of cells without a value.
@@ -110,7 +113,8 @@ class Paint:
         """
         patterns = hatches or {}
         if self.flags is None:
-            return [_swatch("undefined", UNDEFINED_COLOUR)] if self.has_gaps else []
+            pattern = None if hatches is None else UNDEFINED_HATCH
+            return [_swatch("undefined", UNDEFINED_COLOUR, hatch=pattern)] if self.has_gaps else []
         found: list[Entry] = [
             _swatch(flag_label(name), colour, " (only in mixed)" if name in self.hidden else "", patterns.get(name))
             for name, colour in self.flags.items()
@@ -138,18 +142,19 @@ def paint(
     least, most = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     low, high = limits or (least, most)
     beyond = {(True, True): "both", (True, False): "min", (False, True): "max"}.get((least < low, most > high))
-    colours, norm = _scale(variable, low, high, log, finite)
+    colours, norm = _scale(variable, low, high, log, finite, (least, most))
     return Paint(colours, norm, has_gaps=finite.size < values.size, beyond=beyond or "neither", span=(low, high))
 
 
 def _scale(
-    variable: str, low: float, high: float, log: bool, numbers: NDArray[np.float64]
+    variable: str, low: float, high: float, log: bool, numbers: NDArray[np.float64], whole: tuple[float, float]
 ) -> tuple[Colormap, Normalize]:
-    """Colours of numbers from `low` to `high`."""
+    """Colours of numbers from `low` to `high`; limits do not change the scale that the `whole` has."""
     if log and not low > 0:
         raise PlotError(f"{variable} is not positive everywhere (least {low:.4g}): no logarithmic colours\n"
                         f"hint: limits that are positive: --limits {variable}=LOW..HIGH")  # fmt: skip
-    if log or (low > 0 and high / low > _LOG_FROM and not _has_sign(variable)):
+    wide = any(least > 0 and most / least > _LOG_FROM for least, most in ((low, high), whole))
+    if log or (low > 0 and wide and not _has_sign(variable)):
         return colormaps[_SEQUENTIAL], LogNorm(low, high)
     if _has_sign(variable) and low < 0 < high:
         most, usual = max(-low, high), float(np.median(np.abs(numbers)))
@@ -157,6 +162,12 @@ def _scale(
             return colormaps[_ABOUT_ZERO], Normalize(-most, most)
         return colormaps[_ABOUT_ZERO], AsinhNorm(max(usual, most / _MOST_RATIO), vmin=-most, vmax=most)
     return colormaps[_SEQUENTIAL], Normalize(low, high)
+
+
+def _rounded(number: float) -> float:
+    """The number with one digit, rounded towards zero."""
+    unit = 10.0 ** floor(log10(abs(number)))
+    return float(f"{copysign(floor(abs(number) / unit) * unit, number):.1g}")
 
 
 def _has_sign(variable: str) -> bool:

@@ -50,18 +50,29 @@ _VARIABLES = (
     Variable("spring_force_min", "N", "smallest spring force since the first break-away, or since the start"),
     Variable("slip_speed_max", "m s-1", "largest slip speed"),
     Variable("acceleration_max", "m s-2", "largest magnitude of the acceleration"),
-    Variable("mu_reversal", "1", "friction coefficient at the reversal point as it occurred"),
+    Variable(
+        "mu_reversal",
+        "1",
+        "friction coefficient at the reversal point as it occurred",
+        comment="NaN unless mu_stop is given: then friction returns along a line from there to mu_stop.",
+    ),
     Variable("mu_breakaway", "1", "friction coefficient at the last break-away, ageing included"),
     Variable(
         "tendency",
         "1",
         "stick-slip tendency mu_breakaway - 2 mu_reversal + mu_stop",
         comment="Eq. (3) with what occurred in this motion: friction at break-away, mu_static and ageing included, and "
-        "at reversal, which is not the minimum of the curve. It diagnoses a motion, it does not predict one.",
+        "at reversal, which is not the minimum of the curve. It diagnoses a motion, it does not predict one. NaN "
+        "unless mu_stop is given.",
     ),
     Variable("energy_per_cycle", "J", "friction heat per cycle"),
     Variable("equilibrium_crossings", "1", "crossings of the equilibrium with extrema outside the settling band"),
-    Variable("settling_time", "s", "time from first slip until the amplitude stays inside the settling band"),
+    Variable(
+        "settling_time",
+        "s",
+        "time from first slip until the amplitude stays inside the settling band",
+        comment="NaN where the motion does not settle, and where it is known to without having been followed that far.",
+    ),
     Variable("settled_displacement", "m", "displacement at which the motion settles"),
     Variable("displacement_amplitude", "m", "half the range of displacement on the attractor; 0 where it settles"),
     Variable("velocity_amplitude", "m s-1", "half the range of velocity on the attractor; 0 where it settles"),

@@ -162,3 +162,19 @@ def test_a_window_and_many_samples_keep_peaks():
     assert max(whole.get_lines()[0].get_ydata()) == 40.0
     force, _ = plot_records(records, window=(1.0, 2.0)).axes
     assert force.get_lines()[0].get_xdata()[[0, -1]] == pytest.approx([1.0, 2.0], abs=1e-2)
+
+
+@pytest.mark.filterwarnings("always::stickslip.errors.UnitWarning")
+def test_options_without_units_and_remarks_that_overrule_them_are_said_and_a_material_names_its_row(tmp_path):
+    path = tmp_path / "bare.csv"
+    write(path, drive=False)
+    path.write_text("# material: felt\n" + path.read_text())
+    result = CliRunner().invoke(main, ["rig", "features", str(path), "--load", "30 N", "--speed", "25"])
+    assert "drive_speed: 25 is read as 25 m/s; did you mean 25 mm/s?" in result.output
+    assert "normal_load = 10 N holds, not the 30 N of the option" in result.output
+    assert "felt" in result.stdout and "bare " not in result.stdout
+    target = str(tmp_path / "f.nc")
+    result = CliRunner().invoke(main, ["rig", "features", str(path), "--speed", "25 mm/s", "-o", target])
+    assert result.exit_code == 0 and "of the option" not in result.output
+    result = CliRunner().invoke(main, ["plot", target])
+    assert result.exit_code == 2 and "features of rig tests" in result.output and "--plot" in result.output
