@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import click
 import numpy as np
@@ -105,7 +106,38 @@ def test_shards_with_other_settings_are_refused(here):
     assert refused.exit_code == 2 and "system.mass: 2.0 there, 3.0 here" in refused.stderr
     refused = call("collect", "map.nc.parts", "--set", "system.mass=3")
     assert refused.exit_code == 2 and "system.mass: 2.0 there, 3.0 here" in refused.stderr
+    stale = Path("map.nc.parts/lock-2-of-2.json")
+    stale.write_text(
+        json.dumps({**dict.fromkeys(("token", "host", "space", "user"), "x"), "pid": 1, "since": 0, "seen": 0})
+    )
+    for refused in (call("run", config, "--shard", "2/2"), call("collect", config)):
+        assert refused.exit_code == 2 and "--fresh" not in refused.stderr
+        assert "--set as the run that began it (system.mass)" in refused.stderr
+        assert "stickslip collect map.nc.parts" in refused.stderr
+        assert stale.exists() and "took over" not in refused.stderr
     assert call("run", config, "--shard", "2/2", "--set", "system.mass=2", "--threads", "1").exit_code == 0
+    assert call("collect", "map.nc.parts", "--json").exit_code == 0
+    refused = call("collect", config)
+    assert refused.exit_code == 2 and "(system.mass)" in refused.stderr and "--fresh" not in refused.stderr
+
+
+def test_collecting_a_part_is_not_done_and_collecting_again_is(here):
+    config = write_config(here, num=100, more="output: {file: map.nc}\n")
+    half = json.loads(call("run", config, "--shard", "1/2", "--json").stdout)["computed"]
+    part = call("collect", config, "-q")
+    assert part.exit_code == 1 and not part.stdout
+    assert f"{10_000 - half:,} of 10,000 cells are not computed" in part.stderr
+    assert int((stickslip.open("map.nc")["regime"] != 0).sum()) == half
+    elsewhere = call("collect", config, "-o", "so far.nc")
+    assert elsewhere.exit_code == 2 and "stickslip collect map.nc.parts -o 'so far.nc'" in elsewhere.stderr
+    part = call("collect", "map.nc.parts", "--json", "-o", "table.csv")
+    assert part.exit_code == 1 and json.loads(part.stdout)["items_missing"] == 10_000 - half
+    assert len(Path("table.csv").read_text().splitlines()) > 10_000
+    call("run", config, "--shard", "2/2")
+    whole = json.loads(call("collect", config, "--json").stdout)
+    assert whole["items_missing"] == 0 and not whole["up_to_date"] and whole["store"] is None
+    again = call("collect", config)
+    assert again.exit_code == 0 and "map.nc is complete already" in again.stdout
 
 
 def test_a_result_is_simulated_with_what_is_set(here):
@@ -169,6 +201,7 @@ def test_standard_output_of_json_is_json_and_keys_are_the_documented_ones(here):
         "run --shard": ["run", config, "--shard", "1/2"],
         "status": ["status", config],
         "run": ["run", config],
+        "collect": ["collect", config],
         "again": ["run", config],
         "status, finished": ["status", config],
         "inspect": ["inspect", "map.nc", "--regime", "damped", "--limit", "2"],

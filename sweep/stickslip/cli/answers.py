@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.dataset.inspect import Survey
     from stickslip.files.locations import Location
-    from stickslip.runs.collecting import Status
+    from stickslip.runs.collecting import Collected, Status
     from stickslip.runs.estimate import Estimate, Nodes
     from stickslip.runs.request import Outcome, Request
     from stickslip.study import Study
@@ -87,6 +87,18 @@ def of_result(ds: xr.Dataset, plot: Path | None) -> Answer:
 
     regimes = {name: share.cells for name, share in summary(ds).items()} if "regime" in ds else None
     return {"plot": plot, "regimes": regimes}
+
+
+def of_collected(request: Request, found: Collected) -> Answer:
+    """What was collected."""
+    return {
+        **of_study(request.config.title, found.study, found.cells),
+        "items_finished": found.cells - found.missing,
+        "items_missing": found.missing,
+        "up_to_date": found.up_to_date,
+        "output": found.output,
+        "store": found.where,
+    }
 
 
 def of_finished(config: Config, output: Location) -> Answer:

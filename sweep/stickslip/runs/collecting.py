@@ -17,16 +17,22 @@ from stickslip.runs.workdir.lock import Holder, held, holders, writing_alone
 from stickslip.runs.workdir.parts import Failure
 from stickslip.study import Study
 
+_OTHER = f"{parts.SAME_SETTINGS}, or name another file with --output"
+
 
 @dataclass(frozen=True)
 class Collected:
-    """What `collect` wrote: how many cells (or lines, ...) it has, and how many of them are "not computed"."""
+    """What `collect` wrote: how many cells (or lines, ...) it has, and how many of them are "not computed".
+
+    where : the store, if it is still there. up_to_date : the result was there and whole, and no store.
+    """
 
     output: Location
     cells: int
     missing: int
     where: str | None
     study: Study
+    up_to_date: bool = False
 
 
 def collect(request: Request) -> Collected:
@@ -38,8 +44,10 @@ def collect(request: Request) -> Collected:
     if request.output is None:
         raise StoreError("collect needs a file to write: name it with --output")
     folder = request.folder()
+    if not folder.names() and (whole := _whole(request, request.output)):
+        return whole
     store = parts.find(folder)
-    parts.check_same(store, Work(request.config))
+    parts.check_same(store, Work(request.config), no_fresh=True)
     check_writable(request.output)
     if not store.finished():
         raise StoreError(f"{store.where}: no finished blocks there, so there is nothing to collect")
@@ -53,7 +61,7 @@ def collect(request: Request) -> Collected:
                 "hint: collect again if cells are missing"
             )
 
-    with earlier.result(request.output, request.config, request.fresh) as old:
+    with earlier.result(request.output, request.config, request.fresh, _OTHER) as old:
         work = Work(request.config, old.known if old else None, store.blocks)
         gathered = Gathered(store, work, None, request.notice)
         with writing_alone(request.output, request.notice):
@@ -68,6 +76,22 @@ def collect(request: Request) -> Collected:
         return Collected(request.output, store.blocks.size, 0, store.where, work.study)
     folder.vanish()
     return Collected(request.output, store.blocks.size, 0, None, work.study)
+
+
+def _whole(request: Request, output: Location) -> Collected | None:
+    """What is there, if it is the whole result of this configuration; None where there is none.
+
+    Raises StoreError for a part of it, and for something else.
+    """
+    earlier.finish(output, request.notice)
+    with earlier.result(output, request.config, False, _OTHER) as old:
+        if old is None:
+            return None
+        if not old.complete:
+            raise StoreError(
+                f"{output}: is there, but not complete, and has no store\nhint: stickslip run computes the rest"
+            )
+        return Collected(output, old.cells, 0, None, study_of(request.config), up_to_date=True)
 
 
 def _seen(output: Location | None) -> tuple[int, ...] | None:

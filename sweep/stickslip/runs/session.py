@@ -48,6 +48,8 @@ def run(request: Request) -> Outcome:
         if old and old.complete:
             _remove_leftovers(folder, request)
             return Outcome(old.cells, output=request.output, up_to_date=True)
+    if not request.fresh:
+        parts.check_before(folder, Work(request.config), request.shard is not None)
     with _machines(request, folder) as machines:
         return _locked(request, folder, _missing, machines)
 
