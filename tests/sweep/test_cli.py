@@ -296,6 +296,7 @@ def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options,
      "--array=1-40 and --shard $SLURM_ARRAY_TASK_ID/40"),
     (["--shard", "1/0"], "--shard: got '1/0', expected a shard such as 1/8"),
     (["--shard", "1/2"], "a shard needs a place"),
+    (["--shard", "1/2", "-o", "none/x.nc"], "none/x.nc: no folder none"),
     (["--shard", "1/2", "--fresh"], "other shards share the store"),
     (["--store", "gopher://x/y"], "gopher://x/y: cannot be opened"),
     (["--store", "small.yaml"], "small.yaml"),
@@ -305,7 +306,7 @@ def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options,
 def test_stores_that_will_not_do_are_told(here, arguments, message):
     done = call("run", write_config(here), *arguments)
     assert done.exit_code == 2 and message in done.stderr, done.output
-    assert "Traceback" not in done.output
+    assert "Traceback" not in done.output and not (here / "none").exists()
 
 
 @pytest.mark.parametrize("name", ["collect", "status", "retry-failed"])

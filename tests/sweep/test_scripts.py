@@ -20,6 +20,7 @@ from stickslip.cli import main, progress, screen
 from stickslip.config.reader import parse_config
 from stickslip.errors import UnitWarning
 from stickslip.files import writing
+from stickslip.files.machine import processors
 from stickslip.runs import blocks, collecting
 from stickslip.runs.estimate import Nodes
 
@@ -148,6 +149,14 @@ def test_a_result_is_simulated_with_what_is_set(here):
     assert json.loads(stickslip.open("b.nc").attrs["configuration"])["solver"]["rtol"] == 1e-9
 
 
+def test_threads_may_be_chosen_by_the_machine_whatever_the_file_says(here):
+    config = write_config(here)
+    config.write_text(config.read_text().replace("block: 4096", "block: 4096, threads: 1"))
+    auto, fixed = (json.loads(call("plan", config, *more, "--json").stdout) for more in (["--threads", "auto"], []))
+    assert auto["threads"] == processors() and fixed["threads"] == 1
+    assert call("plan", config, "--threads", "many").exit_code == 2
+
+
 def test_threads_win_over_the_file_and_change_no_number(here):
     config = write_config(here, num=60, more="output: {file: map.nc}\n")
     text = config.read_text().replace("block: 4096", "block: 4096, threads: 2")
@@ -229,6 +238,7 @@ def test_standard_output_of_json_is_json_and_keys_are_the_documented_ones(here):
                                       "creep": int((ds["regime"] == 3).sum())}  # fmt: skip
     assert told["again"]["up_to_date"] and told["again"]["regimes"] == told["run"]["regimes"]
     assert told["status, finished"]["finished"] and told["status, finished"]["output"] == "map.nc"
+    assert told["status, finished"]["items"] == told["status, finished"]["items_finished"] == 10_000
     assert told["inspect"]["wanted"] == told["run"]["regimes"]["damped"] and len(told["inspect"]["listed"]) == 2
     assert told["inspect"]["cells"] == 10_000
     assert told["in memory"]["output"] is None and told["in memory"]["items"] == 144
@@ -356,7 +366,9 @@ def test_the_lines_of_a_plan_are_commands_that_compute_the_map(here):
 
 def test_a_plan_says_when_nodes_or_threads_have_nothing_to_do(here):
     config = write_config(here, num=100)
-    assert "further nodes have nothing to compute" in call("plan", config, "--nodes", "40").stdout
+    told = call("plan", config, "--nodes", "40").stdout
+    assert "further nodes have nothing to compute" in told and "--array=1-3 " in told and "ID/3" in told
+    assert sum(line.startswith("time ") for line in told.splitlines()) == 1
     assert "fewer blocks than a node has threads" in call("plan", config, "--nodes", "2", "--threads", "9").stdout
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +37,7 @@ def of_plan(config: Config, found: Estimate, many: Nodes | None, lines: dict[str
     nodes = many and {
         "nodes": many.nodes,
         "threads": many.threads,
-        "shards": many.nodes,
+        "shards": many.shards,
         "blocks_least": many.least,
         "blocks_most": many.most,
         "seconds": many.seconds,
@@ -103,7 +104,16 @@ def of_collected(request: Request, found: Collected) -> Answer:
 
 def of_finished(config: Config, output: Location) -> Answer:
     """That a result is there, and no unfinished run beside it: the keys of `of_status`."""
-    return {**dict.fromkeys(_STATUS), "title": config.title, "output": output, "finished": True}
+    from stickslip.dataset.summary import summary
+    from stickslip.files import reading
+    from stickslip.runs.work import study_of
+
+    study = study_of(config)
+    with reading.look_into(output) as ds:
+        missing = summary(ds).get("not_computed") if "regime" in ds else None
+    items = prod(study.shape)
+    known = {"counted": study.counted, "items": items, "items_finished": items - (missing.cells if missing else 0)}
+    return {**dict.fromkeys(_STATUS), **known, "title": config.title, "output": output, "finished": True}
 
 
 _STATUS = (
