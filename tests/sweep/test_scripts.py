@@ -111,6 +111,9 @@ def test_shards_with_other_settings_are_refused(here):
     stale.write_text(
         json.dumps({**dict.fromkeys(("token", "host", "space", "user"), "x"), "pid": 1, "since": 0, "seen": 0})
     )
+    found = call("status", config).stdout
+    assert "shard     2/2: 1 of 1 blocks missing; its process has died: submit it again" in found
+    assert json.loads(call("status", config, "--json").stdout)["shards"][0]["shard"] == "2/2"
     for refused in (call("run", config, "--shard", "2/2"), call("collect", config)):
         assert refused.exit_code == 2 and "--fresh" not in refused.stderr
         assert "--set as the run that began it (system.mass)" in refused.stderr

@@ -118,7 +118,7 @@ def of_finished(config: Config, output: Location) -> Answer:
 
 _STATUS = (
     *("title", "store", "counted", "items", "items_finished", "blocks", "blocks_finished", "blocks_failed", "failures"),
-    *("holders", "begun", "version", "bytes", "output", "finished"),
+    *("holders", "shards", "begun", "version", "bytes", "output", "finished"),
 )
 
 
@@ -137,6 +137,10 @@ def of_status(found: Status) -> Answer:
         "holders": [
             {name: getattr(holder, name) for name in ("user", "host", "pid", "since", "seen")}
             for holder in found.holders
+        ],
+        "shards": [
+            {"shard": one.shard, "blocks": one.blocks, "missing": one.missing, "held": one.holder is not None}
+            for one in found.shards
         ],
         "begun": found.begun,
         "version": found.version,

@@ -139,8 +139,17 @@ def _show(found: Status) -> None:
         f"blocks    {found.blocks_finished:,} finished, {missing:,} missing, {len(found.failures):,} failed, "
         f"of {found.blocks:,}"
     )
+    for one in found.shards:
+        who = (
+            "its process has died" + ": submit it again" * bool(one.missing)
+            if one.holder is None
+            else f"held by {one.holder}"
+        )
+        click.echo(f"shard     {one.shard}: {len(one.missing):,} of {one.blocks:,} blocks missing; {who}")
+    of_shards = [one.holder for one in found.shards]
     for holder in found.holders:
-        click.echo(f"held      by {holder}")
+        if holder not in of_shards:
+            click.echo(f"held      by {holder}")
     if not found.holders:
         whole = found.blocks_finished == found.blocks
         click.echo(f"held      by no process: stickslip {'collect writes the result' if whole else 'run resumes it'}")

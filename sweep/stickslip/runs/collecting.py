@@ -13,7 +13,7 @@ from stickslip.runs.assembly import Gathered, assemble
 from stickslip.runs.request import Request
 from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir import parts
-from stickslip.runs.workdir.lock import Holder, held, holders, writing_alone
+from stickslip.runs.workdir.lock import Holder, held, holders, shard_of, writing_alone
 from stickslip.runs.workdir.parts import Failure
 from stickslip.study import Study
 
@@ -109,7 +109,8 @@ def _seen(output: Location | None) -> tuple[int, ...] | None:
 class Status:
     """The progress of a run, in cells (or what else is `counted`) and blocks.
 
-    holders : who works on it now; stale locks are not among them. versions : of stickslip that began it. size : bytes.
+    holders : who works on it now; stale locks are not among them. shards : those that work, or died at it.
+    versions : of stickslip that began it. size : bytes.
     """
 
     where: str
@@ -124,13 +125,29 @@ class Status:
     version: str
     size: int
     counted: str
+    shards: tuple[OfShard, ...] = ()
+
+
+@dataclass(frozen=True)
+class OfShard:
+    """How far a shard is whose lock is there: blocks in all, numbers of missing ones; holder : None if it has died."""
+
+    shard: str
+    blocks: int
+    missing: tuple[int, ...]
+    holder: Holder | None
 
 
 def status(request: Request) -> Status:
     """The progress of the run of a store. Raises StoreError where there is none."""
     folder = request.folder()
     store = parts.find(folder)
-    finished = store.finished()
+    finished, locks = store.finished(), holders(folder)
+    shards = [
+        OfShard(str(shard), len(own), tuple(sorted(own - finished)), None if holder.stale else holder)
+        for name, holder in locks.items()
+        if (shard := shard_of(name)) and (own := set(shard.blocks(store.blocks, store.manifest.deal))) is not None
+    ]
     return Status(
         where=store.where,
         title=request.config.title,
@@ -139,9 +156,10 @@ def status(request: Request) -> Status:
         blocks=store.blocks.count,
         blocks_finished=len(finished),
         failures=tuple(store.failure(number) for number in sorted(store.failed() - finished)),
-        holders=tuple(holder for holder in holders(folder).values() if not holder.stale),
+        holders=tuple(holder for holder in locks.values() if not holder.stale),
         begun=store.manifest.created,
         version=store.manifest.stickslip,
         size=folder.size(),
         counted=study_of(request.config).counted,
+        shards=tuple(sorted(shards, key=lambda one: int(one.shard.partition("/")[0]))),
     )
