@@ -165,7 +165,8 @@ def read(subject: Subject, view: View) -> xr.Dataset:
             continue
         at[dim] = view.points.get(name, 0)
         if name not in view.points and MapAxis(ds, dim).is_numeric:
-            at[dim] = int(np.abs(ds[dim].values - start_value(subject, view, name)).argmin())
+            value = view.values.get(name, start_value(subject, view, name))
+            at[dim] = int(np.abs(ds[dim].values - value).argmin())
     return ds.isel(at).transpose(dims[view.y], dims[view.x], ...)
 
 
@@ -289,8 +290,8 @@ def _column(array: xr.DataArray, pixel: Pixel) -> Column:
 
 
 def _usual(values: Floats) -> Sequence[float]:
-    """What size the values usually have."""
-    finite = np.abs(values[np.isfinite(values)])
+    """What size the values usually have where they are not zero, as amplitudes are of what settles."""
+    finite = np.abs(values[np.isfinite(values) & (values != 0)])
     return [float(np.median(finite))] if finite.size else []
 
 
