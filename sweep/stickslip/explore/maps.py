@@ -181,7 +181,8 @@ def variables(ds: xr.Dataset) -> list[tuple[str, str]]:
 def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
     """The map in a dataset over (y, x), reduced where it has more cells than the page has pixels, `most`."""
     y_dim, x_dim = ds["regime"].dims
-    ds = ds.sortby([dim for dim in (y_dim, x_dim) if MapAxis(ds, dim).is_numeric])
+    if unsorted := [dim for dim in (y_dim, x_dim) if MapAxis(ds, dim).is_numeric and (np.diff(ds[dim]) < 0).any()]:
+        ds = ds.sortby(unsorted)  # which copies it all
     pixel = coarse.pixel_for((ds.sizes[y_dim], ds.sizes[x_dim]), most)
     variable = view.variable if view.variable in ds.data_vars else "regime"
     shades, palette, painted, values = _shaded(ds[variable], variable, pixel)
