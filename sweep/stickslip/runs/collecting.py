@@ -36,7 +36,7 @@ def collect(request: Request) -> Collected:
     store, unless that is kept or another run works there. Raises StoreError.
     """
     if request.output is None:
-        raise StoreError("collect needs a file to write: name it with --output")
+        raise StoreError("collect needs a file to write", hint="name it with {output}")
     folder = request.folder()
     store = parts.find(folder)
     parts.check_same(store, Work(request.config))

@@ -183,8 +183,8 @@ def check_ours(folder: Folder) -> None:
     ours = (manifests.NAME in names, *(bool(_BLOCK.fullmatch(n) or n.startswith(PREFIX)) for n in names))
     if names and not any(ours) and not all(map(_is_temporary, names)):
         raise StoreError(
-            f"{folder.where}: holds other things ({names[0]}, ...) and no working store, so it is left alone\n"
-            "hint: name another place with --store"
+            f"{folder.where}: holds other things ({names[0]}, ...) and no working store, so it is left alone",
+            hint="name another place with {store}",
         )
 
 
@@ -197,8 +197,8 @@ def find(folder: Folder) -> Parts:
         raise StoreError(f"{folder.where}: no working store there") from None
     except DamagedManifestError as damaged:
         raise StoreError(
-            f"{folder.where}/{manifests.NAME}: damaged, {damaged}\n"
-            "hint: stickslip run with the configuration writes it again; --fresh starts over"
+            f"{folder.where}/{manifests.NAME}: damaged, {damaged}",
+            hint="{run} with the configuration writes it again; {fresh} starts over",
         ) from None
     _check_version(folder, manifest)
     return Parts(folder, manifest)
@@ -250,7 +250,8 @@ def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: N
         except DamagedBlockError as other:
             raise StoreError(
                 f"{folder.where}/{manifests.NAME}: damaged, {damaged}; and block {number} is not one of this "
-                f"configuration: {other}\nhint: --fresh starts over, or name another place with --store"
+                f"configuration: {other}",
+                hint="{fresh} starts over, or name another place with {store}",
             ) from None
     notice(f"{manifests.NAME} was damaged ({damaged}) and is written again from the configuration")
     folder.write(manifests.NAME, manifests.encode(parts.manifest))
@@ -287,16 +288,16 @@ def refuse(where: str, there: Config, here: Config) -> None:
     """Raise StoreError: `where` was made from another configuration."""
     keys = told(differences(there, here)) or "  the number of its cells"
     raise StoreError(
-        f"{where}: made from another configuration, which differs in\n{keys}\n"
-        "hint: --fresh starts over and replaces it; --output names another file"
+        f"{where}: made from another configuration, which differs in\n{keys}",
+        hint="{fresh} starts over and replaces it; {output} names another file",
     )
 
 
 def _check_version(folder: Folder, manifest: Manifest) -> None:
     if manifest.format != manifests.FORMAT or not same_major(manifest.stickslip):
         raise StoreError(
-            f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}\n"
-            "hint: resume with that version, or start over with --fresh"
+            f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}",
+            hint="resume with that version, or start over with {fresh}",
         )
 
 
