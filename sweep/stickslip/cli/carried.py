@@ -48,6 +48,8 @@ def run_request(request: Request, plot: Path | None, keep: list[str], extras: Ex
     if extras is not None and extras.page is not None:
         check_page(extras.page)
     work = Work(request.config)
+    if (plot or (extras and extras.page)) and request.shard is None and (part := shown.will_be_drawn(request.config)):
+        notice(f"plot: {part}")
     screen.terminal().print(f"{request.config.title}\n{work.study.described()}", markup=False)
     if request.output is None and request.place is None:
         if request.shard is not None:
@@ -178,7 +180,11 @@ def save_plot(ds: xr.Dataset, plot: Path | None, extras: Extras) -> bool:
         return False
     from stickslip import plots
 
-    plots.save(shown.figure(ds, extras), plot)
+    try:
+        plots.save(shown.figure(ds, extras), plot)
+    except plots.PlotError as error:  # what was computed is there, and is told of all the same
+        notice(f"{plot}: not drawn: {error}")
+        return False
     return True
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from stickslip.cli import shown
 from stickslip.cli.common import (
     DONE,
     JSON,
@@ -60,12 +61,14 @@ def validate(configs: tuple[Path, ...], as_json: bool) -> None:
             continue
         rows = list(understood(config))
         answer["warnings"] = [str(warning.message) for warning in asked]
+        if not is_rig(path) and config.output.plot is not None and (part := shown.will_be_drawn(config)):
+            answer["warnings"].append(f"output.plot: {part}")
         answer["computes"] = study_of(config).described()
         answer["understood"] = [row._asdict() for row in rows]
         answer["configuration"] = config.resolved()
         if not as_json:
-            for warning in asked:
-                click.echo(f"warning: {warning.message}", err=True)
+            for text in answer["warnings"]:
+                click.echo(f"warning: {text}", err=True)
             click.echo(f"{path}: valid, {answer['computes']}")
             _show(rows)
     if as_json:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import answers, screen
+from stickslip.cli import answers, screen, shown
 from stickslip.cli.carried import keeping
 from stickslip.cli.common import (
     CONFIG,
@@ -84,6 +84,8 @@ def _show(config: Path, loaded: Config, found: Estimate) -> None:
     for name, target in ((study.name, loaded.output.file), ("plot", loaded.output.plot)):
         if target is not None:
             console.print(f"{name:8} {target}", markup=False)
+    if loaded.output.plot is not None and (part := shown.will_be_drawn(loaded)):
+        console.print(f"         {part}", markup=False)
     if loaded.output.file is None:
         command = keeping(["run", str(config), "-o", f"{config.stem}.nc"])
         console.print(f"{study.name:8} not kept, no output is named; to keep it: {command}", markup=False)

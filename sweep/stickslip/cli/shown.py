@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from stickslip.cli.backdrop import Extras
     from stickslip.cli.picture import Picture
     from stickslip.cli.screen import Done
+    from stickslip.config.model import Config
     from stickslip.files.locations import Location
 
 
@@ -75,13 +76,36 @@ def figure(ds: xr.Dataset, extras: Extras | None = None, picture: Picture | None
 
     if is_over_map(ds):
         picture = picture or Picture()
-        title = str(ds.attrs.get("title", "")) if picture.title is None else picture.title
         behind = picture.prepared((extras or Extras()).map_behind(ds))
+        behind = fitting(behind.assign_attrs(title=ds.attrs.get("title", "")))
+        title = str(behind.attrs["title"]) if picture.title is None else picture.title
         return plots.plot_map(behind, lines=ds, title=title, look=picture.look(behind))
+    ds = fitting(ds)
     if "settling_share" in ds:
         return plots.plot_attractors(ds) if ds["settling_share"].ndim == 1 else plots.plot_map(ds, "settling_share")
     drawn: Callable[[xr.Dataset], Figure] = plots.plot_probability if "probability" in ds else plots.plot_map
     return drawn(ds)
+
+
+def fitting(ds: xr.Dataset) -> xr.Dataset:
+    """What of a result fits on a picture, said on screen where it is a part."""
+    from stickslip.dataset.panels import part_that_fits
+
+    name = next((name for name in ("probability", "settling_share", "regime") if name in ds), None)
+    part, told = (ds, []) if name is None else part_that_fits(ds, ds[name].dims)
+    for point in told:
+        click.echo(f"drawn    {point}; others with stickslip plot --select")
+    return part
+
+
+def will_be_drawn(config: Config) -> str | None:
+    """What the plot of a configuration will leave out, in words; None for nothing."""
+    from stickslip.cli.backdrop import coarse_map
+    from stickslip.config.grid import build_grid
+    from stickslip.dataset.panels import told_of
+
+    grid = build_grid(coarse_map(config))
+    return told_of(dict(zip(grid.dims, grid.shape, strict=True)))
 
 
 def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, picture: Picture | None = None) -> None:
@@ -92,6 +116,11 @@ def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, pictu
     from stickslip.pages.result import Drawn, drawn_of, result_page
 
     picture = picture or Picture()
+    if "quiet_above" in ds:
+        from stickslip.materials.page import material_page
+
+        pages.write_page(target, material_page(picture.prepared(ds), title=picture.title))
+        return click.echo(f"page     {target} ({screen.size_of(target)})")
     if is_over_map(ds):
         try:
             found = [Drawn(str(ds.attrs.get("title", "")), figure(ds, extras, picture))]
@@ -99,6 +128,7 @@ def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, pictu
             found = [Drawn(str(error))]
     else:
         ds = picture.prepared(ds)
-        found = drawn_of(ds, picture.look(ds)) if is_drawn(ds) else []
+        part = fitting(ds) if is_drawn(ds) else ds
+        found = drawn_of(part, picture.look(part)) if is_drawn(ds) else []
     pages.write_page(target, result_page(ds, found, picture.title))
     click.echo(f"page     {target} ({screen.size_of(target)})")

@@ -48,7 +48,7 @@ class Drawn(NamedTuple):
 
 
 def drawn_of(ds: xr.Dataset, look: Look = PLAIN) -> list[Drawn]:
-    """The pictures of a result that is no set of borders over a map. look : of maps."""
+    """The pictures of a result that is no set of borders over a map, or of a part that fits. look : of maps."""
     if "probability" in ds:
         return [_tried("probability", lambda: plot_probability(ds, look=look))]
     if "direction" in ds.dims:

@@ -6,13 +6,14 @@ Every function returns a matplotlib Figure and touches no global state: no pyplo
     axes   their axes      page   title, legend and file      palette   colours
 """
 
+from stickslip.dataset.panels import MAX_PANELS
 from stickslip.errors import PlotError
 from stickslip.plots.attractors import plot_attractors, plot_ramp
 from stickslip.plots.branches import plot_branches, plot_of_ramp
 from stickslip.plots.curves import plot_fits
 from stickslip.plots.linear import BORDERS
 from stickslip.plots.look import Look, Mark
-from stickslip.plots.maps import MAX_PANELS, plot_map
+from stickslip.plots.maps import plot_map
 from stickslip.plots.materials import plot_materials
 from stickslip.plots.page import DPI, request_of, save
 from stickslip.plots.spectrogram import plot_sound

@@ -22,6 +22,7 @@ from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.coarse import pixel_for
 from stickslip.dataset.kept import why_absent
+from stickslip.dataset.panels import MAX_PANELS
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
 from stickslip.plots import marks, overlays
@@ -36,8 +37,6 @@ from stickslip.plots.painting import note, painted
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR
 from stickslip.plots.strips import PIXELS, plot_strip
 from stickslip.vocabulary.words import nearest
-
-MAX_PANELS = 16
 
 _MAX_PANEL_COLUMNS = 4
 _BAR_WIDTH = 45  # letters along a colour bar
@@ -152,7 +151,8 @@ def _panel_layout(ds: xr.Dataset, outer: Sequence[Hashable]) -> tuple[int, int]:
         dims = ", ".join(f"{dim} ({length})" for dim, length in zip(outer, lengths, strict=True))
         raise PlotError(
             f"{count} panels over {dims}; at most {MAX_PANELS} fit on a page\n"
-            f"hint: fix a dimension with select, such as {outer[0]}"
+            f"hint: fix a dimension: --select {outer[0]}=VALUE on the command line, "
+            f"select={{{str(outer[0])!r}: VALUE}} in Python"
         )
     if len(outer) == 2 and lengths[1] <= _MAX_PANEL_COLUMNS:
         return lengths[0], lengths[1]

@@ -8,7 +8,7 @@ from math import ceil
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.engine import bytes_per_cell, processors
-from stickslip.runs.blocks import Blocks, Shard
+from stickslip.runs.blocks import Blocks
 from stickslip.runs.probe import Probe, probe
 from stickslip.runs.work import Work
 from stickslip.study import Study
@@ -57,7 +57,7 @@ class Estimate:
 
     def on(self, nodes: int, threads: int) -> Nodes:
         """The same for shards on nodes of so many threads, each thread as fast as one here."""
-        most, least = (len(Shard(number, nodes).blocks(self.blocks)) for number in (1, nodes))
+        least, most = self.blocks.count // nodes, -(-self.blocks.count // nodes)
         block = self.cells / self.blocks.count * self._thread_seconds
         return Nodes(nodes, threads, most, least, block, self.blocks.count)
 

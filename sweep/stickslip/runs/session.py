@@ -94,7 +94,8 @@ def _forgiven(store: Parts, request: Request) -> set[int]:
 
 
 def _asked(store: Parts, request: Request) -> set[int]:
-    return set(request.shard.blocks(store.blocks) if request.shard else range(store.blocks.count))
+    all_blocks = range(store.blocks.count)
+    return set(request.shard.blocks(store.blocks, store.manifest.deal) if request.shard else all_blocks)
 
 
 def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines) -> Outcome:

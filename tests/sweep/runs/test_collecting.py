@@ -1,5 +1,6 @@
 """Shards, maps of what there is, and blocks that fail."""
 
+import json
 import os
 
 import numpy as np
@@ -10,6 +11,7 @@ from helpers.runs import FEW, block_files, same, stop_early, with_axes
 from stickslip.errors import StoreError
 from stickslip.runs import work
 from stickslip.runs.workdir.folder import folder_at
+from stickslip.runs.workdir.manifest import _checksum as checksum
 
 # --- shards, collect, status ------------------------------------------------------------------------------------------
 
@@ -22,6 +24,26 @@ def test_shards_are_merged_to_the_map_of_one_run(config, output, whole, tmp_path
     assert done[0].output is None
     same(stickslip.collect(place, output), whole)
     assert folder_at(place).names() == []
+
+
+def test_shards_of_a_store_begun_by_an_earlier_version_get_the_blocks_they_had(config, output, whole, computed):
+    first = stickslip.run_shard(config, "1/3", f"{output}.parts")
+    manifest = output.with_name("map.nc.parts") / "manifest.json"
+    plain = json.loads(manifest.read_text())
+    del plain["deal"], plain["checksum"]
+    manifest.write_text(json.dumps({**plain, "checksum": checksum(plain)}))
+    before = {file.name for file in manifest.parent.glob("block-*")}
+    for file in manifest.parent.glob("block-*"):
+        file.unlink()
+    stickslip.run_shard(config, "1/3", first.where)
+    assert (
+        {file.name for file in manifest.parent.glob("block-*")} == {f"block-{i:08}" for i in range(0, 15, 3)} != before
+    )
+    computed.clear()
+    for shard in ("3/3", "2/3", "1/3"):
+        stickslip.run_shard(config, shard, first.where)
+    assert sum(computed) == 600
+    same(stickslip.collect(first.where, output), whole)
 
 
 def test_two_runs_of_one_shard_compute_it_once(config, tmp_path, computed):

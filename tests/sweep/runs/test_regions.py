@@ -3,11 +3,12 @@
 from math import prod
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.files import writing
-from stickslip.runs.blocks import Shard, blocks_of, blocks_of_chunks, chunks_of
+from stickslip.runs.blocks import Blocks, Shard, blocks_of, blocks_of_chunks, chunks_of
 from stickslip.runs.regions import extent, regions
 
 shapes = st.lists(st.integers(1, 7), max_size=4).map(tuple)
@@ -77,3 +78,17 @@ def test_shards_share_out_every_block_once(size, count):
     shared = [set(Shard(i, count).blocks(blocks)) for i in range(1, count + 1)]
     assert set().union(*shared) == set(range(blocks.count)) and sum(map(len, shared)) == blocks.count
     assert max(map(len, shared)) - min(map(len, shared)) <= 1
+
+
+@pytest.mark.parametrize("shards", [2, 3, 4, 5, 8, 10])
+@pytest.mark.parametrize(("rows", "in_row"), [(20, 4), (64, 3), (16, 8), (100, 1), (19, 6)])
+def test_shards_of_eight_blocks_and_more_cost_alike_wherever_the_expensive_blocks_lie(rows, in_row, shards):
+    whole = Blocks(rows * in_row * 10, 10, in_row * 10)
+    dealt = [Shard(i, shards).blocks(whole) for i in range(1, shards + 1)]
+    for cost in (
+        lambda b: 1.0 + 7.0 * (b % in_row == in_row - 1),
+        lambda b: 1.0 + b,
+        lambda b: 1.0 + (b // in_row) ** 2,
+    ):
+        costs = [sum(map(cost, one)) for one in dealt]
+        assert max(costs) < 1.6 * sum(costs) / shards

@@ -17,12 +17,12 @@ from stickslip._version import __version__
 from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
 from stickslip.errors import DamagedManifestError
-from stickslip.runs.blocks import Blocks
+from stickslip.runs.blocks import EVERY_NTH, SPREAD, Blocks, Deal
 from stickslip.runs.settings import fingerprint
 
 NAME = "manifest.json"
 FORMAT = 1
-_ADDED = ("plane", "written_in")  # what stores of earlier versions lack
+_ADDED = ("plane", "written_in", "deal")  # what stores of earlier versions lack
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,7 @@ class Manifest:
     created: str
     plane: int = 0  # of `Blocks`; 0 for all of them, which is what stores had before
     written_in: Mapping[str, str] = field(default_factory=dict)  # units of the configuration; stores had none before
+    deal: Deal = EVERY_NTH  # how shards get their blocks
     format: int = FORMAT
 
     @property
@@ -62,7 +63,7 @@ def make(config: Config, shape: tuple[int, ...], blocks: Blocks, kernels: str, s
     created = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return Manifest(
         fingerprint(config), config.to_yaml(), shape, blocks.size, blocks.length, blocks.count, (kernels,),
-        __version__, software, created, blocks.plane, config.written_in,
+        __version__, software, created, blocks.plane, config.written_in, SPREAD,
     )  # fmt: skip
 
 
