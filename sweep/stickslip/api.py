@@ -152,7 +152,7 @@ def check_in_memory(config: Config, dask: str | Client | None) -> None:
 
 def _run_in_memory(config: Config, progress: Watch) -> xr.Dataset:
     study, attributes = study_of(config), provenance(config.to_yaml(), title=config.title, action="run")
-    with watched(progress, study.counted) as moved:
+    with watched(progress, study.counted, config.friction.law) as moved:
         if not isinstance(study, MapStudy):
             return study.dataset(compute_study(study, moved), attributes)
         computed = compute(study.grid.cells, study.grid.size, study.options, moved)

@@ -86,7 +86,7 @@ def attractors(
         cells, title = basins.asked_of_cells(given_cells(cast(Cells, cells_or_config))), "Attractors"
         text = _text(options, {"attractors": asked.resolved()})
     study = basins.AttractorStudy(cells, states, sampling, options)
-    with watched(progress, study.counted) as moved:
+    with watched(progress, study.counted, options.law) as moved:
         return study.dataset(compute_study(study, moved), provenance(text, title=title, action="attractors"))
 
 
@@ -100,6 +100,7 @@ def ramp(
     horizon: float | None = None,
     law: str | None = None,
     max_steps: int | None = None,
+    progress: Watch = "auto",
 ) -> xr.Dataset:
     """Attractors while a parameter goes slowly up and down again: where vibration stops, and where it starts.
 
@@ -109,6 +110,7 @@ def ramp(
 
     cells_or_config, along, between : as for `border`; every line is a ramp. points : values, evenly spaced.
     rtol, horizon, law, max_steps : of `evaluate`; None takes the defaults, or what the configuration says.
+    progress : as for `run`; what is counted are values of the parameter, those of either way and those between them.
 
     Returns a dataset over the lines, `direction` ("up", "down") and the parameter: regime, status, velocity_amplitude,
     displacement_amplitude, period, stick_fraction; and of what lies between both branches, over the lines and the
@@ -127,12 +129,23 @@ def ramp(
     values = np.linspace(*lines.between, int(points))
     title = f"Slow ramp: {PARAMETERS[along].long_name}" + (f": {config.title}" if config else "")
     asked = basins.Ramp(lines, values)
-    warm_up(options.law)
-    stop = stop_flag()
-    followed, between_them = (
-        {name: result.reshape(*lines.shape, *result.shape[1:]) for name, result in found.items()}
-        for found in (basins.follow_ramp(asked, options, stop), basins.between_branches(asked, options, stop))
-    )
+    stop, done, total = stop_flag(), 0, 3 * lines.size * values.size
+    with watched(progress, "values", options.law) as moved:
+        warm_up(options.law)
+
+        def count(some: int) -> None:
+            nonlocal done
+            done += some
+            if moved:
+                moved(done, total)
+
+        count(0)
+        followed, between_them = (
+            {name: result.reshape(*lines.shape, *result.shape[1:]) for name, result in found.items()}
+            for found in (
+                basins.follow_ramp(asked, options, stop, count), basins.between_branches(asked, options, stop, count)
+            )
+        )  # fmt: skip
     attributes = provenance(text, title=title, action=f"ramp of {along}")
     return ramp_dataset(
         along, values, lines.dims, lines.coordinates, followed, between_them, attributes, lines.written_in

@@ -208,7 +208,7 @@ def margins(
 
 
 def _computed(study: Study, progress: Watch, attributes: Mapping[str, str]) -> xr.Dataset:
-    with watched(progress, study.counted) as moved:
+    with watched(progress, study.counted, study.options.law) as moved:
         return study.dataset(compute_study(study, moved), attributes)
 
 

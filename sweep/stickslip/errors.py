@@ -125,8 +125,31 @@ class UnitWarning(UserWarning):
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
+_IN_PYTHON = {"fresh": "fresh=True", "output": "output", "store": "store", "run": "stickslip.run"}
+_ON_COMMAND_LINE = {"fresh": "--fresh", "output": "--output", "store": "--store", "run": "stickslip run"}
+
+
 class StoreError(OSError):
-    """A dataset could not be written or read; the message names the path, the reason and, if there is one, a remedy."""
+    """A dataset could not be written or read; the message names the path, the reason and, if there is one, a remedy.
+
+    hint : the remedy, where it is an option, whose name {fresh}, {output}, {store} or {run} stands for: the message
+        has it in the words of Python, `on_command_line` in those of the command line.
+    """
+
+    def __init__(self, *args: object, hint: str | None = None) -> None:
+        super().__init__(*args)
+        self.hint = hint
+
+    def __str__(self) -> str:
+        return self._text(_IN_PYTHON)
+
+    @property
+    def on_command_line(self) -> str:
+        """The message for somebody who gave a command."""
+        return self._text(_ON_COMMAND_LINE)
+
+    def _text(self, words: dict[str, str]) -> str:
+        return super().__str__() + (f"\nhint: {self.hint.format(**words)}" if self.hint else "")
 
 
 def reason(error: BaseException) -> str:

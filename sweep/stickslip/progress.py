@@ -13,6 +13,8 @@ from importlib import import_module
 from time import perf_counter
 from typing import Any, Literal
 
+from .engine import will_compile
+
 Moved = Callable[[int, int], None]
 Watch = Moved | bool | Literal["auto"] | None
 _PATIENCE = 0.5  # s before a bar appears
@@ -20,11 +22,11 @@ _EVERY = 0.1  # s between its movements
 
 
 @contextmanager
-def watched(progress: Watch, counted: str = "cells") -> Iterator[Moved | None]:
+def watched(progress: Watch, counted: str = "cells", law: str | None = None) -> Iterator[Moved | None]:
     """What a computation is to call with (done, in all) from time to time.
 
     progress : a function, which is called itself; True for a bar, False or None for none, "auto" for one in notebooks.
-    counted : what is counted, for the bar.
+    counted : what is counted, for the bar. law : whose kernels are needed; that they must be compiled first is shown.
     """
     if progress is None or callable(progress):
         yield progress
@@ -35,6 +37,8 @@ def watched(progress: Watch, counted: str = "cells") -> Iterator[Moved | None]:
         yield None
         return
     bar = _NotebookBar(counted) if in_notebook() else _TerminalBar(counted)
+    if law is not None and will_compile(law):
+        bar.say("compiling the kernels for this machine: once, about twenty seconds")
     try:
         yield bar.move
     finally:
@@ -56,6 +60,10 @@ class _NotebookBar:
         self._last: tuple[int, int] | None = None
         self._handle: Any = None
 
+    def say(self, words: str) -> None:
+        """Show words where the bar will be."""
+        self._replace(_Words(words))
+
     def move(self, done: int, total: int) -> None:
         """Show that so many are done, unless the bar moved just now."""
         now = perf_counter()
@@ -70,13 +78,25 @@ class _NotebookBar:
             self._show()
 
     def _show(self) -> None:
+        if self._last is not None:
+            self._replace(_View(*self._last, self._counted, perf_counter() - self._began))
+
+    def _replace(self, view: _View | _Words) -> None:
         display = import_module("IPython.display").display  # of the notebook: we do not depend on it
-        assert self._last is not None
-        view = _View(*self._last, self._counted, perf_counter() - self._began)
         if self._handle is None:
             self._handle = display(view, display_id=True)
         else:
             self._handle.update(view)
+
+
+class _Words:
+    """A line of words, as IPython shows it."""
+
+    def __init__(self, words: str) -> None:
+        self._words = words
+
+    def __repr__(self) -> str:
+        return self._words
 
 
 class _View:
@@ -105,6 +125,10 @@ class _TerminalBar:
         self._bar = Progress(BarColumn(), counts, TimeRemainingColumn(), console=Console(stderr=True))
         self._task = self._bar.add_task(counted, total=0)
         self._is_shown = False
+
+    def say(self, words: str) -> None:
+        """Print words above the bar."""
+        self._bar.console.print(words)
 
     def move(self, done: int, total: int) -> None:
         """Show that so many are done."""

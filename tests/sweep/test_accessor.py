@@ -221,6 +221,20 @@ def test_a_notebook_shows_a_bar_that_ends_where_the_work_does(monkeypatch):
     assert not shown.views
 
 
+def test_a_notebook_says_that_kernels_are_compiled_and_follows_a_ramp(monkeypatch):
+    shown = Shown()
+    monkeypatch.setattr(progress, "in_notebook", lambda: True)
+    monkeypatch.setattr(progress, "will_compile", lambda law: True)
+    monkeypatch.setitem(sys.modules, "IPython.display", type("display", (), {"display": shown}))
+    cell = {"mass": 1, "stiffness": 1, "normal_load": 1, **FRICTION}
+    stickslip.ramp(cell, "belt_speed", (0.1, 1.0), 20)
+    assert repr(shown.views[0]).startswith("compiling the kernels for this machine")
+    assert repr(shown.views[-1]).startswith("60 of 60 values")
+    moves = []
+    stickslip.ramp(cell | {"damping": [0.0, 0.1]}, "belt_speed", (0.1, 1.0), 20, progress=lambda *at: moves.append(at))
+    assert moves[0] == (0, 120) and moves[-1] == (120, 120) and moves == sorted(moves)
+
+
 def test_outside_of_notebooks_a_bar_is_shown_if_asked_for(capfd):
     axes = {"stiffness": np.geomspace(1, 100, 200), "belt_speed": np.linspace(0.01, 1.0, 100)}
     asked = {"system": {"mass": 1, "normal_load": 1}, "friction": FRICTION, "axes": axes}

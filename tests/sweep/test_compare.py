@@ -1,18 +1,21 @@
 """Materials compared: ranks, borders and intervals against direct calls, and against points measured again."""
 
 import json
+import warnings
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
 from click.testing import CliRunner
+from openpyxl import load_workbook
 
 import stickslip
 from stickslip.cli import main
 from stickslip.config.examples import found_points
-from stickslip.errors import ConfigError
+from stickslip.errors import ConfigError, UnitWarning
 from stickslip.fit import draw_curves, fit_curve
+from stickslip.materials.words import Words
 
 FILES = [found_points(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
 SYSTEM = {"mass": "100 g", "stiffness": "5 N/mm", "normal_load": "10 N", "damping": "1 N s/m"}
@@ -214,6 +217,74 @@ def test_plot_and_inspect_know_a_comparison_from_its_file(compared, tmp_path, mo
     done = call("plot", "found.nc")
     assert done.exit_code == 0, done.output
     assert (tmp_path / "found.png").read_bytes().startswith(b"\x89PNG") and not done.stderr
+    told = call("plot", "found.nc", "-o", "found.html")
+    assert told.exit_code == 0 and "Which is quiet" in (tmp_path / "found.html").read_text()
     told = call("inspect", "found.nc")
     assert told.exit_code == 0 and "grease_b" in told.stdout and "quiet above" in told.stdout
     assert json.loads(call("inspect", "found.nc", "--json").stdout)["materials"][2]["name"] == "dry"
+
+
+def test_a_forgotten_unit_is_asked_about_as_in_a_configuration(tmp_path):
+    options = ["--load", "10 N", "--draws", 0, "--damping", 1]
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        done = call("compare", FILES[0], "--mass", 100, "--stiffness", 5, "--speed", 20, *options)
+    assert done.exit_code == 0 and "did you mean 100 g?" in done.stderr and "did you mean 20 mm/s?" in done.stderr
+    assert "beyond the fastest" in done.stdout and "damping 0" not in done.stdout.lower()
+    with pytest.warns(UnitWarning, match="100 understood as 100 kg; did you mean 100 g"):
+        ds = stickslip.compare(FILES[0], mass=100, stiffness=5000, normal_load=10, draws=0)
+    assert ds.attrs["damping_assumed"] == 1
+
+
+def test_the_margin_of_what_vibrates_throughout_is_a_bound_and_the_damping_is_asked_for(tmp_path):
+    (tmp_path / "grease.csv").write_text("speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
+    done = call("compare", tmp_path / "grease.csv", *OPTIONS, "--draws", 0, "--speed", "5 mm/s")
+    assert "< x 0." in done.stdout and "Damping 0 N s/m was assumed" in done.stdout and not done.stderr
+
+
+def test_points_that_may_fall_for_ever_leave_the_interval_open_upwards_unless_a_damper_ends_it():
+    """Points of a curve with a2 = 0: about half of the curves drawn fall for ever."""
+    noise = 0.0012 * np.array([1, -1, 0.5, -0.5, 1, 0, -1, 0.8, -0.6, 0.4, -0.9, 0.7, 0.6, -0.5])
+    points = {"oil": (SPEED, law(SPEED, 0.1, 0.004, 0.05, 0.02) + noise)}
+    ds = stickslip.compare(points, **{**SYSTEM, "damping": 0}, belt_speed=0.05, draws=200)
+    assert 0.1 < ds["draws_falling"][0] < 0.6 and np.isinf(ds["quiet_above_high"][0])
+    words = Words(ds)
+    assert "may be 0 (95 %)" in fit_curve(*points["oil"]).quality
+    assert any("fall for ever (a2 < 0)" in said for said in words.remarks())
+    assert "> " in next(one for one in words.columns() if "interval" in one.name).cells[0]
+    assert "a2 = 0" not in words.what_the_interval_means()
+    held = stickslip.compare(points, **{**SYSTEM, "damping": 20}, draws=200)
+    assert held["draws_falling"][0] == ds["draws_falling"][0] and np.isfinite(held["quiet_above_high"][0])
+
+
+def test_remarks_tell_speeds_in_the_unit_of_the_points(tmp_path):
+    (tmp_path / "grease.csv").write_text("speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
+    done = call("compare", tmp_path / "grease.csv", *OPTIONS, "--draws", 0)
+    assert "at 0.5 mm/s to 0.11 at 10 mm/s" in done.stdout and " m/s" not in done.stdout
+
+
+def test_tables_for_colleagues_show_what_is_printed_and_no_bound_as_a_border(tmp_path):
+    """Oil is quiet throughout, the grease vibrates throughout: neither has a border."""
+    (tmp_path / "grease.csv").write_text("speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
+    oil = "\n".join(f"{1000 * w}, {0.1 + 0.1 * w - 0.05 * np.exp(-w / 0.05)}" for w in SPEED)
+    (tmp_path / "oil.csv").write_text(f"speed [mm/s], mu\n{oil}\n")
+    names = [tmp_path / "ranks.csv", tmp_path / "ranks.xlsx", tmp_path / "ranks.nc"]
+    done = call("compare", tmp_path / "grease.csv", tmp_path / "oil.csv", FILES[0], *OPTIONS, "--draws", 0,
+                "--speed", "5 mm/s", "--decimal-comma", *(word for name in names for word in ("-o", name)))  # fmt: skip
+    assert done.exit_code == 0, done.output
+    table = pd.read_csv(names[0], sep=";", decimal=",").set_index("material")
+    assert list(table["quiet_state"]) == ["quiet_throughout", "border", "vibrates_throughout"]
+    assert list(table["quiet_above [m/s]"].isna()) == list(table["margin"].isna()) == [True, False, True]
+    assert table["quiet_above [m/s]"]["dry"] < table["searched_to [m/s]"]["dry"]
+    book = load_workbook(names[1])
+    assert book.sheetnames == ["ranks", "data", "about"]
+    sheet = book["ranks"]
+    assert sheet.freeze_panes == "B2" and sheet["A1"].font.bold and sheet["C1"].value == "quiet above\n(mm/s)"
+    rows = {row[0]: row for row in sheet.iter_rows(values_only=True)}
+    assert rows["oil"][2].startswith("< ") and rows["grease"][2].startswith("> ") and rows["dry"][2] > 100
+    assert rows["mass"][1] == "100 g" and rows["viscous damping coefficient"][1] == "0 N s/m (assumed)"
+    assert any(said and said.startswith("grease: Friction falls") for said in rows)
+    again = call("export", names[2], "-o", tmp_path / "again.xlsx")
+    assert again.exit_code == 0
+    copy = load_workbook(tmp_path / "again.xlsx")["ranks"]
+    assert list(copy.iter_rows(values_only=True)) == list(sheet.iter_rows(values_only=True))

@@ -8,6 +8,7 @@ from click.testing import CliRunner
 from helpers.configs import TEXT
 from stickslip.cli import main
 from stickslip.config.examples import config_names, config_path
+from stickslip.config.pick import cell_at
 from stickslip.config.reader import load_config, parse_config
 from stickslip.errors import UnitWarning
 from stickslip.rig import load_rig
@@ -186,3 +187,41 @@ def test_commands_ask_on_standard_error_before_they_compute(tmp_path, monkeypatc
     assert done.exit_code == 0
     assert done.stderr.startswith("warning: map.yaml:2:37: friction.a4: 20 understood as 20 m/s; did you mean 20 mm/s?")
     assert "understood as" not in done.stdout
+
+
+# --- cells that are picked --------------------------------------------------------------------------------------------
+
+PART = parse_config("""
+system: {mass: 250 g, normal_load: 30 N, damping: 1 N s/m}
+friction: {mu_start: 0.4, mu_reversal: 0.3, v_reversal: 100 mm/s, a4: 20 mm/s}
+axes:
+  stiffness: {start: 1 N/mm, stop: 50 N/mm, num: 4, spacing: log}
+  belt_speed: {start: 1 mm/s, stop: 300 mm/s, num: 4}
+""")
+
+
+def asked_of(*settings):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        cell_at(PART, settings)
+    return "\n".join(str(warning.message) for warning in caught)
+
+
+@pytest.mark.parametrize(("setting", "question"), [
+    ("belt_speed=25", "25 is read as 25 m/s, outside of the axis 1 to 300 mm/s; did you mean 25 mm/s?"),
+    ("stiffness=12", "12 is read as 12 N/m, outside of the axis 1 to 50 N/mm; did you mean 12 N/mm?"),
+    ("mass=200", "200 is read as 200 kg, where 250 g is written; did you mean 200 g?"),
+])  # fmt: skip
+def test_numbers_that_pick_a_cell_are_asked_about(setting, question):
+    others = [one for one in ("belt_speed=25 mm/s", "stiffness=12 N/mm") if one.split("=")[0] not in setting]
+    assert question in asked_of(setting, *others)
+
+
+@pytest.mark.parametrize("settings", [
+    ("belt_speed=25 mm/s", "stiffness=12 N/mm"),
+    ("belt_speed=0.025", "stiffness=12000"),
+    ("belt_speed=500 mm/s", "stiffness=100 N/mm", "mass=1"),
+    ("belt_speed=0.5", "stiffness=12 N/mm"),  # beyond the axis, and no other unit puts it there
+])  # fmt: skip
+def test_cells_that_are_plausible_are_not_asked_about(settings):
+    assert asked_of(*settings) == ""

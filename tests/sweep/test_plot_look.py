@@ -57,6 +57,7 @@ def test_logarithmic_scales_of_axes_and_colours():
     ({"marks": ["stiffness=5 N/mm, belt_speed=0.1"]}, "outside of the map; the axis runs from 0.1 N/m to 1000 N/m"),
     ({"marks": ["stiffness=5 N/m"]}, "--mark A: where along belt_speed?"),
     ({"marks": ["mass=5 kg"]}, "'mass' is no axis of this map; axes are stiffness, belt_speed"),
+    ({"marks": ["stifness=5 N/m"]}, "did you mean stiffness?"),
     ({"marks": ["stiffness=5 N, belt_speed=0.1"]}, "expected a stiffness"),
     ({"marks": ["here"]}, "expected NAME=VALUE"),
 ])  # fmt: skip
@@ -64,6 +65,15 @@ def test_wishes_that_cannot_be_met_say_what_can(wishes, message):
     ds = plane()
     with pytest.raises(PlotError, match=message):
         plot_map(ds, "damping_ratio", look=looks(ds, **wishes))
+
+
+def test_a_forgotten_unit_of_a_mark_or_of_a_selection_is_asked_about():
+    ds = with_units(plane(), {"belt_speed": "mm/s"})
+    asked = r"25 is read as 25 m/s; did you mean 25 mm/s\?"
+    with pytest.raises(PlotError, match=asked):
+        looks(ds, marks=["stiffness=5 N/m, belt_speed=25"])
+    with pytest.raises(PlotError, match=asked):
+        plot_map(ds, select={"belt_speed": "25"})
 
 
 def test_names_have_no_scale():

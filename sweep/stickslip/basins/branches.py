@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -18,9 +19,12 @@ _TOGETHER = 256  # cells that are held with the samples of their cycles
 _ANY = Box((0.0, 1.0), (-1.0, 1.0))  # of starting states, whose share nobody asks for
 
 
-def between_branches(ramp: Ramp, options: Options, stop: StopFlag) -> Results:
+def between_branches(
+    ramp: Ramp, options: Options, stop: StopFlag, moved: Callable[[int], None] | None = None
+) -> Results:
     """By names of `BETWEEN_VARIABLES` (`vocabulary.results`), arrays (lines, values); NaN where there is no unstable
     cycle, or it is not known exactly (`plain.py` says of which cells it is). Raises StoppedError once `stop` is raised.
+    moved : called with cells finished.
     """
     lines, values = ramp.lines, ramp.values
     others = lines.others(0, lines.size)
@@ -34,5 +38,7 @@ def between_branches(ramp: Ramp, options: Options, stop: StopFlag) -> Results:
         start = work.results(some, *unloaded(some))
         _, known = exact_results(some, start["regime"], _ANY, work)
         parts.append(known | {"damping_ratio": start["damping_ratio"]})
+        if moved:
+            moved(some["mass"].size)
     shape = lines.size, values.size
     return {name: np.concatenate([part[name] for part in parts]).reshape(shape) for name in BETWEEN_VARIABLES}

@@ -209,13 +209,13 @@ def points_file(path: Path) -> Path:
 
 def fail(message: object) -> NoReturn:
     """End with the exit code for wrong input."""
-    click.echo(message, err=True)
+    click.echo(getattr(message, "on_command_line", message), err=True)
     sys.exit(WRONG_INPUT)
 
 
 def incomplete(message: object) -> NoReturn:
     """End with the exit code for what was computed, but not to the end."""
-    click.echo(message, err=True)
+    click.echo(getattr(message, "on_command_line", message), err=True)
     sys.exit(INCOMPLETE)
 
 

@@ -41,13 +41,16 @@ Examples:
 @click.option("--mass", required=True, help='Of the oscillator: kg, or with a unit ("100 g").')
 @click.option("--stiffness", required=True, help='Of its spring: N/m, or with a unit ("5 N/mm").')
 @click.option("--load", required=True, help='Normal load: N, or with a unit ("2 kN").')
-@click.option("--damping", default="0", show_default=True, help='Of its damper: N s/m, or with a unit ("1 N s/m").')
+@click.option("--damping", help='Of its damper: N s/m, or with a unit ("1 N s/m").  [default: 0]')
 @click.option("--speed", help="Belt speed at which regime, margin and tendency are told.")
 @click.option("--between", nargs=2, metavar="LOW HIGH", help="Belt speeds to search.  [default: from the points]")
 @columns
 @click.option("--level", type=float, default=0.95, show_default=True, help="Of confidence of the intervals.")
 @click.option("--draws", type=int, default=1000, show_default=True, help="Curves drawn a material; 0: no intervals.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the draws.")
+@click.option(
+    "--decimal-comma", is_flag=True, help="Write decimal commas, and semicolons between columns, into CSV."
+)  # fmt: skip
 @click.option(
     "-o", "--output", "outputs", type=click.Path(path_type=Path), multiple=True,
     help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.",
@@ -57,10 +60,10 @@ Examples:
 @JSON
 @reports_wrong_input
 def compare(
-    files: tuple[Path, ...], mass: str, stiffness: str, load: str, damping: str, speed: str | None,
+    files: tuple[Path, ...], mass: str, stiffness: str, load: str, damping: str | None, speed: str | None,
     between: tuple[str, str] | None, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
     level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None, report: Path | None,
-    as_json: bool,
+    decimal_comma: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Rank materials by the belt speed above which each is quiet.
 
@@ -74,7 +77,8 @@ def compare(
 
     _check_outputs(outputs, plot, report)
     fits = fitted([points_file(file) for file in files], wanted_of(unit, speed_column, friction_column), not as_json)
-    given = {"mass": mass, "stiffness": stiffness, "normal_load": load, "damping": damping}
+    given = {"mass": mass, "stiffness": stiffness, "normal_load": load}
+    given |= {} if damping is None else {"damping": damping}
     prepare_kernels("stribeck")
     try:
         ds = compared(
@@ -90,7 +94,7 @@ def compare(
     words = Words(ds, _unit_of(speed))
     if not as_json:
         _show(words)
-    written = _write(ds, words, outputs, plot, report, as_json)
+    written = _write(ds, words, outputs, plot, report, as_json, "," if decimal_comma else ".")
     if as_json:
         tell_json(_answer(ds, words, written))
 
@@ -154,7 +158,13 @@ def _show(words: Words) -> None:
 
 
 def _write(
-    ds: xr.Dataset, words: Words, outputs: tuple[Path, ...], plot: Path | None, report: Path | None, silent: bool
+    ds: xr.Dataset,
+    words: Words,
+    outputs: tuple[Path, ...],
+    plot: Path | None,
+    report: Path | None,
+    silent: bool,
+    decimal: str,
 ) -> dict[str, str]:
     """Everything that is asked for; what was written, by kind."""
     from stickslip.dataset.export import TABLE_SUFFIXES
@@ -163,7 +173,7 @@ def _write(
     written = {}
     for output in outputs:
         if output.suffix.lower() in TABLE_SUFFIXES:
-            table = write_table(ds, output)
+            table = write_table(ds, output, decimal=decimal, unit=words.unit)
             if not silent:
                 tell_table(table, output)
         else:

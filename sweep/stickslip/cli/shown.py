@@ -116,6 +116,11 @@ def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, pictu
     from stickslip.pages.result import Drawn, drawn_of, result_page
 
     picture = picture or Picture()
+    if "quiet_above" in ds:
+        from stickslip.materials.page import material_page
+
+        pages.write_page(target, material_page(picture.prepared(ds), title=picture.title))
+        return click.echo(f"page     {target} ({screen.size_of(target)})")
     if is_over_map(ds):
         try:
             found = [Drawn(str(ds.attrs.get("title", "")), figure(ds, extras, picture))]

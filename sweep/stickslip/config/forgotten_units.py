@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import reduce
 from operator import getitem
 from typing import Any, NamedTuple
 
 from stickslip.config.kinds import varied_paths
 from stickslip.config.model import Config
-from stickslip.config.plausible import Doubt, doubts
+from stickslip.config.plausible import Doubt, Span, doubts, span
 from stickslip.config.yaml import Document
 from stickslip.errors import Path, Problem, UnitWarning
 from stickslip.vocabulary import units
@@ -30,6 +30,8 @@ _LARGEST = {
     "stroke": 1.0,
 }  # fmt: skip
 _SMALLER = {"kg": "g", "m": "mm", "m s-1": "mm/s"}  # what people write, by what is read
+_FAR_OFF = 10.0  # times: as near a value that replaces another one is expected
+_ENDS = 1e-6  # relative, of what is copied from a screen
 _CLOSING = "numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help units`)"
 _CLOSING_WRITTEN = "it is computed as it is written (`stickslip help units`)"
 
@@ -78,6 +80,49 @@ def question(document: Document, config: Config) -> str | None:
     if others:
         lines.append(f"  also without a unit: {', '.join(others)}")
     return "\n".join([*lines, f"  hint: {_CLOSING}"])
+
+
+def ask_of_settings(source: str, given: Mapping[str, Any], recipe: Config | None, made: Config) -> None:
+    """Warn whoever called the caller of the caller of the numbers without a unit that pick a cell and are implausible.
+
+    source : the option that gave them. given : by quantity. recipe : what the cell was picked out of, `made` the cell.
+    """
+    bare = {name: value for name, value in given.items() if name in QUANTITIES and isinstance(value, float)}
+    plain: dict[str, Any] = {}
+    asked = []
+    for name, value in bare.items():
+        if recipe is not None and (doubt := _against(recipe, name, value)):
+            asked.append(Problem((name,), doubt).text(source))
+        else:
+            plain.setdefault(QUANTITIES[name].section, {})[name] = value
+    lines = [f"{line}\n  hint: {_CLOSING}" for line in ["\n".join(asked)] if line]
+    if other := question(Document(source, plain), made):
+        lines.append(other)
+    if lines:
+        warnings.warn("\n".join(lines), UnitWarning, stacklevel=4)
+
+
+def _against(recipe: Config, name: str, value: float) -> str | None:
+    """What is asked about a number that is no value of its axis, or far from the one it replaces, in SI."""
+    found, unit = span(recipe, name), recipe.written_in.get(name)
+    if found is None or unit is None:
+        return None
+    told = Span(*(end / units.factor(unit, QUANTITIES[name].units) for end in found)).text(unit)
+    if name in recipe.fixed():
+        doubt = misread(value, found.least / _FAR_OFF, found.most * _FAR_OFF, name, unit)
+        return doubt and f"{doubt[0]}, where {told} is written; {doubt[1]}"
+    doubt = misread(value, found.least, found.most, name, unit)
+    return doubt and f"{doubt[0]}, outside of the axis {told}; {doubt[1]}"
+
+
+def misread(value: float, least: float, most: float, name: str, unit: str | None) -> tuple[str, str] | None:
+    """How a number is read in SI, and what was likely meant, if it lies in a range (in SI) only when it has `unit`."""
+    declared = QUANTITIES[name].units if name in QUANTITIES else "1"
+    if unit is None or declared == "1" or not value or least <= abs(value) <= most:
+        return None
+    if not least * (1.0 - _ENDS) <= abs(value) * units.factor(unit, declared) <= most * (1.0 + _ENDS):
+        return None
+    return f"{value:g} is read as {value:g} {units.spelled(declared)}", f"did you mean {value:g} {unit}?"
 
 
 def remark(config: Config, regime: str) -> str | None:

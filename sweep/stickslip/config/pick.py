@@ -10,6 +10,7 @@ from typing import Any
 
 import xarray as xr
 
+from stickslip.config.forgotten_units import ask_of_settings
 from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.overrides import Setting, overridden
@@ -42,7 +43,7 @@ def config_at(recipe: Recipe, settings: Iterable[str]) -> Config:
 
     settings : texts like ``stiffness=5 N/mm``, ``velocity=sticking`` or, for quantities that vary together,
         ``lubricant=grease`` (a label, or a position counted from 0). Every axis needs one, other quantities may have
-        one.
+        one. Numbers without a unit that are implausible in SI are asked about, as in files (UnitWarning).
     Raises ConfigError.
     """
     data = _plain(recipe)
@@ -62,6 +63,8 @@ def config_at(recipe: Recipe, settings: Iterable[str]) -> Config:
     if axes:
         raise ConfigError(_SOURCE, [_missing(axis) for axis in axes.values()])
     made = make_config(data, _SOURCE)
+    numbers = {name: _number_or_text(value) for name, value in given.items()}
+    ask_of_settings(_SOURCE, numbers, recipe if isinstance(recipe, Config) else None, made)
     return made.shown_in(recipe.written_in | made.written_in) if isinstance(recipe, Config) else made
 
 

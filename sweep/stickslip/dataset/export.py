@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from importlib.util import find_spec
 from math import prod
@@ -22,6 +23,7 @@ from stickslip.dataset.chunks import Chunk, chunks
 from stickslip.errors import StoreError
 from stickslip.files.atomic import replaced
 from stickslip.vocabulary import units
+from stickslip.vocabulary.flags import QUIET_STATES
 from stickslip.vocabulary.words import listed, nearest
 
 if TYPE_CHECKING:
@@ -52,6 +54,17 @@ class Table:
         return prod(self.shape)
 
 
+@dataclass(frozen=True)
+class Sheet:
+    """A sheet of a workbook that is read by people. heading, rows : its table, numbers and words. below : lines under
+    it, each of a few cells; a line of one cell that ends in a colon is a heading."""
+
+    name: str
+    heading: Sequence[str]
+    rows: Sequence[Sequence[str | float]]
+    below: Sequence[Sequence[str]] = ()
+
+
 Move = Callable[[int, int], None]
 
 
@@ -71,7 +84,7 @@ def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
     Of contours a row is a node, with what is known of its line. Raises StoreError for variables there are not, or whose
     dimensions do not fit together.
     """
-    ds = _by_node(ds) if "contour_found" in ds.attrs else ds
+    ds = _by_node(ds) if "contour_found" in ds.attrs else _without_bounds(ds) if "quiet_above" in ds else ds
     chosen = _named(ds, variables) if variables else _usual(ds)
     if not chosen:
         raise StoreError("nothing to write: the result holds no variables")
@@ -90,12 +103,13 @@ def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
 
 def write_table(
     ds: xr.Dataset, path: str | os.PathLike[str], variables: Sequence[str] = (), *, decimal: str = ".",
-    moved: Move | None = None,
+    moved: Move | None = None, front: Sheet | None = None,
 ) -> Table:  # fmt: skip
     """Write a result as CSV or Excel, by the suffix of the path, replacing the file only once the new one is whole.
 
     decimal : "," writes decimal commas and semicolons into CSV, for programs that expect these. moved : called with
-    (rows done, rows in all) from time to time. Returns the table, which knows what was left out. Raises StoreError.
+    (rows done, rows in all) from time to time. front : of a workbook, the sheet before all others. Returns the table,
+    which knows what was left out. Raises StoreError.
     """
     target = Path(path)
     check_table(target)
@@ -107,7 +121,7 @@ def write_table(
                 "hint: write .csv, or a part of the result (stickslip export --select)"
             )
         with replaced(Path(os.path.realpath(target))) as temporary:
-            _write_excel(ds, table, temporary, moved)
+            _write_excel(ds, table, temporary, moved, front)
         return table
     with replaced(Path(os.path.realpath(target))) as temporary:
         _write_csv(table, temporary, decimal, moved)
@@ -121,13 +135,15 @@ def _write_csv(table: Table, path: Path, decimal: str, moved: Move | None) -> No
             frame.to_csv(file, header=number == 0, index=False, sep=separator, decimal=decimal, lineterminator="\n")
 
 
-def _write_excel(ds: xr.Dataset, table: Table, path: Path, moved: Move | None) -> None:
-    """The table in one sheet, and where it comes from in another."""
+def _write_excel(ds: xr.Dataset, table: Table, path: Path, moved: Move | None, front: Sheet | None) -> None:
+    """The table in one sheet, and where it comes from in another; before both the one for people."""
     import pandas as pd
 
     told = [(name, str(ds.attrs[name])[:_LONGEST_CELL]) for name in _ABOUT if name in ds.attrs]
     told += [(_heading(ds[name]), str(ds[name].item())) for name in ds.coords if not ds[name].ndim]
     with path.open("wb") as file, pd.ExcelWriter(file, engine="openpyxl") as writer:
+        if front is not None:
+            _write_front(writer.book.create_sheet(front.name), front)
         whole = pd.concat(list(_frames(table, moved)), ignore_index=True)
         whole.to_excel(writer, sheet_name="data", index=False, freeze_panes=(1, 0))
         sheet = writer.sheets["data"]
@@ -137,6 +153,29 @@ def _write_excel(ds: xr.Dataset, table: Table, path: Path, moved: Move | None) -
         pd.DataFrame(told, columns=["what", "value"]).to_excel(writer, sheet_name="about", index=False)
         writer.sheets["about"].column_dimensions["A"].width = 30
         writer.sheets["about"].column_dimensions["B"].width = 100
+
+
+def _write_front(sheet: Any, front: Sheet) -> None:
+    """A sheet for people: headings bold, they and the first column stay in sight."""
+    for row in (front.heading, *front.rows, *front.below):
+        sheet.append(list(row))
+    for cell in sheet[1]:
+        _embolden(cell)
+        alignment = copy(cell.alignment)
+        alignment.wrap_text, alignment.vertical = True, "top"
+        cell.alignment = alignment
+        values = [str(row[cell.column - 1]) for row in front.rows]
+        sheet.column_dimensions[cell.column_letter].width = 2 + max(12, *map(len, values))
+    for number, row in enumerate(front.below, 2 + len(front.rows)):
+        if len(row) == 1 and row[0].endswith(":"):
+            _embolden(sheet.cell(number, 1))
+    sheet.freeze_panes = "B2"
+
+
+def _embolden(cell: Any) -> None:
+    font = copy(cell.font)
+    font.bold = True
+    cell.font = font
 
 
 # --- rows -------------------------------------------------------------------------------------------------------------
@@ -231,3 +270,15 @@ def _by_node(ds: xr.Dataset) -> xr.Dataset:
     coordinates = {name: one for name, one in repeated.items() if name in ds.coords}
     variables = {name: one for name, one in repeated.items() if name not in ds.coords and name != "node_count"}
     return ds.drop_dims("line").assign_coords({"line": number, **coordinates}).assign(variables)
+
+
+def _without_bounds(ds: xr.Dataset) -> xr.Dataset:
+    """Materials compared, where a bound of a border does not stand for one: it is empty, beside its state, and the ends
+    of the range that was searched have columns of their own."""
+    known = ds["quiet_state"] == QUIET_STATES.index("border")
+    found = {name: ds[name].where(known) for name in ("quiet_above", "margin") if name in ds}
+    for name in ("searched_from", "searched_to"):
+        ends = np.full(ds.sizes["material"], float(ds.attrs[name]))
+        told = f"{'slowest' if name.endswith('from') else 'fastest'} belt speed searched"
+        found[name] = xr.DataArray(ends, dims="material", attrs={"units": "m s-1", "long_name": told})
+    return ds.assign(found)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stickslip.config.forgotten_units import misread
 from stickslip.config.grid import quantity_of
 from stickslip.dataset.axis import MapAxis
 from stickslip.errors import PlotError, QuantityError
@@ -88,7 +89,7 @@ def _cell_of(ds: xr.Dataset, dim: Hashable, wanted: Any) -> int:
     axis = MapAxis(ds, dim, plain=True)
     number, low, high = axis.unit.of(_number(dim, wanted)), axis.centres[0], axis.centres[-1]
     if not (low <= number <= high or any(math.isclose(number, end, rel_tol=_AS_SHOWN) for end in (low, high))):
-        raise PlotError(f"cannot select {dim}={wanted}; the axis {_runs(axis)}")
+        raise PlotError(f"cannot select {dim}={wanted}; the axis {_runs(axis)}{unit_meant(ds, dim, wanted)}")
     cell = int(np.searchsorted(axis.edges, number, side="right")) - 1
     return min(max(cell, 0), axis.length - 1)
 
@@ -98,6 +99,18 @@ def span(ds: xr.Dataset, dim: Hashable) -> tuple[float, float, str]:
     axis = MapAxis(ds, dim, plain=True)
     low, high = (float(axis.unit.to_si(end)) for end in (axis.edges[0], axis.edges[-1]))
     return low, high, _runs(axis)
+
+
+def unit_meant(ds: xr.Dataset, dim: Hashable, wanted: Any) -> str:
+    """`; 25 is read as 25 m/s; did you mean 25 mm/s?` of a number that lies on an axis only when it has its unit."""
+    try:
+        number = float(wanted)
+    except (TypeError, ValueError):
+        return ""
+    low, high, _ = span(ds, dim)
+    unit = MapAxis(ds, dim, plain=True).unit.name
+    doubt = misread(number, low, high, quantity_of(str(dim)), unit)
+    return f"; {doubt[0]}; {doubt[1]}" if doubt else ""
 
 
 def _runs(axis: MapAxis) -> str:

@@ -41,9 +41,9 @@ _LOG_WORDS = """
 const value = Number((10**tick).toPrecision(4))
 return value >= 1e6 || value < 1e-4 ? value.toExponential().replace("e+", "e") : value.toString()
 """
-# What a slider or a scale shows: a value in its unit, from its place.
+# What a slider or a scale shows: a value in its unit, from its place; what is smaller than `least` came of rounding.
 PLACE_WORDS = """
-const value = Number((log ? 10**tick : tick).toPrecision(4))
+const value = Number((log ? 10**tick : Math.abs(tick) < least ? 0 : tick).toPrecision(4))
 return `${value} ${unit}`.trim()
 """
 
@@ -89,6 +89,6 @@ def _name_points(axis: Axis, side: Side, which: str) -> None:
         axis.major_label_orientation = 0.6
 
 
-def words_of(log: bool, unit: str) -> CustomJSTickFormatter:
-    """Places on a slider as values in their unit."""
-    return CustomJSTickFormatter(code=PLACE_WORDS, args={"log": log, "unit": unit})
+def words_of(log: bool, unit: str, least: float) -> CustomJSTickFormatter:
+    """Places on a slider as values in their unit. least : what is closer to zero is zero."""
+    return CustomJSTickFormatter(code=PLACE_WORDS, args={"log": log, "unit": unit, "least": least})

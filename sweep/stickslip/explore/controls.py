@@ -17,6 +17,7 @@ from stickslip.explore.view import View, sides, start_value
 from stickslip.vocabulary.parameter import NAN
 
 _STEPS = 400  # of a slider
+_ROUNDING = 1e-6  # of a step: what the browser makes of zero, adding up steps
 
 Changed = Callable[[str, float], None]
 Picked = Callable[[str, int], None]
@@ -105,15 +106,19 @@ def _slider(knob: Knob, value: float) -> Slider:
     """A slider over the places of a quantity in its unit."""
     unit = knob.unit
     low, high, at = (knob.place(one / unit.factor) for one in (knob.low, knob.high, value))
+    step = (high - low) / _STEPS
     return Slider(
-        start=low, end=high, value=min(max(at, low), high), step=(high - low) / _STEPS, title=spoken(knob.name),
-        format=words_of(knob.is_log, unit.name), name=f"knob_{knob.name}", sizing_mode="stretch_width",
-        stylesheets=[WIDGETS],
+        start=low, end=high, value=min(max(at, low), high), step=step, title=spoken(knob.name),
+        format=words_of(knob.is_log, unit.name, _ROUNDING * step), name=f"knob_{knob.name}",
+        sizing_mode="stretch_width", stylesheets=[WIDGETS],
     )  # fmt: skip
 
 
 def _si(knob: Knob, place: float) -> float:
     """The value of a place on the slider."""
+    span = (knob.high - knob.low) / knob.unit.factor
+    if not knob.is_log and abs(place) < _ROUNDING * span / _STEPS:
+        return 0.0
     return knob.value(float(place)) * knob.unit.factor
 
 

@@ -28,6 +28,8 @@ LINES: dict[str, tuple[str, str, float]] = {  # by motion: colour, dash, width
     "B": (PURPLE, "dashdot", 1.3),
 }
 _MARK_COLOURS = {"cell": "white", "A": GREEN, "B": PURPLE}
+NOTHING: dict[str, Any] = {"x": [], "y": []}
+_BLANK: dict[str, Any] = {"x": [0.0, 1.0], "y": [0.0, 1.0]}
 NO_SAMPLES: dict[str, Any] = {"t": [], "x": [], "v": [], "w": [], "mu": []}
 _SHADES = 256
 _TICKS = 5  # along x: there is room for no more in a narrow window
@@ -131,6 +133,9 @@ class CellFigures:
         self.cycle = ColumnDataSource({"x": [], "v": []}, name="unstable_cycle")
         self.curve = ColumnDataSource({"w": [], "mu": []}, name="friction_curve")
         self.steady = ColumnDataSource({"x": [], "v": []}, name="steady_sliding")
+        self.blank = ColumnDataSource(_BLANK, name="blank")
+        for plot in self.plots:  # what has no data has no range, of which the browser complains
+            plot.scatter("x", "y", source=self.blank, fill_alpha=0.0, line_alpha=0.0)
         self.friction.line("w", "mu", source=self.curve, line_color=GREY, line_width=5)
         over = (
             (self.displacement, "t", "x"),
@@ -167,6 +172,9 @@ class CellFigures:
         for name, source in self.sources.items():
             source.data = data_of(drawn[name], units) if name in drawn else NO_SAMPLES
         self._surroundings(current, units)
+        blank = NOTHING if drawn else _BLANK
+        if blank != self.blank.data:
+            self.blank.data = blank
 
     def _surroundings(self, current: CellMotions | None, units: Units) -> None:
         """Of the clicked cell: its friction curve, its unstable cycle, the speed of its belt, steady sliding."""

@@ -24,13 +24,13 @@ from stickslip.explore.view import FULL, Sides, View, start_value
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint
 from stickslip.runs.maps import MapStudy
 from stickslip.vocabulary.flags import FLAGS, flag_label
+from stickslip.vocabulary.results import VARIABLES
 
 Floats = NDArray[np.float64]
 LEVELS = 255  # of the colours of numbers; one more is for cells without a value
-HOVER = (
-    "regime", "status", "damping_ratio", "frequency", "stick_fraction", "spring_force_max", "spring_force_min",
-    "slip_speed_max", "acceleration_max", "velocity_amplitude", "tendency",
-)  # fmt: skip
+HOVER = ("regime", "frequency", "stick_fraction", "velocity_amplitude", "slip_speed_max", "spring_force_max")
+_ORDER = {name: i for i, name in enumerate(VARIABLES)}
+_BLANK = "#ffffff"  # of cells without a flag
 _TICKS = 5  # of the scale of colours
 _PLACES, _SHAPE, _WIDE = 40, 3.0, 0.09  # places along a side where names may stand; their shape, and room in all places
 
@@ -74,7 +74,7 @@ class Side:
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """One variable over the pixels, in a unit; codes of flags as they are, with their names."""
+    """One variable over the pixels, in a unit; codes of flags as they are, with their names. NaN: no value."""
 
     name: str
     label: str
@@ -85,7 +85,9 @@ class Column:
     def text(self, row: int, column: int) -> str:
         """The value of a pixel."""
         value = float(self.values[row, column])
-        return self.names[int(value)] if self.names else f"{number(value)} {self.unit.name}".rstrip()
+        if self.names and value == value:
+            return self.names[int(value)]
+        return f"{number(value)} {self.unit.name}".rstrip()
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +121,11 @@ class Picture:
     def by_name(self) -> dict[str, Column]:
         """The columns by the names of their variables."""
         return {column.name: column for column in self.columns}
+
+    @property
+    def units(self) -> dict[str, Unit]:
+        """In what the numbers under the pointer are told, by variable."""
+        return {column.name: column.unit for column in self.columns if not column.names}
 
 
 def computed(config: Config, stop: StopFlag) -> xr.Dataset | None:
@@ -163,9 +170,11 @@ def read(subject: Subject, view: View) -> xr.Dataset:
 
 
 def variables(ds: xr.Dataset) -> list[tuple[str, str]]:
-    """What can be drawn: names and titles."""
+    """What can be drawn: names and titles, in the order of the vocabulary, whatever that of a file is."""
     dims = ds["regime"].dims
-    return [(str(name), _label(ds[name])) for name in ds.data_vars if ds[name].dims == dims and name != "steps"]
+    found = [str(name) for name in ds.data_vars if ds[name].dims == dims and name != "steps"]
+    ordered = sorted(found, key=lambda name: _ORDER.get(name, len(_ORDER)))
+    return [(name, _label(ds[name])) for name in ordered]
 
 
 def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
@@ -237,9 +246,11 @@ def _shaded(
     if variable in FLAG_COLOURS:
         reduced = coarse.flags(array, pixel)
         values = marked(variable, reduced)
-        painted = paint(variable, values, reduced.present)
+        known = np.ma.compressed(values)  # cells that were left out (`where`) have no flag
+        painted = paint(variable, known, reduced.present)
         colours = [to_hex(painted.colours(painted.norm(code))) for code in range(2 * len(FLAG_COLOURS[variable]))]
-        return values.astype(np.uint8), tuple(colours), painted, values
+        shades = np.ma.filled(values.astype(np.uint8), len(colours))
+        return shades, (*colours, _BLANK), painted, known
     values = coarse.numbers(array, pixel).values
     painted = paint(variable, values)
     finite = np.isfinite(values)
@@ -270,7 +281,8 @@ def _column(array: xr.DataArray, pixel: Pixel) -> Column:
     name = str(array.name)
     if name in FLAGS:
         labels = tuple(flag_label(flag).replace("_", " ") for flag in FLAGS[name])
-        return Column(name, name, Unit(1.0, ""), coarse.flags(array, pixel).values.astype(np.float32), labels)
+        codes = np.ma.filled(coarse.flags(array, pixel).values.astype(np.float32), np.nan)
+        return Column(name, name, Unit(1.0, ""), codes, labels)
     values = coarse.numbers(array, pixel).values
     unit = unit_shown(array, _usual(values))
     return Column(name, name.replace("_", " "), unit, (values / unit.factor).astype(np.float32))

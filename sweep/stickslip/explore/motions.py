@@ -93,6 +93,11 @@ def motions_of(cell: Mapping[str, float], options: Options) -> CellMotions:
     return CellMotions(parameters, options.law, stick, slid, float(steady[0]), curve, cycle)
 
 
+def regime_of(cell: Mapping[str, float], options: Options) -> str:
+    """The name of the regime of a cell."""
+    return REGIMES[int(_results(as_cells(cell), replace(options, early_stop=True, threads=1))["regime"])]
+
+
 def _results(one: Cells, options: Options) -> dict[str, float]:
     found = compute(lambda start, stop: {name: v[start:stop] for name, v in one.items()}, 1, options).results
     return {name: float(values[0]) for name, values in found.items()}

@@ -13,6 +13,7 @@ from stickslip.explore import scripts
 from stickslip.explore.figures import LINES, CellFigures, MapFigure
 from stickslip.explore.maps import Picture
 from stickslip.explore.motions import CellMotions, Motion
+from stickslip.explore.readable import Unit
 from stickslip.explore.subject import Subject
 from stickslip.explore.told import legend_html, numbers_html
 from stickslip.plots.palette import FLAG_COLOURS
@@ -74,11 +75,13 @@ class Page:
         self.columns.tags = [scripts.meta_of(shown)]
         self.legend.text = legend_html(shown)
 
-    def show_cell(self, current: CellMotions | None, pinned: Mapping[str, CellMotions], said: str) -> None:
-        """Draw the motions of the clicked cell and of the pinned ones, and say their numbers."""
+    def show_cell(
+        self, current: CellMotions | None, pinned: Mapping[str, CellMotions], said: str, units: Mapping[str, Unit]
+    ) -> None:
+        """Draw the motions of the clicked cell and of the pinned ones, and say their numbers, in units by variable."""
         self.cell.show(current, pinned)
         self.cell_words.text = said
-        self.numbers.text = numbers_html(columns_of(current, pinned))
+        self.numbers.text = numbers_html(columns_of(current, pinned), units)
 
 
 def columns_of(current: CellMotions | None, pinned: Mapping[str, CellMotions]) -> list[tuple[str, str, Motion]]:

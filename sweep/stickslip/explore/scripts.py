@@ -26,8 +26,9 @@ if (i == null || j == null) { box.style.display = "none"; return }
 const rows = [[meta.x.label, words(meta.x, i)], [meta.y.label, words(meta.y, j)]]
 for (const column of meta.columns) {
   const value = columns.data[column.name][j*meta.x.n + i]
+  if (!Number.isFinite(value)) continue
   if (column.names.length > 0) rows.push([column.label, column.names[value]])
-  else if (Number.isFinite(value)) rows.push([column.label, `${digits(value)} ${column.unit}`])
+  else rows.push([column.label, `${digits(value)} ${column.unit}`])
 }
 const cell = (kind, text) => { const one = document.createElement(kind); one.textContent = text; return one }
 const table = document.createElement("table")

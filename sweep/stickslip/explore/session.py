@@ -43,6 +43,7 @@ from stickslip.explore.view import (
 
 _LOG = logging.getLogger(__name__)
 _BREATH = 0.05  # s, in which the browser draws the coarse map, and a slider that still moves asks for the next
+_COMING = "exact borders ..."
 At = Mapping[str, float | int]
 
 
@@ -58,13 +59,17 @@ class Seen:
 
 @dataclass(eq=False)
 class _Now:
-    """What is seen at the moment; only the loop of the server touches it."""
+    """What is seen at the moment; only the loop of the server touches it.
+
+    bordered : the view whose borders are drawn, whatever its colours show.
+    """
 
     view: View
     shown: Picture | None = None
     at: At | None = None
     cell: Seen | None = None
     pins: dict[str, Seen] = field(default_factory=dict)
+    bordered: View | None = None
     timings: dict[str, str] = field(default_factory=dict)
 
 
@@ -129,8 +134,9 @@ class Session:
     def _forget_places(self) -> None:
         """Cells of other sides have no place on the map; pinned motions stay."""
         self._now.at = self._now.cell = None
-        self.page.map.draw_borders([])
+        self._draw_borders([], None)
         self._show_cell()
+        self.below.say_how(command="")
 
     def _clicked(self, event: Tap) -> None:
         shown = self._now.shown
@@ -174,7 +180,8 @@ class Session:
                 config, began = config_of(self._subject, view, FULL), perf_counter()
                 lines = border_lines(config, shown, stop)
                 if lines is not None:
-                    self._then(stop, self._show_borders, lines, f"exact borders in {_ms(began)}", config.to_yaml())
+                    said = f"exact borders in {_ms(began)}"
+                    self._then(stop, self._show_borders, view, lines, said, config.to_yaml())
 
     def _show_computed(self, config: Config, view: View, stop: StopFlag) -> Picture | None:
         began = perf_counter()
@@ -224,17 +231,21 @@ class Session:
 
     def _show_map(self, view: View, shown: Picture, variables: list[tuple[str, str]], said: str) -> None:
         now = self._now
-        if now.shown is None or (now.shown.x.name, now.shown.y.name) != (shown.x.name, shown.y.name):
-            self.page.map.draw_borders([])
+        if now.bordered is not None and now.bordered != _whatever_drawn(view):
+            self._draw_borders([], None)  # with the cells they belong to, not when their successors are there
         now.shown = shown
-        now.timings = {"map": said}
+        now.timings = {"map": said, "borders": _COMING}
         self.page.show_map(shown)
         self.controls.offer(variables)
         self._mark()
         self._say()
 
-    def _show_borders(self, lines: list[Line], said: str, yaml: str) -> None:
+    def _draw_borders(self, lines: list[Line], view: View | None) -> None:
         self.page.map.draw_borders(lines)
+        self._now.bordered = view
+
+    def _show_borders(self, view: View, lines: list[Line], said: str, yaml: str) -> None:
+        self._draw_borders(lines, _whatever_drawn(view))
         self._now.timings["borders"] = said
         self._say()
         self.below.say_how(yaml=yaml)
@@ -249,7 +260,8 @@ class Session:
         pinned = {name: seen.motions for name, seen in now.pins.items()}
         said = "" if now.cell is None else cell_html(now.cell.motions, now.cell.words, now.cell.at)
         said += "".join(f"<br><b>{name}</b>: {escape(seen.words)}" for name, seen in now.pins.items())
-        self.page.show_cell(None if now.cell is None else now.cell.motions, pinned, said)
+        units = {} if now.shown is None else now.shown.units
+        self.page.show_cell(None if now.cell is None else now.cell.motions, pinned, said, units)
         self._mark()
 
     def _mark(self) -> None:
@@ -292,6 +304,11 @@ class Session:
         pinned = {name: seen.motions for name, seen in self._now.pins.items()}
         columns = columns_of(current, pinned)
         return motions_csv([(head, motion) for _, head, motion in columns]) if columns else ""
+
+
+def _whatever_drawn(view: View) -> View:
+    """What decides where the borders are: all but the variable."""
+    return replace(view, variable="regime")
 
 
 def _size(config: Config) -> int:

@@ -21,7 +21,7 @@ from stickslip.config.pick import cell_of
 from stickslip.engine import stop_flag
 from stickslip.explore import maps
 from stickslip.explore.borders import border_lines
-from stickslip.explore.figures import NO_SAMPLES, axis_words, data_of, regions_of, surroundings, units_of
+from stickslip.explore.figures import NO_SAMPLES, NOTHING, axis_words, data_of, regions_of, surroundings, units_of
 from stickslip.explore.maps import Picture
 from stickslip.explore.motions import CellMotions, Motion, motions_of
 from stickslip.explore.page import WIDGETS, Page, columns_of, template, template_variables, words
@@ -131,7 +131,7 @@ def _kept(subject: Subject, view: View, shown: Picture, i: int, j: int) -> dict[
     return {
         "x": float(shown.x.centres[j]), "y": float(shown.y.centres[i]), **_drawn(short),
         "words": f"{cell_html(motions, where, at)}<br>{_NEAREST}",
-        "numbers": numbers_html(columns_of(motions, {})) + command,
+        "numbers": numbers_html(columns_of(motions, {}), shown.units) + command,
     }  # fmt: skip
 
 
@@ -141,6 +141,7 @@ def _drawn(motions: CellMotions) -> dict[str, Any]:
     lines = dict(zip(_MOVED, motions.motions, strict=False))
     around = surroundings(motions, units)
     data: dict[str, Any] = {name: NO_SAMPLES for name in _MOVED} | around
+    data["blank"] = NOTHING
     data |= {name: data_of(motion, units) for name, motion in lines.items()}
     light = {name: {key: np.asarray(values, np.float32) for key, values in one.items()} for name, one in data.items()}
     axes = {name: list(words) for name, words in axis_words(units).items()}
@@ -189,7 +190,7 @@ def _let_click(page: Page, found: list[dict[str, Any]]) -> None:
     """Have a click draw the nearest of the cells that are kept."""
     cell = page.cell
     sources = {name: cell.sources[name] for name in _MOVED}
-    sources |= {"cycle": cell.cycle, "curve": cell.curve, "steady": cell.steady}
+    sources |= {"cycle": cell.cycle, "curve": cell.curve, "steady": cell.steady, "blank": cell.blank}
     given = {
         "found": found, "columns": page.columns, "sources": sources, "marks": page.map.marks, "belt": cell.belt,
         "plots": {str(plot.name): plot for plot in cell.plots}, "cell_words": page.cell_words, "numbers": page.numbers,

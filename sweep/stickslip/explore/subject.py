@@ -86,6 +86,8 @@ def open_subject(path: str | Path, settings: Sequence[Setting] = ()) -> Subject:
 def _of_result(source: str, where: Location, settings: Sequence[Setting]) -> Subject:
     """The map in a file, with the configuration it was computed from."""
     ds = reading.look_into(where)
+    if "direction" in ds.dims:
+        raise _no_map(source, "a ramp, up and down, and no map", f"`stickslip plot {source}` draws it")
     recipe = recipe_of(ds, source, settings)
     if not isinstance(recipe, Config):
         raise _no_map(source, "cells that were computed one by one, and no map", "a map has axes: `stickslip run`")

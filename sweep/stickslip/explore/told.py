@@ -12,12 +12,14 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import xarray as xr
 
+from stickslip.config.pick import cell_of, config_at
 from stickslip.dataset.axis import spoken
 from stickslip.dataset.build import variable_of
 from stickslip.dataset.export import write_table
+from stickslip.errors import ConfigError
 from stickslip.explore.maps import Picture
-from stickslip.explore.motions import CellMotions, Motion
-from stickslip.explore.readable import quantity
+from stickslip.explore.motions import CellMotions, Motion, regime_of
+from stickslip.explore.readable import Unit, quantity, unit_for
 from stickslip.explore.subject import Subject
 from stickslip.explore.view import View, settings
 from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES, flag_label
@@ -29,6 +31,7 @@ _NUMBERS = (
     "cycle_force_max", "cycle_force_min", "spring_force_max", "slip_speed_max", "acceleration_max", "energy_per_cycle",
     "settling_time", "restick_margin", "mu_reversal", "tendency", "damping_ratio",
 )  # fmt: skip
+_DIGITS = 6  # of what a command says
 _RARE = ("delta", "ageing_rate", "ageing_time", "contact_time", "displacement", "velocity", "mu_static", "mu_stop")
 
 
@@ -63,8 +66,11 @@ def place_words(shown: Picture, at: Mapping[str, float | int]) -> str:
     return ", ".join(words)
 
 
-def numbers_html(columns: Sequence[tuple[str, str, Motion]]) -> str:
-    """Regime and key numbers of motions side by side: names of styles, headings, motions."""
+def numbers_html(columns: Sequence[tuple[str, str, Motion]], units: Mapping[str, Unit] | None = None) -> str:
+    """Regime and key numbers of motions side by side: names of styles, headings, motions.
+
+    units : by variable, those in which the map tells it; others have what suits their largest value.
+    """
     if not columns:
         return '<p class="hint">Click a cell of the map: its motion appears here.</p>'
     heads = "".join(f'<th><i class="line {style}"></i>{escape(head)}</th>' for style, head, _ in columns)
@@ -73,7 +79,8 @@ def numbers_html(columns: Sequence[tuple[str, str, Motion]]) -> str:
         values = [motion.results[name] for *_, motion in columns]
         if any(map(isfinite, values)):
             row = VARIABLES[name]
-            cells = "".join(f"<td>{escape(quantity(value, row.units))}</td>" for value in values)
+            unit = (units or {}).get(name) or unit_for(row.units, values)
+            cells = "".join(f"<td>{escape(unit.text(value))}</td>" for value in values)
             rows.append(f'<tr><th title="{escape(row.long_name)}">{escape(name.replace("_", " "))}</th>{cells}</tr>')
     faults = {motion.why for *_, motion in columns if motion.why}
     said = "".join(f'<p class="hint">{escape(why)}</p>' for why in sorted(faults))
@@ -100,7 +107,7 @@ def cell_html(motions: CellMotions, where: str, sides: Collection[str] = ()) -> 
     if motions.cycle is not None:
         speed = quantity(motions.cycle.velocity_amplitude, "m s-1")
         said.append(
-            f"unstable cycle (dotted): vibration with less than about {escape(speed)} dies out, with more it grows"
+            f"unstable cycle (dotted), velocity amplitude {escape(speed)}: vibration inside dies out, outside grows"
         )
     if any(motion.late for motion in motions.motions):
         said.append("the slow growth from near sliding is left out; its end is shown")
@@ -112,12 +119,22 @@ def cell_html(motions: CellMotions, where: str, sides: Collection[str] = ()) -> 
 
 def simulate_command(subject: Subject, view: View, at: Mapping[str, float | int], motions: CellMotions) -> str:
     """The line for the shell that computes the motion of a cell from stick."""
-    given = [word for setting in settings(subject, view, at) for word in ("--at", setting)]
+    given = [word for setting in _short(subject, view, at, motions) for word in ("--at", setting)]
     shown = motions.stick.time
     away = motions.stick.results["breakaway_time"]
     duration = (shown[-1] if shown.size else 1.0) + (away if isfinite(away) and not _is_from_start(motions) else 0.0)
     words = ["stickslip", "simulate", subject.source, *given, "-t", f"{duration:.4g}", "--plot", "cell.png"]
     return shlex.join(words)
+
+
+def _short(subject: Subject, view: View, at: Mapping[str, float | int], motions: CellMotions) -> list[str]:
+    """The settings of a cell in few digits, unless that makes it a cell of another regime."""
+    rounded = settings(subject, view, at, _DIGITS)
+    try:
+        regime = regime_of(cell_of(config_at(subject.config, rounded)), subject.options)
+    except ConfigError:  # what is rounded may be beyond a bound
+        regime = ""
+    return rounded if regime == motions.stick.regime else settings(subject, view, at)
 
 
 def _is_from_start(motions: CellMotions) -> bool:

@@ -152,15 +152,22 @@ def is_as_opened(subject: Subject, view: View) -> bool:
     return not view.values and all(name in subject.axes for name in view.plane)
 
 
-def settings(subject: Subject, view: View, at: Mapping[str, float | int]) -> list[str]:
-    """One cell of a view as NAME=VALUE, as the command line takes it: all that varies, and what was changed."""
+def settings(subject: Subject, view: View, at: Mapping[str, float | int], digits: int | None = None) -> list[str]:
+    """One cell of a view as NAME=VALUE, as the command line takes it: all that varies, and what was changed.
+
+    digits : of numbers; None for all of them, so that it is that cell to the last bit.
+    """
+
+    def told(name: str, value: float) -> str:
+        return value_text(name, value if digits is None or isnan(value) else float(f"{value:.{digits}g}"))
+
     found = {}
     for name, axis in subject.axes.items():
         if is_listed(axis):
             found[name] = point_text(axis, int(at.get(name, view.points.get(name, 0))))
         else:
             value = view.values.get(name, start_value(subject, view, name))
-            found[name] = value_text(name, float(at.get(name, value)))
+            found[name] = told(name, float(at.get(name, value)))
     changed = {**subject.assumed, **view.values, **{name: float(at[name]) for name in view.plane}}
-    found |= {name: value_text(name, value) for name, value in changed.items() if name not in found}
+    found |= {name: told(name, value) for name, value in changed.items() if name not in found}
     return [f"{name}={text}" for name, text in found.items()]

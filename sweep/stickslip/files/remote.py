@@ -31,9 +31,9 @@ def failure(where: str, action: str, error: BaseException) -> StoreError:
     reason = getattr(error, "strerror", None) or str(error).partition("\n")[0] or type(error).__name__
     hint = ""
     if number in _SPACE:
-        hint = "\nhint: free some space, then give the same command again; what is finished is kept"
+        hint = "\nhint: free some space, then do the same again; what is finished is kept"
     elif number in _ACCESS:
-        hint = "\nhint: choose another folder with --output or --store"
+        hint = "\nhint: choose another folder for the output, or for the store"
     return StoreError(f"{where}: cannot be {action} ({reason}){hint}")
 
 

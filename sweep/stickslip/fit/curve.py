@@ -89,11 +89,12 @@ class CurveFit:
         return np.maximum(middle - reach, 0.0), middle + reach
 
 
-def fit_curve(speed: ArrayLike, mu: ArrayLike, sigma: ArrayLike | None = None) -> CurveFit:
+def fit_curve(speed: ArrayLike, mu: ArrayLike, sigma: ArrayLike | None = None, *, unit: str = "m/s") -> CurveFit:
     """The Stribeck curve nearest to measured points, by least squares.
 
     speed : slip speeds, m/s, >= 0. mu : friction coefficients there.
     sigma : standard deviation of each mu, or one for all; None: equal, and taken from the residuals.
+    unit : in which `quality` tells speeds.
 
     All coefficients are >= 0 where the points show a declining branch. Where they fall all the way but do not determine
     four coefficients, a2 is taken as 0; where they show a rise from zero speed instead, a3 < 0. Raises ValueError for
@@ -127,7 +128,7 @@ def fit_curve(speed: ArrayLike, mu: ArrayLike, sigma: ArrayLike | None = None) -
     reach = {name: student(freedom) * error if error > 0 else 0.0 for name, error in errors.items()}
     share = r_squared(y, residuals, deviation**-2.0)
     at_bound = _at_bound(estimates, chosen)
-    verdict = Verdict(form, chosen.seen, estimates, reach, at_bound, w, y, residuals, share, spare)
+    verdict = Verdict(form, chosen.seen, estimates, reach, at_bound, w, y, residuals, share, spare, unit)
     findings = [*verdict.findings(), *(excess(chi_squared, spare) if known else ())]
     return CurveFit(
         **{name: estimates[name] for name in COEFFICIENTS},

@@ -79,7 +79,7 @@ def fit_materials(
 
 def _curve(path: Path, label: str, points: Columns) -> CurveFit:
     try:
-        return _cautious(fit_curve(**points), points)
+        return _cautious(fit_curve(**points, unit=points.units.get("speed") or "m/s"), points)
     except ValueError as error:
         raise _refused(path, label, error) from None
 

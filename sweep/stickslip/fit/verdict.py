@@ -11,6 +11,7 @@ from scipy import stats  # type: ignore[import-untyped]
 
 from stickslip.fit.forms import COEFFICIENTS, FALLING, STRENGTHENING, Form
 from stickslip.fit.uncertainty import Floats, rms, run_score
+from stickslip.vocabulary import units
 
 _SHARE = 0.5  # of the mean friction: a coefficient that moves the curve by more, within its interval, is not known
 _SYSTEMATIC = -3.0  # standard deviations of the number of runs; one random sample in 700 goes below
@@ -27,7 +28,7 @@ class Verdict:
 
     seen : whether the points show a branch of this form, declining or rising from zero speed.
     reach : half widths of the confidence intervals. at_bound : coefficients at the end of their range.
-    freedom : points to spare.
+    freedom : points to spare. unit : in which speeds are told.
     """
 
     form: Form
@@ -40,6 +41,7 @@ class Verdict:
     residuals: Floats
     r_squared: float
     freedom: int
+    unit: str = "m/s"
 
     def unidentified(self) -> tuple[str, ...]:
         """Coefficients that the points do not determine."""
@@ -79,10 +81,15 @@ class Verdict:
             "more points would show whether it rises again" if over else "higher speeds would show where the fall ends"
         )
         return (
-            f"Friction falls all the way from {first:.3g} at {slowest:.3g} m/s to {last:.3g} at {fastest:.3g} m/s, and "
-            f"the points do not determine a2, which was taken as 0 (no rise at speed).{lost}{self._scale()} "
-            f"Use the curve between these speeds; {missing}."
+            f"Friction falls all the way from {first:.3g} at {self._told(slowest)} to {last:.3g} at "
+            f"{self._told(fastest)}, and the points do not determine a2, which was taken as 0 (no rise at "
+            f"speed).{lost}{self._scale()} Use the curve between these speeds; {missing}."
         )
+
+    def _told(self, speed: float, digits: int = 3) -> str:
+        """A speed in m/s with the unit in which it is told."""
+        rounded = float(f"{speed / units.factor(self.unit, 'm s-1'):.{digits}g}")
+        return f"{rounded:g} {self.unit}"
 
     def _scale(self) -> str:
         """How far a4 is known, where four coefficients are too many."""
@@ -90,11 +97,13 @@ class Verdict:
         if not math.isfinite(reach):
             return " Of a4 they say nothing."
         low = max(a4 - reach, 0.0)
-        return f" a4 = {a4:.3g} m/s may be anything from {low:.2g} to {a4 + reach:.2g} m/s (95 %)."
+        return (
+            f" a4 = {self._told(a4)} may be anything from {self._told(low, 2)} to {self._told(a4 + reach, 2)} (95 %)."
+        )
 
     def _unseen(self, slowest: float, fastest: float) -> str:
         """Points without a declining branch, or too few to tell."""
-        where = f"between {slowest:.3g} and {fastest:.3g} m/s"
+        where = f"between {self._told(slowest)} and {self._told(fastest)}"
         if self.freedom < _FEW:
             return f"{self.speed.size} points are too few to show whether friction declines {where}: measure more."
         if falls(self.speed, self.mu):
@@ -113,12 +122,12 @@ class Verdict:
         branch = "rise from zero speed" if self.form is STRENGTHENING else "decline"
         if slowest > a4:
             yield (
-                f"The slowest point, at {slowest:.3g} m/s, is {slowest / a4:.3g} times a4: the {branch} is over before "
-                f"the points begin, and mu_start = {self.estimates['mu_start']:.3g} is extrapolated. Measure at "
+                f"The slowest point, at {self._told(slowest)}, is {slowest / a4:.3g} times a4: the {branch} is over "
+                f"before the points begin, and mu_start = {self.estimates['mu_start']:.3g} is extrapolated. Measure at "
                 "lower speed."
             )
         elif unknown:
-            ends = f" The {branch} does not end before {fastest:.3g} m/s: measure at higher speed."
+            ends = f" The {branch} does not end before {self._told(fastest)}: measure at higher speed."
             beyond = ends if fastest < 2 * a4 else ""
             yield f"The points do not determine {' and '.join(unknown)}.{beyond}"
 
@@ -131,14 +140,17 @@ class Verdict:
         if "mu_start" in self.at_bound:
             yield "mu_start is at its bound, 0: the curve has no static friction."
         if "a4" in self.at_bound:
-            yield f"a4 = {self.estimates['a4']:.3g} m/s is at the end of the range that was searched."
+            yield f"a4 = {self._told(self.estimates['a4'])} is at the end of the range that was searched."
 
     def praise(self) -> str:
         """What a good fit is told."""
         known, no_rise = "all four coefficients", ""
         if "a2" in self.at_bound:
             known = "a1, a3 and a4"
-            no_rise = f" a2 is at its bound, 0: they show no rise up to {float(self.speed.max()):.3g} m/s."
+            no_rise = f" a2 is at its bound, 0: they show no rise up to {self._told(float(self.speed.max()))}."
+        elif "a2" in self.form.nonnegative and self.reach["a2"] >= self.estimates["a2"]:
+            known = "a1, a3 and a4"
+            no_rise = f" a2 may be 0 (95 %): a rise up to {self._told(float(self.speed.max()))} is not certain."
         rising = " Friction rises from zero speed: a3 is negative, and there is no declining branch."
         return (
             f"The curve explains {100 * self.r_squared:.3g} % of the variance of {self.speed.size} points, "

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -14,11 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.borders import Limits, Scan
 from stickslip.config.examples import found_points
+from stickslip.config.forgotten_units import question as question_about
 from stickslip.config.reader import make_config
+from stickslip.config.yaml import Document
 from stickslip.dataset.materials import Material, material_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, compute
-from stickslip.errors import ConfigError, Problem, QuantityError
+from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning
 from stickslip.fit import CurveFit, MaterialFit, Wanted, draw_curves, fit_curve, fit_materials
 from stickslip.fit.points import Columns
 from stickslip.materials.quiet import QUIET, UNRESOLVED, VIBRATES, Quiet, quiet_above
@@ -61,7 +64,7 @@ def compare(
     mass: float | str,
     stiffness: float | str,
     normal_load: float | str,
-    damping: float | str = 0.0,
+    damping: float | str | None = None,
     belt_speed: float | str | None = None,
     between: tuple[float | str, float | str] | None = None,
     unit: str | None = None,
@@ -77,7 +80,8 @@ def compare(
 
     materials : CSV files of points, each of one material or of several (`stickslip fit` reads the same); or by name,
         points (slip speeds in m/s, friction coefficients) or a `fit.CurveFit`; or fits of `fit.fit_materials`.
-    mass, stiffness, normal_load, damping : of the system, numbers in SI or texts with a unit ("5 N/mm").
+    mass, stiffness, normal_load, damping : of the system, numbers in SI or texts with a unit ("5 N/mm"). No damping is
+        taken as 0, which the attribute `damping_assumed` says; a damper lowers the borders.
     belt_speed : at which regime, margin and probability of being quiet are told; without it they are left out, and the
         tendency is that at the slowest speed searched.
     between : belt speeds searched; None takes a tenth of the slowest measured speed to four times the fastest, or to
@@ -93,7 +97,10 @@ def compare(
     wrong input.
     """
     fits = _fits(materials, replace(columns or Wanted(), unit=unit or (columns.unit if columns else "")))
-    given = {"mass": mass, "stiffness": stiffness, "normal_load": normal_load, "damping": damping}
+    given = {"mass": mass, "stiffness": stiffness, "normal_load": normal_load,
+             "damping": 0.0 if damping is None else damping}  # fmt: skip
+    if belt_speed is not None:
+        given["belt_speed"] = belt_speed
     if not 0 < level < 1:
         raise ValueError(f"level: got {level!r}, expected a share above 0 and below 1, such as 0.95")
     if isinstance(draws, bool) or not isinstance(draws, int) or draws < 0:
@@ -101,14 +108,18 @@ def compare(
     limits = Limits(scan, tolerance)
     ends = None if between is None else tuple(_quantity("belt_speed", end, "between") for end in between)
     question = Question(
-        {name: _quantity(name, value) for name, value in given.items()},
+        {name: _quantity(name, value) for name, value in given.items() if name != "belt_speed"},
         None if belt_speed is None else _quantity("belt_speed", belt_speed),
         None if ends is None else (ends[0], ends[1]),
         level, draws, seed, limits, Options(rtol=limits.rtol(), threads=threads),
     )  # fmt: skip
     if question.belt_speed is not None and not question.belt_speed > 0:
         raise ValueError(f"belt_speed: got {question.belt_speed:g}, expected a speed above 0 m/s")
-    return compare_fits(fits, question)
+    if asked := _doubts(fits, given):
+        warnings.warn(asked, UnitWarning, stacklevel=2)
+    ds = compare_fits(fits, question)
+    written = {f"written_{name}": value for name, value in given.items() if isinstance(value, str)}
+    return ds.assign_attrs(written | ({"damping_assumed": 1} if damping is None else {}))
 
 
 def compare_fits(fits: Sequence[MaterialFit], question: Question) -> xr.Dataset:
@@ -124,7 +135,7 @@ def compare_fits(fits: Sequence[MaterialFit], question: Question) -> xr.Dataset:
     drawn = [_drawn(curve, question, scan) for curve in curves]
     order = sorted(range(len(fits)), key=lambda i: (_rank_key(found, i), fits[i].name))
     told = [_material(fits[i], found, motion, drawn[i], i, question) for i in order]
-    _note_ranks(told, [drawn[i] for i in order], [_rank_key(found, i) for i in order])
+    _note_ranks(told, [one.quiet if (one := drawn[i]) else None for i in order], [_rank_key(found, i) for i in order])
     return material_dataset(told, _attributes([fits[i] for i in order], question, scan, speed))
 
 
@@ -161,6 +172,15 @@ def _fit_of(name: str, points: Points) -> MaterialFit:
         return MaterialFit(name, Path(name), columns, fit_curve(speed, mu))
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from None
+
+
+def _doubts(fits: Sequence[MaterialFit], given: Mapping[str, float | str]) -> str | None:
+    """What to ask about a system that is implausible with these curves, as a configuration is asked about it."""
+    curves = [one.curve for one in fits if one.curve is not None]
+    zipped = {name: [getattr(curve, name) for curve in curves] for name in _COEFFICIENTS}
+    speed = {} if "belt_speed" in given else {"belt_speed": float(min(one.searched[0] for one in curves))}
+    config = make_config({"system": {**given, **speed}, "axes": {"material": {"zip": zipped}}})
+    return question_about(Document("compare", {"system": dict(given)}), config)
 
 
 def _quantity(name: str, value: float | str, called: str = "") -> float:
@@ -200,14 +220,33 @@ def _scan(fits: Sequence[MaterialFit], question: Question) -> Scan:
 # --- what is found ----------------------------------------------------------------------------------------------------
 
 
-def _drawn(curve: CurveFit, question: Question, scan: Scan) -> Quiet | None:
-    """The speeds above which drawn curves are quiet; None where none can be drawn."""
-    drawn = draw_curves(curve, question.draws, question.seed) if question.draws else None
+class _Drawn(NamedTuple):
+    """Drawn curves: the speeds above which they are quiet, and the share of them that fall for ever (a2 < 0)."""
+
+    quiet: Quiet
+    falling: float
+
+
+def _drawn(curve: CurveFit, question: Question, scan: Scan) -> _Drawn | None:
+    """What is found of drawn curves; None where none can be drawn.
+
+    A curve that falls for ever faster than the damper grows vibrates at any speed; so does, as far as this can tell,
+    one whose friction would be negative within the range.
+    """
+    drawn = draw_curves(curve, question.draws, question.seed, falling=True) if question.draws else None
     if drawn is None:
         return None
     options = replace(question.options, rtol=Options.rtol, max_steps=_DRAWN_STEPS)
     tolerance = max(_DRAWN_TO, question.limits.tolerance)
-    return quiet_above(drawn.coefficients, question.system, scan, tolerance, options)
+    a1, a2 = drawn.coefficients["a1"], drawn.coefficients["a2"]
+    held = question.system["damping"] + question.system["normal_load"] * a2 >= 0
+    lost = drawn.falling & ~(held & (a1 + a2 * scan.high >= 0))
+    found = Quiet(np.full(a2.size, scan.high), np.full(a2.size, scan.high), np.full(a2.size, VIBRATES, np.int8))
+    if not lost.all():
+        rest = {name: values[~lost] for name, values in drawn.coefficients.items()}
+        part = quiet_above(rest, question.system, scan, tolerance, options)
+        found.speed[~lost], found.low[~lost], found.state[~lost] = part.speed, part.low, part.state
+    return _Drawn(found, float(drawn.falling.mean()))
 
 
 def _rank_key(found: Quiet, i: int) -> tuple[int, float]:
@@ -218,7 +257,7 @@ def _rank_key(found: Quiet, i: int) -> tuple[int, float]:
 
 
 def _material(
-    fit: MaterialFit, found: Quiet, motion: Mapping[str, NDArray[Any]], drawn: Quiet | None, i: int, question: Question
+    fit: MaterialFit, found: Quiet, motion: Mapping[str, NDArray[Any]], drawn: _Drawn | None, i: int, question: Question
 ) -> Material:
     """All that is known of one material."""
     assert fit.curve is not None
@@ -243,17 +282,18 @@ def _tendency(curve: CurveFit, slip_speed_max: float) -> float:
     return float(tendency(curve.mu_start, curve.predict(reversal), curve.mu_start))
 
 
-def _interval(drawn: Quiet | None, question: Question) -> dict[str, float]:
+def _interval(drawn: _Drawn | None, question: Question) -> dict[str, float]:
     """What the scatter of the points leaves open; NaN where they determine too little."""
-    found = {"quiet_above_low": np.nan, "quiet_above_high": np.nan, "draws_used": 0.0}
+    found = {"quiet_above_low": np.nan, "quiet_above_high": np.nan, "draws_used": 0.0, "draws_falling": np.nan}
     if question.belt_speed is not None:
         found["quiet_probability"] = np.nan
     if drawn is None:
         return found
-    least, most = (np.sort(bound) for bound in drawn.between())
+    least, most = (np.sort(bound) for bound in drawn.quiet.between())
     tail = round((1.0 - question.level) / 2.0 * most.size)
     found["quiet_above_low"], found["quiet_above_high"] = float(least[tail]), float(most[-1 - tail])
-    found["draws_used"] = float(np.count_nonzero(drawn.state != UNRESOLVED))
+    found["draws_used"] = float(np.count_nonzero(drawn.quiet.state != UNRESOLVED))
+    found["draws_falling"] = drawn.falling
     if question.belt_speed is not None:
         found["quiet_probability"] = float(np.mean(most < question.belt_speed))
     return found

@@ -27,8 +27,11 @@ _COEFFICIENTS = ("a1", "a2", "a3", "a4", "mu_start")
 _SYSTEM = ("mass", "stiffness", "damping", "normal_load")
 
 
-def material_page(ds: xr.Dataset, unit: str | None = None) -> str:
-    """A page of what `stickslip.compare` found. unit : of speeds; None takes that of the measured points."""
+def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = None) -> str:
+    """A page of what `stickslip.compare` found. unit : of speeds; None takes that of the measured points.
+
+    title : that of the dataset, unless given.
+    """
     words = Words(ds, unit)
     best = words.names[0]
     alt = f"Friction over slip speed of {', '.join(words.names)}, and the belt speeds above which they are quiet"
@@ -43,7 +46,12 @@ def material_page(ds: xr.Dataset, unit: str | None = None) -> str:
     ]
     several = len(words.names) > 1
     summary = f"{best} is quiet from the lowest belt speed on." if several else f"The border of {best}."
-    return page(str(ds.attrs["title"]), summary, sections, warnings=[warning(r.rstrip(".")) for r in words.remarks()])
+    return page(
+        str(ds.attrs["title"]) if title is None else title,
+        summary,
+        sections,
+        warnings=[warning(r.rstrip(".")) for r in words.remarks()],
+    )
 
 
 def _ranks(words: Words) -> str:

@@ -7,12 +7,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
+from stickslip.dataset.export import Sheet
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, flag_label
+from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.words import listed
 
+_SYSTEM = ("mass", "stiffness", "damping", "normal_load")
+_WORTH_SAYING = 0.01  # share of the curves drawn
 _CERTAIN = 0.975  # probability from which the order of two neighbours is
 
 
@@ -57,16 +62,45 @@ class Words:
             at = f"at {self.speed(float(ds.attrs['belt_speed']))} {self.unit}"
             regimes = tuple(flag_label(REGIMES[int(code)]) for code in ds["regime"].values)
             yield Shown(at, "", True, regimes)
-            yield Shown("margin", "speed over border", False, tuple(map(self._margin, ds["margin"].values)))
+            yield Shown("margin", "speed over border", False, tuple(map(self._margin, count)))
             if "quiet_probability" in ds:
                 yield Shown("P(quiet)", "", False, tuple(map(_share, ds["quiet_probability"].values)))
         yield Shown("tendency", "Eq. (3)", False, tuple(f"{float(one):.3f}" for one in ds["tendency"].values))
         yield Shown("mu_start", "", False, tuple(f"{float(one):.3f}" for one in ds["mu_start"].values))
-        yield Shown("fit", "", True, tuple("good" if good else "see below" for good in ds["fit_good"].values))
+        yield Shown("fit", "", True, tuple(map(self._fit, count)))
 
     def remarks(self) -> list[str]:
         """What the table does not say by itself."""
-        return [*self._bounds(), *self._extrapolated(), *self._order(), *self._fits()]
+        return [
+            *self._bounds(),
+            *self._damping(),
+            *self._extrapolated(),
+            *self._order(),
+            *self._falling(),
+            *self._fits(),
+        ]
+
+    def conditions(self) -> list[tuple[str, str]]:
+        """The system, in the units in which it was given."""
+        found = []
+        for name in _SYSTEM:
+            row, value = PARAMETERS[name], float(self._ds.attrs[f"system_{name}"])
+            written = self._ds.attrs.get(f"written_{name}", f"{value:.6g} {units.spelled(row.units)}")
+            assumed = " (assumed)" if name == "damping" and "damping_assumed" in self._ds.attrs else ""
+            found.append((row.long_name, f"{written}{assumed}"))
+        if "belt_speed" in self._ds.attrs:
+            found.append(("belt speed", f"{self.speed(float(self._ds.attrs['belt_speed']))} {self.unit}"))
+        return found
+
+    def sheet(self) -> Sheet:
+        """The table of ranks as a sheet of a workbook, conditions and remarks below it."""
+        columns = [*self.columns()]
+        columns[0], columns[1] = columns[1], columns[0]  # the material stays in sight
+        heading = [f"{one.name}\n({one.unit})" if one.unit else one.name for one in columns]
+        rows = [list(map(_number_or_word, row)) for row in zip(*(one.cells for one in columns), strict=True)]
+        said = [self.what_quiet_means(), self.what_the_interval_means()]
+        remarks = [[text] for text in (*self.remarks(), *said) if text]
+        return Sheet("ranks", heading, rows, [[], ["Conditions:"], *self.conditions(), [], ["Remarks:"], *remarks])
 
     def what_quiet_means(self) -> str:
         """What was looked for, and where."""
@@ -84,11 +118,22 @@ class Words:
             return ""
         return (
             f"The {self.level} intervals are quantiles of {int(self._ds.attrs['draws']):,} curves a material, drawn "
-            "from the covariance of its fit: the scatter of the points, not of specimens, temperature or the system; "
-            "what a fit assumed (a2 = 0) is taken for granted."
+            "from the covariance of its fit: the scatter of the points, not of specimens, temperature or the system"
+            f"{self._assumed()}."
         )
 
+    def _assumed(self) -> str:
+        """The materials whose fit assumed that friction never rises."""
+        assumed = (self._ds["a2"] == 0) & np.isinf(self._ds["a2_high"])
+        names = [name for name, zero in zip(self.names, assumed.values, strict=True) if zero]
+        return f"; that a2 = 0, which the fit of {listed(names, 'and')} assumed, is taken for granted" if names else ""
+
     # --- cells ----------------------------------------------------------------------------------------------------
+
+    def _fit(self, i: int) -> str:
+        if not self._ds["fit_good"].values[i]:
+            return "see below"
+        return "a2 open" if self._ds["a2"].values[i] > 0 and self._ds["a2_low"].values[i] == 0 else "good"
 
     def _state(self, i: int) -> str:
         return QUIET_STATES[int(self._ds["quiet_state"].values[i])]
@@ -112,9 +157,10 @@ class Words:
             else f"{first} to {last}"
         )
 
-    @staticmethod
-    def _margin(value: Any) -> str:
-        return f"x {float(value):.3g}" if math.isfinite(value) else "> 1"
+    def _margin(self, i: int) -> str:
+        value = float(self._ds["margin"].values[i])
+        sign = {"vibrates_throughout": "< ", "unresolved": ">= "}.get(self._state(i), "")
+        return f"{sign}x {value:.3g}" if math.isfinite(value) else "> 1"
 
     # --- remarks --------------------------------------------------------------------------------------------------
 
@@ -137,8 +183,20 @@ class Words:
                     "the damping of the system, or measure at higher speed."
                 )
 
+    def _damping(self) -> Iterator[str]:
+        """The damper that nobody told of."""
+        if "damping_assumed" in self._ds.attrs:
+            yield "Damping 0 N s/m was assumed for all materials; a damper lowers the borders: give --damping."
+
     def _extrapolated(self) -> Iterator[str]:
-        """Borders outside of what was measured."""
+        """A belt speed and borders outside of what was measured."""
+        ends = float(self._ds["slowest_point"].min()), float(self._ds["fastest_point"].max())
+        if "belt_speed" in self._ds.attrs and not ends[0] <= (asked := float(self._ds.attrs["belt_speed"])) <= ends[1]:
+            side = f"slowest, {self.speed(ends[0])}" if asked < ends[0] else f"fastest, {self.speed(ends[1])}"
+            yield (
+                f"The belt speed, {self.speed(asked)} {self.unit}, lies beyond the {side} {self.unit}, that was "
+                "measured of any material: what is told there follows from the fitted curves alone."
+            )
         for i, name in enumerate(self.names):
             border, slow, fast = (
                 float(self._ds[one].values[i]) for one in ("quiet_above", "slowest_point", "fastest_point")
@@ -157,6 +215,18 @@ class Words:
                 told = "cannot be told" if math.isnan(chance) else f"has a probability of {_share(chance)}"
                 yield f"That {one} is quiet from a lower speed on than {other} {told}."
 
+    def _falling(self) -> Iterator[str]:
+        """Materials whose friction may fall for ever, as far as the points tell."""
+        if "draws_falling" not in self._ds:
+            return
+        for name, share in zip(self.names, self._ds["draws_falling"].values, strict=True):
+            if share >= _WORTH_SAYING:
+                yield (
+                    f"{name}: {_share(share)} of the curves that the points allow fall for ever (a2 < 0); where no "
+                    "damper outweighs this, they vibrate at any speed, and open the interval upwards. Measure at "
+                    "higher speed."
+                )
+
     def _fits(self) -> Iterator[str]:
         """Curves that may not be used without reservation."""
         for name, good, quality in zip(
@@ -170,3 +240,11 @@ def _share(value: Any) -> str:
     if math.isnan(value):
         return "not known"
     return "> 99.9 %" if value > 0.999 else "< 0.1 %" if value < 0.001 else f"{100 * float(value):.3g} %"
+
+
+def _number_or_word(cell: str) -> str | float:
+    """What a cell of a sheet holds: a number as one, so that it can be sorted."""
+    try:
+        return float(cell)
+    except ValueError:
+        return cell

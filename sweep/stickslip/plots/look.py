@@ -13,9 +13,10 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.dataset.select import span, within
+from stickslip.dataset.select import span, unit_meant, within
 from stickslip.errors import PlotError, QuantityError
 from stickslip.vocabulary import units
+from stickslip.vocabulary.synonyms import meant
 
 _RANGE = ".."
 
@@ -132,7 +133,9 @@ def _mark(ds: xr.Dataset, number: int, text: str) -> Mark:
     at: dict[str, Any] = {}
     for name, value in pairs(places, "VALUE"):
         if name not in ds.dims:
-            raise PlotError(f"--mark: {name!r} is no axis of this map; axes are {_listed(ds.dims)}")
+            near = meant(name, map(str, ds.dims))
+            hint = f"; did you mean {near}?" if near else ""
+            raise PlotError(f"--mark: {name!r} is no axis of this map; axes are {_listed(ds.dims)}{hint}")
         at[name] = _place(ds, name, value)
     return Mark(label.strip(), at)
 
@@ -149,5 +152,6 @@ def _place(ds: xr.Dataset, name: str, value: str) -> Any:
     number = _number(f"--mark {name}", value, str(ds[name].attrs.get("units", "1")))
     low, high, words = span(ds, name)
     if not low <= number <= high:
-        raise PlotError(f"--mark {name}={value}: outside of the map; the axis {words}")
+        raise PlotError(f"--mark {name}={value}: outside of the map; the axis {words}"
+                        f"{unit_meant(ds, name, value)}")  # fmt: skip
     return number

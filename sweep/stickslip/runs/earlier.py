@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import prod
@@ -19,13 +19,14 @@ from stickslip.errors import ConfigError, StoreError
 from stickslip.files import reading, swapping
 from stickslip.files.locations import Location, Url
 from stickslip.runs.maps import MapStudy
-from stickslip.runs.reuse import KnownCells, points_of
+from stickslip.runs.reuse import KnownCells, points_of, rounded
 from stickslip.runs.settings import differences
 from stickslip.runs.work import study_of
 from stickslip.runs.workdir.lock import Notice, writing_alone
 from stickslip.runs.workdir.parts import START_OVER, refuse, same_major
+from stickslip.vocabulary.words import listed
 
-_FRESH = "hint: --fresh computes it anew and replaces it; --output names another file"
+_FRESH = "{fresh} computes it anew and replaces it; {output} names another file"
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def result(output: Location | None, config: Config, fresh: bool, remedy: str = S
     try:
         dataset = reading.open(output)
     except StoreError as error:
-        raise StoreError(f"{error}\n{_FRESH}") from error
+        raise StoreError(str(error), hint=_FRESH) from error
     with dataset:
         yield _compared(output, dataset, config, remedy)
 
@@ -65,10 +66,10 @@ def result(output: Location | None, config: Config, fresh: bool, remedy: str = S
 def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str) -> Earlier:
     version = str(dataset.attrs["source"]).split()[1].rstrip(",")
     if not same_major(version):
-        raise StoreError(f"{output}: made by stickslip {version}, and this is {__version__}\n{_FRESH}")
+        raise StoreError(f"{output}: made by stickslip {version}, and this is {__version__}", hint=_FRESH)
     study = study_of(config)
     if isinstance(study, MapStudy) and "regime" not in dataset:
-        raise StoreError(f"{output}: exists and is not a map\n{_FRESH}")
+        raise StoreError(f"{output}: exists and is not a map", hint=_FRESH)
     there = _config_of(output, dataset)
     differing = differences(there, config)
     if not isinstance(study, MapStudy):
@@ -86,11 +87,25 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str
     points = points_of(old, new)
     lost = old.size - int(np.prod([np.unique(place[place >= 0]).size for place in points], dtype=np.int64))
     if lost:
+        if apart := rounded(old, new):
+            raise _only_rounded(output, apart)
         if lost == old.size:
             refuse(str(output), there, config, remedy)
-        raise StoreError(f"{output}: holds {lost:,} cells that are not part of the new map and would be lost\n{_FRESH}")
+        raise StoreError(
+            f"{output}: holds {lost:,} cells that are not part of the new map and would be lost", hint=_FRESH
+        )
     whole = not differing and there.title == config.title and _missing(dataset) == 0
     return Earlier(new.size, whole, None if whole else KnownCells(dataset, new.shape, points))
+
+
+def _only_rounded(output: Location, apart: Mapping[str, float]) -> StoreError:
+    """Cells are taken over where all values are equal, and never by guessing that they were meant to be."""
+    names = listed(apart, "and")
+    values = ", ".join(f"{name} by at most {by:.1g}" for name, by in apart.items())
+    return StoreError(
+        f"{output}: made from the same values of {names} but for rounding ({values}), so that its cells are others",
+        hint=f"give {names} as there: by the same expression, or with the values in the file; {_FRESH}",
+    )
 
 
 def _number(dims: tuple[str, ...], dim: str) -> int:
@@ -101,7 +116,7 @@ def _config_of(output: Location, dataset: xr.Dataset) -> Config:
     try:
         return parse_config(str(dataset.attrs["configuration"]), str(output))
     except (ConfigError, KeyError):
-        raise StoreError(f"{output}: exists, and its configuration cannot be read\n{_FRESH}") from None
+        raise StoreError(f"{output}: exists, and its configuration cannot be read", hint=_FRESH) from None
 
 
 def _missing(dataset: xr.Dataset) -> int:

@@ -71,7 +71,7 @@ class Request:
         if self.place is not None:
             return folder_at(self.place)
         if self.output is None:
-            raise StoreError("a run needs a place: name an output file, or a store with --store")
+            raise StoreError("a run needs a place", hint="name an output file, or a store with {store}")
         return folder_at(parts.beside(self.output))
 
 

@@ -14,6 +14,7 @@ from stickslip.config.grid import Grid
 from stickslip.runs.regions import Region, extent, regions
 
 Indices = NDArray[np.int64]
+_ROUNDING = 1e-12  # relative: what a few operations on a number come to, and no step of an axis is
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,25 @@ def points_of(old: Grid, new: Grid) -> tuple[Indices, ...]:
     Points are equal if all their quantities are, to the bit. Both grids have the same axes in the same order.
     """
     return tuple(_places(_quantities(old, i), _quantities(new, i)) for i in range(len(new.dims)))
+
+
+def rounded(old: Grid, new: Grid) -> dict[str, float]:
+    """The quantities whose values are those of `new` but for rounding, each with the largest difference, in SI; empty
+    if any value of `old` is another one. Both grids have the same axes in the same order.
+    """
+    found: dict[str, float] = {}
+    for one in old.coords:
+        other = next(c.values for c in new.coords if c.name == one.name)
+        values, known = (np.unique(v[~np.isnan(v)]) for v in (one.values, other))
+        if not known.size:
+            return {}
+        above = np.searchsorted(known, values).clip(1, known.size) - 1
+        apart = np.abs(known[np.stack([above, np.minimum(above + 1, known.size - 1)])] - values).min(axis=0)
+        if not (apart <= _ROUNDING * np.abs(values)).all():
+            return {}
+        if (apart > 0).any():
+            found[one.name] = float(apart.max())
+    return found
 
 
 def _quantities(grid: Grid, dimension: int) -> NDArray[np.int64]:

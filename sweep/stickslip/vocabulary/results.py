@@ -189,6 +189,8 @@ _MATERIAL_VARIABLES = (
     Variable("better_than_next", "1", "probability of being quiet from a lower speed on than the next in rank",
              comment="as far as the scatter of the points goes"),
     Variable("draws_used", "1", "curves drawn whose verdict is known"),
+    Variable("draws_falling", "1", "share of the curves drawn that fall for ever (a2 < 0)",
+             comment="they vibrate at any speed unless the damper outweighs the fall"),
     Variable("margin", "1", "belt speed over quiet_above", comment="above 1: quiet"),
     Variable("quiet_probability", "1", "probability of being quiet at the belt speed",
              comment="as far as the scatter of the points goes; draws without a verdict do not count as quiet"),

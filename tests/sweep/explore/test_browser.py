@@ -92,7 +92,7 @@ class Tab:
         WebDriverWait(self.browser, PATIENCE, 0.05).until(lambda b: b.execute_script(guarded), expression)
 
     def full_map(self):
-        self.until("model('map_borders').data.xs.length > 0 && model('status').text.includes('exact borders')")
+        self.until("model('map_borders').data.xs.length > 0 && model('status').text.includes('exact borders in')")
 
     def click(self, x, y):
         """At a place on the map: m/s, log10 of N/m."""

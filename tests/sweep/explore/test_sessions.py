@@ -58,7 +58,7 @@ class Tab:
 
     def full_map(self, before=""):
         """Wait for the map with its borders, of another YAML than before."""
-        self.settle(lambda: "exact borders" in self.status and self.yaml != before)
+        self.settle(lambda: "exact borders in" in self.status and self.yaml != before)
 
     @property
     def yaml(self):
@@ -142,6 +142,64 @@ def test_a_slider_recomputes_map_borders_and_the_cell_that_is_seen(tab):
     one.model("reset")._trigger_event(ButtonClick(one.model("reset")))
     one.settle(lambda: one.yaml == yaml)
     assert np.array_equal(one.shades, before) and one.model("knob_damping").value == 0.0
+
+
+def test_borders_never_lie_over_cells_of_another_view(tab, monkeypatch):
+    one = tab("configs/lubricants.yaml")
+    lines, yaml = one.data("map_borders")["xs"], one.yaml
+    begun, go = threading.Event(), threading.Event()
+
+    def slow(config, shown, stop):
+        begun.set()
+        assert go.wait(WAIT)
+        return known(config, shown, stop)
+
+    known = session.border_lines
+    monkeypatch.setattr(session, "border_lines", slow)
+    one.model("variable").value = "damping_ratio"
+    one.settle(lambda: begun.is_set() and "damping ratio" in one.model("legend").text)
+    assert len(one.data("map_borders")["xs"]) == len(lines)  # the same ones: other colours have no other borders
+    begun.clear()
+    go.set()
+    one.settle(lambda: "exact borders in" in one.status)
+    go.clear()
+    before = one.shades
+    one.model("knob_stiffness").value += 0.5
+    one.settle(lambda: one.shades is not before)
+    one.settle(begun.is_set)
+    assert one.data("map_borders")["xs"] == [] and one.status.endswith("exact borders ...</span>")
+    go.set()
+    one.full_map(yaml)
+    assert len(one.data("map_borders")["xs"]) > 0
+
+
+def test_the_card_and_the_table_tell_a_quantity_in_one_unit_and_commands_have_few_digits(tab):
+    one = tab()
+    one.click(0.45, 2.0)
+    columns = {column["name"]: column["unit"] for column in one.session.page.columns.tags[0]["columns"]}
+    assert len(columns) <= 6 and columns["slip_speed_max"] in ("m/s", "mm/s")
+    numbers = one.model("numbers").text
+    for name in ("velocity_amplitude", "slip_speed_max"):
+        row = re.search(rf">{name.replace('_', ' ')}</th>(.*?)</tr>", numbers)[1]
+        assert {word.split()[-1] for word in re.findall("<td>(.*?)</td>", row)} == {columns[name]}
+    given = re.findall(r"--at \w+=([\d.]+)", one.model("reproduce").text)
+    assert len(given) == 2 and all(len(value) <= 8 for value in given)
+    assert one.data("blank")["x"] == []  # which gives empty figures their range
+
+
+def test_zero_on_a_slider_is_zero_whatever_the_browser_adds_up_to(tab):
+    one = tab()
+    one.model("on_velocity").active = True
+    one.model("knob_velocity").value = -2.842e-14
+    assert one.session._now.view.values["velocity"] == 0.0
+
+
+def test_the_command_of_a_cell_goes_with_its_sides(tab):
+    one = tab()
+    one.click(0.45, 2.0)
+    assert "stickslip simulate" in one.model("reproduce").text
+    one.model("side_y").value = "mass"
+    assert "stickslip simulate" not in one.model("reproduce").text
 
 
 def test_of_many_moves_of_a_slider_the_last_one_is_drawn(tab):

@@ -289,6 +289,37 @@ def test_a_result_larger_than_the_screen_is_reduced_and_says_so(tmp_path):
     assert any("mixed" in label for label, _ in shown.legend)
 
 
+def test_cells_that_were_left_out_are_blank_and_variables_stand_in_the_order_of_the_vocabulary(tmp_path):
+    from stickslip.files import writing
+
+    ds = stickslip.run(write_config(tmp_path))
+    kept = ds["regime"] == 1
+    writing.write(ds.where(kept)[sorted(ds.data_vars, reverse=True)], tmp_path / "loud.nc")
+    subject = open_subject(tmp_path / "loud.nc")
+    view = first_view(subject)
+    for most in (FULL, (4, 5)):
+        shown = maps.picture(maps.read(subject, view), view, most)
+        blank = np.array(shown.palette)[shown.shades] == "#ffffff"
+        assert blank.any() and not blank.all() and np.array_equal(blank, np.isnan(regimes(shown)))
+        assert [label for label, _ in shown.legend][0] == "stick-slip"
+    assert np.array_equal(np.isnan(regimes(seen_of(subject, view))), ~kept.values)
+    offered = [name for name, _ in maps.variables(maps.read(subject, view))]
+    assert offered[0] == "regime" and offered.index("period") < offered.index("damping_ratio")
+
+
+def seen_of(subject, view):
+    return maps.picture(maps.read(subject, view), view)
+
+
+def test_a_ramp_is_refused_with_what_draws_it(tmp_path):
+    from stickslip.files import writing
+
+    at = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+    writing.write(stickslip.ramp(at, "belt_speed", (0.1, 0.5), 5), tmp_path / "ramp.nc")
+    with pytest.raises(ConfigError, match=r"(?s)a ramp.*stickslip plot .*ramp\.nc"):
+        open_subject(tmp_path / "ramp.nc")
+
+
 @pytest.mark.parametrize("name", ["configs/rig/materials.yaml", "contours.nc", "trace.nc", "cells.nc"])
 def test_what_is_no_map_is_refused_with_a_reason(name, tmp_path):
     cell = {

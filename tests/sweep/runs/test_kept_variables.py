@@ -198,7 +198,7 @@ def test_a_map_with_other_variables_is_neither_taken_from_nor_replaced(few, conf
     for first, second in ((few, config), (config, few)):
         output = tmp_path / f"{first.stem}.nc"
         before = stickslip.run(first, output).load()
-        with pytest.raises(StoreError, match=r"output\.variables: .*\n.*--fresh starts over") as refused:
+        with pytest.raises(StoreError, match=r"output\.variables: .*\n.*fresh=True starts over") as refused:
             stickslip.run(second, output)
         assert "all" in str(refused.value)
         same(stickslip.open(output), before)

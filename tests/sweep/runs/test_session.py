@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import re
 import sys
 
@@ -221,8 +222,26 @@ def test_another_configuration_is_refused_with_the_keys_that_differ(config, outp
     with pytest.raises(StoreError) as caught:
         stickslip.run(config, output)
     assert re.search(r"system.mass: 1.0 there, 2.0 here\n.*solver.rtol: 1e-06 there, 1e-07 here", str(caught.value))
-    assert "--fresh" in str(caught.value)
+    assert "hint: fresh=True starts over" in str(caught.value) and "--" not in str(caught.value)
+    assert "hint: --fresh starts over" in pickle.loads(pickle.dumps(caught.value)).on_command_line
     stickslip.run(config, output, fresh=True).close()
+
+
+def test_values_that_differ_by_rounding_are_named_and_not_guessed_at(tmp_path):
+    asked = {
+        "system": {"mass": 1, "normal_load": 1, "stiffness": 1}, "friction": {"a1": 1, "a2": 0.1, "a3": 0.3, "a4": 0.1},
+        "output": tmp_path / "map.nc",
+    }  # fmt: skip
+    mine, theirs = np.linspace(5, 1200, 40) * 1e-3, np.linspace(0.005, 1.2, 40)
+    first = stickslip.sweep(**asked, axes={"belt_speed": theirs}).load()
+    with pytest.raises(
+        StoreError, match=r"values of belt_speed but for rounding \(belt_speed by at most .e-1[67]\)"
+    ) as no:
+        stickslip.sweep(**asked, axes={"belt_speed": mine})
+    assert "hint: give belt_speed as there" in str(no.value) and "fresh=True computes it anew" in str(no.value)
+    same(stickslip.sweep(**asked, axes={"belt_speed": first["belt_speed"]}), first)  # as the hint says
+    with pytest.raises(StoreError, match="would be lost"):
+        stickslip.sweep(**asked, axes={"belt_speed": theirs[:-1]})
 
 
 def test_another_major_version_is_refused(config, output, monkeypatch):
@@ -326,7 +345,7 @@ def test_a_truncated_manifest_is_written_again(config, output, whole, computed, 
     manifest = output.with_name("map.nc.parts") / "manifest.json"
     manifest.write_bytes(manifest.read_bytes()[:kept])
     for call in (stickslip.status, stickslip.collect):
-        with pytest.raises(StoreError, match="manifest.json: damaged.*\n.*stickslip run"):
+        with pytest.raises(StoreError, match="manifest.json: damaged.*\n.*stickslip.run"):
             call(f"{output}.parts")
     del computed[:]
     said = []

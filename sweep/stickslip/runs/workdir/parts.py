@@ -29,8 +29,8 @@ from stickslip.runs.workdir.lock import PREFIX, Notice
 from stickslip.runs.workdir.manifest import Manifest
 
 SUFFIX = ".parts"
-START_OVER = "--fresh starts over and replaces it; --output names another file"
-SAME_SETTINGS = "give the same --set as the run that began it ({keys})"
+START_OVER = "{fresh} starts over and replaces it; {output} names another file"
+SAME_SETTINGS = "give the same settings (--set) as the run that began it: {keys}"
 _BLOCK, _FAILED = re.compile(r"block-(\d{8,})"), re.compile(r"failed-(\d{8,})\.json")
 _LOOKED_AT = 4  # blocks asked whose they are when the manifest cannot say
 
@@ -186,8 +186,8 @@ def check_ours(folder: Folder) -> None:
     ours = (manifests.NAME in names, *(bool(_BLOCK.fullmatch(n) or n.startswith(PREFIX)) for n in names))
     if names and not any(ours) and not all(map(_is_temporary, names)):
         raise StoreError(
-            f"{folder.where}: holds other things ({names[0]}, ...) and no working store, so it is left alone\n"
-            "hint: name another place with --store"
+            f"{folder.where}: holds other things ({names[0]}, ...) and no working store, so it is left alone",
+            hint="name another place with {store}",
         )
 
 
@@ -200,8 +200,8 @@ def find(folder: Folder) -> Parts:
         raise StoreError(f"{folder.where}: no working store there") from None
     except DamagedManifestError as damaged:
         raise StoreError(
-            f"{folder.where}/{manifests.NAME}: damaged, {damaged}\n"
-            "hint: stickslip run with the configuration writes it again; --fresh starts over"
+            f"{folder.where}/{manifests.NAME}: damaged, {damaged}",
+            hint="{run} with the configuration writes it again; {fresh} starts over",
         ) from None
     _check_version(folder, manifest)
     return Parts(folder, manifest)
@@ -253,7 +253,8 @@ def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: N
         except DamagedBlockError as other:
             raise StoreError(
                 f"{folder.where}/{manifests.NAME}: damaged, {damaged}; and block {number} is not one of this "
-                f"configuration: {other}\nhint: --fresh starts over, or name another place with --store"
+                f"configuration: {other}",
+                hint="{fresh} starts over, or name another place with {store}",
             ) from None
     notice(f"{manifests.NAME} was damaged ({damaged}) and is written again from the configuration")
     folder.write(manifests.NAME, manifests.encode(parts.manifest))
@@ -278,7 +279,8 @@ def check_same(parts: Parts, work: Work, no_fresh: bool = False) -> None:
     """
     there = parts.manifest
     if there.fingerprint != fingerprint(work.config) or there.size != work.size:
-        remedy = f"{SAME_SETTINGS}, or name the store: stickslip collect {shlex.quote(parts.where)}"
+        place = shlex.quote(parts.where).replace("{", "{{").replace("}", "}}")  # the hint is a template
+        remedy = f"{SAME_SETTINGS}, or name the store: stickslip collect {place}"
         refuse(parts.where, config_of(parts), work.config, remedy if no_fresh else START_OVER)
 
 
@@ -308,14 +310,14 @@ def refuse(where: str, there: Config, here: Config, remedy: str = START_OVER) ->
     differing = differences(there, here)
     keys = told(differing) or "  the number of its cells"
     hint = remedy.replace("{keys}", ", ".join(differing))
-    raise StoreError(f"{where}: made from another configuration, which differs in\n{keys}\nhint: {hint}")
+    raise StoreError(f"{where}: made from another configuration, which differs in\n{keys}", hint=hint)
 
 
 def _check_version(folder: Folder, manifest: Manifest) -> None:
     if manifest.format != manifests.FORMAT or not same_major(manifest.stickslip):
         raise StoreError(
-            f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}\n"
-            "hint: resume with that version, or start over with --fresh"
+            f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}",
+            hint="resume with that version, or start over with {fresh}",
         )
 
 
