@@ -67,7 +67,7 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
     try:
         collected = collecting.collect(request)
     except StoreError as error:
-        fail(f"{error}{_where_blocks_are(request, config_or_store)}")
+        fail(f"{error.on_command_line}{_where_blocks_are(request, config_or_store)}")
     study = collected.study
     if collected.up_to_date:
         click.echo(f"{study.name:8} {collected.output} is complete already, and there is no store beside it")

@@ -17,7 +17,7 @@ from stickslip.runs.workdir.lock import Holder, held, holders, shard_of, writing
 from stickslip.runs.workdir.parts import Failure
 from stickslip.study import Study
 
-_OTHER = f"{parts.SAME_SETTINGS}, or name another file with --output"
+_OTHER = parts.SAME_SETTINGS + ", or name another file with {output}"
 
 
 @dataclass(frozen=True)
@@ -88,9 +88,7 @@ def _whole(request: Request, output: Location) -> Collected | None:
         if old is None:
             return None
         if not old.complete:
-            raise StoreError(
-                f"{output}: is there, but not complete, and has no store\nhint: stickslip run computes the rest"
-            )
+            raise StoreError(f"{output}: is there, but not complete, and has no store", hint="{run} computes the rest")
         return Collected(output, old.cells, 0, None, study_of(request.config), up_to_date=True)
 
 

@@ -29,8 +29,8 @@ from stickslip.runs.workdir.lock import PREFIX, Notice
 from stickslip.runs.workdir.manifest import Manifest
 
 SUFFIX = ".parts"
-START_OVER = "{fresh} starts over and replaces it; {output} names another file"  # see `StoreError`
-SAME_SETTINGS = "give the same --set as the run that began it ({keys})"
+START_OVER = "{fresh} starts over and replaces it; {output} names another file"
+SAME_SETTINGS = "give the same settings (--set) as the run that began it: {keys}"
 _BLOCK, _FAILED = re.compile(r"block-(\d{8,})"), re.compile(r"failed-(\d{8,})\.json")
 _LOOKED_AT = 4  # blocks asked whose they are when the manifest cannot say
 
@@ -279,8 +279,8 @@ def check_same(parts: Parts, work: Work, no_fresh: bool = False) -> None:
     """
     there = parts.manifest
     if there.fingerprint != fingerprint(work.config) or there.size != work.size:
-        store = shlex.quote(parts.where).replace("{", "{{").replace("}", "}}")  # as `StoreError` wants them
-        remedy = f"{SAME_SETTINGS}, or name the store: stickslip collect {store}"
+        place = shlex.quote(parts.where).replace("{", "{{").replace("}", "}}")  # the hint is a template
+        remedy = f"{SAME_SETTINGS}, or name the store: stickslip collect {place}"
         refuse(parts.where, config_of(parts), work.config, remedy if no_fresh else START_OVER)
 
 
@@ -309,10 +309,8 @@ def refuse(where: str, there: Config, here: Config, remedy: str = START_OVER) ->
     """Raise StoreError: `where` was made from another configuration. remedy : with {keys} for those that differ."""
     differing = differences(there, here)
     keys = told(differing) or "  the number of its cells"
-    raise StoreError(
-        f"{where}: made from another configuration, which differs in\n{keys}",
-        hint=remedy.replace("{keys}", ", ".join(differing)),
-    )
+    hint = remedy.replace("{keys}", ", ".join(differing))
+    raise StoreError(f"{where}: made from another configuration, which differs in\n{keys}", hint=hint)
 
 
 def _check_version(folder: Folder, manifest: Manifest) -> None:
