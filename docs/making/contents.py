@@ -5,11 +5,16 @@ shows the name of a page shows its title. A link to a folder of the checkout bec
 download.
 """
 
+from __future__ import annotations
+
 import re
 from itertools import chain
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from sphinx.application import Sphinx
+if TYPE_CHECKING:  # the tests read pages without it
+    from sphinx.application import Sphinx
+
 
 _PAGE = re.compile(r"\]\(([a-z0-9_-]+)\.md\)")
 _NAMED = re.compile(r"\[[a-z0-9_-]+\.md\](?=\([a-z0-9_-]+\.md[)#])")

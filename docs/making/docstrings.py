@@ -4,12 +4,17 @@ They are plain text: paragraphs, lines `name : what it is` whose continuations a
 and examples, indented paragraphs. A public name in backticks becomes a link.
 """
 
+from __future__ import annotations
+
 import re
 from collections.abc import Iterator
 from importlib import import_module
 from itertools import chain
+from typing import TYPE_CHECKING
 
-from sphinx.application import Sphinx
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
 
 _CODE = re.compile(r"``([^`]+)``|`([^`]+)`")
 _ITEM = re.compile(r"(\w+(?:, \w+)*) : (.*)", re.DOTALL)
