@@ -70,7 +70,8 @@ class Shard:
         count, step = blocks.count, round(blocks.count / _GOLDEN)
         while gcd(step, count) != 1:
             step += 1
-        begin, end = (-(-number * count // self.count) for number in (self.number - 1, self.number))
+        each, more = divmod(count, self.count)  # the first `more` shards get one more
+        begin, end = (number * each + min(number, more) for number in (self.number - 1, self.number))
         return [place * step % count for place in range(begin, end)]
 
     def __str__(self) -> str:
