@@ -115,7 +115,8 @@ def plot_ramp(
         unstable = x.unit.of(attractors[along].values), unit.of(attractors[cycle[variable]].values)
         ax.plot(*unstable, color=VERMILLION, linestyle="dotted", linewidth=1.8)
         handles.append(Line2D([], [], color=VERMILLION, linestyle="dotted", linewidth=1.8, label="unstable cycle"))
-    for code in np.unique(ds["regime"].values):
+    drawn = np.isfinite(ds[variable].values) & (ds["regime"].values > 0)
+    for code in np.unique(ds["regime"].values[drawn]):
         name = REGIMES[int(code)]
         face = FLAG_COLOURS["regime"][name]
         label = flag_label(name).replace("stick_slip", "stick-slip")
