@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from stickslip.vocabulary.synonyms import meant
 from stickslip.vocabulary.words import listed
 
 if TYPE_CHECKING:
@@ -63,7 +64,10 @@ class StickslipAccessor:
         """
         meanings = self._ds[flag].attrs.get("flag_meanings", "").split()
         if unknown := [name for name in names if name not in meanings]:
-            raise ValueError(f"{flag} has no {listed(unknown)}, expected {listed(meanings) if meanings else 'a flag'}")
+            near = meant(unknown[0].replace("-", "_"), meanings) if meanings else None
+            hint = f"; did you mean {near}?" if near else ""
+            expected = listed(meanings) if meanings else "a flag"
+            raise ValueError(f"{flag} has no {listed(unknown)}, expected {expected}{hint}")
         return self._ds[flag].isin([meanings.index(name) for name in names])
 
     # --- pictures -----------------------------------------------------------------------------------------------------

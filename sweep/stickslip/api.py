@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -35,6 +36,7 @@ from .runs.work import study_of
 from .runs.workdir.lock import Notice
 from .vocabulary.cells import as_cells
 from .vocabulary.settings import SOLVER
+from .vocabulary.synonyms import meant
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -137,8 +139,15 @@ def sweep(
         "border": border, "contours": contours, "margins": margins, "attractors": attractors, "refine": refine,
         "uncertain": uncertain, "execution": execution, "output": output if isinstance(output, Mapping) else None,
     }  # fmt: skip
+    if unknown := [name for name in how if name not in _HOW]:
+        near = meant(unknown[0], [*sections, *_HOW])
+        hint = f"; did you mean {near}?" if near else f"; sections are {', '.join(sections)}"
+        raise TypeError(f"sweep() got an unexpected keyword argument {unknown[0]!r}{hint}")
     file = output.get("file") if isinstance(output, Mapping) else output
     return run({name: given for name, given in sections.items() if given is not None}, file, **how)
+
+
+_HOW = tuple(inspect.signature(run).parameters)[2:]  # of `run`, besides the configuration and its output
 
 
 def check_in_memory(config: Config, dask: str | Client | None) -> None:

@@ -73,6 +73,17 @@ class ConfigError(ValueError):
     def __str__(self) -> str:
         return "\n".join(problem.text(self.source) for problem in self.problems)
 
+    def _render_traceback_(self) -> list[str]:
+        return _in_notebooks(self)
+
+
+def _in_notebooks(error: BaseException) -> list[str]:
+    """What IPython shows of an error in people's input: its message, not where in this package it was found.
+
+    It calls `_render_traceback_` of exceptions that have it. Plain Python shows the traceback, as of any other.
+    """
+    return [f"{type(error).__name__}: {error}"]
+
 
 def dotted(path: Path) -> str:
     """A path as people write it: ``axes.mass.values[2]``; keys that are not plain words are quoted."""
@@ -113,6 +124,9 @@ class ArgumentError(ValueError):
         super().__init__(f"{key}: {what}")
         self.key, self.what = key, what
 
+    def _render_traceback_(self) -> list[str]:
+        return _in_notebooks(self)
+
 
 class FitWarning(UserWarning):
     """A fitted curve is used that its points do not support; the message says what is wrong with it."""
@@ -142,6 +156,9 @@ class StoreError(OSError):
 
     def __str__(self) -> str:
         return self._text(_IN_PYTHON)
+
+    def _render_traceback_(self) -> list[str]:
+        return _in_notebooks(self)
 
     @property
     def on_command_line(self) -> str:
@@ -237,6 +254,9 @@ class NotReachedError(RuntimeError):
 
 class PlotError(ValueError):
     """This dataset cannot be drawn as asked; the message says what is possible."""
+
+    def _render_traceback_(self) -> list[str]:
+        return _in_notebooks(self)
 
 
 class UnknownFigureError(ValueError):

@@ -247,3 +247,21 @@ def test_outside_of_notebooks_a_bar_is_shown_if_asked_for(capfd):
     assert moves[-1] == (20_000, 20_000)
     with pytest.raises(ValueError, match="progress: got 'often', expected a function, True, False or 'auto'"):
         stickslip.sweep(**asked, progress="often")
+
+
+# --- what is wrong, in a notebook -------------------------------------------------------------------------------------
+
+
+def test_ipython_shows_the_message_of_an_error_in_the_input_alone():
+    with pytest.raises(stickslip.ConfigError) as wrong:
+        stickslip.sweep(system={"mas": 1}, friction=FRICTION)
+    (shown,) = wrong.value._render_traceback_()
+    assert shown.startswith("ConfigError: system.mas: unknown key") and "did you mean mass?" in shown
+
+
+def test_words_that_are_nearly_right_are_recognised():
+    with pytest.raises(TypeError, match=r"sweep\(\) got an unexpected keyword argument 'axis'; did you mean axes\?"):
+        stickslip.sweep(system={"mass": 1}, axis={})
+    found = stickslip.evaluate({"mass": 1, "stiffness": 1, "normal_load": 1, "belt_speed": 0.1, **FRICTION})
+    with pytest.raises(ValueError, match=r"did you mean stick_slip\?"):
+        found.stickslip.mask("stickslip")

@@ -4,6 +4,7 @@ import re
 from functools import partial
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from click.testing import CliRunner
@@ -460,3 +461,20 @@ def test_the_command_prints_borders_and_writes_them(tmp_path):
 def test_the_command_says_what_is_wrong(tmp_path, arguments, message):
     done = command(write_config(tmp_path, num=3), *arguments)
     assert done.exit_code == 2 and message in done.output
+
+
+def test_a_line_without_border_says_its_regime_throughout(tmp_path):
+    """Of three drops the last is none: there sliding is steady at any speed."""
+    (tmp_path / "b.yaml").write_text(
+        "system: {mass: 0.1, stiffness: 5000, normal_load: 10, damping: 1, belt_speed: 1}\n"
+        "friction: {a1: 0.1, a2: 0.3, a4: 0.02}\naxes: {a3: [0.1, 0.02, 0.0]}\n"
+        "border: {along: belt_speed, between: [1 mm/s, 500 mm/s], scan: 16}\n"
+    )
+    done = CliRunner().invoke(main, ["run", str(tmp_path / "b.yaml"), "-o", str(tmp_path / "b.csv")])
+    assert done.exit_code == 0, done.output
+    assert "a3 = 0: damped throughout, no border" in done.stdout and "2 on 2 of 3 lines" in done.stdout
+    table = pd.read_csv(tmp_path / "b.csv")
+    assert list(table["regime_throughout"].fillna("")) == ["", "", "damped"]
+    assert list(table["regime_below"].fillna("")) == ["stick_slip", "stick_slip", ""]
+    ds = stickslip.open(tmp_path / "b.nc")
+    assert (ds["regime_throughout"] != 0).values.tolist() == [False, False, True]

@@ -265,7 +265,7 @@ def test_shards_are_computed_shown_and_collected(here):
     assert "6,600 of 10,000 cells (66.0%)" in shown.stdout
     assert "2 finished, 1 missing, 0 failed, of 3" in shown.stdout and "held      by no process" in shown.stdout
     part = call("collect", config)
-    assert "missing  3,400 of 10,000 cells are not computed" in part.stdout
+    assert part.exit_code == 1 and "3,400 of 10,000 cells are not computed" in part.stderr
     assert call("run", config, "--shard", "2/2").exit_code == 0
     whole = call("collect", "a map µ.nc.parts")
     assert whole.exit_code == 0 and "missing" not in whole.stdout
@@ -285,7 +285,7 @@ def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options,
     assert done.exit_code == 0, done.output
     status, collect = [shlex.split(line, comments=True) for line in done.stdout.splitlines()[-2:]]
     assert call(*status[status.index("stickslip") + 1 :]).stdout.count("6,600 of 10,000 cells") == 1
-    assert call(*collect[1:]).exit_code == 0
+    assert call(*collect[1:]).exit_code == 1
     assert int((stickslip.open(map_file)["regime"] != 0).sum()) == 6600
 
 
@@ -296,6 +296,7 @@ def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options,
      "--array=1-40 and --shard $SLURM_ARRAY_TASK_ID/40"),
     (["--shard", "1/0"], "--shard: got '1/0', expected a shard such as 1/8"),
     (["--shard", "1/2"], "a shard needs a place"),
+    (["--shard", "1/2", "-o", "none/x.nc"], "none/x.nc: no folder none"),
     (["--shard", "1/2", "--fresh"], "other shards share the store"),
     (["--store", "gopher://x/y"], "gopher://x/y: cannot be opened"),
     (["--store", "small.yaml"], "small.yaml"),
@@ -305,7 +306,7 @@ def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options,
 def test_stores_that_will_not_do_are_told(here, arguments, message):
     done = call("run", write_config(here), *arguments)
     assert done.exit_code == 2 and message in done.stderr, done.output
-    assert "Traceback" not in done.output
+    assert "Traceback" not in done.output and not (here / "none").exists()
 
 
 @pytest.mark.parametrize("name", ["collect", "status", "retry-failed"])

@@ -255,6 +255,17 @@ def test_formulas_are_readable_in_a_terminal(tex, plain):
     assert manual.plain_formula(tex) == plain
 
 
+def test_help_leaves_dollars_of_code_and_translates_those_of_formulas():
+    fenced, indented, inline = "```bash\nrun --shard $I/$N $x$\n```", "    echo $a-$b", "`$OUT/$HOME`"
+    shown = manual.for_terminal(f"Of $\\mu$:\n\n{fenced}\n\n{indented}\n\nand {inline}, $\\zeta$\n")
+    assert all(code in shown for code in (fenced, indented, inline)) and "Of μ:" in shown and "ζ\n" in shown
+    for topic in ("runs", "slurm", "cluster"):
+        assert "--shard $SLURM_ARRAY_TASK_ID/40 --threads $SLURM_CPUS_PER_TASK" in call("help", topic).stdout
+    assert call("help", "cluster").stdout.startswith("## Shards") and call("help", "json").stdout.startswith(
+        "## Scripts"
+    )
+
+
 # --- completion and the screen ----------------------------------------------------------------------------------------
 
 

@@ -1,6 +1,7 @@
 """Materials compared: ranks, borders and intervals against direct calls, and against points measured again."""
 
 import json
+import re
 import warnings
 
 import numpy as np
@@ -15,6 +16,7 @@ from stickslip.cli import main
 from stickslip.config.examples import found_points
 from stickslip.errors import ConfigError, UnitWarning
 from stickslip.fit import draw_curves, fit_curve
+from stickslip.materials.page import material_page
 from stickslip.materials.words import Words
 
 FILES = [found_points(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
@@ -175,7 +177,8 @@ def test_the_command_writes_table_workbook_page_plot_and_answer(tmp_path):
     about = pd.read_excel(names["xlsx"], "about").set_index("what")["value"]
     assert about["title"] == "3 materials compared" and "belt_speed" in about["configuration"]
     page = names["html"].read_text()
-    assert page.startswith("<!DOCTYPE html>") and "grease_b is quiet from the lowest belt speed on" in page
+    assert page.startswith("<!DOCTYPE html>") and "At 20 mm/s grease_b (P(quiet) " in page
+    assert "Warning" not in page and "<dd>5 N/mm</dd>" in page and "frequency" not in page.partition("configuration")[0]
     assert "<img" in page and "http://" not in page.replace("http://www.w3.org", "")
     told = json.loads(call("compare", *FILES, *OPTIONS, "--damping", 1, "--draws", 100, "--json").stdout)
     assert [one["name"] for one in told["materials"]] == ["grease_b", "grease_a", "dry"]
@@ -263,6 +266,19 @@ def test_remarks_tell_speeds_in_the_unit_of_the_points(tmp_path):
     assert "at 0.5 mm/s to 0.11 at 10 mm/s" in done.stdout and " m/s" not in done.stdout
 
 
+def test_the_page_tells_ends_of_intervals_apart_and_speeds_in_one_unit():
+    curve = {"glass": (SPEED, law(SPEED, 0.13, 0.19, 0.15, 0.024))}  # without noise: the intervals have no width to see
+    noise = 1e-6 * np.cos(7.0 * np.arange(SPEED.size))
+    ds = stickslip.compare({"glass": (SPEED, curve["glass"][1] + noise)}, **SYSTEM, draws=0)
+    page = material_page(ds, "mm/s")
+    low, value, high = (float(ds[f"a1{end}"][0]) for end in ("_low", "", "_high"))
+    told = re.search(r"<td>(0\.1\d+) \((0\.1\d+) to (0\.1\d+)\)</td>", page)
+    assert float(told[2]) < float(told[1]) < float(told[3])
+    np.testing.assert_allclose([float(told[i]) for i in (2, 1, 3)], [low, value, high], atol=5e-6)
+    assert '<th scope="col">a4<br><small>mm/s</small></th>' in page
+    assert Words(ds).answer().startswith("The border of glass: quiet above ")
+
+
 def test_tables_for_colleagues_show_what_is_printed_and_no_bound_as_a_border(tmp_path):
     """Oil is quiet throughout, the grease vibrates throughout: neither has a border."""
     (tmp_path / "grease.csv").write_text("speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
@@ -288,3 +304,12 @@ def test_tables_for_colleagues_show_what_is_printed_and_no_bound_as_a_border(tmp
     assert again.exit_code == 0
     copy = load_workbook(tmp_path / "again.xlsx")["ranks"]
     assert list(copy.iter_rows(values_only=True)) == list(sheet.iter_rows(values_only=True))
+
+
+def test_all_options_that_are_missing_are_named_at_once():
+    done = call("compare", "--mass", "1 kg")
+    assert done.exit_code == 2 and "missing FILES..., --stiffness, --load" in done.stderr
+    assert '--stiffness "5 N/mm" --load "10 N"' in done.stderr
+    for word in ("excel", "export"):
+        told = call("help", word)
+        assert "From measured friction to a decision" in told.stdout

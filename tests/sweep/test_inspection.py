@@ -199,6 +199,17 @@ def test_inspecting_a_good_map_says_so(here):
     assert "0 cells failed, are unresolved or were not computed" in done.stdout
 
 
+def test_a_map_without_status_gives_a_reason_only_where_there_is_one(here):
+    ds = made_up(MAP)[0].drop_vars("status")
+    names = ["not_computed", "stick_slip", "unresolved"]
+    ds["regime"].values.flat[: len(names)] = [REGIMES.index(name) for name in names]
+    writing.write(ds, "map.nc")
+    told = call("inspect", "map.nc", *(word for name in names for word in ("--regime", name))).stdout.splitlines()
+    assert "not_computed: no run has computed these cells" in told and "stick_slip" in told
+    assert [line for line in told if "a reason that is in status" in line][0].startswith("unresolved, ")
+    assert sum("a reason" in line for line in told) == 1
+
+
 def test_inspecting_what_is_no_map_says_so(here):
     cell = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "belt_speed": 0.1}
     curve = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}

@@ -55,7 +55,8 @@ def borders_along(along, across, values, **regimes):
     above = np.where(np.isnan(values), 0, regimes.get("above", 2))
     lines = grid_coordinates_of(across)
     table = {"border": values, "regime_below": below, "regime_above": above, "border_width": 0 * values,
-             "method": 0 * values, "scan_undecided": np.zeros(len(values))}  # fmt: skip
+             "method": 0 * values, "scan_undecided": np.zeros(len(values)),
+             "regime_throughout": np.zeros(len(values))}  # fmt: skip
     return border_dataset(along, (across.dim,), (len(values),), lines, table, {"border_parameter": along})
 
 

@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import click
 import numpy as np
@@ -19,6 +20,7 @@ from stickslip.cli import main, progress, screen
 from stickslip.config.reader import parse_config
 from stickslip.errors import UnitWarning
 from stickslip.files import writing
+from stickslip.files.machine import processors
 from stickslip.runs import blocks, collecting
 from stickslip.runs.estimate import Nodes
 
@@ -105,7 +107,41 @@ def test_shards_with_other_settings_are_refused(here):
     assert refused.exit_code == 2 and "system.mass: 2.0 there, 3.0 here" in refused.stderr
     refused = call("collect", "map.nc.parts", "--set", "system.mass=3")
     assert refused.exit_code == 2 and "system.mass: 2.0 there, 3.0 here" in refused.stderr
+    stale = Path("map.nc.parts/lock-2-of-2.json")
+    stale.write_text(
+        json.dumps({**dict.fromkeys(("token", "host", "space", "user"), "x"), "pid": 1, "since": 0, "seen": 0})
+    )
+    found = call("status", config).stdout
+    assert "shard     2/2: 1 of 1 blocks missing; its process has died: submit it again" in found
+    assert json.loads(call("status", config, "--json").stdout)["shards"][0]["shard"] == "2/2"
+    for refused in (call("run", config, "--shard", "2/2"), call("collect", config)):
+        assert refused.exit_code == 2 and "--fresh" not in refused.stderr
+        assert "(--set) as the run that began it: system.mass" in refused.stderr
+        assert "stickslip collect map.nc.parts" in refused.stderr
+        assert stale.exists() and "took over" not in refused.stderr
     assert call("run", config, "--shard", "2/2", "--set", "system.mass=2", "--threads", "1").exit_code == 0
+    assert call("collect", "map.nc.parts", "--json").exit_code == 0
+    refused = call("collect", config)
+    assert refused.exit_code == 2 and ": system.mass" in refused.stderr and "--fresh" not in refused.stderr
+
+
+def test_collecting_a_part_is_not_done_and_collecting_again_is(here):
+    config = write_config(here, num=100, more="output: {file: map.nc}\n")
+    half = json.loads(call("run", config, "--shard", "1/2", "--json").stdout)["computed"]
+    part = call("collect", config, "-q")
+    assert part.exit_code == 1 and not part.stdout
+    assert f"{10_000 - half:,} of 10,000 cells are not computed" in part.stderr
+    assert int((stickslip.open("map.nc")["regime"] != 0).sum()) == half
+    elsewhere = call("collect", config, "-o", "so far.nc")
+    assert elsewhere.exit_code == 2 and "stickslip collect map.nc.parts -o 'so far.nc'" in elsewhere.stderr
+    part = call("collect", "map.nc.parts", "--json", "-o", "table.csv")
+    assert part.exit_code == 1 and json.loads(part.stdout)["items_missing"] == 10_000 - half
+    assert len(Path("table.csv").read_text().splitlines()) > 10_000
+    call("run", config, "--shard", "2/2")
+    whole = json.loads(call("collect", config, "--json").stdout)
+    assert whole["items_missing"] == 0 and not whole["up_to_date"] and whole["store"] is None
+    again = call("collect", config)
+    assert again.exit_code == 0 and "map.nc is complete already" in again.stdout
 
 
 def test_a_result_is_simulated_with_what_is_set(here):
@@ -114,6 +150,14 @@ def test_a_result_is_simulated_with_what_is_set(here):
     for output, rtol in (("a.nc", "1e-3"), ("b.nc", "1e-9")):
         assert call("simulate", "map.nc", *at, output, "--set", f"solver.rtol={rtol}").exit_code == 0
     assert json.loads(stickslip.open("b.nc").attrs["configuration"])["solver"]["rtol"] == 1e-9
+
+
+def test_threads_may_be_chosen_by_the_machine_whatever_the_file_says(here):
+    config = write_config(here)
+    config.write_text(config.read_text().replace("block: 4096", "block: 4096, threads: 1"))
+    auto, fixed = (json.loads(call("plan", config, *more, "--json").stdout) for more in (["--threads", "auto"], []))
+    assert auto["threads"] == processors() and fixed["threads"] == 1
+    assert call("plan", config, "--threads", "many").exit_code == 2
 
 
 def test_threads_win_over_the_file_and_change_no_number(here):
@@ -169,6 +213,7 @@ def test_standard_output_of_json_is_json_and_keys_are_the_documented_ones(here):
         "run --shard": ["run", config, "--shard", "1/2"],
         "status": ["status", config],
         "run": ["run", config],
+        "collect": ["collect", config],
         "again": ["run", config],
         "status, finished": ["status", config],
         "inspect": ["inspect", "map.nc", "--regime", "damped", "--limit", "2"],
@@ -196,6 +241,7 @@ def test_standard_output_of_json_is_json_and_keys_are_the_documented_ones(here):
                                       "creep": int((ds["regime"] == 3).sum())}  # fmt: skip
     assert told["again"]["up_to_date"] and told["again"]["regimes"] == told["run"]["regimes"]
     assert told["status, finished"]["finished"] and told["status, finished"]["output"] == "map.nc"
+    assert told["status, finished"]["items"] == told["status, finished"]["items_finished"] == 10_000
     assert told["inspect"]["wanted"] == told["run"]["regimes"]["damped"] and len(told["inspect"]["listed"]) == 2
     assert told["inspect"]["cells"] == 10_000
     assert told["in memory"]["output"] is None and told["in memory"]["items"] == 144
@@ -323,7 +369,9 @@ def test_the_lines_of_a_plan_are_commands_that_compute_the_map(here):
 
 def test_a_plan_says_when_nodes_or_threads_have_nothing_to_do(here):
     config = write_config(here, num=100)
-    assert "further nodes have nothing to compute" in call("plan", config, "--nodes", "40").stdout
+    told = call("plan", config, "--nodes", "40").stdout
+    assert "further nodes have nothing to compute" in told and "--array=1-3 " in told and "ID/3" in told
+    assert sum(line.startswith("time ") for line in told.splitlines()) == 1
     assert "fewer blocks than a node has threads" in call("plan", config, "--nodes", "2", "--threads", "9").stdout
 
 

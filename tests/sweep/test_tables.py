@@ -195,3 +195,24 @@ def test_the_tables_that_come_with_the_package_are_found_anywhere(points):
     assert "taken from those that come with stickslip" in done.stderr
     alone, of_table = (one["coefficients"]["a1"] for one in json.loads(done.stdout)["fits"][:2])
     assert math.isclose(alone, of_table)
+
+
+@pytest.mark.parametrize("title", ["", "Messung Fett 1\n\n", "Grease 1;;\nOperator: me;;\n"])
+@pytest.mark.parametrize("word", ["Prüfgeschwindigkeit [mm/s]", "Sliding speed v (mm/s)", "mean velocity, mm/s"])
+def test_titles_above_the_heading_are_skipped_and_longer_headings_understood(tmp_path, title, word):
+    path = write(tmp_path, f"{title}{word};COF;Temp\n1;0,3;20\n2;0,29;20\n5;0,27;21\n")
+    points = read_points(path, CURVE_COLUMNS)
+    assert points["speed"].tolist() == [0.001, 0.002, 0.005] and points["mu"].tolist() == [0.3, 0.29, 0.27]
+
+
+def test_a_speed_of_rotation_and_two_speeds_are_not_guessed_but_the_option_is_named(tmp_path):
+    for heading in ("Drehgeschwindigkeit [rpm];COF", "Motor speed a;Motor speed b;COF"):
+        cells = heading.count(";")
+        rows = "\n".join(";".join([f"{i + 1}"] * cells + ["0,3"]) for i in range(4))
+        with pytest.raises(ConfigError, match="--speed-column"):
+            read_points(write(tmp_path, f"{heading}\n{rows}\n"), CURVE_COLUMNS)
+
+
+def test_a_table_without_heading_loses_no_line(tmp_path):
+    with pytest.raises(ConfigError, match="the first line names the columns"):
+        read_points(write(tmp_path, "1;0.5\n2;0.4\n3;0.3\n"), CURVE_COLUMNS)

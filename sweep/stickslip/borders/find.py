@@ -26,6 +26,7 @@ from stickslip.vocabulary.flags import METHODS, UNDECIDED
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import BORDER
 
+_OPEN = -1  # in place of the regime throughout of a line that has borders, or no decided place
 _LANES_FED = 8  # blocks of so many times more lines than their cells call for: a round of bisection has one cell a line
 _METHOD = METHODS.index("bisection"), METHODS.index("restick_margin")  # by whether the margin led to the border
 
@@ -53,8 +54,8 @@ class BorderStudy(Study):
 
     name, counted, ragged = "borders", "lines", True
     columns: Mapping[str, np.dtype[Any]] = {
-        "found": np.dtype(np.int32), "undecided": np.dtype(np.int32),  # by line; the others by border
-        "low": np.dtype(np.float64), "high": np.dtype(np.float64),
+        "found": np.dtype(np.int32), "undecided": np.dtype(np.int32), "throughout": np.dtype(np.int8),  # by line ...
+        "low": np.dtype(np.float64), "high": np.dtype(np.float64),  # ... and the others by border
         "below": np.dtype(np.int8), "above": np.dtype(np.int8), "guided": np.dtype(np.int8),
     }  # fmt: skip
 
@@ -72,13 +73,14 @@ class BorderStudy(Study):
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The borders of a range of lines."""
         try:
-            found, undecided = _search(self._lines, items, self._scan, self._limits, self.options, stop)
+            found, undecided, regime = _search(self._lines, items, self._scan, self._limits, self.options, stop)
         except StoppedError:
             return Finished({}, False)
         if moved:
             moved(len(items))
         counts = np.bincount(found["line"], minlength=len(items))
-        results = {"found": counts, "undecided": undecided} | {
+        throughout = np.where(counts == 0, regime, _OPEN)
+        results = {"found": counts, "undecided": undecided, "throughout": throughout} | {
             name: found[name] for name in ("low", "high", "below", "above", "guided")
         }
         return Finished({name: results[name].astype(dtype) for name, dtype in self.columns.items()})
@@ -87,12 +89,14 @@ class BorderStudy(Study):
         """Lines without borders, no place of which was decided."""
         blank = {name: np.zeros(0, dtype) for name, dtype in self.columns.items()}
         undecided = np.full(len(items), self._scan.points, np.int32)
-        return blank | {"found": np.zeros(len(items), np.int32), "undecided": undecided}
+        return blank | {"found": np.zeros(len(items), np.int32), "undecided": undecided,
+                        "throughout": np.full(len(items), _OPEN, np.int8)}  # fmt: skip
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The borders with the dimensions of the lines and ``crossing``."""
         whole, lines = joined(parts), self._lines
-        results = _table(whole) | {"scan_undecided": whole["undecided"]}
+        known = np.where(whole["throughout"] == _OPEN, np.nan, whole["throughout"])
+        results = _table(whole) | {"regime_throughout": known, "scan_undecided": whole["undecided"]}
         told = dict(attributes) | _told(whole, lines, self._scan, self._limits, self.options)
         return border_dataset(lines.along, lines.dims, lines.shape, lines.coordinates, results, told, lines.written_in)
 
@@ -110,9 +114,12 @@ def border_study(config: Config, asked: Border) -> BorderStudy:
 
 def _search(
     lines: Lines, items: range, scan: Scan, limits: Limits, options: Options, stop: StopFlag
-) -> tuple[Brackets, Integers]:
-    """The brackets of some lines, counted from the first of them. Raises StoppedError."""
+) -> tuple[Brackets, Integers, NDArray[np.int8]]:
+    """The brackets of some lines, counted from the first; by line how many places of the scan were undecided, and
+    the regime of the first that was decided. Raises StoppedError.
+    """
     others = lines.others(items.start, items.stop)
+    scanned: list[Looked] = []
 
     def regimes(line: Integers, place: Floats) -> Looked:
         def cells(start: int, stop: int) -> Cells:
@@ -123,9 +130,15 @@ def _search(
         if not computed.complete:
             raise StoppedError
         found = computed.results["regime"]
-        return Looked(found, ~np.isin(found, UNDECIDED), computed.results["restick_margin"])
+        answer = Looked(found, ~np.isin(found, UNDECIDED), computed.results["restick_margin"])
+        if not scanned:
+            scanned.append(answer)
+        return answer
 
-    return search_lines(len(items), scan, limits.tolerance, regimes)
+    brackets, undecided = search_lines(len(items), scan, limits.tolerance, regimes)
+    labels, decided = (values.reshape(len(items), scan.points) for values in scanned[0][:2])
+    first = labels[np.arange(len(items)), np.argmax(decided, axis=1)]
+    return brackets, undecided, np.where(decided.any(axis=1), first, _OPEN).astype(np.int8)
 
 
 def _table(found: Results) -> dict[str, NDArray[np.float64]]:

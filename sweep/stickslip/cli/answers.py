@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.dataset.inspect import Survey
     from stickslip.files.locations import Location
-    from stickslip.runs.collecting import Status
+    from stickslip.runs.collecting import Collected, Status
     from stickslip.runs.estimate import Estimate, Nodes
     from stickslip.runs.request import Outcome, Request
     from stickslip.study import Study
@@ -36,7 +37,7 @@ def of_plan(config: Config, found: Estimate, many: Nodes | None, lines: dict[str
     nodes = many and {
         "nodes": many.nodes,
         "threads": many.threads,
-        "shards": many.nodes,
+        "shards": many.shards,
         "blocks_least": many.least,
         "blocks_most": many.most,
         "seconds": many.seconds,
@@ -89,14 +90,35 @@ def of_result(ds: xr.Dataset, plot: Path | None) -> Answer:
     return {"plot": plot, "regimes": regimes}
 
 
+def of_collected(request: Request, found: Collected) -> Answer:
+    """What was collected."""
+    return {
+        **of_study(request.config.title, found.study, found.cells),
+        "items_finished": found.cells - found.missing,
+        "items_missing": found.missing,
+        "up_to_date": found.up_to_date,
+        "output": found.output,
+        "store": found.where,
+    }
+
+
 def of_finished(config: Config, output: Location) -> Answer:
     """That a result is there, and no unfinished run beside it: the keys of `of_status`."""
-    return {**dict.fromkeys(_STATUS), "title": config.title, "output": output, "finished": True}
+    from stickslip.dataset.summary import summary
+    from stickslip.files import reading
+    from stickslip.runs.work import study_of
+
+    study = study_of(config)
+    with reading.look_into(output) as ds:
+        missing = summary(ds).get("not_computed") if "regime" in ds else None
+    items = prod(study.shape)
+    known = {"counted": study.counted, "items": items, "items_finished": items - (missing.cells if missing else 0)}
+    return {**dict.fromkeys(_STATUS), **known, "title": config.title, "output": output, "finished": True}
 
 
 _STATUS = (
     *("title", "store", "counted", "items", "items_finished", "blocks", "blocks_finished", "blocks_failed", "failures"),
-    *("holders", "begun", "version", "bytes", "output", "finished"),
+    *("holders", "shards", "begun", "version", "bytes", "output", "finished"),
 )
 
 
@@ -115,6 +137,10 @@ def of_status(found: Status) -> Answer:
         "holders": [
             {name: getattr(holder, name) for name in ("user", "host", "pid", "since", "seen")}
             for holder in found.holders
+        ],
+        "shards": [
+            {"shard": one.shard, "blocks": one.blocks, "missing": one.missing, "held": one.holder is not None}
+            for one in found.shards
         ],
         "begun": found.begun,
         "version": found.version,

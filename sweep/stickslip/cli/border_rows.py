@@ -11,6 +11,8 @@ import click
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stickslip.dataset.display import Unit
+
 _MOST_ROWS = 30
 
 
@@ -18,30 +20,47 @@ def show_borders(ds: xr.Dataset) -> None:
     """The first borders, how many there are, and what can be missed."""
     for row in islice(_rows(ds), _MOST_ROWS):
         click.echo(row)
-    found = int(ds["border"].notnull().sum())
-    if found > _MOST_ROWS:
-        click.echo(f"... and {found - _MOST_ROWS} more")
+    found = ds["border"].notnull()
+    rows = int(found.sum())
+    if "regime_throughout" in ds:
+        rows += int((ds["regime_throughout"] != 0).sum())
+    if rows > _MOST_ROWS:
+        click.echo(f"... and {rows - _MOST_ROWS} more")
     click.echo(f"borders  {ds.attrs['border_found']}")
     click.echo(f"scan     {ds.attrs['border_scan']}")
 
 
 def _rows(ds: xr.Dataset) -> Iterator[str]:
-    """A line of text per border."""
+    """A line of text per border, or for a line without any."""
     import numpy as np
 
     from stickslip.dataset.axis import MapAxis
     from stickslip.dataset.display import unit_of
-    from stickslip.vocabulary.flags import METHODS, REGIMES
+    from stickslip.vocabulary.flags import REGIMES
 
     axes = [MapAxis(ds, dim, plain=True) for dim in ds["border"].dims[:-1]]
     unit = unit_of(ds["border"])
-    for place in np.argwhere(ds["border"].notnull().values):
-        one = ds.isel(dict(zip(ds["border"].dims, map(int, place), strict=True)))
-        where = ", ".join(axis.heading(int(i)) for axis, i in zip(axes, place, strict=False))
-        below, above = (REGIMES[int(one[name])] for name in ("regime_below", "regime_above"))
-        value = unit.told(float(one["border"]), 12)
-        how = f"width {unit.of(float(one['border_width'])):.2g}, by {METHODS[int(one['method'])]}"
-        yield f"{where}{': ' if where else ''}{below} -> {above} at {value} ({how})"
+    found = ds["border"].notnull().values
+    without = np.asarray(~found.any(axis=-1))
+    for place in np.ndindex(without.shape):
+        one = ds.isel(dict(zip(ds["border"].dims, place, strict=False)))
+        named = ", ".join(axis.heading(i) for axis, i in zip(axes, place, strict=True))
+        where = f"{named}: " if named else ""
+        if without[place]:
+            if code := int(one["regime_throughout"]) if "regime_throughout" in one else 0:
+                yield f"{where}{REGIMES[code]} throughout, no border"
+            continue
+        for crossing in np.flatnonzero(found[place]):
+            yield where + _border(one.isel(crossing=crossing), unit)
+
+
+def _border(one: xr.Dataset, unit: Unit) -> str:
+    """One border: the regimes on either side, where it is, and how it was found."""
+    from stickslip.vocabulary.flags import METHODS, REGIMES
+
+    below, above = (REGIMES[int(one[name])] for name in ("regime_below", "regime_above"))
+    how = f"width {unit.of(float(one['border_width'])):.2g}, by {METHODS[int(one['method'])]}"
+    return f"{below} -> {above} at {unit.told(float(one['border']), 12)} ({how})"
 
 
 def show_contours(ds: xr.Dataset) -> None:

@@ -50,7 +50,8 @@ def run_request(request: Request, plot: Path | None, keep: list[str], extras: Ex
     work = Work(request.config)
     if (plot or (extras and extras.page)) and request.shard is None and (part := shown.will_be_drawn(request.config)):
         notice(f"plot: {part}")
-    screen.terminal().print(f"{request.config.title}\n{work.study.described()}", markup=False)
+    part = f"\nshard {request.shard}" if request.shard else ""
+    screen.terminal().print(f"{request.config.title}\n{work.study.described()}{part}", markup=False)
     if request.output is None and request.place is None:
         if request.shard is not None:
             fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")

@@ -65,6 +65,16 @@ class ConfigPath(click.Path):
         return next_step()
 
 
+class _Threads(click.IntRange):
+    """How many threads, or auto."""
+
+    name = "threads"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """A number, or auto as it is."""
+        return value if value == "auto" else super().convert(value, param, ctx)
+
+
 PAGES = (".html", ".htm")
 DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
 WHERE = _Where()
@@ -83,8 +93,8 @@ SET = click.option(
 )
 THREADS = click.option(
     "--threads",
-    type=click.IntRange(1),
-    metavar="N",
+    type=_Threads(1),
+    metavar="N|auto",
     expose_value=False,
     callback=lambda context, _option, threads: context.meta.__setitem__(_THREADS, threads),
     help="Threads to compute on, whatever CONFIG says.  [default: one per processor]",

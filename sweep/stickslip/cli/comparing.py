@@ -26,16 +26,36 @@ if TYPE_CHECKING:
     from stickslip.materials.words import Words
 
 _ASKED = ("belt_speed", "searched_from", "searched_to", "tendency_at", "confidence", "draws", "seed")
+_EXAMPLES = {"mass": "100 g", "stiffness": "5 N/mm", "load": "10 N"}
 _FILES = (".nc", ".zarr", ".csv", ".xlsx")
 
 
+class _Asking(click.Command):
+    """A command that names all options it lacks at once."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """As of any command. Raises UsageError."""
+        given = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.MissingParameter:
+            found = self.make_parser(ctx).parse_args(given)[0]
+            is_given = {name: isinstance(value, str | tuple) and bool(value) for name, value in found.items()}
+            lacking = [one for one in self.params if one.required and not is_given.get(str(one.name))]
+            names = ", ".join(one.get_error_hint(ctx).replace("'", "") for one in lacking)
+            told = [f'{one.opts[0]} "{_EXAMPLES[str(one.name)]}"' for one in lacking if one.name in _EXAMPLES]
+            hint = f"\nhint: for instance {' '.join(told)}" if told else ""
+            raise click.UsageError(f"missing {names}{hint}", ctx) from None
+
+
 @click.command(
+    cls=_Asking,
     epilog="""\b
 Examples:
   stickslip compare configs/measured/dry.csv configs/measured/grease_a.csv \\
       --mass "100 g" --stiffness "5 N/mm" --load "10 N" --damping "1 N s/m" --speed "30 mm/s"
   stickslip compare configs/measured/table.csv --mass "100 g" --stiffness "5 N/mm" \\
-      --load "10 N" --plot materials.png -o ranks.xlsx"""
+      --load "10 N" --plot materials.png -o ranks.xlsx""",
 )
 @POINTS
 @click.option("--mass", required=True, help='Of the oscillator: kg, or with a unit ("100 g").')

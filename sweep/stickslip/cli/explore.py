@@ -80,7 +80,9 @@ def _serve(subject: Subject, port: int, no_browser: bool) -> None:
 
 def _write(subject: Subject, static: Path) -> None:
     from stickslip.cli import screen
-    from stickslip.explore.static import write_page
+    from stickslip.explore.static import left_out, write_page
 
+    for note in left_out(subject):
+        click.echo(f"note: {note}", err=True)
     target = write_page(subject, static)
     click.echo(f"page  {target} ({screen.size_of(target)})")

@@ -10,6 +10,7 @@ import click
 from stickslip.cli import answers, comparing, screen, shown
 from stickslip.cli.common import JSON, WHERE, fail, reports_wrong_input, tell_json
 
+_UNDECIDED = ("failed", "unresolved")
 _WHY_NOT_KEPT = "for a reason that is in status, which output.variables leaves out"
 
 if TYPE_CHECKING:
@@ -88,6 +89,11 @@ def _lines(found: Survey, file: str) -> None:
     for (regime, status), cells in groupby(by_fate, key=lambda cell: (cell.regime, cell.status)):
         unknown = "a code that this version does not know"
         message = f"{status}: {STATUS_MESSAGES.get(status, unknown)}"
-        click.echo(f"\n{regime}, {_WHY_NOT_KEPT if status == NOT_KEPT else message}")
+        if status != NOT_KEPT:
+            click.echo(f"\n{regime}, {message}")
+        elif regime in _UNDECIDED:
+            click.echo(f"\n{regime}, {_WHY_NOT_KEPT}")
+        else:  # a regime that was found needs no reason
+            click.echo(f"\n{regime}" + ": no run has computed these cells" * (regime == "not_computed"))
         for cell in cells:
             click.echo(cell.command(file))

@@ -26,7 +26,15 @@ _ALSO = {  # other words for a page
     "yaml": "configuration", "config": "configuration", "axes": "configuration", "files": "variables",
     "readme": "overview", "python": "api", "equation": "model", "friction": "model", "hysteresis": "model",
     "ageing": "model", "aging": "model", "completion": "shell", "colours": "shell", "si": "units",
+    "excel": "materials", "xlsx": "materials", "csv": "materials", "export": "materials",
+    "spreadsheet": "materials", "lubricant": "materials", "grease": "materials",
 }  # fmt: skip
+# The section to read first, by page and heading.
+_FIRST = {
+    "json": ("runs", "Scripts"),
+    "slurm": ("runs", "Shards"),
+    "cluster": ("runs", "Shards"),
+}
 
 
 @dataclass(frozen=True)
@@ -96,6 +104,9 @@ def about(topic: str, known: dict[str, Page]) -> str | None:
     if word in known:
         return known[word].text
     found = list(_sections(word, known))
+    if (first := _FIRST.get(word)) and first[0] in known:
+        begin = [(first[0], heading, text) for heading, text in known[first[0]].sections() if heading == first[1]]
+        found = [*begin, *(one for one in found if one not in begin)]
     parts = [] if any(page == "glossary" for page, _, _ in found) else _terms(word, known)
     meant = _ALSO.get(word)
     meant = meant if meant in known else None
@@ -106,6 +117,12 @@ def about(topic: str, known: dict[str, Page]) -> str | None:
     if more:
         parts.append("More to read: " + "; ".join(f"`stickslip help {page}` ({title})" for page, title in more))
     return "\n\n".join(parts)
+
+
+def page_about(topic: str, known: dict[str, Page]) -> str | None:
+    """The page on which a word is explained, other than the page of its own."""
+    meant = _ALSO.get(topic.strip().lower())
+    return meant if meant in known else None
 
 
 def closest(topic: str, known: dict[str, Page], others: list[str]) -> str | None:
@@ -153,13 +170,30 @@ _SIGNS = {
 }  # fmt: skip
 
 
+# A fenced block, and indented lines behind an empty one.
+_CODE = re.compile(
+    r"^(?P<fence>```|~~~).*?^(?P=fence)[^\n]*$|(?<=\n\n)(?:(?: {4}|\t)[^\n]*(?:\n|\Z)|\n(?= {4}))+",
+    re.MULTILINE | re.DOTALL,
+)
+
+
 def for_terminal(text: str) -> str:
     """A page without what only a site shows: pictures, directives, formulas as TeX, links between pages."""
     text = re.sub(r"^```\{.*?^```\n?", "", text, flags=re.MULTILINE | re.DOTALL)
     text = re.sub(r"^\([\w-]+\)=\n|^:::.*\n|^%.*\n|^<!--.*?-->\n?", "", text, flags=re.MULTILINE | re.DOTALL)
+    shown, begin = "", 0
+    for code in _CODE.finditer(text):
+        shown += _prose(text[begin : code.start()]) + code[0]
+        begin = code.end()
+    return shown + _prose(text[begin:])
+
+
+def _prose(text: str) -> str:
+    """The same for a piece without code."""
     text = re.sub(r"!\[[^\]]*\]\([^)]*\)\n?", "", text)
     text = re.sub(r"^\$\$\n(.*?)^\$\$", lambda m: f"    {plain_formula(m[1])}", text, flags=re.MULTILINE | re.DOTALL)
-    text = re.sub(r"(?<![\\$`])\$([^$\n`]+)\$", lambda m: plain_formula(m[1]), text)
+    in_line = r"(`+)[^\n]*?\1|(?<![\\$])\$([^$\n`]+)\$"  # code, or a formula
+    text = re.sub(in_line, lambda m: m[0] if m[1] else plain_formula(m[2]), text)
     text = re.sub(r"\[([^\]]+)\]\((?:[\w.]+/)*([\w-]+)\.md(?:#[\w-]*)?\)", _link, text)
     return re.sub(r"\[([^\]]+)\]\((?!https?:)[^)\s]*\)", r"\1", text)
 

@@ -85,6 +85,8 @@ def run(
     from stickslip.runs.request import Request
 
     loaded = configuration(config)
+    if shard and isinstance(output, Path) and not output.absolute().parent.is_dir():
+        fail(f"{output}: no folder {output.parent}, which all shards need to see; make it first, or correct its name")
     output = output or location_or_none(loaded.output.file)
     target = None if no_plot or shard else plot or path_or_none(loaded.output.plot)
     part = _shard(shard, fresh)

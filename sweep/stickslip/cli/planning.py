@@ -110,9 +110,9 @@ def _show_nodes(found: Estimate, many: Nodes, lines: dict[str, str]) -> None:
     share = f"{many.most:,}" if many.least == many.most else f"{many.least:,} or {many.most:,}"
     threads = f"{many.threads} thread{'s' * (many.threads != 1)} each"
     click.echo(f"nodes    {many.nodes:,} of {threads}, if a thread there is as fast as one here")
-    click.echo(f"shards   {many.nodes:,} of {share} blocks")
+    click.echo(f"shards   {many.shards:,} of {share} blocks")
     click.echo(
-        f"time     about {screen.duration_text(many.seconds)} for the longest shard, "
+        f"lasts    about {screen.duration_text(many.seconds)} for the longest shard, "
         f"{screen.duration_text(many.seconds_of_one)} on one node"
     )
     if found.blocks.count < many.nodes:
@@ -131,10 +131,10 @@ def _to_submit(config: Path, loaded: Config, many: Nodes) -> dict[str, str]:
     again = settings_again()
     threads = [] if "--threads" in again else ["--threads", str(many.threads)]
     run = shlex.join(["stickslip", "run", str(config), *named, *again, *threads])
-    run += f" --shard {TASK}/{many.nodes}"
+    run += f" --shard {TASK}/{many.shards}"
     store = f"{output}.parts"
     return {
-        "submit": f"sbatch --array=1-{many.nodes} --cpus-per-task={many.threads} --wrap={shlex.quote(run)}",
+        "submit": f"sbatch --array=1-{many.shards} --cpus-per-task={many.threads} --wrap={shlex.quote(run)}",
         "status": shlex.join(["stickslip", "status", store]),
         "collect": shlex.join(["stickslip", "collect", store]),
     }

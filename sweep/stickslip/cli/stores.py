@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -17,14 +18,19 @@ from stickslip.cli.common import (
     SET,
     THREADS,
     Command,
+    fail,
+    incomplete,
+    location_or_none,
     reports_wrong_input,
     settings,
     tell_json,
+    write_table_asked_for,
 )
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
     from stickslip.runs.collecting import Status
+    from stickslip.runs.request import Request
 
 STORE = click.option("--store", metavar="PATH_OR_URL", help="Store of the configuration, if it is not OUTPUT.parts.")
 
@@ -45,23 +51,50 @@ Examples:
 @OUTPUT
 @click.option("--keep-parts", is_flag=True, help="Leave the finished blocks where they are.")
 @QUIET
+@JSON
 @reports_wrong_input
-def collect(config_or_store: str, store: str | None, output: Location | None, keep_parts: bool) -> None:
+def collect(config_or_store: str, store: str | None, output: Location | None, keep_parts: bool, as_json: bool) -> None:
     """Write the map from the blocks that are finished.
 
     Shards are merged; cells of blocks that are missing are "not computed", and those blocks can still be computed
-    later. Names a configuration, or the folder or URL of a store.
+    later: then the exit code is 1. Names a configuration, or the folder or URL of a store.
     """
+    from stickslip.errors import StoreError
     from stickslip.runs import collecting
     from stickslip.runs.request import request_for
 
     request = replace(request_for(config_or_store, output, store, settings()), keep=keep_parts, notice=notice)
-    collected = collecting.collect(request)
-    click.echo(f"{collected.study.name:8} {collected.output} ({screen.size_of(collected.output)})")
-    if collected.missing:
-        click.echo(f"missing  {collected.missing:,} of {collected.cells:,} {collected.study.counted} are not computed")
+    try:
+        collected = collecting.collect(request)
+    except StoreError as error:
+        fail(f"{error.on_command_line}{_where_blocks_are(request, config_or_store)}")
+    study = collected.study
+    if collected.up_to_date:
+        click.echo(f"{study.name:8} {collected.output} is complete already, and there is no store beside it")
+    else:
+        click.echo(f"{study.name:8} {collected.output} ({screen.size_of(collected.output)})")
     if collected.where:
         click.echo(f"blocks   kept in {collected.where}")
+    if as_json:
+        tell_json(answers.of_collected(request, collected))
+    if collected.missing:
+        write_table_asked_for({"output": output})
+        incomplete(
+            f"{collected.output}: incomplete: {collected.missing:,} of {collected.cells:,} {study.counted} are not "
+            "computed; stickslip run computes them"
+        )
+
+
+def _where_blocks_are(request: Request, named: str) -> str:
+    """The command that collects, where there is no store beside the output that is named and one beside the usual."""
+    usual = request.config.output.file
+    if request.place is not None or usual is None or request.folder().names():
+        return ""
+    there = replace(request, output=location_or_none(usual)).folder()
+    if not there.names() or there.where == request.folder().where:
+        return ""
+    command = shlex.join(["stickslip", "collect", there.where, "-o", str(request.output)])
+    return f"\nhint: the blocks of {named} are in {there.where}: {command}"
 
 
 @click.command()
@@ -106,8 +139,17 @@ def _show(found: Status) -> None:
         f"blocks    {found.blocks_finished:,} finished, {missing:,} missing, {len(found.failures):,} failed, "
         f"of {found.blocks:,}"
     )
+    for one in found.shards:
+        who = (
+            "its process has died" + ": submit it again" * bool(one.missing)
+            if one.holder is None
+            else f"held by {one.holder}"
+        )
+        click.echo(f"shard     {one.shard}: {len(one.missing):,} of {one.blocks:,} blocks missing; {who}")
+    of_shards = [one.holder for one in found.shards]
     for holder in found.holders:
-        click.echo(f"held      by {holder}")
+        if holder not in of_shards:
+            click.echo(f"held      by {holder}")
     if not found.holders:
         whole = found.blocks_finished == found.blocks
         click.echo(f"held      by no process: stickslip {'collect writes the result' if whole else 'run resumes it'}")

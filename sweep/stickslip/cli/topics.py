@@ -37,7 +37,7 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
     Without TOPIC it lists the pages. A word that is no page is looked up in the glossary, among the headings of all
     pages, and among the names of configurations and results.
     """
-    from stickslip.cli.manual import about, closest, contents, pages
+    from stickslip.cli.manual import about, closest, contents, page_about, pages
 
     known, word = pages(), " ".join(topic)
     if not word:
@@ -46,7 +46,10 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
     commands = context.parent.command.commands  # type: ignore[attr-defined]
     if word in commands:
         command = commands[word]
-        return click.echo(command.get_help(click.Context(command, info_name=word, parent=context.parent)))
+        click.echo(command.get_help(click.Context(command, info_name=word, parent=context.parent)))
+        if page := page_about(word, known):
+            click.echo(f"\nMore to read: `stickslip help {page}` ({known[page].title})")
+        return None
     parts = [text for text in (_declared(word), about(word, known)) if text]
     if not parts:
         meant = closest(word, known, [*commands, *_names()])

@@ -8,6 +8,7 @@ does. Dimensionless studies, in which mass, stiffness and load are of order one,
 from __future__ import annotations
 
 import math
+import sys
 import warnings
 from collections.abc import Iterator, Mapping
 from functools import reduce
@@ -56,9 +57,17 @@ class _Bare(NamedTuple):
 
 
 def ask(document: Document, config: Config) -> None:
-    """Warn whoever called the caller of the values in a document that are implausible in SI."""
+    """Warn of the values in a document that are implausible in SI, at the line outside of this package."""
     if asked := question(document, config):
-        warnings.warn(asked, UnitWarning, stacklevel=3)
+        warnings.warn(asked, UnitWarning, stacklevel=_frames_of_ours() + 1)
+
+
+def _frames_of_ours() -> int:
+    """How many calls lead from the code of somebody else to the caller of this function, that included."""
+    frame, count = sys._getframe(1), 0
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("stickslip."):
+        frame, count = frame.f_back, count + 1
+    return count
 
 
 def question(document: Document, config: Config) -> str | None:

@@ -33,6 +33,7 @@ TABLE_SUFFIXES = (".csv", ".xlsx")
 _ROWS_OF_SHEET = 2**20 - 1  # and the headings
 _MOST_ROWS = 2**17  # put together at once
 _LONGEST_CELL = 32_767  # characters of a cell of Excel
+_OF_BORDERS = ("regime_below", "regime_above", "regime_throughout", "method")
 _ABOUT = ("title", "source", "history", "date_created", "references", "configuration")
 
 
@@ -202,6 +203,8 @@ def _column(array: xr.DataArray, table: Table, chunk: Chunk) -> NDArray[Any]:
     values = part.values
     if "flag_meanings" in array.attrs:
         values = _words(values, array.attrs)
+        if array.name in _OF_BORDERS:  # code 0 says that a line has fewer borders, or has some
+            values = np.where(values == "not_computed", "", values)
     shape = [len(range(*chunk[dim].indices(length))) for dim, length in zip(table.dims, table.shape, strict=True)]
     spread = values.reshape([n if dim in array.dims else 1 for dim, n in zip(table.dims, shape, strict=True)])
     return np.broadcast_to(spread, shape).reshape(-1)

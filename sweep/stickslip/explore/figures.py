@@ -93,7 +93,7 @@ class MapFigure:
 
     def draw_borders(self, lines: Sequence[Line]) -> None:
         """Draw exact borders over it."""
-        self.lines.data = {"xs": [x for x, _ in lines], "ys": [y for _, y in lines]}
+        self.lines.data = lines_of(lines)
 
     def mark(self, places: Mapping[str, tuple[float, float]]) -> None:
         """Mark cells by the names of `MARKS`."""
@@ -113,6 +113,11 @@ class Units:
     time: Unit
     length: Unit
     speed: Unit
+
+
+def lines_of(lines: Sequence[Line]) -> dict[str, Any]:
+    """Lines as columns of a source."""
+    return {"xs": [x for x, _ in lines], "ys": [y for _, y in lines]}
 
 
 def regions_of(shown: Picture) -> dict[str, Any]:

@@ -83,6 +83,14 @@ def picker_of(axis: Values | Group) -> Picker:
     return Picker(axis.name, tuple(str(row.written(v)) if isnan(v) else unit.text(v) for v in axis.values))
 
 
+def labels_of(subject: Subject, axis: Axis) -> tuple[str, ...]:
+    """The points of an axis in words."""
+    if not isinstance(axis, Range):
+        return picker_of(axis).labels
+    unit = unit_for(QUANTITIES[axis.name].units, axis.points(), subject.written_in.get(axis.name))
+    return tuple(map(unit.text, axis.points()))
+
+
 def knobs_of(subject: Subject, plane: tuple[str, str]) -> Iterator[Knob]:
     """The sliders beside a map over two axes or quantities: those of people's everyday first."""
     for knob in _knobs(subject, plane):

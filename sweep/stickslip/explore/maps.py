@@ -165,7 +165,8 @@ def read(subject: Subject, view: View) -> xr.Dataset:
             continue
         at[dim] = view.points.get(name, 0)
         if name not in view.points and MapAxis(ds, dim).is_numeric:
-            at[dim] = int(np.abs(ds[dim].values - start_value(subject, view, name)).argmin())
+            value = view.values.get(name, start_value(subject, view, name))
+            at[dim] = int(np.abs(ds[dim].values - value).argmin())
     return ds.isel(at).transpose(dims[view.y], dims[view.x], ...)
 
 
@@ -180,7 +181,8 @@ def variables(ds: xr.Dataset) -> list[tuple[str, str]]:
 def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
     """The map in a dataset over (y, x), reduced where it has more cells than the page has pixels, `most`."""
     y_dim, x_dim = ds["regime"].dims
-    ds = ds.sortby([dim for dim in (y_dim, x_dim) if MapAxis(ds, dim).is_numeric])
+    if unsorted := [dim for dim in (y_dim, x_dim) if MapAxis(ds, dim).is_numeric and (np.diff(ds[dim]) < 0).any()]:
+        ds = ds.sortby(unsorted)  # which copies it all
     pixel = coarse.pixel_for((ds.sizes[y_dim], ds.sizes[x_dim]), most)
     variable = view.variable if view.variable in ds.data_vars else "regime"
     shades, palette, painted, values = _shaded(ds[variable], variable, pixel)
@@ -289,8 +291,8 @@ def _column(array: xr.DataArray, pixel: Pixel) -> Column:
 
 
 def _usual(values: Floats) -> Sequence[float]:
-    """What size the values usually have."""
-    finite = np.abs(values[np.isfinite(values)])
+    """What size the values usually have where they are not zero, as amplitudes are of what settles."""
+    finite = np.abs(values[np.isfinite(values) & (values != 0)])
     return [float(np.median(finite))] if finite.size else []
 
 

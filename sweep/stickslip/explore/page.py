@@ -71,7 +71,7 @@ class Page:
     def show_map(self, shown: Picture) -> None:
         """Draw a picture, with its legend and the numbers under the pointer."""
         self.map.show(shown)
-        self.columns.data = {one.name: one.values.ravel() for one in shown.columns}
+        self.columns.data = columns_data(shown)
         self.columns.tags = [scripts.meta_of(shown)]
         self.legend.text = legend_html(shown)
 
@@ -82,6 +82,11 @@ class Page:
         self.cell.show(current, pinned)
         self.cell_words.text = said
         self.numbers.text = numbers_html(columns_of(current, pinned), units)
+
+
+def columns_data(shown: Picture) -> dict[str, Any]:
+    """The numbers of all pixels as columns of a source."""
+    return {one.name: one.values.ravel() for one in shown.columns}
 
 
 def columns_of(current: CellMotions | None, pinned: Mapping[str, CellMotions]) -> list[tuple[str, str, Motion]]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from heapq import heappop, heappush
 from html import escape
+from itertools import product
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -12,26 +14,39 @@ import numpy as np
 from bokeh.document import Document
 from bokeh.embed import file_html
 from bokeh.events import Tap
-from bokeh.models import Column, CustomJS, Select
+from bokeh.models import Column, ColumnDataSource, CustomJS, Select
 from bokeh.resources import INLINE
 from numpy.typing import NDArray
 
 from stickslip._version import __version__
+from stickslip.config.model import Axis, Range
 from stickslip.config.pick import cell_of
+from stickslip.dataset.axis import spoken
 from stickslip.engine import stop_flag
-from stickslip.explore import maps
-from stickslip.explore.borders import border_lines
-from stickslip.explore.figures import NO_SAMPLES, NOTHING, axis_words, data_of, regions_of, surroundings, units_of
+from stickslip.explore import maps, scripts
+from stickslip.explore.borders import Line, border_lines
+from stickslip.explore.figures import (
+    NO_SAMPLES,
+    NOTHING,
+    axis_words,
+    data_of,
+    lines_of,
+    regions_of,
+    surroundings,
+    units_of,
+)
+from stickslip.explore.knobs import is_listed, labels_of
 from stickslip.explore.maps import Picture
 from stickslip.explore.motions import CellMotions, Motion, motions_of
-from stickslip.explore.page import WIDGETS, Page, columns_of, template, template_variables, words
+from stickslip.explore.page import WIDGETS, Page, columns_data, columns_of, template, template_variables, words
 from stickslip.explore.subject import Subject
 from stickslip.explore.told import cell_html, legend_html, numbers_html, place_words, simulate_command
-from stickslip.explore.view import View, cell_config, config_of, first_view, is_as_opened
+from stickslip.explore.view import Sides, View, cell_config, config_of, first_view
 from stickslip.files.atomic import replaced
 
-MOST: tuple[int, int] = (160, 200)  # pixels; the file is to be sent
-CELLS: tuple[int, int] = (10, 14)  # whose motions are kept
+MOST: Sides = (160, 200)  # pixels; the file is to be sent
+CELLS: Sides = (10, 14)  # whose motions are kept
+SHEETS = 8  # maps in a page, of all points of what is no side
 _SAMPLES, _FEW = 600, 80  # of a motion: at most; so few that none is left out
 _DEVIATION = 2e-3  # of the range of what is drawn: less than a pixel
 _DRAWN = ("displacement", "velocity", "friction_coefficient")
@@ -39,20 +54,17 @@ _MOVED = ("stick", "sliding")
 
 _NEAREST = '<span class="note">the nearest cell whose motion is in this page</span>'
 
-_VARY = """
-const one = pictures[this.value]
+_PAINT = """
+const sheet = sheets.tags[Number(point.value)], one = sheet.pictures[variable.value]
 mapper.palette = one.palette
 cells.data = {...cells.data, image: [one.shades]}
 regions.data = one.regions
 legend.text = one.legend
 """
-_CLICK = """
-const meta = columns.tags[0]
-const [wide, high] = [meta.x.high - meta.x.low, meta.y.high - meta.y.low]
-if (cb_obj.x < meta.x.low || cb_obj.x > meta.x.high || cb_obj.y < meta.y.low || cb_obj.y > meta.y.high) return
+_DRAW = """
 let nearest = null, least = Infinity
-for (const one of found) {
-  const away = ((one.x - cb_obj.x)/wide)**2 + ((one.y - cb_obj.y)/high)**2
+for (const one of sheet.found) {
+  const away = ((one.x - at.x)/wide)**2 + ((one.y - at.y)/high)**2
   if (away < least) { least = away; nearest = one }
 }
 for (const [name, source] of Object.entries(sources)) source.data = nearest.data[name]
@@ -65,6 +77,37 @@ for (const line of belt) { line.location = nearest.belt; line.visible = true }
 cell_words.text = nearest.words
 numbers.text = nearest.numbers
 """
+_SIZE = """
+const meta = columns.tags[0]
+const [wide, high] = [meta.x.high - meta.x.low, meta.y.high - meta.y.low]
+"""
+_CLICK = f"""{_SIZE}
+const sheet = sheets.tags[Number(point.value)], at = cb_obj
+if (at.x < meta.x.low || at.x > meta.x.high || at.y < meta.y.low || at.y > meta.y.high) return
+{_DRAW}"""
+_TURN = f"""{_PAINT}
+columns.data = sheet.columns
+columns.tags = [sheet.meta]
+lines.data = sheet.lines
+if (marks.data.x.length == 0) return
+{_SIZE}
+const at = {{x: marks.data.x[0], y: marks.data.y[0]}}
+{_DRAW}"""
+
+
+@dataclass(frozen=True, eq=False)
+class _Sheet:
+    """The map where what is no side of it is at one point: its pictures by variable, its borders, the kept cells."""
+
+    label: str
+    pictures: dict[str, Picture]
+    lines: list[Line]
+    found: list[dict[str, Any]]
+
+    @property
+    def first(self) -> Picture:
+        """The regimes."""
+        return self.pictures["regime"]
 
 
 def write_page(subject: Subject, target: Path) -> Path:
@@ -80,42 +123,95 @@ def write_page(subject: Subject, target: Path) -> Path:
 
 def page_html(subject: Subject) -> str:
     """The page as one HTML document, scripts included."""
-    view, page = first_view(subject), Page(subject)
-    pictures = _pictures(subject, view)
-    first = pictures["regime"]
-    page.show_map(first)
-    config = config_of(subject, view, MOST)
-    page.map.draw_borders(border_lines(config, first, stop_flag()) or [])
-    found = [_kept(subject, view, first, i, j) for i, j in _places(first)]
-    _let_click(page, found)
-    below = words("below", _about(subject, len(found), first, config.to_yaml()))
-    roots = [_variables(page, pictures), *page.roots, below]
+    page, (title, points) = Page(subject), _points(subject)
+    sheets = [_sheet(subject, label, view, len(points)) for label, view in points]
+    first = sheets[0]
+    page.show_map(first.first)
+    page.map.draw_borders(first.lines)
+    below = words("below", _about(subject, first, len(sheets), config_of(subject, points[0][1], MOST).to_yaml()))
+    roots = [_controls(page, title, sheets), *page.roots, below]
     document = Document()
     with document.models.freeze():
         for root in roots:
             document.add_root(root)
     names = [str(root.name) for root in roots]
+    told = replace(subject, notes=(*subject.notes, *left_out(subject)))
     return str(
         file_html(document, INLINE, f"{subject.config.title} - stickslip", template=template(),
-                  template_variables=template_variables(subject, names))
+                  template_variables=template_variables(told, names))
     )  # fmt: skip
 
 
-def _pictures(subject: Subject, view: View) -> dict[str, Picture]:
+def left_out(subject: Subject) -> list[str]:
+    """What such a page has one point of only, in words."""
+    plane = first_view(subject).plane
+    held = [axis for axis in subject.axes.values() if axis.name not in plane and axis not in _offered(subject)]
+    return [
+        f"{spoken(axis.name)} is held at {labels_of(subject, axis)[_held_at(axis)]}: the other {axis.size - 1} points "
+        "are not in this page"
+        for axis in held
+        if axis.size > 1
+    ]
+
+
+def _offered(subject: Subject) -> list[Axis]:
+    """The axes that are no sides and of which the page has all points: as many as fit, the innermost first."""
+    plane, found = first_view(subject).plane, list[Axis]()
+    for axis in reversed(tuple(subject.axes.values())):
+        if axis.name not in plane and axis.size > 1 and axis.size * prod(one.size for one in found) <= SHEETS:
+            found.insert(0, axis)
+    return found
+
+
+def _held_at(axis: Axis) -> int:
+    """The point at which an axis is held where nobody chose another."""
+    return axis.size // 2 if isinstance(axis, Range) else 0
+
+
+def _points(subject: Subject) -> tuple[str, list[tuple[str, View]]]:
+    """What can be chosen besides the sides, as a title, and its points: names and views."""
+    view, offered = first_view(subject), _offered(subject)
+    found = []
+    for places in product(*(range(axis.size) for axis in offered)):
+        at = dict(zip((axis.name for axis in offered), places, strict=True))
+        points = {axis.name: at[axis.name] for axis in offered if is_listed(axis)}
+        values = {axis.name: float(axis.points()[at[axis.name]]) for axis in offered if isinstance(axis, Range)}
+        label = ", ".join(labels_of(subject, axis)[at[axis.name]] for axis in offered)
+        found.append((label, replace(view, points=points, values=values)))
+    return ", ".join(spoken(axis.name) for axis in offered), found
+
+
+def _sheet(subject: Subject, label: str, view: View, count: int) -> _Sheet:
+    """The map of a view, one of `count`: with many of them each has fewer pixels and fewer motions."""
+    most, cells = (_share(sides, room / count) for sides, room in ((MOST, 2.0), (CELLS, 1.3)))
+    pictures = _pictures(subject, view, most)
+    first = pictures["regime"]
+    lines = border_lines(config_of(subject, view, most), first, stop_flag()) or []
+    found = [_kept(subject, view, first, i, j) for i, j in _places(first, cells)]
+    return _Sheet(label, pictures, lines, found)
+
+
+def _share(sides: Sides, share: float) -> Sides:
+    """Sides of a share of an area, none above 1."""
+    rows, columns = (max(1, int(length * min(1.0, share) ** 0.5)) for length in sides)
+    return rows, columns
+
+
+def _pictures(subject: Subject, view: View, most: Sides) -> dict[str, Picture]:
     """The map in every variable."""
-    if subject.computed is not None and is_as_opened(subject, view):
+    if subject.computed is not None and {*view.plane, *view.values} <= set(subject.axes):
         dataset: Any = maps.read(subject, view)
     else:
-        dataset = maps.computed(config_of(subject, view, MOST), stop_flag())
+        dataset = maps.computed(config_of(subject, view, most), stop_flag())
     offered = [name for name, _ in maps.variables(dataset)]
-    return {name: maps.picture(dataset, replace(view, variable=name), MOST) for name in offered}
+    return {name: maps.picture(dataset, replace(view, variable=name), most) for name in offered}
 
 
-def _places(shown: Picture) -> list[tuple[int, int]]:
+def _places(shown: Picture, cells: Sides) -> list[tuple[int, int]]:
     """The pixels whose motions are kept: spread evenly; of listed points all, where they are not too many."""
     rows, columns = (
         np.unique(((np.arange(n := min(most, length)) + 0.5) * length / n).astype(int))
-        for most, length in zip(CELLS, shown.shades.shape, strict=True)
+        for most, length in zip(cells, shown.shades.shape, strict=True)
     )
     return [(int(i), int(j)) for i in rows for j in columns]
 
@@ -186,44 +282,54 @@ def _worst(lines: NDArray[np.float64], first: int, last: int) -> tuple[float, in
     return -float(away[at]), first + at, first, last
 
 
-def _let_click(page: Page, found: list[dict[str, Any]]) -> None:
-    """Have a click draw the nearest of the cells that are kept."""
-    cell = page.cell
+def _controls(page: Page, title: str, sheets: list[_Sheet]) -> Column:
+    """The choice of the variable, and of the point; and the clicks, which draw the nearest of the cells kept."""
+    named = [(name, one.title) for name, one in sheets[0].pictures.items()]
+    variable = Select(title="colours show", options=named, value="regime", name="variable", stylesheets=[WIDGETS],
+                      sizing_mode="stretch_width")  # fmt: skip
+    labels = [(str(i), sheet.label) for i, sheet in enumerate(sheets)]
+    point = Select(title=title, options=labels, value="0", name="point", stylesheets=[WIDGETS],
+                   sizing_mode="stretch_width", visible=len(sheets) > 1)  # fmt: skip
+    cell, told = page.cell, ColumnDataSource({}, name="sheets", tags=[_told(page, sheet) for sheet in sheets])
     sources = {name: cell.sources[name] for name in _MOVED}
     sources |= {"cycle": cell.cycle, "curve": cell.curve, "steady": cell.steady, "blank": cell.blank}
     given = {
-        "found": found, "columns": page.columns, "sources": sources, "marks": page.map.marks, "belt": cell.belt,
-        "plots": {str(plot.name): plot for plot in cell.plots}, "cell_words": page.cell_words, "numbers": page.numbers,
+        "sheets": told, "variable": variable, "point": point,
+        "mapper": page.map.mapper, "cells": page.map.cells, "regions": page.map.regions, "legend": page.legend,
+        "lines": page.map.lines, "columns": page.columns, "sources": sources, "marks": page.map.marks,
+        "belt": cell.belt, "plots": {str(plot.name): plot for plot in cell.plots}, "cell_words": page.cell_words,
+        "numbers": page.numbers,
     }  # fmt: skip
+    variable.js_on_change("value", CustomJS(args=given, code=_PAINT))
+    point.js_on_change("value", CustomJS(args=given, code=_TURN))
     page.map.plot.js_on_event(Tap, CustomJS(args=given, code=_CLICK))
+    return Column(children=[point, variable], name="controls", sizing_mode="stretch_width")
 
 
-def _variables(page: Page, pictures: dict[str, Picture]) -> Column:
-    """The choice of the variable."""
-    shown = {
+def _told(page: Page, sheet: _Sheet) -> dict[str, Any]:
+    """A sheet, for the scripts."""
+    pictures = {
         name: {
             "shades": one.shades,
             "legend": legend_html(one),
             "palette": page.map.palette_of(one),
             "regions": regions_of(one),
         }
-        for name, one in pictures.items()
+        for name, one in sheet.pictures.items()
     }
-    options = [(name, one.title) for name, one in pictures.items()]
-    select = Select(title="colours show", options=options, value="regime", name="variable", stylesheets=[WIDGETS],
-                    sizing_mode="stretch_width")  # fmt: skip
-    args = {"pictures": shown, "mapper": page.map.mapper, "cells": page.map.cells, "legend": page.legend}
-    args["regions"] = page.map.regions
-    select.js_on_change("value", CustomJS(args=args, code=_VARY))
-    return Column(children=[select], name="controls", sizing_mode="stretch_width")
+    return {
+        "pictures": pictures, "found": sheet.found, "lines": lines_of(sheet.lines),
+        "columns": columns_data(sheet.first), "meta": scripts.meta_of(sheet.first),
+    }  # fmt: skip
 
 
-def _about(subject: Subject, kept: int, shown: Picture, yaml: str) -> str:
+def _about(subject: Subject, first: _Sheet, count: int, yaml: str) -> str:
     """What the page is, and what computes it again."""
-    sides = f"{shown.shades.shape[0]} x {shown.shades.shape[1]}"
+    sides = f"{first.first.shades.shape[0]} x {first.first.shades.shape[1]}"
+    maps_told = "" if count == 1 else f"{count} maps of "
     return (
-        f'<p class="note">Computed beforehand by stickslip {__version__}: {sides} cells, and the motions of {kept} of '
-        "them. A click shows the nearest of these. Sliders, and the motion of any cell: "
+        f'<p class="note">Computed beforehand by stickslip {__version__}: {maps_told}{sides} cells, and the motions of '
+        f"{len(first.found)} of them. A click shows the nearest of these. Sliders, and the motion of any cell: "
         f"<code>stickslip explore {escape(subject.source)}</code></p>"
         f"<details><summary>the map as YAML</summary><pre>{escape(yaml)}</pre></details>"
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from html import escape
 from math import isfinite
 from pathlib import Path
@@ -12,7 +13,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import xarray as xr
 
-from stickslip.config.pick import cell_of, config_at
+from stickslip.config.pick import cell_of
 from stickslip.dataset.axis import spoken
 from stickslip.dataset.build import variable_of
 from stickslip.dataset.export import write_table
@@ -21,7 +22,7 @@ from stickslip.explore.maps import Picture
 from stickslip.explore.motions import CellMotions, Motion, regime_of
 from stickslip.explore.readable import Unit, quantity, unit_for
 from stickslip.explore.subject import Subject
-from stickslip.explore.view import View, settings
+from stickslip.explore.view import View, cell_config, settings
 from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES, flag_label
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
@@ -130,11 +131,18 @@ def simulate_command(subject: Subject, view: View, at: Mapping[str, float | int]
 def _short(subject: Subject, view: View, at: Mapping[str, float | int], motions: CellMotions) -> list[str]:
     """The settings of a cell in few digits, unless that makes it a cell of another regime."""
     rounded = settings(subject, view, at, _DIGITS)
+    nearby = {name: value if isinstance(value, int) else _few(value) for name, value in at.items()}
+    values = {name: _few(value) for name, value in view.values.items()}
     try:
-        regime = regime_of(cell_of(config_at(subject.config, rounded)), subject.options)
+        config = cell_config(subject, replace(view, values=values), nearby)
+        regime = regime_of(cell_of(config), subject.options)
     except ConfigError:  # what is rounded may be beyond a bound
         regime = ""
     return rounded if regime == motions.stick.regime else settings(subject, view, at)
+
+
+def _few(value: float) -> float:
+    return float(f"{value:.{_DIGITS}g}")
 
 
 def _is_from_start(motions: CellMotions) -> bool:

@@ -127,11 +127,31 @@ def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
         source, engine=engine, decode_times=False, decode_timedelta=False, chunks=None, cache=False, **options
     )
     to_close.callback(ds.close)
+    if engine == "zarr":
+        ds = _in_order(ds, source)
     for name, variable in list(ds.variables.items()):
         if name in ds.coords or not variable.ndim:
             values = variable.values
             ds[name] = xr.Variable(variable.dims, values.astype(_native(values.dtype), copy=False), variable.attrs)
     return ds
+
+
+def _in_order(ds: xr.Dataset, source: Path | str) -> xr.Dataset:
+    """The variables in the order of the root, or of their names: a folder has none, and Zarr lists it at random."""
+    import zarr
+
+    options: dict[str, Any] = {"storage_options": _UNCACHED} if isinstance(source, str) else {}
+    known = zarr.open_group(source, mode="r", **options).metadata.consolidated_metadata
+    first = {name: i for i, name in enumerate(known.metadata if known else ())}
+    names = sorted(map(str, ds.variables), key=lambda name: (first.get(name, len(first)), name))
+    ordered = xr.Dataset(
+        {name: ds.variables[name] for name in names if name in ds.data_vars},
+        {name: ds.variables[name] for name in names if name in ds.coords},
+        ds.attrs,
+    )
+    ordered.encoding = ds.encoding
+    ordered.set_close(ds.close)
+    return ordered
 
 
 def _native(dtype: np.dtype[Any]) -> np.dtype[Any]:

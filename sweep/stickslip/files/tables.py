@@ -4,8 +4,8 @@ People's programs write commas, semicolons or tabs, decimal points or decimal co
 
 Columns separated by commas have decimal points. Columns separated by semicolons or tabs have either, the same in
 the whole file; a file that mixes them is refused, because "1,234" might then mean thousands. Lines that are empty,
-hold nothing but separators or start with # hold no numbers; what such remarks say is kept. A first line `sep=;`, which
-Excel reads and writes, names the separator.
+hold nothing but separators or start with # hold no numbers; what such remarks say is kept. Titles above the heading,
+lines of one cell each, are left out. A first line `sep=;`, which Excel reads and writes, names the separator.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from io import StringIO
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,6 +33,7 @@ _SAID = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
+_MOST_TITLES = 8  # lines above the heading
 MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
 
 
@@ -136,7 +138,7 @@ def read_table(path: Path, example: str, rows_are: str = "samples") -> Table:
     if not rows:
         hint = f"the first line that is not a comment says, for instance, '{example}'"
         raise ConfigError(name, [Problem((), "no line names the columns", hint=hint)])
-    (number, line), *rest = rows
+    (number, line), *rest = rows[0 if said else _titles([line for _, line in rows[: _MOST_TITLES + 2]]) :]
     separator = said[1] if said else _separator(line, rest[0][1] if rest else line)
     heading = _cells(name, number, line, separator)
     while len(heading) > 1 and not heading[-1].text:
@@ -145,6 +147,23 @@ def read_table(path: Path, example: str, rows_are: str = "samples") -> Table:
     if not lines:
         raise ConfigError(name, [Problem((), f"no {rows_are}, only the names of columns", Place(number, 1))])
     return Table(name, remarks, heading, lines, separator)
+
+
+def _titles(lines: Sequence[str]) -> int:
+    """How many lines at the top are titles: of one cell each, where columns with names begin below."""
+    bare = (line.rstrip(";,\t ") for line in lines)  # spreadsheets write empty cells behind a title
+    for number, (line, after) in enumerate(pairwise(bare)):
+        names = line.split(mark) if (mark := _separator(line, after)) in line else []
+        if len(names) > 1:
+            is_heading = len(names) == len(list(_parts(after, mark)))
+            return number if is_heading and not any(map(_is_number, names)) else 0
+        if _is_number(line):
+            return 0
+    return 0
+
+
+def _is_number(text: str) -> bool:
+    return bool(NUMBER.fullmatch(text.strip().replace(",", ".")))
 
 
 def _separator(heading: str, row: str) -> str:

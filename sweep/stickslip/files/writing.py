@@ -95,7 +95,7 @@ def write_zarr(
     with _replaced_store(path, check) as put:
         store = NewZarr(put, waits=isinstance(location(path), Url))
         _created(ds, chunks, _zarr_encoding, _create_zarr, store, fill)
-        store.finish()
+        store.finish(map(str, ds.variables))
     return location(path)
 
 

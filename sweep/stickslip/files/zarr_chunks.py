@@ -6,7 +6,7 @@ Zarr core specification, version 3: "default" chunk keys; codecs `bytes` (little
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
@@ -46,20 +46,20 @@ class NewZarr:
         """What the store says of itself, for xarray and zarr."""
         return MemoryStore(self._said)
 
-    def finish(self) -> None:
-        """Put what is left."""
-        self._consolidate()
+    def finish(self, names: Iterable[str]) -> None:
+        """Put what is left. names : of the arrays, in the order in which libraries are to list them."""
+        self._consolidate(names)
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             for _ in pool.map(self._put_said, [key for key in self._said if key != ROOT]):
                 pass
         self._put_said(ROOT)
 
-    def _consolidate(self) -> None:
+    def _consolidate(self, names: Iterable[str]) -> None:
         """Have the root say what its arrays say of themselves, as xarray looks for it first, and warns where it is not.
 
         By hand, because zarr warns in turn that its third format knows no such thing: `must_understand` says that.
         """
-        found = {key.removesuffix(f"/{ROOT}"): self._json(key) for key in self._said if key.endswith(f"/{ROOT}")}
+        found = {name: self._json(f"{name}/{ROOT}") for name in names}
         root = self._json(ROOT)
         root["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": found}
         self._said[ROOT] = default_buffer_prototype().buffer.from_bytes(json.dumps(root, indent=2).encode())

@@ -30,6 +30,7 @@ _WORDS = {  # by the name of a column in the vocabulary
     ),
     "sigma": ("sigma", "\N{GREEK SMALL LETTER SIGMA}", "sd", "std", "stdev", "std dev", "standard deviation"),
 }  # fmt: skip
+_SPEEDS = ("speed", "velocity", "geschwindigkeit")
 MATERIAL_WORDS = ("material", "lubricant", "sample", "specimen", "grease", "oil", "schmierstoff", "probe")
 _NOT_FRICTION = frozenset(
     (
@@ -78,6 +79,8 @@ def heading(text: str, known: Collection[str]) -> Heading:
         name = meant(bare[1], known)
         if name in ("speed", "time") and _is_unit(bare[2]):
             return Heading(text, bare[1].strip(), bare[2])
+        if "speed" in known and holds_speed(bare[1]) and _is_unit_of_speed(bare[2]):
+            return Heading(text, bare[1].strip(" ,/"), bare[2])
     return Heading(text, text.strip(), "")
 
 
@@ -85,6 +88,11 @@ def meant(word: str, known: Collection[str]) -> str | None:
     """Which of the columns `known` people mean by a word; None if none."""
     name = plain(word)
     return next((column for column in known if name == plain(column) or name in _WORDS.get(column, ())), None)
+
+
+def holds_speed(name: str) -> bool:
+    """Whether a speed is meant by one of the words of a longer heading: `Sliding speed v`, `Prüfgeschwindigkeit`."""
+    return any(word.strip("().,;").endswith(_SPEEDS) for word in plain(name).split())
 
 
 def words_for(known: Collection[str]) -> Iterator[str]:
@@ -105,3 +113,10 @@ def _is_unit(text: str) -> bool:
     except QuantityError as error:
         return error.found is not None
     return True
+
+
+def _is_unit_of_speed(text: str) -> bool:
+    try:
+        return units.si_value(f"1 {text}", "m s-1") > 0
+    except QuantityError:
+        return False

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from stickslip.errors import ConfigError, Place, Problem, QuantityError
 from stickslip.files.tables import DECIMAL_COMMA, NUMBER, Cell, Table
-from stickslip.fit.headings import MATERIAL_WORDS, Heading, meant, plain, words_for
+from stickslip.fit.headings import MATERIAL_WORDS, Heading, holds_speed, meant, plain, words_for
 from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.words import listed, nearest
@@ -71,6 +71,9 @@ class Search:
                 problems.append(self._problem(i, error))
         if problems:
             raise ConfigError(self._table.name, problems)
+        if (longer := self._longer(found, others)) is not None:
+            others.remove(longer)
+            found["speed"] = self._role(longer, "speed")
         frictions = self._frictions(found, others)
         missing = [c for c in self._known.values() if c.default is None and c.name not in found]
         if frictions:
@@ -91,6 +94,16 @@ class Search:
         usual = meant(one.name, self._known)
         was_named = usual is not None and (self._told.get(usual) or usual == MU and self._wanted.friction)
         return None if was_named else usual
+
+    def _longer(self, found: Mapping[str, Role], others: list[int]) -> int | None:
+        """The only column whose longer heading speaks of a speed, where none is called so and no unit denies it."""
+        if "speed" not in self._known or "speed" in found or not self._free:
+            return None
+        named = [i for i in others if holds_speed(self._headings[i].name)]
+        if len(named) != 1 or self._told["speed"]:
+            return None
+        unit = self._headings[named[0]].unit or self._wanted.unit
+        return named[0] if not unit or is_unit_of(unit, self._known["speed"]) else None
 
     def _role(self, i: int, name: str) -> Role:
         """Raises QuantityError for the wrong unit."""
@@ -141,6 +154,8 @@ class Search:
         near = nearest(name, self._known)
         names = listed([c.name for c in self._known.values()])
         remedy = f"did you mean {near!r}?" if near else "the first line names the columns; remarks start with #"
+        if self._free and not near:
+            remedy += "; columns of other names are taken by --speed-column and --friction-column"
         return QuantityError(f"{names}, with the unit in brackets", remedy)
 
     def _lacking(self, missing: list[Parameter], others: list[int]) -> Problem:
@@ -149,7 +164,8 @@ class Search:
         for i in others:
             if nearest(self._headings[i].name, [word for word in told if len(word) > 2]):
                 return self._problem(i, self._unknown(self._headings[i].name))
-        if len(missing) == sum(column.default is None for column in self._known.values()) and others:
+        all_of_them = len(missing) == sum(column.default is None for column in self._known.values())
+        if all_of_them and others and (not self._free or _may_be_number(self._headings[others[0]].text)):
             return self._problem(others[0], self._unknown(self._headings[others[0]].name))
         lacking = listed([f"{c.name} ({c.long_name})" for c in missing], "and")
         options = [f"--{'friction' if c.name == MU else c.name}-column" for c in missing]

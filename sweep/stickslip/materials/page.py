@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import starmap
+
+import numpy as np
 import xarray as xr
 
-from stickslip.dataset.export import table_of
 from stickslip.materials.words import Shown, Words
 from stickslip.pages import (
     Column,
@@ -16,15 +19,14 @@ from stickslip.pages import (
     provenance,
     table,
     terms,
-    warning,
 )
 from stickslip.plots.materials import plot_materials
 from stickslip.vocabulary import units
-from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import MATERIAL_VARIABLES
 
 _COEFFICIENTS = ("a1", "a2", "a3", "a4", "mu_start")
-_SYSTEM = ("mass", "stiffness", "damping", "normal_load")
+_MOST_DIGITS = 6
+_VARIABLES = {"P(quiet)": "quiet_probability", "fit": "fit_good"}  # shown under other names
 
 
 def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = None) -> str:
@@ -33,33 +35,26 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     title : that of the dataset, unless given.
     """
     words = Words(ds, unit)
-    best = words.names[0]
     alt = f"Friction over slip speed of {', '.join(words.names)}, and the belt speeds above which they are quiet"
-    meaning = "".join(paragraph(text) for text in (words.what_quiet_means(), words.what_the_interval_means()) if text)
+    ranks, fits = [*words.columns()], _fits(ds, words)
     sections = [
-        Section("Which is quiet", _ranks(words) + meaning),
+        Section("Which is quiet", _table(ranks) + _items(words.remarks()) + _method(words)),
         Section("Friction, and where vibration ends", embedded(plot_materials(ds), alt)),
-        Section("The fitted curves", _fits(ds)),
-        Section("The system", terms(_system(ds, words))),
-        Section("What the numbers mean", terms(_meanings(ds))),
+        Section("The fitted curves", _curves(ds, fits)),
+        Section("The system", terms(words.conditions())),
+        Section("What the numbers mean", terms(_meanings([*ranks, *fits]))),
         Section("Where this comes from", _origin(ds)),
     ]
-    several = len(words.names) > 1
-    summary = f"{best} is quiet from the lowest belt speed on." if several else f"The border of {best}."
-    return page(
-        str(ds.attrs["title"]) if title is None else title,
-        summary,
-        sections,
-        warnings=[warning(r.rstrip(".")) for r in words.remarks()],
-    )
+    heading = str(ds.attrs["title"]) if title is None else title
+    return page(heading, words.answer(), sections)
 
 
-def _ranks(words: Words) -> str:
-    """The table of ranks."""
-    columns = [*words.columns()]
-    # the material is the heading of its row
-    columns[0], columns[1] = columns[1], columns[0]
-    return _table(columns)
+def _items(texts: Sequence[str]) -> str:
+    return "".join(paragraph(text) for text in texts)
+
+
+def _method(words: Words) -> str:
+    return _items([text for text in (words.what_quiet_means(), words.what_the_interval_means()) if text])
 
 
 def _table(columns: list[Shown]) -> str:
@@ -67,40 +62,45 @@ def _table(columns: list[Shown]) -> str:
     return table([Column(column.name, column.unit, column.is_text) for column in columns], [list(row) for row in rows])
 
 
-def _fits(ds: xr.Dataset) -> str:
-    """Coefficients with their intervals, and what is said of each fit."""
+def _fits(ds: xr.Dataset, words: Words) -> list[Shown]:
+    """Coefficients with their intervals, speeds in the unit of the page."""
     columns = [Shown("material", "", True, tuple(map(str, ds["material"].values)))]
     for name in _COEFFICIENTS:
-        values = zip(*(ds[f"{name}{end}"].values for end in ("", "_low", "_high")), strict=True)
-        cells = tuple(f"{value:.3g} ({low:.2g} to {high:.2g})" for value, low, high in values)
-        columns.append(Shown(name, units.spelled(str(ds[name].attrs["units"])), False, cells))
-    columns.append(Shown("points", "", False, tuple(str(int(count)) for count in ds["points"].values)))
-    columns.append(Shown("residual", "rms", False, tuple(f"{float(one):.2g}" for one in ds["residual_rms"].values)))
+        declared = str(ds[name].attrs["units"])
+        unit, factor = (words.unit, words.factor) if declared == "m s-1" else (units.spelled(declared), 1.0)
+        values = zip(*(factor * ds[f"{name}{end}"].values for end in ("", "_low", "_high")), strict=True)
+        columns.append(Shown(name, unit, False, tuple(starmap(_within, values))))
+    return columns
+
+
+def _within(value: float, low: float, high: float) -> str:
+    """A number with its interval: as many digits, three or more, as tell its ends apart."""
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return f"{value:.3g} (not determined)" if value else "0 (assumed)"
+    digits = 3
+    while digits < _MOST_DIGITS and low < high and len({f"{one:.{digits}g}" for one in (value, low, high)}) < 3:
+        digits += 1
+    told = [f"{float(f'{one:.{digits}g}'):g}" for one in (value, low, high)]
+    return f"{told[0]} ({told[1]} to {told[2]})"
+
+
+def _curves(ds: xr.Dataset, columns: list[Shown]) -> str:
+    """The table of fits, and what is said of each."""
     said = zip(map(str, ds["material"].values), map(str, ds["fit_quality"].values), strict=True)
     formula = "Friction coefficient over slip speed w: a1 + a2 w + a3 exp(-w/a4); in brackets the 95 % intervals."
     return paragraph(formula) + _table(columns) + terms(said, "short")
 
 
-def _system(ds: xr.Dataset, words: Words) -> list[tuple[str, str]]:
-    found = []
-    for name in _SYSTEM:
-        row = PARAMETERS[name]
-        found.append((row.long_name, f"{float(ds.attrs[f'system_{name}']):.6g} {units.spelled(row.units)}"))
-    if "belt_speed" in ds.attrs:
-        found.append(("belt speed", f"{words.speed(float(ds.attrs['belt_speed']))} {words.unit}"))
-    return found
-
-
-def _meanings(ds: xr.Dataset) -> list[tuple[str, str]]:
-    """The variables of the table, as the dataset has them."""
-    shown = [name for name in table_of(ds).columns if name in MATERIAL_VARIABLES]
-    found = []
-    for name in shown:
-        declared = MATERIAL_VARIABLES[name]
-        comment = f" ({declared.comment})" if declared.comment else ""
-        unit = units.spelled(declared.units)
-        found.append((f"{name} [{unit}]" if unit else name, f"{declared.long_name}{comment}"))
-    return found
+def _meanings(columns: Sequence[Shown]) -> list[tuple[str, str]]:
+    """What the columns of the tables on the page are, as the dataset has them."""
+    found = {}
+    for name in (column.name for column in columns):
+        declared = MATERIAL_VARIABLES.get(_VARIABLES.get(name, name.replace(" ", "_")))
+        declared = MATERIAL_VARIABLES["regime"] if name.startswith("at ") else declared
+        if declared is not None:
+            comment = f" ({declared.comment})" if declared.comment else ""
+            found[name] = f"{declared.long_name}{comment}"
+    return [*found.items()]
 
 
 def _origin(ds: xr.Dataset) -> str:

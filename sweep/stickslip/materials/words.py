@@ -37,7 +37,7 @@ class Words:
     def __init__(self, ds: xr.Dataset, unit: str | None = None) -> None:
         self._ds = ds
         self.unit = unit or str(ds["quiet_above"].attrs.get("display_units", "m/s"))
-        self._factor = 1.0 / units.si_value(f"1 {self.unit}", "m s-1")
+        self.factor = 1.0 / units.si_value(f"1 {self.unit}", "m s-1")
         self.level = f"{100 * float(ds.attrs['confidence']):g} %"
 
     @property
@@ -47,7 +47,7 @@ class Words:
 
     def speed(self, value: float) -> str:
         """A speed (m/s) as a number in the unit of the table."""
-        number = self._factor * value
+        number = self.factor * value
         return f"{number:.3g}" if number < 1000 else f"{number:.0f}"
 
     def columns(self) -> Iterator[Shown]:
@@ -79,6 +79,25 @@ class Words:
             *self._falling(),
             *self._fits(),
         ]
+
+    def answer(self) -> str:
+        """The decision: what is quiet at the belt speed that was asked for, else from which speed on the best is."""
+        if "belt_speed" not in self._ds.attrs:
+            if len(self.names) == 1:
+                return f"The border of {self.names[0]}: quiet above {self._quiet(0)} {self.unit}."
+            return f"{self.names[0]} is quiet from the lowest belt speed on."
+        at = f"At {self.speed(float(self._ds.attrs['belt_speed']))} {self.unit}"
+        quiet: list[str] = []
+        loud: list[str] = []
+        for i, name in enumerate(self.names):
+            here = bool(self._ds["margin"].values[i] > 1) and self._state(i) != "vibrates_throughout"
+            chance = self._ds["quiet_probability"].values[i] if "quiet_probability" in self._ds else math.nan
+            (quiet if here else loud).append(name if math.isnan(chance) else f"{name} (P(quiet) {_share(chance)})")
+        told = [f"{at} {listed(quiet, 'and')} {'are' if len(quiet) > 1 else 'is'} quiet"] if quiet else []
+        told += [
+            f"{'' if quiet else f'{at} '}{listed(loud, 'and')} {'vibrate' if len(loud) > 1 else 'vibrates'}"
+        ] * bool(loud)
+        return "; ".join(told) + "."
 
     def conditions(self) -> list[tuple[str, str]]:
         """The system, in the units in which it was given."""

@@ -13,20 +13,26 @@ from stickslip.runs.assembly import Gathered, assemble
 from stickslip.runs.request import Request
 from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir import parts
-from stickslip.runs.workdir.lock import Holder, held, holders, writing_alone
+from stickslip.runs.workdir.lock import Holder, held, holders, shard_of, writing_alone
 from stickslip.runs.workdir.parts import Failure
 from stickslip.study import Study
+
+_OTHER = parts.SAME_SETTINGS + ", or name another file with {output}"
 
 
 @dataclass(frozen=True)
 class Collected:
-    """What `collect` wrote: how many cells (or lines, ...) it has, and how many of them are "not computed"."""
+    """What `collect` wrote: how many cells (or lines, ...) it has, and how many of them are "not computed".
+
+    where : the store, if it is still there. up_to_date : the result was there and whole, and no store.
+    """
 
     output: Location
     cells: int
     missing: int
     where: str | None
     study: Study
+    up_to_date: bool = False
 
 
 def collect(request: Request) -> Collected:
@@ -38,8 +44,10 @@ def collect(request: Request) -> Collected:
     if request.output is None:
         raise StoreError("collect needs a file to write", hint="name it with {output}")
     folder = request.folder()
+    if not folder.names() and (whole := _whole(request, request.output)):
+        return whole
     store = parts.find(folder)
-    parts.check_same(store, Work(request.config))
+    parts.check_same(store, Work(request.config), no_fresh=True)
     check_writable(request.output)
     if not store.finished():
         raise StoreError(f"{store.where}: no finished blocks there, so there is nothing to collect")
@@ -53,7 +61,7 @@ def collect(request: Request) -> Collected:
                 "hint: collect again if cells are missing"
             )
 
-    with earlier.result(request.output, request.config, request.fresh) as old:
+    with earlier.result(request.output, request.config, request.fresh, _OTHER) as old:
         work = Work(request.config, old.known if old else None, store.blocks)
         gathered = Gathered(store, work, None, request.notice)
         with writing_alone(request.output, request.notice):
@@ -68,6 +76,20 @@ def collect(request: Request) -> Collected:
         return Collected(request.output, store.blocks.size, 0, store.where, work.study)
     folder.vanish()
     return Collected(request.output, store.blocks.size, 0, None, work.study)
+
+
+def _whole(request: Request, output: Location) -> Collected | None:
+    """What is there, if it is the whole result of this configuration; None where there is none.
+
+    Raises StoreError for a part of it, and for something else.
+    """
+    earlier.finish(output, request.notice)
+    with earlier.result(output, request.config, False, _OTHER) as old:
+        if old is None:
+            return None
+        if not old.complete:
+            raise StoreError(f"{output}: is there, but not complete, and has no store", hint="{run} computes the rest")
+        return Collected(output, old.cells, 0, None, study_of(request.config), up_to_date=True)
 
 
 def _seen(output: Location | None) -> tuple[int, ...] | None:
@@ -85,7 +107,8 @@ def _seen(output: Location | None) -> tuple[int, ...] | None:
 class Status:
     """The progress of a run, in cells (or what else is `counted`) and blocks.
 
-    holders : who works on it now; stale locks are not among them. versions : of stickslip that began it. size : bytes.
+    holders : who works on it now; stale locks are not among them. shards : those that work, or died at it.
+    versions : of stickslip that began it. size : bytes.
     """
 
     where: str
@@ -100,13 +123,29 @@ class Status:
     version: str
     size: int
     counted: str
+    shards: tuple[OfShard, ...] = ()
+
+
+@dataclass(frozen=True)
+class OfShard:
+    """How far a shard is whose lock is there: blocks in all, numbers of missing ones; holder : None if it has died."""
+
+    shard: str
+    blocks: int
+    missing: tuple[int, ...]
+    holder: Holder | None
 
 
 def status(request: Request) -> Status:
     """The progress of the run of a store. Raises StoreError where there is none."""
     folder = request.folder()
     store = parts.find(folder)
-    finished = store.finished()
+    finished, locks = store.finished(), holders(folder)
+    shards = [
+        OfShard(str(shard), len(own), tuple(sorted(own - finished)), None if holder.stale else holder)
+        for name, holder in locks.items()
+        if (shard := shard_of(name)) and (own := set(shard.blocks(store.blocks, store.manifest.deal))) is not None
+    ]
     return Status(
         where=store.where,
         title=request.config.title,
@@ -115,9 +154,10 @@ def status(request: Request) -> Status:
         blocks=store.blocks.count,
         blocks_finished=len(finished),
         failures=tuple(store.failure(number) for number in sorted(store.failed() - finished)),
-        holders=tuple(holder for holder in holders(folder).values() if not holder.stale),
+        holders=tuple(holder for holder in locks.values() if not holder.stale),
         begun=store.manifest.created,
         version=store.manifest.stickslip,
         size=folder.size(),
         counted=study_of(request.config).counted,
+        shards=tuple(sorted(shards, key=lambda one: int(one.shard.partition("/")[0]))),
     )

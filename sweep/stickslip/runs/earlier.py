@@ -23,7 +23,7 @@ from stickslip.runs.reuse import KnownCells, points_of, rounded
 from stickslip.runs.settings import differences
 from stickslip.runs.work import study_of
 from stickslip.runs.workdir.lock import Notice, writing_alone
-from stickslip.runs.workdir.parts import refuse, same_major
+from stickslip.runs.workdir.parts import START_OVER, refuse, same_major
 from stickslip.vocabulary.words import listed
 
 _FRESH = "{fresh} computes it anew and replaces it; {output} names another file"
@@ -46,8 +46,8 @@ def finish(output: Location | None, notice: Notice) -> None:
 
 
 @contextmanager
-def result(output: Location | None, config: Config, fresh: bool) -> Iterator[Earlier | None]:
-    """The result at `output`, open; None if there is none or it does not matter.
+def result(output: Location | None, config: Config, fresh: bool, remedy: str = START_OVER) -> Iterator[Earlier | None]:
+    """The result at `output`, open; None if there is none or it does not matter. remedy : as for `refuse`.
 
     Raises StoreError for what this run would destroy: results of another configuration or major version, results whose
     cells are not all part of the new map, and what stickslip has not written.
@@ -60,10 +60,10 @@ def result(output: Location | None, config: Config, fresh: bool) -> Iterator[Ear
     except StoreError as error:
         raise StoreError(str(error), hint=_FRESH) from error
     with dataset:
-        yield _compared(output, dataset, config)
+        yield _compared(output, dataset, config, remedy)
 
 
-def _compared(output: Location, dataset: xr.Dataset, config: Config) -> Earlier:
+def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str) -> Earlier:
     version = str(dataset.attrs["source"]).split()[1].rstrip(",")
     if not same_major(version):
         raise StoreError(f"{output}: made by stickslip {version}, and this is {__version__}", hint=_FRESH)
@@ -74,23 +74,23 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config) -> Earlier:
     differing = differences(there, config)
     if not isinstance(study, MapStudy):
         if differing:
-            refuse(str(output), there, config)
+            refuse(str(output), there, config, remedy)
         whole = there.title == config.title and INCOMPLETE not in dataset.attrs
         return Earlier(prod(study.shape), whole, None)
     if any(not name.startswith("axes.") for name in differing):
-        refuse(str(output), there, config)
+        refuse(str(output), there, config, remedy)
     old, new = build_grid(there), build_grid(config)
     if [(c.name, _number(old.dims, c.dim)) for c in old.coords] != [
         (c.name, _number(new.dims, c.dim)) for c in new.coords
     ]:
-        refuse(str(output), there, config)
+        refuse(str(output), there, config, remedy)
     points = points_of(old, new)
     lost = old.size - int(np.prod([np.unique(place[place >= 0]).size for place in points], dtype=np.int64))
     if lost:
         if apart := rounded(old, new):
             raise _only_rounded(output, apart)
         if lost == old.size:
-            refuse(str(output), there, config)
+            refuse(str(output), there, config, remedy)
         raise StoreError(
             f"{output}: holds {lost:,} cells that are not part of the new map and would be lost", hint=_FRESH
         )

@@ -57,7 +57,8 @@ class Estimate:
 
     def on(self, nodes: int, threads: int) -> Nodes:
         """The same for shards on nodes of so many threads, each thread as fast as one here."""
-        least, most = self.blocks.count // nodes, -(-self.blocks.count // nodes)
+        shards = min(nodes, self.blocks.count)
+        least, most = self.blocks.count // shards, -(-self.blocks.count // shards)
         block = self.cells / self.blocks.count * self._thread_seconds
         return Nodes(nodes, threads, most, least, block, self.blocks.count)
 
@@ -77,6 +78,11 @@ class Nodes:
     least: int
     block_seconds: float
     blocks: int
+
+    @property
+    def shards(self) -> int:
+        """How many shards there are: one a node, unless there are fewer blocks."""
+        return min(self.nodes, self.blocks)
 
     @property
     def seconds(self) -> float:

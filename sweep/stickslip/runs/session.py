@@ -48,6 +48,8 @@ def run(request: Request) -> Outcome:
         if old and old.complete:
             _remove_leftovers(folder, request)
             return Outcome(old.cells, output=request.output, up_to_date=True)
+    if not request.fresh:
+        parts.check_before(folder, Work(request.config), request.shard is not None)
     with _machines(request, folder) as machines:
         return _locked(request, folder, _missing, machines)
 
@@ -131,9 +133,11 @@ def _computed(
     if request.shard is None:
         parts.sweep(store.folder)
     found, wanted, tally = store.cells(store.finished()), choose(store, request), Tally()
-    if wanted and store.finished() & _asked(store, request):
+    if wanted and (own := store.finished() & _asked(store, request)):
+        of = f" of shard {request.shard}" if request.shard else ""
+        whole = store.cells(_asked(store, request))
         (request.news or request.notice)(
-            f"{found:,} of {work.size:,} {work.study.counted} were found finished in {store.where}"
+            f"{store.cells(own):,} of {whole:,} {work.study.counted}{of} were found finished in {store.where}"
         )
     if wanted and machines.name is None:
         for law in work.study.kernels:

@@ -71,7 +71,8 @@ QUIET_STATES = tuple(QUIET_MESSAGES)
 VIBRATING = ("stick_slip", "sustained")  # regimes in which a vibration lasts
 FLAGS: dict[str, dict[str, str]] = {
     "regime": REGIME_MESSAGES, "status": STATUS_MESSAGES, "mode": MODE_MESSAGES, "computed": COMPUTED_MESSAGES,
-    "regime_below": REGIME_MESSAGES, "regime_above": REGIME_MESSAGES, "method": METHOD_MESSAGES,
+    "regime_below": REGIME_MESSAGES, "regime_above": REGIME_MESSAGES,
+    "regime_throughout": REGIME_MESSAGES, "method": METHOD_MESSAGES,
     "regime_from_stick": REGIME_MESSAGES, "regime_from_sliding": REGIME_MESSAGES, "share_method": SHARE_MESSAGES,
     "regime_left": REGIME_MESSAGES, "regime_right": REGIME_MESSAGES, "quiet_state": QUIET_MESSAGES,
 }  # fmt: skip

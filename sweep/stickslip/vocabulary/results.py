@@ -102,6 +102,7 @@ _BORDER_VARIABLES = (
     Variable("regime_above", "1", "regime just above the border"),
     Variable("border_width", "1", "width of the last bracket of the border"),
     Variable("method", "1", "how the border was found"),
+    Variable("regime_throughout", "1", "regime all along a line without borders", comment="as far as the scan sees"),
     Variable("scan_undecided", "1", "cells of the scan that were unresolved or failed"),
 )
 

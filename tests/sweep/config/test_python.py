@@ -228,8 +228,10 @@ def test_files_of_points_lie_where_the_program_runs(tmp_path, monkeypatch):
 
 
 def test_forgotten_units_are_asked_about_in_python_too():
-    with pytest.warns(UnitWarning, match=r"friction\.a4: 100 understood as 100 m/s; did you mean 100 mm/s"):
+    with pytest.warns(UnitWarning, match=r"friction\.a4: 100 understood as 100 m/s; did you mean 100 mm/s") as asked:
         load_config(PAD | {"friction": PAD["friction"] | {"a4": 100}, "axes": {"belt_speed": [0.1, 0.2]}})
+        stickslip.sweep(**PAD | {"friction": PAD["friction"] | {"a4": 100}}, axes={"belt_speed": [0.1, 0.2]})
+    assert {warning.filename for warning in asked} == {__file__}  # the line of the caller, however deep it is found
 
 
 # --- the calls --------------------------------------------------------------------------------------------------------

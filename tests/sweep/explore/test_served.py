@@ -175,6 +175,29 @@ def test_the_page_has_the_map_in_every_variable_and_the_motions_of_a_grid_of_cel
     assert "mu_stop: " in text or "mu_stop none" in text
 
 
+def test_the_page_has_every_point_of_short_axes_and_says_which_are_left_out(tmp_path, monkeypatch):
+    monkeypatch.setattr(static, "CELLS", (2, 2))
+    text = tmp_path / "three.yaml"
+    text.write_text(
+        "title: t\nsystem: {mass: 1, normal_load: 1}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
+        "axes:\n  damping: {start: 0, stop: 0.4, num: 9}\n  mu_stop: [none, 0.7]\n"
+        "  stiffness: {start: 0.01, stop: 10, num: 5, spacing: log}\n  belt_speed: {start: 0.05, stop: 1, num: 6}\n"
+    )
+    ds = stickslip.run(text, tmp_path / "map.nc")
+    subject = open_subject(tmp_path / "map.nc")
+    document = json.loads(
+        re.search(r'<script type="application/json"[^>]*>(.*?)</script>', html := page_html(subject), re.DOTALL)[1]
+    )
+    assert '[["0","none"],["1","0.7"]]' in json.dumps(document, separators=(",", ":"))
+    (note,) = static.left_out(subject)
+    assert note.startswith("damping is held at 0.2") and "8 points are not" in note and note in html
+    title, points = static._points(subject)
+    assert title == "mu stop" or title == "mu_stop"
+    for i, (_, view) in enumerate(points):
+        sheet = static._sheet(subject, "", view, len(points))
+        assert (sheet.first.by_name["regime"].values == ds["regime"].values[4, i]).all()
+
+
 @pytest.mark.slow
 def test_the_command_writes_the_page_where_it_is_told(tmp_path):
     config = write_config(tmp_path, num=6)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import getpass
 import json
 import os
+import re
 import threading
 import time
 import uuid
@@ -57,6 +58,12 @@ class Holder:
 def lock_name(shard: Shard | None) -> str:
     """Name of the lock of a whole run, or of a shard."""
     return WHOLE if shard is None else f"{PREFIX}-{shard.number}-of-{shard.count}.json"
+
+
+def shard_of(name: str) -> Shard | None:
+    """The shard whose lock has this name; None for a whole run."""
+    found = re.fullmatch(rf"{PREFIX}-(\d+)-of-(\d+)\.json", name)
+    return Shard(int(found[1]), int(found[2])) if found else None
 
 
 def holders(folder: Folder) -> dict[str, Holder]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import traceback
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -28,6 +29,8 @@ from stickslip.runs.workdir.lock import PREFIX, Notice
 from stickslip.runs.workdir.manifest import Manifest
 
 SUFFIX = ".parts"
+START_OVER = "{fresh} starts over and replaces it; {output} names another file"
+SAME_SETTINGS = "give the same settings (--set) as the run that began it: {keys}"
 _BLOCK, _FAILED = re.compile(r"block-(\d{8,})"), re.compile(r"failed-(\d{8,})\.json")
 _LOOKED_AT = 4  # blocks asked whose they are when the manifest cannot say
 
@@ -269,11 +272,29 @@ def _gone_on_with(parts: Parts, work: Work, notice: Notice) -> Parts:
     return Parts(parts.folder, manifest)
 
 
-def check_same(parts: Parts, work: Work) -> None:
-    """Raise StoreError unless a store holds blocks of this work."""
+def check_same(parts: Parts, work: Work, no_fresh: bool = False) -> None:
+    """Raise StoreError unless a store holds blocks of this work.
+
+    no_fresh : for who shares or only reads it, and cannot begin it again.
+    """
     there = parts.manifest
     if there.fingerprint != fingerprint(work.config) or there.size != work.size:
-        refuse(parts.where, config_of(parts), work.config)
+        place = shlex.quote(parts.where).replace("{", "{{").replace("}", "}}")  # the hint is a template
+        remedy = f"{SAME_SETTINGS}, or name the store: stickslip collect {place}"
+        refuse(parts.where, config_of(parts), work.config, remedy if no_fresh else START_OVER)
+
+
+def check_before(folder: Folder, work: Work, shard: bool) -> None:
+    """Raise StoreError for the store of another configuration, before anybody's lock is touched.
+
+    shard : whether a shard is to be computed. A store that cannot be read is left to `prepare`.
+    """
+    try:
+        manifest = manifests.decode(folder.read(manifests.NAME))
+    except (FileNotFoundError, DamagedManifestError):
+        return
+    _check_version(folder, manifest)
+    check_same(Parts(folder, manifest), work, shard)
 
 
 def config_of(parts: Parts) -> Config:
@@ -284,13 +305,12 @@ def config_of(parts: Parts) -> Config:
         raise StoreError(f"{parts.where}: made from a configuration that this version does not read\n{error}") from None
 
 
-def refuse(where: str, there: Config, here: Config) -> None:
-    """Raise StoreError: `where` was made from another configuration."""
-    keys = told(differences(there, here)) or "  the number of its cells"
-    raise StoreError(
-        f"{where}: made from another configuration, which differs in\n{keys}",
-        hint="{fresh} starts over and replaces it; {output} names another file",
-    )
+def refuse(where: str, there: Config, here: Config, remedy: str = START_OVER) -> None:
+    """Raise StoreError: `where` was made from another configuration. remedy : with {keys} for those that differ."""
+    differing = differences(there, here)
+    keys = told(differing) or "  the number of its cells"
+    hint = remedy.replace("{keys}", ", ".join(differing))
+    raise StoreError(f"{where}: made from another configuration, which differs in\n{keys}", hint=hint)
 
 
 def _check_version(folder: Folder, manifest: Manifest) -> None:
