@@ -22,6 +22,7 @@ from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.settings import SOLVER
 from stickslip.vocabulary.synonyms import meant
+from stickslip.vocabulary.units import spelled
 from stickslip.vocabulary.words import listed
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
@@ -154,9 +155,12 @@ def point_text(axis: Axis, i: int) -> str:
 
 
 def value_text(name: str, value: float) -> str:
-    """A quantity as a setting: its shortest exact spelling, or the word for its absence."""
-    written = QUANTITIES[name].written(value)
-    return written if isinstance(written, str) else repr(written)
+    """A quantity as a setting: its shortest exact spelling in SI with its unit, or the word for its absence."""
+    quantity = QUANTITIES[name]
+    written = quantity.written(value)
+    if isinstance(written, str):
+        return written
+    return repr(written) if quantity.units == "1" else f"{written!r} {spelled(quantity.units)}"
 
 
 def _split(setting: str, option: str) -> tuple[str, str]:

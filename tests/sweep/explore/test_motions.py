@@ -203,7 +203,7 @@ def quickstart():
 def test_the_command_simulates_the_cell_that_is_seen(quickstart, tmp_path, monkeypatch):
     subject, view, _, at, motions = quickstart
     words = shlex.split(simulate_command(subject, view, at, motions))
-    assert words[:3] == ["stickslip", "simulate", "configs/quickstart.yaml"] and "mass=0.2" in words
+    assert words[:3] == ["stickslip", "simulate", "configs/quickstart.yaml"] and "mass=0.2 kg" in words
     words[words.index("cell.png")] = str(tmp_path / "cell.png")
     trace = tmp_path / "trace.nc"
     done = CliRunner().invoke(main, [*words[1:], "-o", str(trace)])
