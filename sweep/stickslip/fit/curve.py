@@ -59,6 +59,11 @@ class CurveFit:
         """Friction coefficient at break-away, a1 + a3."""
         return self.a1 + self.a3
 
+    @property
+    def determined(self) -> bool:
+        """Whether the points tell where vibration ends; a material whose points do not is not ranked."""
+        return self.freedom > 0
+
     def coefficients(self) -> dict[str, float]:
         """a1 to a4 by name, as `evaluate` and `simulate` take them."""
         return {name: float(getattr(self, name)) for name in COEFFICIENTS}
