@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import stats  # type: ignore[import-untyped]
-from scipy.optimize import brentq, minimize_scalar  # type: ignore[import-untyped]
 
-from stickslip.fit.uncertainty import CONFIDENCE, Floats, Interval, covariance, points_of, r_squared, rms, student
+from stickslip.fit.profile import Model, Region, bottom
+from stickslip.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms, student
 from stickslip.theory import static_friction
 
 _FEWEST = 3  # distinct waiting times; with two, nothing is left to judge the line by
 _BEYOND = 1e6  # how far outside the waiting times t0 is looked for
-_TRIED = 121
+_FACES = [(np.eye(2), 0)]  # mu0 and beta may have either sign
+_UNLIKELY = 0.5  # confidence at which that is left out
 _ASSUMED = 0.1  # of the shortest waiting time: the t0 taken where all are long against it
 
 
@@ -44,26 +45,60 @@ class AgeingFit:
     t0_assumed: bool
     good: bool
     quality: str
+    region: Region | None = field(repr=False, compare=False)
 
     def predict(self, time: ArrayLike) -> Floats:
         """Static friction coefficient after waiting times (s)."""
         return static_friction(time, self.mu0, self.beta, self.t0)
 
-    def level_error(self, at: float) -> float:
-        """Standard error of `predict` at one waiting time (s), for the t0 of the fit."""
-        direction = np.array([1.0, math.log1p(at / self.t0) / math.log(10.0)])
-        return float(np.sqrt(max(direction @ self.covariance @ direction, 0.0)))
+    def level(self, at: float) -> Interval:
+        """The 95 % interval of `predict` at one waiting time (s), over every t0 that the points allow."""
+        return self.within(1.0, at)
+
+    def within(self, level: float, at: float | None) -> Interval:
+        """The 95 % interval of level mu0 + beta log10(1 + at/t0); at None: of beta alone. An end may be infinite."""
+
+        def direction(t0: Floats) -> Floats:
+            growth = np.ones_like(t0) if at is None else np.log1p(at / t0) / math.log(10.0)
+            return np.stack([np.full_like(t0, level), growth], axis=1)[:, None, :]
+
+        row = direction(np.array([self.t0]))[0, 0]
+        middle = float(row @ [self.mu0, self.beta])
+        if self.region is None:
+            reach = student(self.freedom) * float(np.sqrt(max(row @ self.covariance @ row, 0.0)))
+            return middle - reach, middle + reach
+        low, high = (
+            (float(end[0]) for end in self.region.extent(direction)) if self.freedom > 0 else (-math.inf, math.inf)
+        )
+        slow, fast = self.region.scale
+        if slow == 0 and at is not None and at < self.t0:
+            low = -math.inf  # mu0 falls without end where t0 does
+        if math.isinf(fast) and at is None:
+            high = math.inf
+        return min(low, middle), max(high, middle)
 
 
 def fit_ageing(time: ArrayLike, mu: ArrayLike, t0: float | None = None) -> AgeingFit:
     """Growth of static friction with the logarithm of waiting time, by least squares.
 
-    time : s, >= 0. mu : static friction coefficients measured after these times; repetitions count.
-    t0 : s, where it is known; None looks for it. Usually all waiting times are long against t0, and then the points
-        cannot tell it: a smaller t0 with a smaller mu0 fits as well. It is then taken as a tenth of the shortest
-        waiting time (`t0_assumed`), which `quality` says; what the fit says between the points measured hardly changes.
+    Parameters
+    ----------
+    time : (n,) s, >= 0.
+    mu : (n,) static friction coefficients measured after these times; repetitions count.
+    t0 : s, where it is known; None looks for it.
 
-    Raises ValueError for impossible points or fewer than 3 distinct waiting times.
+    Returns
+    -------
+    AgeingFit
+        Its intervals are those of the profile likelihood: of mu0 and beta over every t0 that the points allow. Where
+        all waiting times are long against t0, these tell no lower limit of it: a smaller t0 with a smaller mu0 fits as
+        well. Then a tenth of the shortest waiting time is taken, unless the likeliest t0 is clearly another
+        (`t0_assumed`).
+
+    Raises
+    ------
+    ValueError
+        For impossible points or fewer than 3 distinct waiting times.
     """
     t = points_of("time", time)
     y = points_of("mu", mu, t.size)
@@ -76,53 +111,68 @@ def fit_ageing(time: ArrayLike, mu: ArrayLike, t0: float | None = None) -> Agein
             "fewer do not allow the growth to be assessed"
         )
     if t0 is not None:
-        return _fit_at(t, y, float(t0), (float(t0), float(t0)))
-    best, (low, high) = _search(t, y)
-    if low > 0 and math.isfinite(high):
-        return _fit_at(t, y, best, (low, high), free=True)
-    taken = low if low > 0 else min(_ASSUMED * float(t[t > 0].min()), high)
-    return _fit_at(t, y, taken, (low, high), assumed=True)
+        return _fit_at(t, y, float(t0), None)
+    model = _model(t, y)
+    region = Region(model, _FACES, float(t.size - 3), None)
+    low, high = region.scale
+    left = partial(_left, model)
+    likeliest = bottom(left, model.grid)
+    if low > 0:
+        return _fit_at(t, y, low if math.isinf(high) else likeliest, region)
+    usual = min(_ASSUMED * float(t[t > 0].min()), high)
+    least, there = (float(left(np.array([one]))[0]) for one in (likeliest, usual))
+    unlikely = t.size > 3 and there > least * (1.0 + student(t.size - 3, _UNLIKELY) ** 2 / (t.size - 3))
+    return _fit_at(t, y, likeliest if unlikely and likeliest > usual else usual, region)
 
 
-def _fit_at(t: Floats, y: Floats, t0: float, limits: Interval, free: bool = False, assumed: bool = False) -> AgeingFit:
-    """The straight line over log10(1 + t/t0) and its quality.
+def _left(model: Model, t0: Floats) -> Floats:
+    return model.bounded(t0, _FACES).left
 
-    limits : confidence interval of t0. free : t0 was fitted too, so its uncertainty is in that of the others.
-    """
-    line, residuals = _line(t, y, t0)
-    mu0, beta = map(float, line)
-    freedom = t.size - (3 if free else 2)
-    jacobian = _design(t, t0)
-    if free:
-        jacobian = np.column_stack([jacobian, -beta * t / (t0 + t) / math.log(10.0)])  # by ln t0
-    matrix = covariance(jacobian) * float(residuals @ residuals) / freedom
+
+def _model(t: Floats, y: Floats) -> Model:
+    """Linear in mu0 and beta for a given t0."""
+    ends = float(t[t > 0].min()) / _BEYOND, float(t.max()) * _BEYOND
+    ones = np.ones((t.size, 1))
+    return Model(y, np.ones_like(y), ones, lambda t0: np.log1p(t / t0[:, None]) / math.log(10.0), ends)
+
+
+def _fit_at(t: Floats, y: Floats, t0: float, region: Region | None) -> AgeingFit:
+    """The straight line over log10(1 + t/t0) and its quality. region : what the points allow, None for a given t0."""
+    mu0, beta = map(float, _model(t, y).solve(np.array([t0]), np.eye(2)).values[0])
+    residuals = y - static_friction(t, mu0, beta, t0)
+    limits = (t0, t0) if region is None else region.scale
+    is_free = region is not None and limits[0] > 0 and math.isfinite(limits[1])
+    assumed = region is not None and not is_free
+    freedom = t.size - (2 if region is None else 3)
+    growth = np.log1p(t / t0) / math.log(10.0)
+    columns = [np.ones_like(t), growth, *([-beta * t / (t0 + t) / math.log(10.0)] if is_free else [])]  # by ln t0
+    variance = float(residuals @ residuals) / freedom if freedom > 0 else math.inf
+    matrix = covariance(np.column_stack(columns)) * variance
     errors = [float(error) for error in np.sqrt(np.diag(matrix))]
-    reach = [student(freedom) * error for error in errors]
-    intervals = {"mu0": _around(mu0, reach[0]), "beta": _around(beta, reach[1]), "t0": limits}
-    error_of_t0 = t0 * errors[2] if free else math.nan if assumed else 0.0
     explained = r_squared(y, residuals, np.ones_like(y))
-    against = [*_against(intervals["beta"], explained), *(_straight(limits) if assumed else ())]
-    remarks = [_about_t0(t, t0, limits)] if assumed else []
-    praise = f"Static friction grows by {beta:.3g} per decade of waiting time; residual rms {rms(residuals):.2g}."
-    return AgeingFit(
+    fit = AgeingFit(
         mu0=mu0,
         beta=beta,
         t0=t0,
-        standard_error={"mu0": errors[0], "beta": errors[1], "t0": error_of_t0},
-        interval=intervals,
+        standard_error={"mu0": errors[0], "beta": errors[1],
+                        "t0": t0 * errors[2] if is_free else math.nan if assumed else 0.0},
+        interval={},
         covariance=matrix[:2, :2],
         freedom=freedom,
         residual_rms=rms(residuals),
         r_squared=explained,
         points=int(t.size),
         t0_assumed=assumed,
-        good=not against,
-        quality=" ".join([*(against or (praise,)), *remarks]),
-    )
-
-
-def _around(value: float, reach: float) -> Interval:
-    return value - reach, value + reach
+        good=False,
+        quality="",
+        region=region,
+    )  # fmt: skip
+    intervals = {"mu0": fit.within(1.0, 0.0), "beta": fit.within(0.0, None), "t0": limits}
+    against = [*_against(intervals["beta"], explained), *(_straight(limits) if assumed else ())]
+    remarks = [_about_t0(t, t0, limits)] if assumed else []
+    praise = f"Static friction grows by {beta:.3g} per decade of waiting time; residual rms {rms(residuals):.2g}."
+    quality = " ".join([*(against or (praise,)), *remarks])
+    return replace(fit, interval=intervals, good=not against, quality=quality)
 
 
 def _against(beta: Interval, explained: float) -> Iterator[str]:
@@ -153,56 +203,6 @@ def _about_t0(t: Floats, t0: float, limits: Interval) -> str:
     upper = "any" if math.isinf(high) else f"any below {high:.2g} s"
     said = f"The waiting times, of {shortest:.3g} s and more, do not determine t0"
     return f"{said} ({upper} fits as well): taken as {t0:.3g} s."
-
-
-# --- the search for t0 ------------------------------------------------------------------------------------------------
-
-
-def _design(t: Floats, t0: float) -> Floats:
-    return np.column_stack([np.ones_like(t), np.log1p(t / t0) / math.log(10.0)])
-
-
-def _line(t: Floats, y: Floats, t0: float) -> tuple[Floats, Floats]:
-    """mu0 and beta for a given t0, and the residuals."""
-    design = _design(t, t0)
-    scale = np.array([1.0, np.abs(design[:, 1]).max()])
-    found = np.linalg.lstsq(design / scale, y, rcond=None)[0] / scale
-    return np.asarray(found), np.asarray(y - design @ found)
-
-
-def _search(t: Floats, y: Floats) -> tuple[float, Interval]:
-    """The best t0 and its 95 % confidence interval: where the sum of squares is not significantly above its smallest.
-
-    The ends are 0 and inf where it never is.
-    """
-
-    def left(log_t0: float) -> float:
-        residuals = _line(t, y, math.exp(log_t0))[1]
-        return float(residuals @ residuals)
-
-    tried = np.linspace(math.log(t[t > 0].min() / _BEYOND), math.log(t.max() * _BEYOND), _TRIED)
-    sums = np.array([left(x) for x in tried])
-    i = int(np.argmin(sums))
-    around = (tried[max(i - 1, 0)], tried[min(i + 1, _TRIED - 1)])
-    best = float(minimize_scalar(left, bounds=around, method="bounded", options={"xatol": 1e-10}).x)
-    freedom = t.size - 3
-    if freedom <= 0:
-        return math.exp(best), (0.0, math.inf)
-    rounding = 1e-26 * float(y @ y)
-    allowed = left(best) * (1.0 + float(stats.f(1, freedom).ppf(CONFIDENCE)) / freedom) + rounding
-    low = _border(left, allowed, best, tried[: i + 1][::-1])
-    high = _border(left, allowed, best, tried[i:])
-    return math.exp(best), (0.0 if low is None else math.exp(low), math.inf if high is None else math.exp(high))
-
-
-def _border(left: Callable[[float], float], allowed: float, best: float, outward: Floats) -> float | None:
-    """Where the sum of squares first exceeds what is allowed, going outward; None if it never does."""
-    inside = best
-    for x in outward[1:]:
-        if left(x) > allowed:
-            return float(brentq(lambda at: left(at) - allowed, inside, x)) if left(inside) < allowed else inside
-        inside = float(x)
-    return None
 
 
 # --- lubricants in order ----------------------------------------------------------------------------------------------
@@ -239,30 +239,29 @@ def rank(fits: Mapping[str, AgeingFit], at: float) -> Ranking:
         raise ValueError("fits: got none, expected at least one")
     if not (math.isfinite(at) and at >= 0):
         raise ValueError(f"at: got {at!r}, expected a waiting time >= 0 (s)")
-    levels = {name: (float(fit.predict(at)), fit.level_error(at), fit.freedom) for name, fit in fits.items()}
-    slopes = {name: (fit.beta, fit.standard_error["beta"], fit.freedom) for name, fit in fits.items()}
+    levels = {name: (float(fit.predict(at)), fit.level(at), fit.freedom) for name, fit in fits.items()}
+    slopes = {name: (fit.beta, fit.interval["beta"], fit.freedom) for name, fit in fits.items()}
     return Ranking(float(at), _ordered(levels), _ordered(slopes))
 
 
-def _ordered(measured: Mapping[str, tuple[float, float, int]]) -> tuple[Rank, ...]:
-    """Names by value; each as value, standard error and degrees of freedom."""
+def _ordered(measured: Mapping[str, tuple[float, Interval, int]]) -> tuple[Rank, ...]:
+    """Names by value; each as value, interval and degrees of freedom."""
     ranks: list[Rank] = []
-    before: tuple[float, float, int] | None = None
+    before: tuple[float, Interval, int] | None = None
     for name, this in sorted(measured.items(), key=lambda item: item[1][0]):
-        value, error, freedom = this
-        apart = before is None or _differ(before, this)
-        ranks.append(Rank(name, value, _around(value, student(freedom) * error), apart))
+        ranks.append(Rank(name, this[0], this[1], before is None or _differ(before, this)))
         before = this
     return tuple(ranks)
 
 
-def _differ(one: tuple[float, float, int], other: tuple[float, float, int]) -> bool:
-    """Welch's test of two values with standard errors, at 95 % confidence."""
-    (x, ex, nx), (y, ey, ny) = one, other
-    variance = ex**2 + ey**2
-    if not math.isfinite(variance):
+def _differ(one: tuple[float, Interval, int], other: tuple[float, Interval, int]) -> bool:
+    """Welch's test of two values at 95 % confidence, the error of each being that of the end towards the other."""
+    (x, (_, high), nx), (y, (low, _), ny) = one, other
+    if not (math.isfinite(high) and math.isfinite(low)) or min(nx, ny) <= 0:
         return False
+    ex, ey = (high - x) / student(nx), (y - low) / student(ny)
+    variance = ex**2 + ey**2
     if variance == 0:
         return x != y
     freedom = variance**2 / (ex**4 / nx + ey**4 / ny)
-    return abs(x - y) > student(freedom) * math.sqrt(variance)
+    return y - x > student(freedom) * math.sqrt(variance)

@@ -1,37 +1,45 @@
-"""Measured friction over slip speed, fitted by the Stribeck curve S(w) = a1 + a2 w + a3 exp(-w/a4), Eq. (2)."""
+"""Measured friction over slip speed, fitted by a1 + a2 w + a3 shape(w/a4): the Stribeck curve or another law."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.fit.forms import COEFFICIENTS, FALLING, STRENGTHENING, WEAKENING, Form, ScaledPoints
-from stickslip.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms, student
-from stickslip.fit.verdict import Verdict, excess, falls, is_seen
-from stickslip.theory import stribeck, stribeck_slope
+from stickslip.fit.allowed import Allowed, Chosen, MeasuredPoints, chosen_form
+from stickslip.fit.forms import COEFFICIENTS, STRAIGHT
+from stickslip.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms
+from stickslip.fit.verdict import Verdict, excess
+from stickslip.theory.shapes import SHAPES
+from stickslip.vocabulary.laws import LAWS
 
+BEST = "best"  # of all laws
 _FEWEST = 4  # distinct speeds; as many as coefficients
 _AT_END = 0.01  # share of a4 within which it is at the end of the range that was searched
+_CHANCE = 0.003  # of an outlier among points that have none
+_MOST_OUTLIERS = 10  # one point in so many, and one at least, may be left out
 
 
 @dataclass(frozen=True)
 class CurveFit:
-    """A Stribeck curve through measured points, in SI.
+    """A friction curve through measured points, in SI.
 
     a1, a3 pure numbers, a2 s/m, a4 m/s; all >= 0, except where friction rises from zero speed: there a3 < 0, and a2 may
-    be.
-    standard_error, interval : by name, of a1 to a4 and of mu_start = a1 + a3; the intervals are those of 95 %
-        confidence, without the part below a bound at 0. inf where the points determine nothing.
-    covariance : (4, 4), in the order a1 to a4. freedom : of their t distribution, inf where sigma was given.
+    be. Points without a branch have a3 = 0, and then a4 means nothing.
+    standard_error : by name, of a1 to a4 and of mu_start = a1 + a3, to first order.
+    interval : by name, 95 % by profile likelihood, without the part below a bound at 0; an end that the points
+        leave open is inf, or 0.
+    covariance : (4, 4), in the order a1 to a4, to first order. freedom : points to spare, inf where sigma was given.
     speeds : the slowest and the fastest point, m/s. searched : between which a4 was looked for, m/s.
     residual_rms : of mu. r_squared : explained share of the variance of mu, NaN if mu does not vary.
-    unidentified : coefficients that the points do not determine. assumed : those of them that were taken as 0.
+    unidentified : coefficients that the points do not determine. assumed : those of them that were fixed.
     at_bound : those (and mu_start) that the points would have beyond their bound.
+    outliers : positions of points that were left out. scatter : standard deviation at the fastest point over that at
+        the slowest, by which points were weighted; 1 unless they show that it differs, or sigma was given.
+    determined : whether the points tell where vibration ends; a material whose points do not is not ranked.
     good : whether the curve may be used without reservation. quality : why, or why not, in plain words.
     """
 
@@ -51,18 +59,18 @@ class CurveFit:
     unidentified: tuple[str, ...]
     assumed: tuple[str, ...]
     at_bound: tuple[str, ...]
+    outliers: tuple[int, ...]
+    scatter: float
+    determined: bool
     good: bool
     quality: str
+    law: str
+    allowed: Allowed = field(repr=False, compare=False)
 
     @property
     def mu_start(self) -> float:
         """Friction coefficient at break-away, a1 + a3."""
         return self.a1 + self.a3
-
-    @property
-    def determined(self) -> bool:
-        """Whether the points tell where vibration ends; a material whose points do not is not ranked."""
-        return self.freedom > 0
 
     def coefficients(self) -> dict[str, float]:
         """a1 to a4 by name, as `evaluate` and `simulate` take them."""
@@ -70,7 +78,8 @@ class CurveFit:
 
     def predict(self, speed: ArrayLike) -> Floats:
         """Friction coefficient at slip speeds (m/s)."""
-        return stribeck(speed, **self.coefficients())
+        w = np.asarray(speed, np.float64)
+        return np.asarray(self.a1 + self.a2 * w + self.a3 * SHAPES[self.law](w / self.a4))
 
     def free_covariance(self) -> Floats:
         """`covariance` with those coefficients fixed that were assumed."""
@@ -78,38 +87,50 @@ class CurveFit:
         return np.where(fixed[:, None] | fixed, 0.0, self.covariance)
 
     def band(self, speed: ArrayLike) -> tuple[Floats, Floats]:
-        """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s); infinite where the points
-        determine nothing. To first order in the coefficients, not below 0, and for those that were assumed as they are.
+        """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s), by profile likelihood; not
+        below 0, and infinite where the points determine nothing. What was assumed is taken as it is.
         """
         w = np.asarray(speed, np.float64)
-        decay = np.exp(-w / self.a4)
-        slopes = np.stack([np.ones_like(w), w, decay, self.a3 * w / self.a4**2 * decay], axis=-1)
-        covariance = self.free_covariance()
-        known = np.isfinite(np.diag(covariance))
-        matrix = np.where(np.outer(known, known), covariance, 0.0)
-        error = np.sqrt(np.maximum(np.einsum("...i,ij,...j->...", slopes, matrix, slopes), 0.0))
-        reach = np.where((slopes[..., ~known] != 0).any(axis=-1), np.inf, 0.0)
-        reach = reach + (student(self.freedom) * error if error.any() else error)
+        low, high = self.allowed.friction(w.ravel())
         middle = self.predict(w)
-        return np.maximum(middle - reach, 0.0), middle + reach
+        return (
+            np.minimum(np.maximum(low.reshape(w.shape), 0.0), middle), np.maximum(high.reshape(w.shape), middle)
+        )  # fmt: skip
 
 
-def fit_curve(speed: ArrayLike, mu: ArrayLike, sigma: ArrayLike | None = None, *, unit: str = "m/s") -> CurveFit:
-    """The Stribeck curve nearest to measured points, by least squares.
+def fit_curve(
+    speed: ArrayLike, mu: ArrayLike, sigma: ArrayLike | None = None, *, unit: str = "m/s", law: str = "stribeck"
+) -> CurveFit:
+    """The friction curve nearest to measured points, by least squares.
 
-    speed : slip speeds, m/s, >= 0. mu : friction coefficients there.
-    sigma : standard deviation of each mu, or one for all; None: equal, and taken from the residuals.
-    unit : in which `quality` tells speeds.
+    Parameters
+    ----------
+    speed : (n,) slip speeds, m/s, >= 0.
+    mu : (n,) friction coefficients there.
+    sigma : standard deviation of each mu, or one for all; None: taken from the residuals, with weights where these show
+        that the scatter differs along the speed.
+    unit : in which `quality` gives speeds.
+    law : one of `vocabulary.laws.LAWS` (stribeck_delta with delta = 2, Gaussian), or "best": that of the lowest AICc.
 
-    All coefficients are >= 0 where the points show a declining branch. Where they fall all the way but do not determine
-    four coefficients, a2 is taken as 0; where they show a rise from zero speed instead, a3 < 0. Raises ValueError for
-    impossible points or fewer than 4 distinct speeds.
+    Returns
+    -------
+    CurveFit
+        All coefficients are >= 0 where the points show a declining branch. Where they fall all the way but do not
+        determine four coefficients, a2 is taken as 0; where they show a rise from zero speed instead, a3 < 0; where
+        they show neither, a3 = 0. A point that is no scatter of the others' (1 %, Monte Carlo) is left out.
+
+    Raises
+    ------
+    ValueError
+        For impossible points or fewer than 4 distinct speeds.
     """
     w = points_of("speed", speed)
     y = points_of("mu", mu, w.size)
-    deviation = points_of("sigma", np.broadcast_to(np.asarray(1.0 if sigma is None else sigma), w.shape), w.size)
-    if not deviation.all():
+    deviation = None if sigma is None else points_of("sigma", np.broadcast_to(np.asarray(sigma), w.shape), w.size)
+    if deviation is not None and not deviation.all():
         raise ValueError(f"sigma[{int(np.argmin(deviation))}]: got 0, expected a standard deviation > 0")
+    if law not in (*LAWS, BEST):
+        raise ValueError(f"law: got {law!r}, expected {', '.join(LAWS)} or {BEST}")
     distinct = np.unique(w)
     if distinct.size < _FEWEST:
         raise ValueError(
@@ -118,94 +139,116 @@ def fit_curve(speed: ArrayLike, mu: ArrayLike, sigma: ArrayLike | None = None, *
         )
     if not y.any():
         raise ValueError("mu: got nothing but 0, expected friction coefficients")
-    known = sigma is not None
-    chosen = _choose(w, y, deviation, known)
-    form, values = chosen.form, chosen.values
-    spare = w.size - 4 + len(form.assumed)
+    measured = MeasuredPoints(w, y, deviation, law)
+    criteria = {name: _criterion(replace(measured, law=name)) for name in LAWS}
+    taken = min(LAWS, key=lambda name: criteria[name]) if law == BEST else law
+    return _fitted(replace(measured, law=taken), criteria, unit)
+
+
+def _criterion(points: MeasuredPoints) -> float:
+    """AICc of the best curve (Hurvich and Tsai 1989); inf where there are too few points."""
+    chosen = chosen_form(points)
+    n, free = points.speed.size, int(np.count_nonzero(chosen.best[:3])) + (chosen.form is not STRAIGHT)
+    free += points.deviation is None
+    if n - free - 1 <= 0:
+        return math.inf
+    left = points.scaled.left(chosen.best)
+    rounding = 1e-26 * float(np.sum((points.mu / points.mu.max()) ** 2))
+    likelihood = left if points.deviation is not None else n * math.log(max(left, rounding) / n)
+    return likelihood + 2.0 * free * n / (n - free - 1.0)
+
+
+def _fitted(points: MeasuredPoints, criteria: Mapping[str, float], unit: str) -> CurveFit:
+    """The curve through the points but outliers, weighted as their scatter asks for."""
+    given, left_out = points, outliers(points)
+    points = points.without(left_out)
+    chosen = chosen_form(points)
+    allowed = Allowed(points, chosen)
+    if points.deviation is None and (slope := allowed.uneven) is not None:
+        points = replace(points, slope=slope)
+        chosen = chosen_form(points)
+        allowed = Allowed(points, chosen)
+    form, known = chosen.form, points.deviation is not None
+    spare = points.freedom(form)
     freedom = math.inf if known else float(spare)
-    residuals = y - stribeck(w, *values)
-    chi_squared = float(np.sum((residuals / deviation) ** 2))
+    values = chosen.best * points.units
+    residuals = points.mu - points.scaled.curve(chosen.best) * points.units[0]
+    chi_squared = points.scaled.left(chosen.best)
     variance = 1.0 if known else chi_squared / freedom if freedom > 0 else math.inf
-    matrix = _covariance(chosen, variance)
-    errors = _errors(matrix)
+    matrix = _covariance(points, chosen, variance)
     estimates = dict(zip(COEFFICIENTS, map(float, values), strict=True))
     estimates["mu_start"] = estimates["a1"] + estimates["a3"]
-    reach = {name: student(freedom) * error if error > 0 else 0.0 for name, error in errors.items()}
-    share = r_squared(y, residuals, deviation**-2.0)
-    at_bound = _at_bound(estimates, chosen)
-    verdict = Verdict(form, chosen.seen, estimates, reach, at_bound, w, y, residuals, share, spare, unit)
+    interval = allowed.intervals() if spare > 0 else dict.fromkeys(estimates, (0.0, math.inf))
+    at_bound = _at_bound(estimates, chosen, points)
+    share = r_squared(points.mu, residuals, (points.scaled.weight / points.scaled.weight.max()) ** 2)
+    verdict = Verdict(
+        chosen, estimates, interval, at_bound, points, residuals, share, spare, unit, criteria,
+        given, left_out,
+    )  # fmt: skip
     findings = [*verdict.findings(), *(excess(chi_squared, spare) if known else ())]
     return CurveFit(
         **{name: estimates[name] for name in COEFFICIENTS},
-        standard_error=errors,
-        interval={
-            name: _interval(estimates[name], r, name in (*form.nonnegative, "mu_start")) for name, r in reach.items()
-        },
+        standard_error=_errors(matrix),
+        interval=interval,
         covariance=matrix,
         freedom=freedom,
-        speeds=(float(w.min()), float(w.max())),
-        searched=chosen.ends,
+        speeds=(float(points.speed.min()), float(points.speed.max())),
+        searched=(float(points.scaled.limits[0] * points.units[3]), float(points.scaled.limits[1] * points.units[3])),
         residual_rms=rms(residuals),
         r_squared=share,
-        points=int(w.size),
+        points=int(points.speed.size),
         unidentified=verdict.unidentified(),
         assumed=form.assumed,
         at_bound=at_bound,
+        outliers=left_out,
+        scatter=math.exp(points.slope),
+        determined=verdict.determined(),
         good=not findings,
         quality=" ".join(findings) or verdict.praise(),
+        law=points.law,
+        allowed=allowed,
     )
 
 
-# --- which form -------------------------------------------------------------------------------------------------------
+# --- points apart -----------------------------------------------------------------------------------------------------
 
 
-class _Chosen(NamedTuple):
-    """A form and its best curve, in SI.
-
-    seen : whether the points show its branch. jacobian : of the residuals over sigma by a1 to a4, 0 where one is not
-    free. ends : between which a4 was searched, m/s.
-    """
-
-    form: Form
-    seen: bool
-    values: Floats
-    jacobian: Floats
-    ends: tuple[float, float]
-
-
-def _choose(w: Floats, y: Floats, deviation: Floats, known: bool) -> _Chosen:
-    """The form that the points ask for: weakening, unless they show none; then strengthening, falling, or no branch."""
-    points = ScaledPoints(w / w.max(), y / y.max(), deviation / deviation.max())
-    in_sigma = y.max() / deviation.max()
-
-    def seen(best: Floats, falling: bool = False) -> bool:
-        chi_squared = points.left(best) * in_sigma**2 if known else None
-        return is_seen(points.gain(best, falling), chi_squared, w.size - 4)
-
-    def chosen(form: Form, best: Floats, seen: bool) -> _Chosen:
-        units = np.array([y.max(), y.max() / w.max(), y.max(), w.max()])
-        jacobian = points.jacobian(best) * in_sigma / units
-        fixed = [name in form.assumed or (name == "a4" and best[2] == 0) for name in COEFFICIENTS]
-        low, high = (end * float(w.max()) for end in points.limits)
-        return _Chosen(form, seen, best * units, np.where(fixed, 0.0, jacobian), (low, high))
-
-    weak = points.fit(WEAKENING)
-    if seen(weak):
-        return chosen(WEAKENING, weak, True)
-    rise = points.fit(STRENGTHENING)
-    if rise[2] < 0 < stribeck_slope(w.min() / w.max(), *rise[1:]) and seen(rise, falling=True):
-        return chosen(STRENGTHENING, rise, True)
-    if falls(w, y) and (fall := points.fit(FALLING))[2] > 0:
-        return chosen(FALLING, fall, True)
-    return chosen(WEAKENING, weak, False)
+def outliers(points: MeasuredPoints) -> tuple[int, ...]:
+    """Positions of points that are no scatter of the others', with even weights and with those that the scatter asks
+    for alike; none where too few would be left."""
+    out: list[int] = []
+    rest = np.arange(points.speed.size)
+    while len(out) < max(1, points.speed.size // _MOST_OUTLIERS) and points.speed.size - len(out) > _FEWEST + 2:
+        inside = points.without(tuple(out))
+        position = _apart(inside, chosen_form(inside))
+        if position is None:
+            break
+        if inside.deviation is None and (slope := Allowed(inside, chosen_form(inside)).uneven) is not None:
+            uneven = replace(inside, slope=slope)
+            if _apart(uneven, chosen_form(uneven)) != position:
+                break
+        if np.unique(np.delete(inside.speed, position)).size < _FEWEST:
+            break
+        out.append(int(np.delete(rest, out)[position]))
+    return tuple(sorted(out))
 
 
-# --- how well it is known ---------------------------------------------------------------------------------------------
+def _apart(points: MeasuredPoints, chosen: Chosen) -> int | None:
+    """The point that is farthest from the curve of the others, if that is no chance."""
+    residuals = points.residuals(chosen)
+    if residuals is None:
+        return None
+    position, _, chance = residuals.outlier(math.inf if points.deviation is not None else points.freedom(chosen.form))
+    return position if chance < _CHANCE else None
 
 
-def _covariance(chosen: _Chosen, variance: float) -> Floats:
+# --- how well it is known, to first order -----------------------------------------------------------------------------
+
+
+def _covariance(points: MeasuredPoints, chosen: Chosen, variance: float) -> Floats:
     """Of a1 to a4; inf on the diagonal where the points determine nothing."""
-    unit = covariance(chosen.jacobian)
+    fixed = [name in chosen.form.assumed or (name == "a4" and chosen.best[2] == 0) for name in COEFFICIENTS]
+    unit = covariance(np.where(fixed, 0.0, points.scaled.jacobian(chosen.best) / points.units))
     with np.errstate(invalid="ignore"):
         matrix = np.where(unit == 0, 0.0, unit * variance)
     matrix[np.isinf(unit)] = np.inf
@@ -221,16 +264,12 @@ def _errors(matrix: Floats) -> dict[str, float]:
     return errors
 
 
-def _interval(value: float, reach: float, nonnegative: bool) -> Interval:
-    return (max(0.0, value - reach) if nonnegative else value - reach, value + reach)
-
-
-def _at_bound(estimates: Mapping[str, float], chosen: _Chosen) -> tuple[str, ...]:
+def _at_bound(estimates: Mapping[str, float], chosen: Chosen, points: MeasuredPoints) -> tuple[str, ...]:
     """Estimates, mu_start among them, at the end of the range that was allowed."""
     bounded = [name for name in (*COEFFICIENTS[:3], "mu_start") if name not in chosen.form.assumed]
     floor = {*chosen.form.nonnegative, "mu_start"}
-    found = [name for name in bounded if name in floor and estimates[name] == 0.0]
-    low, high = chosen.ends
-    if not low * (1 + _AT_END) < estimates["a4"] < high * (1 - _AT_END):
-        found.append("a4")
-    return tuple(found)
+    at_end = [name for name in bounded if name in floor and estimates[name] == 0.0]
+    low, high = points.scaled.limits
+    if chosen.form is not STRAIGHT and not low * (1 + _AT_END) < chosen.best[3] < high * (1 - _AT_END):
+        at_end.append("a4")
+    return tuple(at_end)

@@ -31,12 +31,12 @@ def points_of(name: str, values: ArrayLike, length: int | None = None, minimum: 
     return array
 
 
-def student(freedom: int | float) -> float:
-    """How many standard errors the 95 % confidence interval reaches to either side; freedom inf: the normal 1.96."""
+def student(freedom: int | float, confidence: float = CONFIDENCE) -> float:
+    """How many standard errors the confidence interval reaches to either side; freedom inf: at 95 % the normal 1.96."""
     if freedom <= 0:
         return math.inf
     quantile = stats.norm.ppf if math.isinf(freedom) else stats.t(freedom).ppf
-    return float(quantile(0.5 + 0.5 * CONFIDENCE))
+    return float(quantile(0.5 + 0.5 * confidence))
 
 
 def covariance(jacobian: Floats) -> Floats:
@@ -68,20 +68,3 @@ def r_squared(values: Floats, residuals: Floats, weights: Floats) -> float:
 def rms(residuals: Floats) -> float:
     """Root mean square."""
     return float(np.sqrt(np.mean(residuals**2)))
-
-
-def run_score(residuals: Floats) -> float:
-    """How many standard deviations the number of sign changes lies from that of random signs (Wald and Wolfowitz).
-
-    Strongly negative: neighbouring residuals have the same sign, the curve has another shape than the points.
-    0 for fewer than ten points of either sign together.
-    """
-    above = residuals > 0
-    n1, n2 = int(above.sum()), int((~above).sum())
-    n = n1 + n2
-    if n < 10 or not n1 or not n2:
-        return 0.0
-    expected = 1.0 + 2.0 * n1 * n2 / n
-    variance = (expected - 1.0) * (expected - 2.0) / (n - 1.0)
-    runs = 1 + int(np.count_nonzero(above[1:] != above[:-1]))
-    return (runs - expected) / math.sqrt(variance) if variance > 0 else 0.0

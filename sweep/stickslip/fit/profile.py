@@ -1,0 +1,306 @@
+"""Least squares where one coefficient is a scale and the model is linear in all others, and what the points leave open.
+
+Stribeck curves are linear in a1, a2, a3 for a given a4, and ageing is in mu0 and beta for a given t0. So the
+sum of squares that is left, as a function of the scale alone, is a linear problem (variable projection, Golub and
+Pereyra 1973), and the profile likelihood of any linear combination of the others is the lower envelope of one
+parabola for each scale: its confidence interval (Venzon and Moolgavkar 1988) follows without a search, however far the
+likelihood is from that of a normal distribution.
+
+Without standard deviations the scatter is taken to be sigma exp(s z), z the logarithm of the speed over its range;
+s is profiled as well, by the restricted likelihood, since a wrong weighting makes intervals too narrow. How far s may
+lie from 0 is limited by a normal prior: few points say nothing about it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy import stats  # type: ignore[import-untyped]
+
+from stickslip.fit.uncertainty import Floats, Interval, student
+
+_ZOOMS, _COARSE, _ACROSS = 14, 3, 17  # of the search for a scale: each zoom narrows its bracket eightfold
+_NODES = 81  # scales within a region
+_SINGULAR = 1e-9  # columns that are closer to dependent than this determine nothing
+_SLOPES = np.linspace(-3.0, 3.0, 7)  # of the logarithm of the scatter, over the whole range of speeds
+_PRIOR = 1.5  # standard deviation of that slope: a scatter that differs by a factor of 4.5 is not unusual
+
+
+Faces = Sequence[tuple[Floats, int]]  # parts of a cone or one of its faces, rows of m; how many have weights >= 0
+
+
+class Conditional(NamedTuple):
+    """The best coefficients for each of k scales: (k, m); their covariance for unit variance, (k, m, m); the weighted
+    sum of squares left, (k,), inf where the columns are dependent."""
+
+    values: Floats
+    covariance: Floats
+    left: Floats
+
+
+@dataclass(frozen=True)
+class Model:
+    """Points and the columns that coefficients multiply: `fixed` (n, m - 1), and one that depends on the scale.
+
+    target, weight : (n,), the latter 1/sigma. column : scales (k,) to (k, n). ends : of the scales looked for.
+    """
+
+    target: Floats
+    weight: Floats
+    fixed: Floats
+    column: Callable[[Floats], Floats]
+    ends: Interval
+
+    @cached_property
+    def grid(self) -> Floats:
+        """Scales tried first."""
+        return np.geomspace(*self.ends, 100)
+
+    def basis(self, scale: Floats) -> Floats:
+        """All columns for k scales, weighted: (k, n, m)."""
+        fixed = np.broadcast_to(self.fixed, (scale.size, *self.fixed.shape))
+        return np.asarray(np.concatenate([fixed, self.column(scale)[:, :, None]], axis=2) * self.weight[:, None])
+
+    def solve(self, scale: Floats, parts: Floats) -> Conditional:
+        """The coefficients that are sums of `parts` (p, m), for each scale."""
+        return self.bounded(scale, [(parts, 0)])
+
+    def bounded(self, scale: Floats, faces: Faces) -> Conditional:
+        """The best for each scale with weights of the parts >= 0: the free optimum of a face of their cone."""
+        basis, target = self.basis(scale), self.target * self.weight
+        size = np.linalg.norm(basis, axis=1)
+        basis = basis / np.where(size > 0, size, 1.0)[:, None, :]
+        product, moment = basis.transpose(0, 2, 1) @ basis, np.einsum("kni,n->ki", basis, target)
+        values, covariance = np.zeros_like(moment), np.zeros_like(product)
+        explained = np.full(scale.size, -np.inf)
+        open_ = np.arange(scale.size)  # scales whose optimum may lie on one of the faces that are left
+        for rows, count in faces:
+            if not open_.size:
+                break
+            weights, whole, gained = _optimum(product[open_], moment[open_], rows * size[open_, None, :])
+            inside = np.isfinite(gained) & (weights[:, :count] >= 0).all(axis=1)
+            better = inside & (gained > explained[open_])
+            at = open_[better]
+            values[at], explained[at] = (weights @ rows)[better], gained[better]
+            covariance[at] = rows.T @ whole[better] @ rows
+            open_ = open_[~inside] if len(rows) == len(faces[0][0]) else open_
+        residuals = target - np.einsum("kni,ki->kn", basis, values * size)
+        return Conditional(values, covariance, np.where(np.isfinite(explained), np.sum(residuals**2, axis=1), np.inf))
+
+
+def _optimum(product: Floats, moment: Floats, rows: Floats) -> tuple[Floats, Floats, Floats]:
+    """Of a quadratic form (k, m, m) with a moment (k, m), over sums of rows (k, p, m): their weights, the covariance of
+    the coefficients, and how much of the sum of squares they explain; NaN where the rows are dependent."""
+    normal, right = rows @ product @ rows.transpose(0, 2, 1), np.einsum("kpi,ki->kp", rows, moment)
+    length = np.sqrt(np.diagonal(normal, axis1=1, axis2=2))
+    length = np.where(length > 0, length, np.nan)
+    normal = normal / (length[:, :, None] * length[:, None, :])
+    lost = ~(np.abs(np.linalg.det(np.nan_to_num(normal))) > _SINGULAR**2)
+    normal[lost] = np.eye(normal.shape[1])
+    inverse = np.linalg.inv(normal)
+    weights = np.einsum("kij,kj->ki", inverse, right / length)
+    explained = np.where(lost, np.nan, np.sum(weights * right / length, axis=1))
+    return weights / length, inverse / (length[:, :, None] * length[:, None, :]), explained
+
+
+def bottom(left: Callable[[Floats], Floats], grid: Floats, zooms: int = _ZOOMS) -> float:
+    """The scale with the smallest `left`, to rounding unless there are fewer zooms."""
+    values = left(grid)
+    i = int(np.argmin(values))
+    low, high = (math.log(grid[min(max(i + side, 0), grid.size - 1)]) for side in (-1, 1))
+    tried = np.linspace(low, high, _ACROSS)
+    for _ in range(zooms):
+        i = int(np.argmin(left(np.exp(tried))))
+        tried = np.linspace(tried[max(i - 1, 0)], tried[min(i + 1, _ACROSS - 1)], _ACROSS)
+    return float(np.exp(tried[_ACROSS // 2]))
+
+
+def within(left: Callable[[Floats], Floats], best: float, allowed: float, grid: Floats) -> Interval:
+    """The outermost scales at which `left` is allowed; 0 and inf where it still is at the ends of the grid."""
+    inside = np.sort(np.append(grid[left(grid) <= allowed], best))
+
+    def end(last: float, beyond: float) -> float:
+        for _ in range(4):
+            tried = np.linspace(math.log(last), math.log(beyond), _ACROSS)
+            outside = left(np.exp(tried)) > allowed
+            i = max(int(np.argmax(outside)), 1)
+            last, beyond = math.exp(tried[i - 1]), math.exp(tried[i])
+        return 0.5 * (last + beyond)
+
+    low = 0.0 if inside[0] <= grid[0] else end(inside[0], grid[np.searchsorted(grid, inside[0]) - 1])
+    high = math.inf if inside[-1] >= grid[-1] else end(inside[-1], grid[np.searchsorted(grid, inside[-1], "right")])
+    return float(low), float(high)
+
+
+# --- what the points allow --------------------------------------------------------------------------------------------
+
+
+class Weighting(NamedTuple):
+    """One slope of the scatter: the model so weighted, its best scale, how much its deviance is raised, the slope."""
+
+    model: Model
+    best: float
+    offset: float
+    slope: float
+
+
+def weightings(model: Model, faces: Faces, order: Floats | None) -> list[Weighting]:
+    """The slopes of the scatter that are tried. order : (n,) over a range of 1; None: the weights are known."""
+    tried = []
+    for slope in [0.0] if order is None else _SLOPES:
+        one = model if order is None else replace(model, weight=np.exp(-slope * order))
+        best = bottom(lambda scale, one=one: one.bounded(scale, faces).left, one.grid, _COARSE)
+        near = one.basis(best * np.array([1.0, 1.0 + 1e-5]))
+        tangent = np.column_stack([near[0], 1e5 * (near[1] - near[0])[:, -1]])
+        information = float(np.sum(np.log(np.maximum(np.linalg.svd(tangent, compute_uv=False), 1e-12))))
+        offset = 2.0 * (information - float(np.sum(np.log(one.weight)))) + (slope / _PRIOR) ** 2
+        tried.append(Weighting(one, best, offset, float(slope)))
+    return tried
+
+
+class Region:
+    """The coefficients that points allow: profile likelihood over scale and scatter.
+
+    faces : the whole cone first. freedom : points to spare; inf where the
+    deviations are known. bounded : position of a coefficient that is >= 0, None for none.
+    """
+
+    def __init__(
+        self, model: Model, faces: Faces, freedom: float, order: Floats | None,
+        bounded: int | None = None, reach: float | None = None,
+    ) -> None:  # fmt: skip
+        self._faces, self._freedom, self._bounded = faces, freedom, bounded
+        self._known = math.isinf(freedom)
+        self._all = weightings(model, faces, order)
+        rounding = 1e-26 * float(np.sum((model.target * model.weight) ** 2))
+        least = [max(float(self._left(one)(np.array([one.best]))[0]), rounding) for one in self._all]
+        self._deviance = np.array([self._raised(one, left) for one, left in zip(self._all, least, strict=True)])
+        self._nodes = self._scales(reach if reach else student(freedom)) if freedom > 0 else []
+
+    def _left(self, one: Weighting) -> Callable[[Floats], Floats]:
+        return lambda scale: one.model.bounded(scale, self._faces).left
+
+    def _raised(self, one: Weighting, left: float) -> float:
+        return left if self._known else one.offset + self._freedom * math.log(left)
+
+    def _allowed(self, one: Weighting, reach: float) -> float:
+        """The sum of squares up to which coefficients are within `reach` standard errors."""
+        least = float(self._deviance.min())
+        if self._known:
+            return least + reach**2
+        above = self._freedom * math.log1p(reach**2 / self._freedom)
+        return math.exp((least + above - one.offset) / self._freedom)
+
+    def _scales(self, reach: float) -> list[tuple[Weighting, float, Interval]]:
+        """The weightings that are allowed, with the sum of squares allowed and the scales that leave less."""
+        nodes = []
+        for one, deviance in zip(self._all, self._deviance, strict=True):
+            allowed = self._allowed(one, reach)
+            if self._raised(one, allowed) >= deviance:
+                nodes.append((one, allowed, within(self._left(one), one.best, allowed, one.model.grid)))
+        return nodes
+
+    @property
+    def slope(self) -> tuple[float, float]:
+        """The likeliest slope of the scatter, and by how much its deviance is below that of an even one."""
+        i = int(np.argmin(self._deviance))
+        even = next(j for j, one in enumerate(self._all) if one.slope == 0)
+        return self._all[i].slope, float(self._deviance[even] - self._deviance[i])
+
+    @cached_property
+    def scale(self) -> Interval:
+        """The confidence interval of the scale; 0 or inf where it is open."""
+        if not self._nodes:
+            return 0.0, math.inf
+        return float(min(ends[0] for *_, ends in self._nodes)), float(max(ends[1] for *_, ends in self._nodes))
+
+    def extent(self, direction: Callable[[Floats], Floats]) -> tuple[Floats, Floats]:
+        """Confidence intervals of linear combinations of the coefficients: lower and upper ends, (c,).
+
+        direction : scales (k,) to the combinations, (k, c, m).
+        """
+        low, high = (np.inf, -np.inf) if self._nodes else (-np.inf, np.inf)
+        for one, allowed, (first, last) in self._nodes:
+            ends = max(first, one.model.ends[0]), min(last, one.model.ends[1])
+            scale = np.geomspace(*ends, _NODES)
+            along = direction(scale)
+            cone = self._faces[0][0]
+            low, high = _extremes(one.model.solve(scale, cone), along, allowed, self._bounded, (low, high))
+            if self._bounded is not None:
+                face = cone[cone[:, self._bounded] == 0]
+                low, high = _extremes(one.model.solve(scale, face), along, allowed, None, (low, high))
+        return np.asarray(low), np.asarray(high)
+
+    def draw(self, count: int, random: np.random.Generator, among: Interval | None = None) -> tuple[Floats, Floats]:
+        """Coefficients (count, m) and scales (count,) as likely as the points leave them, bounds apart.
+
+        The scale has the profile likelihood's confidence distribution, the others are t-distributed about the best
+        ones for it: in a linear problem together the multivariate t distribution. among : where the points say nothing
+        of the scale, the range in which it may be, by ratio.
+        """
+        odds = np.exp(-0.5 * (self._deviance - self._deviance.min()))
+        counts = random.multinomial(count, odds / odds.sum())
+        drawn = [self._drawn(one, n, random, among) for one, n in zip(self._all, counts, strict=True) if n]
+        order = random.permutation(count)
+        return np.concatenate([values for values, _ in drawn])[order], np.concatenate([scale for _, scale in drawn])[
+            order
+        ]
+
+    def _drawn(
+        self, one: Weighting, count: int, random: np.random.Generator, among: Interval | None
+    ) -> tuple[Floats, Floats]:
+        free = lambda scale: one.model.solve(scale, self._faces[0][0]).left  # noqa: E731
+        best = bottom(free, one.model.grid)
+        least = float(free(np.array([best]))[0])
+        variance = 1.0 if self._known else least / self._freedom
+        ends = within(free, best, least + variance * (2.0 * student(self._freedom)) ** 2, one.model.grid)
+        low, high = max(ends[0], one.model.ends[0]), min(ends[1], one.model.ends[1])
+        scale = np.unique(np.concatenate([np.geomspace(low, best, _NODES), np.geomspace(best, high, _NODES)]))
+        if among is not None:
+            scale = np.geomspace(*among, 2 * _NODES)
+        found = one.model.solve(scale, self._faces[0][0])
+        usable = np.isfinite(found.left)
+        scale, found = scale[usable], Conditional(*(part[usable] for part in found))
+        root = np.sqrt(np.maximum(found.left - least, 0.0) / max(variance, 1e-300)) * np.sign(scale - best)
+        below = stats.norm.cdf(root) if self._known else stats.t.cdf(root, self._freedom)
+        below = np.linspace(0.0, 1.0, scale.size) if among is not None else np.maximum.accumulate(below)
+        i = np.minimum(np.searchsorted(below, random.uniform(size=count)), scale.size - 1)
+        values, vectors = np.linalg.eigh(found.covariance)
+        roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+        normal = np.einsum("kij,kj->ki", roots[i], random.standard_normal((count, values.shape[1])))
+        if not self._known:
+            spare = self._freedom + 1.0
+            normal *= np.sqrt(found.left[i] / random.chisquare(spare, count))[:, None]
+        return found.values[i] + normal, scale[i]
+
+
+def _extremes(
+    found: Conditional,
+    along: Floats,
+    allowed: float,
+    bounded: int | None,
+    so_far: tuple[Floats | float, Floats | float],
+) -> tuple[Floats, Floats]:
+    """The least and greatest combinations over the ellipsoids of coefficients that leave no more than allowed."""
+    usable = found.left <= allowed
+    if not usable.any():
+        return np.asarray(so_far[0]), np.asarray(so_far[1])
+    values, covariance, along = found.values[usable], found.covariance[usable], along[usable]
+    moved = np.einsum("kij,kcj->kci", covariance, along)
+    spread = np.einsum("kci,kci->kc", along, moved)
+    step = np.sqrt((allowed - found.left[usable])[:, None] / np.where(spread > 0, spread, np.inf))
+    middle = np.einsum("kci,ki->kc", along, values)
+    ends = []
+    for side in (-1.0, 1.0):
+        reached = middle + side * step * spread
+        if bounded is not None:
+            reached = np.where(
+                values[:, None, bounded] + side * step * moved[:, :, bounded] >= 0, reached, -side * np.inf
+            )
+        ends.append(reached)
+    return np.minimum(so_far[0], ends[0].min(axis=0)), np.maximum(so_far[1], ends[1].max(axis=0))
