@@ -101,7 +101,7 @@ class Verdict:
         if self.left_out:
             places = [f"{self.given.mu[i]:.3g} at {self._speed(float(self.given.speed[i]))}" for i in self.left_out]
             yield (
-                f"Left out as no scatter of the others: {', '.join(places)}. Look at what happened there, and repeat it."
+                f"Left out as no scatter of the others: {', '.join(places)}. See what happened there."
             )
 
     def _uneven(self) -> Iterator[str]:
@@ -110,9 +110,8 @@ class Verdict:
             times = math.exp(abs(self.points.slope))
             end = "slowest" if self.points.slope < 0 else "fastest"
             yield (
-                f"The points scatter about {times:.2g} times as much at the {end} speeds as at the others, and were weighted so; "
-                ""
-                "a column sigma would say it better."
+                f"The points scatter about {times:.2g} times as much at the {end} speeds as at the others, and were "
+                "weighted so; a column sigma would say it better."
             )
 
     def _rests(self) -> bool:
