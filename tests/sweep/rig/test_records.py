@@ -136,10 +136,10 @@ def test_the_force_of_the_spring_comes_from_friction_and_mass():
         (
             "time [N], force, a",
             ROWS,
-            "felt.csv:1:1: got 'time [N]', expected the unit of a time\n  hint: this is a unit",
+            "felt.csv:1:1: got 'time [N]', expected the unit of a time\n  hint: N is a unit of force",
         ),
         ("time [furlong], force, a", ROWS, "expected the unit of a time"),
-        ("time, force, a [g]", ROWS, "expected the unit of an acceleration\n  hint: this is a unit of mass"),
+        ("time, force, a [kg]", ROWS, "expected the unit of an acceleration\n  hint: kg is a unit of mass"),
         ("time, forze, a", ROWS, "felt.csv:1:7: got 'forze', expected time, force"),
         ("time, forze, a", ROWS, "did you mean 'force'?"),
         ("time, force, force", ROWS, "felt.csv:1:14: got 'force', expected it once"),
