@@ -139,7 +139,7 @@ def _may_be_headings(cells: Sequence[str], names: Collection[str], wanted: Wante
     if MU not in names:
         return {one.kind for cell in cells if (one := heading(cell, (), tuple(names))).kind} >= set(names)
     found = [heading(cell) for cell in cells]
-    steps = {i for i, one in enumerate(found) if one.kind in names and one.kind != MU}
+    steps = {i for i, one in enumerate(found) if one.kind in ("speed", "time") and one.kind in names}
     steps |= {i for i, one in enumerate(found) for word in (wanted.speed, wanted.time) if word and one.is_called(word)}
     kinds = ("", MU, "kinetic", "static", "friction_force")
     return bool(steps) and any(i not in steps and one.text and one.kind in kinds or
