@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from stickslip.errors import QuantityError
@@ -64,7 +64,11 @@ _SIGMA = re.compile(
 )
 _SPREAD = frozenset(
     "± err error errors fehler unsicherheit messunsicherheit uncertainty incertitude var variance varianz cv rsd ci ki min max "
-    "minimum maximum peak range spannweite streuung scatter dev deviation abweichung".split()
+    "minimum maximum lower upper untere obere peak range spannweite streuung scatter dev deviation abweichung".split()
+)
+_BOUND = re.compile(r"(?:ci|ki|u|k) ?\d+|[123] ?(?:s|sd|σ|sigma)")  # u95, 2s
+_COMPUTED = re.compile(  # what is no longer the quantity itself: log v, 1/mu, mu x100, mu/mu0
+    r"^\s*(?:-|1\s*/|(?:log|lg|ln|log10|sqrt)\b|[√Δ])|[x×*]\s*1\d|\*|\w\s*/\s*(?:mu|[µμ])|\s[-+]\s*\d*[.,]\d|\^", re.IGNORECASE
 )
 _NUMBERED = frozenset("no nr n° # id name number nummer nom numéro numero code".split())  # sample no.
 _OTHER = frozenset(
@@ -117,6 +121,12 @@ def heading(text: str, kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] =
 
     kinds : of columns there may be. names : further names of columns, which are kinds of their own.
     """
+    one = _heading(text, kinds, names)
+    return replace(one, kind="other") if _COMPUTED.search(one.name) and one.kind not in names else one
+
+
+def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Heading:
+    """A heading as its words say."""
     shown = text.translate(units.AS_TYPED)
     name, unit = _cut(shown)
     if plain(shown) in map(plain, names) or plain(name) in map(plain, names):
@@ -226,7 +236,7 @@ def _deviation(name: str) -> tuple[str, str] | None:
         base = plain(name)[: match.start()] + plain(name)[match.end() :]
         return "sigma", " ".join(base.strip(" ()").removeprefix("of ").split())
     words = _tokens(name)
-    if _SPREAD & set(words) or re.match(r"(u|d|delta|δ) ?(\(|mu$|μ$)", plain(name)):
+    if _SPREAD & set(words) or any(map(_BOUND.fullmatch, words)) or re.match(r"(u|d|delta|δ) ?(\(|mu$|μ$)", plain(name)):
         return "spread", " ".join(w for w in words if w not in _SPREAD)
     return None
 
@@ -257,6 +267,8 @@ def _kind_of(word: str, kinds: tuple[str, ...]) -> str:
         return found
     parts = word.split()
     for kind, words in (("static", _static()), ("kinetic", _kinetic())):
+        if word in words and len(word) > 3:
+            return kind
         for i, part in enumerate(parts):
             if part in words and " ".join([*parts[:i], *parts[i + 1 :]]) in _index()["mu"]:
                 return kind

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from stickslip.errors import ConfigError, Place, Problem, QuantityError
 from stickslip.files.tables import NUMBER, Table
 from stickslip.fit.headings import heading
@@ -28,6 +30,8 @@ def load_above(table: Table) -> tuple[float, int] | None:
             continue
         problem = Problem((), f"got {' '.join(words)!r}, expected a load such as '15 N'", line[0].place)
         try:
+            if re.match(r"[1-9]\d{0,2}[.,]\d{3}(?!\d)", value.strip()):  # 1.500 N may be 1500 N
+                raise QuantityError("a load")
             number, _, unit = value.strip().replace(",", ".").partition(" ")
             load = units.si_value(f"{number} {column_unit(unit.strip(' []()') or one.unit, 'N')}", "N")
         except QuantityError:

@@ -35,8 +35,9 @@ from stickslip.files.tables import (
     wrong_count,
 )
 from stickslip.fit.headings import POINTS, Heading, heading, with_units_below
-from stickslip.fit.roles import GAPS, MOST_FRICTION, MU, Role, Search, Wanted, example, titled
+from stickslip.fit.roles import GAPS, MOST_FRICTION, MU, WHOLE, Role, Search, Wanted, example, titled
 from stickslip.vocabulary import units
+from stickslip.vocabulary.column_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 
@@ -123,6 +124,8 @@ def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wante
     found = _Numbers(table, rows, roles, group).materials()
     for role in roles:
         _check_friction(table, headings[role.position], role, found)
+    if missing := [role for role in roles if role.column.units != "1" and not role.unit]:
+        _check_units_above(table, missing[0])
     for name, points in found.items():
         own = [role for role in roles if role.label in ("", name) or group is not None]
         points.assumed = tuple(r.column for r in roles if r.column.units != "1" and not r.unit)
@@ -144,6 +147,16 @@ def _may_be_headings(cells: Sequence[str], names: Collection[str], wanted: Wante
     kinds = ("", MU, "kinetic", "static", "friction_force")
     return bool(steps) and any(i not in steps and one.text and one.kind in kinds or
                                any(map(one.is_called, wanted.friction)) for i, one in enumerate(found))  # fmt: skip
+
+
+def _check_units_above(table: Table, role: Role) -> None:
+    """Raises ConfigError where a line above the heading holds a unit that the heading lacks."""
+    for line in table.above:
+        for cell in line:
+            if is_column_unit(cell.text, role.column.units):
+                message = f"got the unit {cell.text!r} above the heading, expected it behind {role.column.name}"
+                hint = f"write '{role.column.name} [{cell.text}]', or say --unit {cell.text}"
+                raise ConfigError(table.name, [Problem((), message, cell.place, hint)])
 
 
 def _check_friction(table: Table, one: Heading, role: Role, found: dict[str, Columns]) -> None:
@@ -175,10 +188,10 @@ class _Numbers:
     def materials(self) -> dict[str, Columns]:
         """The points by material. Raises ConfigError with everything that is wrong."""
         shared = [role for role in self._roles if role.column.name not in (MU, "sigma")]
-        each = [
-            [*shared, *(other for other in self._roles if other.label == role.label and other not in shared)]
-            for role in self._roles if role.column.name == MU
-        ] or [self._roles]  # fmt: skip
+        sigmas = {role.label: role for role in self._roles if role.column.name == "sigma"}
+        frictions = [role for role in self._roles if role.column.name == MU]
+        each = [[*shared, role, *([sigmas[role.label]] if role.label in sigmas else [])] for role in frictions]
+        each = each or [self._roles]
         found: dict[str, dict[str, list[float]]] = {}
         for row in self._rows:
             if len(self._problems) >= MOST_PROBLEMS:
@@ -192,6 +205,7 @@ class _Numbers:
                 if own is not None and own.label and row[own.position].text.lower() in GAPS:
                     continue  # of a wide table, whose materials need not be measured at the same speeds
                 group = "" if self._group is None else row[self._group].text
+                group = whole[1] if (whole := WHOLE.fullmatch(group)) else group
                 name = " ".join(filter(None, (group, own.label if own else "")))
                 points = found.setdefault(name, {role.column.name: [] for role in roles})
                 for role in roles:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -24,8 +25,10 @@ from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.words import listed, nearest
 
 MU, SIGMA = "mu", "sigma"
+WHOLE = re.compile(r"([-+]?\d+)(?:[.,]0*)?")  # workbooks write 1.0
 GAPS = ("", "nan", "na", "n/a", "-", "--", "#n/a", "#nv")  # what people write where nothing was measured
 MOST_FRICTION = 2.0  # of a column whose heading says nothing; more is rather a percentage, or something else
+_ALIKE = 3.0  # ratio of the largest numbers of two columns of one name; a standard deviation is less
 
 
 @dataclass(frozen=True)
@@ -144,9 +147,12 @@ class Search:
             return []
         unnamed = [i for i in rest if self._headings[i].kind in ("", "material") and self._headings[i].unit in PURE]
         unknown = [i for i in unnamed if not self._is_count(i) and (self._is_numbers(i) or not self._headings[i].kind)]
+        names = [plain(self._headings[i].name) for i in unknown]
+        spreads = {start + name for name in names for start in ("s ", "s", "u ", "u", "d ", "d", "δ", "σ")}
+        unknown = [i for i, name in zip(unknown, names, strict=True) if name not in spreads]  # s_A beside A
         if of_materials:  # others beside them, which are too large, are something else
             unknown = [i for i in unknown if self._largest(i) <= MOST_FRICTION]
-        return [self._friction(i, True) for i in sorted([*of_materials, *unknown])]
+        return self._repeated([self._friction(i, True) for i in sorted([*of_materials, *unknown])])
 
     def _unlabelled(self, rest: list[int]) -> int | None:
         """The column of friction as such, of which a table has one. Raises ConfigError where it is not certain."""
@@ -166,6 +172,18 @@ class Search:
         for i in by_kind[other] if chosen else []:
             self._notes.append(f"{self._headings[i].text!r} is {other} friction and not used")
         return chosen[0] if chosen else None
+
+    def _repeated(self, roles: list[Role]) -> list[Role]:
+        """Columns of materials, of which those of one heading are repeats. Raises ConfigError where they are not alike."""
+        for role in roles:
+            alike = [one.position for one in roles if one.label == role.label]
+            largest = sorted(self._largest(i) for i in alike)
+            if largest[-1] > _ALIKE * largest[0]:
+                error = QuantityError("another name than the first column of this name, which holds other numbers", None)
+                raise ConfigError(self._table.name, [self._problem(alike[1], error)])
+            if len(alike) > 1 and role.position == alike[0]:
+                self._notes.append(f"the {len(alike)} columns called {role.label!r} are repeats")
+        return roles
 
     def _friction(self, i: int, is_material: bool) -> Role:
         """A column of friction coefficients, or of forces. Raises ConfigError."""
@@ -274,7 +292,7 @@ class Search:
 
     def _is_count(self, i: int) -> bool:
         """Whether a column holds whole numbers only, as no friction does."""
-        return all(text.lstrip("+-").isdigit() for text in self._texts(i))
+        return all(map(WHOLE.fullmatch, self._texts(i)))
 
     def _is_distinct(self, i: int) -> bool:
         return len(set(self._texts(i))) == len(self._texts(i))

@@ -90,7 +90,7 @@ def is_column_unit(text: str, of: str = "") -> bool:
 
 def _in_symbols(text: str) -> str:
     """A unit with its words replaced by symbols, and powers and products as `units.py` reads them."""
-    plain = _BRACED.sub(r"^\1", text.translate(units.AS_TYPED).strip().rstrip("."))
+    plain = _BRACED.sub(r"^\1", text.translate(units.AS_TYPED).replace("_", " ").strip().rstrip("."))
     plain = _WORD.sub(lambda word: _SPELLED.get(word[0].lower(), word[0]), plain)
     plain = _TOGETHER.sub(r"\1 s", _POINT.sub(" ", plain))
     return " ".join(re.sub(r"\s*/\s*", "/", plain).split())
