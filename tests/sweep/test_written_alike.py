@@ -24,15 +24,27 @@ SPELLINGS = {  # of units of speed, with what they are in m/s
     Fraction(1000, 3600): ("km/h", "km/Stunde"),
     Fraction(254, 10000): ("in/s", "inch/s"),
 }  # fmt: skip
-NONSENSE = ("Mm/s", "MM/S", "mmps", "mm", "s", "rpm", "1/min", "mm/S", "mm-s", "x", "10^-3 m/s", "mm/s2", "c", "furlong/h")
+NONSENSE = (
+    "Mm/s", "MM/S", "mmps", "mm", "s", "rpm", "1/min", "mm/S", "mm-s", "x", "10^-3 m/s", "mm/s2", "c", "furlong/h",
+)  # fmt: skip
 UNITS = [(name, size) for size, names in SPELLINGS.items() for name in names]
-PLACES = ("{0} [{1}]", "{0} ({1})", "{0} in {1}", "{0}, {1}", "{0} / ({1})", "{0} {1}", "{0}[{1}]", "{0} [{1}] (set)", "{0}_{1}")
-SPEEDS = ("speed", "v", "Sliding speed", "Geschwindigkeit", "Prüfgeschwindigkeit", "vitesse", "v soll", "Sliding speed v")
-FRICTIONS = ("mu", "µ", "COF", "Reibwert", "coefficient de frottement", "COF (mean)", "mu_k", "Reibwert µ [-]", "COF [%]")
-OTHERS = (("Temp [°C]", "23.4"), ("FN [N]", "10.5"), ("sd", "0.003"), ("Nr", None), ("Datum", "2024-03-01"), ("rH", "0.45"))
+PLACES = (
+    "{0} [{1}]", "{0} ({1})", "{0} in {1}", "{0}, {1}", "{0} / ({1})", "{0} {1}", "{0}[{1}]", "{0} [{1}] (set)",
+    "{0}_{1}",
+)  # fmt: skip
+SPEEDS = (
+    "speed", "v", "Sliding speed", "Geschwindigkeit", "Prüfgeschwindigkeit", "vitesse", "v soll", "Sliding speed v",
+)  # fmt: skip
+FRICTIONS = (
+    "mu", "µ", "COF", "Reibwert", "coefficient de frottement", "COF (mean)", "mu_k", "Reibwert µ [-]", "COF [%]",
+)  # fmt: skip
+OTHERS = (
+    ("Temp [°C]", "23.4"), ("FN [N]", "10.5"),
+    ("sd", "0.003"), ("Nr", None), ("Datum", "2024-03-01"), ("rH", "0.45"),
+)  # fmt: skip
 ABOVE = (
-    "Prüflast;15;N", "Operator;M. Müller", "Temperatur;23,5;°C", "Speed;10;mm/s", "", "Run 7", "v;variabel", "mu;Mittel",
-    "Zeit;Weg", "1;2;3", "Kommentar;v von 1 bis 300;mu", "Load: 15 N",
+    "Prüflast;15;N", "Operator;M. Müller", "Temperatur;23,5;°C", "Speed;10;mm/s", "", "Run 7", "v;variabel",
+    "mu;Mittel", "Zeit;Weg", "1;2;3", "Kommentar;v von 1 bis 300;mu", "Load: 15 N",
 )  # fmt: skip
 
 
@@ -51,8 +63,9 @@ points = st.lists(
     rows=points, unit=st.sampled_from(UNITS), place=st.sampled_from(PLACES), speed=st.sampled_from(SPEEDS),
     friction=st.sampled_from(FRICTIONS), separator=st.sampled_from(";\t,"), comma=st.booleans(),
     others=st.lists(st.sampled_from(OTHERS), max_size=3, unique=True), order=st.randoms(use_true_random=False),
-    above=st.lists(st.sampled_from(ABOVE), max_size=12), encoding=st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "cp1252"]),
-    end=st.sampled_from(["\n", "\r\n"]), spare=st.integers(0, 2), below=st.booleans(), mute=st.sampled_from([None, *NONSENSE]),
+    above=st.lists(st.sampled_from(ABOVE), max_size=12), end=st.sampled_from(["\n", "\r\n"]), spare=st.integers(0, 2),
+    encoding=st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "cp1252"]), below=st.booleans(),
+    mute=st.sampled_from([None, *NONSENSE]),
 )  # fmt: skip
 def test_the_same_points_are_read_to_the_same_numbers_or_refused(
     rows, unit, place, speed, friction, separator, comma, others, order, above, encoding, end, spare, below, mute,

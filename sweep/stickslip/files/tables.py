@@ -131,8 +131,8 @@ def read_table(
 ) -> Table:
     """The parts of a file. Raises ConfigError if it cannot be read or holds no table.
 
-    example : of the line that names the columns. rows_are : what the other lines are, for messages. is_heading : whether
-    cells may be the names of the columns; the first such line over numbers is, else the first of several cells.
+    example : of the line that names the columns. rows_are : what the other lines are, for messages. is_heading :
+    whether cells may be the names of the columns; the first such line over numbers is, else the first of several cells.
     """
     name = str(path)
     numbered = [(number, line) for number, line in enumerate(read_text(path).splitlines(), 1) if line.strip(" ;,\t")]

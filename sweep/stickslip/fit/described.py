@@ -59,7 +59,8 @@ def describe_columns(fits: Sequence[MaterialFit]) -> str:
         if len({*(points.above or ())}) == 1
         else "; left out above the header: lines {0} to {1}"
     )
-    return f"{', '.join(taken)}, {', '.join(columns)} friction{''.join(notes)}{left}{above.format(*points.above) if points.above else ''}"
+    skipped = above.format(*points.above) if points.above else ""
+    return f"{', '.join(taken)}, {', '.join(columns)} friction{''.join(notes)}{left}{skipped}"
 
 
 def columns_of(fit: MaterialFit) -> dict[str, Any]:

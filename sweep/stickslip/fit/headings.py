@@ -2,8 +2,8 @@
 
 A heading is a name with the unit in brackets (`v [mm/s]`, `v / (mm/s)`) or behind it (`v in mm/s`, `Speed, mm s-1`).
 Names are compared without regard to case, accents, points, hyphens and underscores. One table of words serves measured
-points and records of a rig. What stands behind the name of a physical quantity and is no known qualifier (`set`, `soll`)
-is taken for its unit, so that a unit nobody understands is refused rather than left out.
+points and records of a rig. What stands behind the name of a physical quantity and is no known qualifier (`set`,
+`soll`) is taken for its unit, so that a unit nobody understands is refused rather than left out.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ _WORDS = {  # by kind of column
     "coeff de frottement",
     "friction_force": "friction force, frictional force, force of friction, f friction, fr, f r, f reib, reibkraft, "
     "reibungskraft, tangential force, tangentialkraft, traction force, force de frottement, force tangentielle",
-    "load": "load, normal load, normal force, applied load, test load, fn, f n, last, normalkraft, normallast, auflast, "
-    "prüflast, prüfkraft, pruefkraft, pruefkraft, prueflast, belastung, anpresskraft, andruckkraft, charge, "
+    "load": "load, normal load, normal force, applied load, test load, fn, f n, last, normalkraft, normallast, "
+    "auflast, prüflast, prueflast, prüfkraft, pruefkraft, belastung, anpresskraft, andruckkraft, charge, "
     "force normale, charge normale, effort normal",
     "force": "force, kraft, spring force, federkraft, messkraft, horizontal force, effort",
     "acceleration": "acceleration, accel, acc, a, beschleunigung, accélération",
@@ -48,34 +48,40 @@ _FORCE_TOO = frozenset(("friction", "reibung", "frottement", "traction"))  # wor
 _PHYSICAL = {"speed": "m s-1", "time": "s", "friction_force": "N", "load": "N", "force": "N", "acceleration": "m s-2",
              "displacement": "m"}  # fmt: skip
 _LONG_SPEED = re.compile(r"(.*(?:speed|velocity|geschwindigkeit|vitesse)\b[.)]?)(.*)", re.IGNORECASE)  # Motor speed
+_UNIT_BEHIND = re.compile(r"(.+?)(?:(?:\s+in\s+|\s*[,/]\s*)([^\s,/]+)|[\s_]*(%))")
 _END = re.compile(r"[\s,_:/]*(?:\bin)?[\s,_:/]*$")  # between a name and its unit
 _QUALIFIERS = frozenset(
-    "mean avg average mittel mittelwert mittlere mittlerer mw median moyen moyenne moy ø value wert valeur measured "
-    "gemessen set setpoint soll sollwert nominal nom target consigne ist istwert actual act real rel relative in en the "
-    "of der des von".split()
+    "mean avg average mittel mittelwert mittlere mittlerer mw median moyen moyenne moy ø value wert valeur "
+    "measured gemessen set setpoint soll sollwert nominal nom target consigne ist istwert actual act real rel "
+    "relative in en the of der des von".split()
 )
 _STATIC = frozenset("static stat s haft statisch statische statique h 0".split())
 _KINETIC = frozenset(
     "kinetic dynamic kin dyn k d g gleit sliding dynamisch dynamische kinetisch kinetische dynamique cinétique".split()
 )
 _SIGMA = re.compile(
-    r"\b(?:std ?dev(?:iation)?|st ?dev|std ?abw(?:eichung)?|stabw|standard ?(?:deviation|abweichung|error|fehler)|sdev|std|sd"
-    r"|sem?|ecart type|erreur (?:type|standard)|sigma|σ)(?!\w)|\b(?:s|sd|std|σ|sigma) ?\( ?(?=[\w ]+\))|^s (?=(?:mu|μ|cof)$)"
+    r"\b(?:std ?dev(?:iation)?|st ?dev|std ?abw(?:eichung)?|stabw|standard ?(?:deviation|abweichung|error|fehler)|sdev"
+    r"|std|sd|sem?|ecart type|erreur (?:type|standard)|sigma|σ)(?!\w)|\b(?:s|sd|std|σ|sigma) ?\( ?(?=[\w ]+\))"
+    r"|^s (?=(?:mu|μ|cof)$)"
 )
 _SPREAD = frozenset(
-    "± err error errors fehler unsicherheit messunsicherheit uncertainty incertitude var variance varianz cv rsd ci ki min max "
-    "minimum maximum lower upper untere obere peak range spannweite streuung scatter dev deviation abweichung".split()
+    "± err error errors fehler unsicherheit messunsicherheit uncertainty incertitude var variance varianz cv "
+    "rsd ci ki min max minimum maximum lower upper untere obere peak range spannweite streuung scatter dev "
+    "deviation abweichung".split()
 )
 _BOUND = re.compile(r"(?:ci|ki|u|k) ?\d+|[123] ?(?:s|sd|σ|sigma)")  # u95, 2s
 _COMPUTED = re.compile(  # what is no longer the quantity itself: log v, 1/mu, mu x100, mu/mu0
-    r"^\s*(?:-|1\s*/|(?:log|lg|ln|log10|sqrt)\b|[√Δ])|[x×*]\s*1\d|\*|\w\s*/\s*(?:mu|[µμ])|\s[-+]\s*\d*[.,]\d|\^", re.IGNORECASE
+    r"^\s*(?:-|1\s*/|(?:log|lg|ln|log10|sqrt)\b|[√Δ])|[x×*]\s*1\d|\*|\w\s*/\s*(?:mu|[µμ])"
+    r"|\s[-+]\s*\d*[.,]\d|\^",
+    re.IGNORECASE,
 )
 _NUMBERED = frozenset("no nr n° # id name number nummer nom numéro numero code".split())  # sample no.
 _OTHER = frozenset(
-    "temp temperature temperatur température t° pressure humidity humidite rh cycle cycles zyklus zyklen stroke strokes hub "
-    "distance position number no nr n° # anzahl index point points punkt step line row zeile date datum uhrzeit comment "
-    "kommentar remark remarks bemerkung operator bediener ratio srr viscosity wear usure torque couple moment "
-    "acceleration load last force kraft charge speed time zeit fx fy fz ft r2 count id channel kanal ecr resistance voltage".split()
+    "temp temperature temperatur température t° pressure humidity humidite rh cycle cycles zyklus zyklen stroke "
+    "strokes hub distance position number no nr n° # anzahl index point points punkt step line row zeile date "
+    "datum uhrzeit comment kommentar remark remarks bemerkung operator bediener ratio srr viscosity wear usure "
+    "torque couple moment acceleration load last force kraft charge speed time zeit fx fy fz ft r2 count id "
+    "channel kanal ecr resistance voltage".split()
 )
 _OTHER_ENDS = (
     "temperatur", "feuchte", "feuchtigkeit", "moment", "kraft", "druck", "nummer", "geschwindigkeit", "verschleiss",
@@ -146,6 +152,10 @@ def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Headi
         return Heading(text, _END.sub("", name[: -len(rest)]), rest, kind)
     if not kind and "mu" in kinds and _is_other(name):
         kind = "other"
+    if not kind and not unit and (behind := _UNIT_BEHIND.fullmatch(name)):
+        word = behind[2] or behind[3]
+        if plain(word) in PERCENT or word.startswith("°") or is_column_unit(word):
+            return Heading(text, behind[1], word)
     return Heading(text, name, unit, kind, rest)
 
 
@@ -173,8 +183,8 @@ def with_units_below(
 ) -> tuple[list[Heading], bool]:
     """The headings with the units of a line of their own below them, and whether there is one.
 
-    others : SI units of columns of other kinds. kinds : of columns there may be. Such a line holds no number, and the unit of a column whose heading has
-    none; what else it says belongs to the headings.
+    others : SI units of columns of other kinds. kinds : of columns there may be. Such a line holds no number, and the
+    unit of a column whose heading has none; what else it says belongs to the headings.
     """
     units_of = {**_PHYSICAL, **others}
     cells = first_cells(table)
@@ -236,7 +246,8 @@ def _deviation(name: str) -> tuple[str, str] | None:
         base = plain(name)[: match.start()] + plain(name)[match.end() :]
         return "sigma", " ".join(base.strip(" ()").removeprefix("of ").split())
     words = _tokens(name)
-    if _SPREAD & set(words) or any(map(_BOUND.fullmatch, words)) or re.match(r"(u|d|delta|δ) ?(\(|mu$|μ$)", plain(name)):
+    is_bound = any(map(_BOUND.fullmatch, words)) or re.match(r"(u|d|delta|δ) ?(\(|mu$|μ$)", plain(name))
+    if is_bound or _SPREAD & set(words):
         return "spread", " ".join(w for w in words if w not in _SPREAD)
     return None
 
@@ -249,14 +260,9 @@ def _known(name: str, kinds: tuple[str, ...]) -> tuple[str, str]:
     for end in ends:
         if kind := _kind_of(plain(body[:end]), kinds):
             rest = _rest(body[end:], kind, kinds)
-            if (
-                len(plain(body[:end])) > 1
-                or kind not in _PHYSICAL
-                or not rest
-                or re.match(r"[\[(]|.*[/^]", rest)
-                or is_column_unit(rest)
-            ):
-                return kind, rest  # W-40 is no speed
+            is_letter = len(plain(body[:end])) == 1 and kind in _PHYSICAL  # W-40 is no speed
+            if not (is_letter and rest) or re.match(r"[\[(]|.*[/^]", rest) or is_column_unit(rest):
+                return kind, rest
     return "", ""
 
 

@@ -112,8 +112,9 @@ class Search:
             open_ones = [i for i in among if not self._headings[i].unit]
             chosen = sure or open_ones or (among if among is exact else [])
             if len(chosen) > 1 or len(chosen) == 1 and chosen == sure and len(open_ones) > 0:
-                hint = f"remove one of the two columns, or name the one to take: --{name}-column '{self._headings[among[0]].text}'"
-                raise ConfigError(self._table.name, [self._problem(among[1], QuantityError("it once", hint))])
+                text = self._headings[among[0]].text
+                hint = f"remove one of the two columns, or name the one to take: --{name}-column '{text}'"
+                raise self._refused(among[1], "it once", hint)
             if chosen:
                 return Role(chosen[0], column, self._unit(chosen[0], self._headings[chosen[0]].unit, column))
         return None
@@ -161,25 +162,25 @@ class Search:
         over_speed = "speed" in self._known
         fitting, other = ("kinetic", "static") if over_speed else ("static", "kinetic")
         if len(by_kind[MU]) > 1:
-            raise ConfigError(self._table.name, [self._problem(by_kind[MU][1], QuantityError("it once", _NAME_ONE))])
+            raise self._refused(by_kind[MU][1], "it once", _NAME_ONE)
         chosen = [*by_kind[MU], *by_kind[fitting]]
         if len(chosen) > 1 or not chosen and by_kind[other]:
             i = (chosen or by_kind[other])[0]
             what = (
                 "one column of friction" if chosen else f"{fitting} friction over {'speed' if over_speed else 'time'}"
             )
-            raise ConfigError(self._table.name, [self._problem(i, QuantityError(what, _NAME_ONE))])
+            raise self._refused(i, what, _NAME_ONE)
         for i in by_kind[other] if chosen else []:
             self._notes.append(f"{self._headings[i].text!r} is {other} friction and not used")
         return chosen[0] if chosen else None
 
     def _repeated(self, roles: list[Role]) -> list[Role]:
-        """Columns of materials, of which those of one heading are repeats. Raises ConfigError where they are not alike."""
+        """Columns of materials, those of one heading being repeats. Raises ConfigError where they are not alike."""
+        error = QuantityError("another name than the first column of this name, which holds other numbers")
         for role in roles:
             alike = [one.position for one in roles if one.label == role.label]
             largest = sorted(self._largest(i) for i in alike)
             if largest[-1] > _ALIKE * largest[0]:
-                error = QuantityError("another name than the first column of this name, which holds other numbers", None)
                 raise ConfigError(self._table.name, [self._problem(alike[1], error)])
             if len(alike) > 1 and role.position == alike[0]:
                 self._notes.append(f"the {len(alike)} columns called {role.label!r} are repeats")
@@ -193,9 +194,7 @@ class Search:
             return Role(i, column, self._newtons(i), label, 0.0)
         if one.unit in PURE or plain(one.unit) in PERCENT:
             return Role(i, column, "" if one.unit in PURE else "%", label)
-        raise ConfigError(
-            self._table.name, [self._problem(i, QuantityError("no unit", f"{MU} is a pure number, or in %"))]
-        )
+        raise self._refused(i, "no unit", f"{MU} is a pure number, or in %")
 
     def _divided(self, role: Role) -> Role:
         """A column of friction forces with the load they are divided by. Raises ConfigError."""
@@ -220,7 +219,7 @@ class Search:
             return role._replace(load=load)
         several = "one column of loads" if loads else "a friction coefficient, or a load to divide this force by"
         hint = "give the load: a column 'Load [N]', a line 'Load;15;N' above the heading, or --load '15 N'"
-        raise ConfigError(self._table.name, [self._problem(role.position, QuantityError(several, hint))])
+        raise self._refused(role.position, several, hint)
 
     def _newtons(self, i: int) -> str:
         """The unit of a column of forces, which must have one. Raises ConfigError."""
@@ -228,9 +227,7 @@ class Search:
             return column_unit(self._headings[i].unit, "N")
         except QuantityError as error:
             hint = error.hint if self._headings[i].unit else "write it in brackets: 'Force [N]'"
-            raise ConfigError(
-                self._table.name, [self._problem(i, QuantityError("the unit of a force", hint))]
-            ) from None
+            raise self._refused(i, "the unit of a force", hint) from None
 
     # --- standard deviations, materials -------------------------------------------------------------------------------
 
@@ -239,9 +236,7 @@ class Search:
         sigmas = [i for i, one in enumerate(self._headings) if one.kind == SIGMA and self._has_numbers(i)]
         bare = [i for i in sigmas if not self._headings[i].label]
         if len(frictions) == 1 and not frictions[0].label and len(bare) > 1:
-            raise ConfigError(
-                self._table.name, [self._problem(bare[1], QuantityError("it once", "remove one of the two"))]
-            )
+            raise self._refused(bare[1], "it once", "remove one of the two")
         found = []
         for role in frictions:
             own = bare if not role.label else [i for i in sigmas if self._belongs(i, role)]
@@ -257,10 +252,6 @@ class Search:
                 found.append(Role(own[0], self._known[SIGMA], role.unit, role.label))
                 if role.label:
                     self._notes.append(f"{one.text!r} is the standard deviation of {role.label!r}")
-            elif not role.label and not is_pure:
-                raise ConfigError(
-                    self._table.name, [self._problem(own[0], QuantityError("the unit of the friction", None))]
-                )
         return found
 
     def _belongs(self, i: int, role: Role) -> bool:
@@ -346,6 +337,10 @@ class Search:
     def _problem(self, i: int, error: QuantityError) -> Problem:
         cell = self._table.heading[i]
         return Problem((), f"got {cell.text!r}, expected {error.expected}", cell.place, error.hint)
+
+    def _refused(self, i: int, expected: str, hint: str | None = None) -> ConfigError:
+        """That a column is not what it should be."""
+        return ConfigError(self._table.name, [self._problem(i, QuantityError(expected, hint))])
 
     def _unknown(self, name: str) -> QuantityError:
         """What is said of a heading that is no column."""

@@ -1,4 +1,4 @@
-"""Units in the headings of tables, in the spellings of instruments and people: ``mm per second``, ``mm.s-1``, ``mm/Sek``.
+"""Units in the headings of tables, as instruments and people spell them: ``mm per second``, ``mm.s-1``, ``mm/Sek``.
 
 Stricter than `units.py` about symbols: only those below are units of a column, so that a stray word is never one
 (pint knows c, t and mu), and nobody measures in Mm/s, which is a slip for mm/s.

@@ -194,7 +194,7 @@ def _lacking(table: Table, lacking: str, near: int | None) -> Problem:
     """What is said where columns are missing, of which one may be misspelt."""
     known = [TIME.name, "force", *(name for name in SIGNALS if name != "spring_force")]
     if near is None:
-        hint = f"the first line says, for instance, '{_EXAMPLE}'; a configuration may say what others are (record: columns)"
+        hint = f"the first line says, for instance, '{_EXAMPLE}'; a configuration may name others (record: columns)"
         return Problem((), f"no column is called {lacking}", table.heading[0].place, hint)
     cell = table.heading[near]
     hint = (
