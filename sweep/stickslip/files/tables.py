@@ -34,6 +34,8 @@ DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _MOST_ABOVE = 300  # lines above the heading
+_OPEN = re.compile(r'(?:^|[;,\t])\s*"[^"]*$')  # a cell that is not closed
+_MOST_JOINED = 4  # lines of one heading
 MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
 
 
@@ -135,7 +137,7 @@ def read_table(
     whether cells may be the names of the columns; the first such line over numbers is, else the first of several cells.
     """
     name = str(path)
-    numbered = [(number, line) for number, line in enumerate(read_text(path).splitlines(), 1) if line.strip(" ;,\t")]
+    numbered = [(number, line) for number, line in _lines(read_text(path)) if line.strip(" ;,\t")]
     said = _SAID.fullmatch(numbered[0][1]) if numbered else None
     numbered = numbered[1:] if said else numbered
     remarks = tuple(_remark(number, line) for number, line in numbered if _is_remark(line))
@@ -152,6 +154,23 @@ def read_table(
     if not lines:
         raise ConfigError(name, [Problem((), f"no {rows_are}, only the names of columns", Place(number, 1))])
     return Table(name, remarks, heading, lines, separator, tuple(_above(*row, separator) for row in rows[:at]))
+
+
+def _lines(text: str) -> Iterator[tuple[int, str]]:
+    """The lines of a text, numbered; a cell in quotation marks near the top may go on in the next (`"Speed⏎[mm/s]"`)."""
+    begun: tuple[int, str] | None = None
+    for number, line in enumerate(text.splitlines(), 1):
+        if begun is not None:
+            begun = (begun[0], f"{begun[1]} {line}")
+        elif number < _MOST_ABOVE and _OPEN.search(line) and line.count('"') % 2:
+            begun = (number, line)
+        if begun is None:
+            yield number, line
+        elif begun[1].count('"') % 2 == 0 or number - begun[0] >= _MOST_JOINED:
+            yield begun
+            begun = None
+    if begun is not None:
+        yield begun
 
 
 def _heading_at(lines: Sequence[str], said: str, is_heading: Callable[[Sequence[str]], bool] | None) -> tuple[int, str]:

@@ -34,15 +34,15 @@ _WORDS = {  # by kind of column
     "load": "load, normal load, normal force, applied load, test load, fn, f n, last, normalkraft, normallast, "
     "auflast, prüflast, prueflast, prüfkraft, pruefkraft, belastung, anpresskraft, andruckkraft, charge, "
     "force normale, charge normale, effort normal",
-    "force": "force, kraft, spring force, federkraft, messkraft, horizontal force, effort",
-    "acceleration": "acceleration, accel, acc, a, beschleunigung, accélération",
+    "force": "f, force, kraft, spring force, federkraft, messkraft, horizontal force, effort",
+    "acceleration": "acceleration, accel, acc, a, beschleunigung, beschl, accélération",
     "displacement": "displacement, drive displacement, drive position, position, weg, verschiebung, déplacement",
     "stick": "stick",
     "sigma": "sigma, σ",
     "material": "material, lubricant, sample, specimen, grease, oil, werkstoff, paarung, schmierstoff, schmierfett, "
     "probe, muster, matériau, lubrifiant, graisse, échantillon, éprouvette",
 }  # fmt: skip
-POINTS = ("speed", "time", "mu", "friction_force", "load", "force", "sigma", "material")  # kinds in tables of points
+POINTS = ("speed", "time", "mu", "friction_force", "load", "sigma", "material")  # kinds in tables of points
 RECORD = ("time", "force", "friction_force", "acceleration", "speed", "displacement", "stick", "mu", "load")  # of a rig
 _FORCE_TOO = frozenset(("friction", "reibung", "frottement", "traction"))  # words for the coefficient and the force
 _PHYSICAL = {"speed": "m s-1", "time": "s", "friction_force": "N", "load": "N", "force": "N", "acceleration": "m s-2",
@@ -81,7 +81,7 @@ _OTHER = frozenset(
     "strokes hub distance position number no nr n° # anzahl index point points punkt step line row zeile date "
     "datum uhrzeit comment kommentar remark remarks bemerkung operator bediener ratio srr viscosity wear usure "
     "torque couple moment acceleration load last force kraft charge speed time zeit fx fy fz ft r2 count id "
-    "channel kanal ecr resistance voltage".split()
+    "channel kanal ecr resistance voltage effort".split()
 )
 _OTHER_ENDS = (
     "temperatur", "feuchte", "feuchtigkeit", "moment", "kraft", "druck", "nummer", "geschwindigkeit", "verschleiss",

@@ -190,7 +190,7 @@ class Search:
         """A column of friction coefficients, or of forces. Raises ConfigError."""
         one, column = self._headings[i], self._known[MU]
         label = one.text if is_material else ""
-        if one.is_force() or one.unit and one.kind in ("", "force", "other") and is_column_unit(one.unit, "N"):
+        if one.is_force() or one.unit and one.kind in ("", "other") and is_column_unit(one.unit, "N"):
             return Role(i, column, self._newtons(i), label, 0.0)
         if one.unit in PURE or plain(one.unit) in PERCENT:
             return Role(i, column, "" if one.unit in PURE else "%", label)

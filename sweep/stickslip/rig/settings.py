@@ -101,7 +101,7 @@ def column_name(word: str) -> str | None:
 
 def signal_of(one: Heading) -> str | None:
     """Which column of a record a heading is; None if none: of friction, a record holds the force."""
-    if one.kind in _COLUMNS:
+    if one.kind in _COLUMNS and not one.label:
         return one.kind
     if one.label or one.kind == "mu" and (not one.may_be_force() or one.unit in ("1", "-", "%")):
         return None
