@@ -222,10 +222,10 @@ def test_a_table_without_heading_loses_no_line(tmp_path):
 
 NO_MATERIAL = (
     "A std", "A sd", "A_sd", "A (SD)", "sd A", "s_A", "A ±", "±", "+-", "A +/-", "Stabw", "A Stabw", "Std.-Abw.",
-    "s(mu)", "u(mu)", "SE", "A err", "err", "A Fehler", "écart-type", "A max", "A CI95", "A 2s", "FN", "Fn [N]", "F_N in N",
-    "Normalkraft", "Last", "Load", "Prüflast", "charge (N)", "Temperature", "T [°C]", "Öltemperatur", "rel. Feuchte",
-    "rH (%)", "humidity", "Drehmoment", "Torque [Nm]", "Verschleiß", "wear", "Weg", "Gleitstrecke", "distance", "Datum",
-    "cycle", "Zyklen", "SRR", "R²", "log A", "ECR in Ohm", "film, µm",
+    "s(mu)", "u(mu)", "SE", "A err", "err", "A Fehler", "écart-type", "A max", "A CI95", "A 2s", "FN", "Fn [N]",
+    "F_N in N", "Normalkraft", "Last", "Load", "Prüflast", "charge (N)", "Temperature", "T [°C]", "Öltemperatur",
+    "rel. Feuchte", "rH (%)", "humidity", "Drehmoment", "Torque [Nm]", "Verschleiß", "wear", "Weg", "Gleitstrecke",
+    "distance", "Datum", "cycle", "Zyklen", "SRR", "R²", "log A", "ECR in Ohm", "film, µm",
 )  # fmt: skip
 
 

@@ -157,7 +157,7 @@ def read_table(
 
 
 def _lines(text: str) -> Iterator[tuple[int, str]]:
-    """The lines of a text, numbered; a cell in quotation marks near the top may go on in the next (`"Speed⏎[mm/s]"`)."""
+    """The lines of a text, numbered; near the top a cell in quotation marks may go on in the next line."""
     begun: tuple[int, str] | None = None
     for number, line in enumerate(text.splitlines(), 1):
         if begun is not None:
