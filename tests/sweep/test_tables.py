@@ -349,3 +349,17 @@ def test_compare_says_what_columns_were_taken_for(points):
     assert done.exit_code == 0 and "not used: 'Temp'" in done.stdout
     assert json.loads(call("compare", "warm.csv", *system, "--json").stdout)["read"]["warm"]["ignored"] == ["Temp"]
     assert call("fit", "a/x.csv", "--load", "10 m").exit_code == 2
+
+
+def test_a_column_that_people_name_keeps_its_unit_and_a_capital_t_is_a_temperature(tmp_path):
+    rows = "1;0,4;23\n2;0,3;23\n"
+    for heading in ("Motor 1 [mm/s]", "Motor 1 mm/s", "Motor 1 in mm / s"):
+        (one,) = read_materials(
+            write(tmp_path, f"{heading};µ;T\n{rows}"), CURVE_COLUMNS, Wanted(speed=heading)
+        ).values()
+        assert one["speed"][0] == 0.001 and not one.assumed and one.ignored == ("T",)
+    for wrong in ("Motor 1 (foo)", "Motor 1 [Mm/s]"):
+        with pytest.raises(ConfigError, match="expected the unit of a speed"):
+            read_materials(write(tmp_path, f"{wrong};µ;T\n{rows}"), CURVE_COLUMNS, Wanted(speed=wrong))
+    with pytest.raises(ConfigError, match="no column is called speed"):
+        fit_materials([write(tmp_path, f"vG in mm/s;µ;T\n{rows}")])

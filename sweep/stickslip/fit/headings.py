@@ -48,7 +48,7 @@ _FORCE_TOO = frozenset(("friction", "reibung", "frottement", "traction"))  # wor
 _PHYSICAL = {"speed": "m s-1", "time": "s", "friction_force": "N", "load": "N", "force": "N", "acceleration": "m s-2",
              "displacement": "m"}  # fmt: skip
 _LONG_SPEED = re.compile(r"(.*(?:speed|velocity|geschwindigkeit|vitesse)\b[.)]?)(.*)", re.IGNORECASE)  # Motor speed
-_UNIT_BEHIND = re.compile(r"(.+?)(?:(?:\s+in\s+|\s*[,/]\s*)([^\s,/]+)|[\s_]*(%))")
+_UNIT_BEHIND = re.compile(r"(.+?)(?:(?:\s+in\s+|\s*,\s*|\s+/\s+)([^,]+)|[\s_]*(%))")
 _END = re.compile(r"[\s,_:/]*(?:\bin)?[\s,_:/]*$")  # between a name and its unit
 _QUALIFIERS = frozenset(
     "mean avg average mittel mittelwert mittlere mittlerer mw median moyen moyenne moy ø value wert valeur "
@@ -138,6 +138,8 @@ def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Headi
     if plain(shown) in map(plain, names) or plain(name) in map(plain, names):
         return Heading(text, name, unit, next(n for n in names if plain(n) in (plain(shown), plain(name))))
     kind, rest = _known(name, kinds)
+    if name == "T" and not is_column_unit(unit, "s"):
+        return Heading(text, name, unit, "other")  # a temperature
     if "sigma" in kinds and kind not in _PHYSICAL and (deviation := _deviation(name)):
         known, rest = _known(deviation[1], kinds)
         return Heading(text, name, unit, deviation[0], rest if known in ("mu", "kinetic") else deviation[1])
@@ -152,10 +154,10 @@ def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Headi
         return Heading(text, _END.sub("", name[: -len(rest)]), rest, kind)
     if not kind and "mu" in kinds and _is_other(name):
         kind = "other"
-    if not kind and not unit and (behind := _UNIT_BEHIND.fullmatch(name)):
-        word = behind[2] or behind[3]
+    if not kind and not unit and (bare := _UNIT_BEHIND.fullmatch(name)):
+        word = bare[2] or bare[3]
         if plain(word) in PERCENT or word.startswith("°") or is_column_unit(word):
-            return Heading(text, behind[1], word)
+            return Heading(text, bare[1], word)
     return Heading(text, name, unit, kind, rest)
 
 

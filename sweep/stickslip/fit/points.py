@@ -100,7 +100,7 @@ def kind_of(path: Path, wanted: Wanted) -> tuple[Parameter, ...]:
     either = ("speed", "time", MU)
     table = read_table(path, example(CURVE_COLUMNS), "points", lambda names: _may_be_headings(names, either, wanted))
     found = [heading(cell.text) for cell in table.heading]
-    has_speed = any(one.kind == "speed" for one in found)
+    has_speed = any(one.kind == "speed" or is_column_unit(one.unit, "m s-1") for one in found)
     return AGEING_COLUMNS if not has_speed and any(one.kind == "time" for one in found) else CURVE_COLUMNS
 
 

@@ -102,7 +102,8 @@ class Search:
         if word := self._named.get(name):
             i = self._called(word)
             unit = self._headings[i].unit or trailing_unit(self._headings[i].text, column.units)
-            if unit and not is_column_unit(unit, column.units) and self._wanted.unit:
+            unit = unit or "".join(re.findall(r"[(\[].*[)\]]", self._headings[i].text))
+            if self._wanted.unit and not is_column_unit(unit, column.units):
                 unit = ""
             return Role(i, column, self._unit(i, unit, column))
         exact = [i for i, one in enumerate(self._headings) if one.kind == name and not one.label]
