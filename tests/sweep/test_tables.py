@@ -216,3 +216,150 @@ def test_a_speed_of_rotation_and_two_speeds_are_not_guessed_but_the_option_is_na
 def test_a_table_without_heading_loses_no_line(tmp_path):
     with pytest.raises(ConfigError, match="the first line names the columns"):
         read_points(write(tmp_path, "1;0.5\n2;0.4\n3;0.3\n"), CURVE_COLUMNS)
+
+
+# --- columns that are no materials ------------------------------------------------------------------------------------
+
+NO_MATERIAL = (
+    "A std", "A sd", "A_sd", "A (SD)", "sd A", "s_A", "A ±", "±", "+-", "A +/-", "Stabw", "A Stabw", "Std.-Abw.",
+    "s(mu)", "u(mu)", "SE", "A err", "err", "A Fehler", "écart-type", "A max", "A CI95", "A 2s", "FN", "Fn [N]",
+    "F_N in N", "Normalkraft", "Last", "Load", "Prüflast", "charge (N)", "Temperature", "T [°C]", "Öltemperatur",
+    "rel. Feuchte", "rH (%)", "humidity", "Drehmoment", "Torque [Nm]", "Verschleiß", "wear", "Weg", "Gleitstrecke",
+    "distance", "Datum", "cycle", "Zyklen", "SRR", "R²", "log A", "ECR in Ohm", "film, µm",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("heading", NO_MATERIAL)
+def test_a_column_of_something_else_is_no_material(heading, tmp_path):
+    rows = "".join(f"{v};0,{40 - v};0,{v + 10};0,01{v}\n" for v in range(1, 7))
+    found = read_materials(write(tmp_path, f"v [mm/s];A;B;{heading}\n{rows}"), CURVE_COLUMNS)
+    assert list(found) == ["A", "B"] and found["A"]["mu"][0] == 0.39
+    assert heading in (*found["A"].ignored, found["A"].read.get("sigma"))
+
+
+def test_the_numbers_of_samples_and_points_are_no_materials_but_may_tell_them_apart(tmp_path):
+    for heading in ("Nr", "n", "index", "sample", "Punkt", "Cycle no.", "ok"):
+        rows = "".join(f"{i};{i};0,{40 - i};0,{i + 10}\n" for i in range(1, 7))
+        assert list(read_materials(write(tmp_path, f"{heading};v [mm/s];A;B\n{rows}"), CURVE_COLUMNS)) == ["A", "B"]
+    rows = "".join(f"{i % 3 + 1};{i};0,{40 - i}\n" for i in range(1, 10))
+    assert sorted(read_materials(write(tmp_path, f"sample;v [mm/s];COF\n{rows}"), CURVE_COLUMNS)) == ["1", "2", "3"]
+
+
+def test_a_standard_deviation_belongs_to_the_column_it_is_called_after(tmp_path):
+    text = "v [mm/s];A;B;A std;B std\n" + "".join(f"{i};0,3;0,2;0,00{i};0,01\n" for i in range(1, 7))
+    found = read_materials(write(tmp_path, text), CURVE_COLUMNS)
+    assert found["A"]["sigma"][1] == 0.002 and found["B"]["sigma"][1] == 0.01
+    several = read_materials(write(tmp_path, text.replace("A std;B std", "std;std")), CURVE_COLUMNS)
+    assert "sigma" not in several["A"] and several["A"].ignored == ("std", "std")
+    gap = read_materials(write(tmp_path, text.replace("0,004", "0")), CURVE_COLUMNS)
+    assert "sigma" not in gap["A"] and gap["B"]["sigma"][0] == 0.01
+
+
+def test_kinetic_friction_is_taken_over_speed_and_static_over_time_and_else_it_is_asked(tmp_path):
+    rows = "".join(f"{i};0,{50 - i};0,{40 - i}\n" for i in range(1, 7))
+    for heading in (
+        "v [mm/s];mu_s;mu_k",
+        "v [mm/s];µs;µd",
+        "v [mm/s];Haftreibung;Gleitreibung",
+        "v [mm/s];static COF;dynamic COF",
+    ):
+        (one,) = read_materials(write(tmp_path, f"{heading}\n{rows}"), CURVE_COLUMNS).values()
+        assert one["mu"][0] == 0.39 and "static friction" in one.notes[0]
+    (one,) = read_materials(write(tmp_path, f"Haltezeit [s];mu_s;mu_k\n{rows}"), AGEING_COLUMNS).values()
+    assert one["mu"][0] == 0.49
+    for heading in ("v [mm/s];mu;mu_k", "v [mm/s];mu_s;x"):
+        with pytest.raises(ConfigError, match="--friction-column"):
+            read_materials(write(tmp_path, f"{heading}\n{rows}"), CURVE_COLUMNS)
+    (one,) = read_materials(
+        write(tmp_path, f"v [mm/s];mu_s;x\n{rows}"), CURVE_COLUMNS, Wanted(friction=("mu_s",))
+    ).values()
+    assert one["mu"][0] == 0.49
+
+
+@pytest.mark.parametrize(
+    "heading", ["COF in %", "COF [%]", "mu (%)", "COF %", "Reibwert in Prozent", "COF, %", "mu\n%"]
+)
+def test_friction_in_percent_is_divided_by_a_hundred(heading, tmp_path):
+    first, _, below = heading.partition("\n")
+    head = f"v;{first}\nmm/s;{below}" if below else f"v [mm/s];{first}"
+    points = read_points(write(tmp_path, f"{head}\n1;40,7\n2;35\n3;30\n"), CURVE_COLUMNS)
+    assert points["mu"].tolist() == [0.407, 0.35, 0.3]
+
+
+@pytest.mark.parametrize("text", ["COF\n1;35,5\n2;50\n", "COF [-]\n1;35,5\n2;50\n", "A;B\n1;35,5;0,3\n2;50;0,2\n"])
+def test_friction_too_large_to_be_a_coefficient_is_refused(text, tmp_path):
+    with pytest.raises(ConfigError, match="expected friction coefficients"):
+        read_materials(write(tmp_path, f"v [mm/s];{text}"), CURVE_COLUMNS)
+    rubber = read_points(write(tmp_path, "v [mm/s];COF [-]\n1;2,5\n2;2,1\n"), CURVE_COLUMNS)
+    assert rubber["mu"][0] == 2.5
+
+
+def test_friction_forces_are_divided_by_the_load_of_the_row_the_file_or_the_option_or_refused(tmp_path):
+    rows = "1;4;10\n2;6;20\n3;2,5;10\n"
+    by_row = read_points(write(tmp_path, f"v [mm/s];Reibkraft [N];FN [N]\n{rows}"), CURVE_COLUMNS)
+    assert by_row["mu"].tolist() == [0.4, 0.3, 0.25]
+    forces = "v [mm/s];FR [mN]\n1;400\n2;300\n"
+    for above in ("Prüflast;2;N\n", "Load: 2 N\n", "# Normalkraft = 2 N\n", "Last [N];2\n", "Auflast;2000;mN\n"):
+        assert read_points(write(tmp_path, above + forces), CURVE_COLUMNS)["mu"].tolist() == [0.2, 0.15]
+    (one,) = read_materials(write(tmp_path, forces), CURVE_COLUMNS, Wanted(load="2 N")).values()
+    assert one["mu"].tolist() == [0.2, 0.15] and "2 N (--load)" in one.notes[0]
+    for above in ("", "Last;15\n", "Last;15;kg\n", "Last;1.500;N\n", "Last: 5 bis 15 N\n", "Last;2;N\nPrüflast;3;N\n"):
+        with pytest.raises(ConfigError, match=r"load"):
+            read_points(write(tmp_path, above + forces), CURVE_COLUMNS)
+    for wrong in ("FR", "COF [N]", "FR [kg]", "Kraft [N]"):
+        with pytest.raises(ConfigError):
+            read_materials(write(tmp_path, f"v [mm/s];{wrong}\n1;4\n2;5\n"), CURVE_COLUMNS, Wanted(load=10.0))
+
+
+def test_columns_of_one_name_are_repeats_unless_their_numbers_are_not_alike(tmp_path):
+    text = "v [mm/s];A;A\n1;0,4;0,41\n2;0,3;0,31\n"
+    assert read_materials(write(tmp_path, text), CURVE_COLUMNS)["A"]["mu"].tolist() == [0.4, 0.41, 0.3, 0.31]
+    with pytest.raises(ConfigError, match="another name"):
+        read_materials(write(tmp_path, "v [mm/s];A;A\n1;0,4;0,01\n2;0,3;0,01\n"), CURVE_COLUMNS)
+
+
+def test_lines_above_the_header_are_left_out_and_said(points):
+    text = "Protokoll 12\nPrüfer;Müller\nGeschwindigkeit;variabel\nPrüflast;15;N\n\n" + (
+        points / "a" / "x.csv"
+    ).read_text().replace(", ", ";")
+    (points / "above.csv").write_text(text, "cp1252")
+    done = call("fit", "above.csv")
+    assert done.exit_code == 0 and "left out above the header: lines 1 to 4" in done.stdout
+    named = text.replace("speed [mm/s];mu", "Motor 1 [mm/s];Signal B")
+    (points / "named.csv").write_text(named, "cp1252")
+    told = json.loads(
+        call("fit", "named.csv", "--speed-column", "Motor 1", "--friction-column", "Signal B", "--json").stdout
+    )
+    assert told["fits"][0]["lines_above"] == [1, 4] and told["fits"][0]["points"] == 8
+    with pytest.raises(ConfigError, match="above the heading"):
+        read_points(write(points, "Einheit;mm/s\nv;mu\n1;0.3\n2;0.2\n"), CURVE_COLUMNS)
+
+
+def test_compare_says_what_columns_were_taken_for(points):
+    system = ("--mass", "100 g", "--stiffness", "5 N/mm", "--load", "10 N", "--damping", "1 N s/m", "--draws", "0")
+    text = (
+        (points / "a" / "x.csv")
+        .read_text()
+        .replace("mu\n", "mu, Temp\n")
+        .replace("\n", ", 23\n")
+        .replace("Temp, 23", "Temp")
+    )
+    (points / "warm.csv").write_text(text)
+    done = call("compare", "warm.csv", *system)
+    assert done.exit_code == 0 and "not used: 'Temp'" in done.stdout
+    assert json.loads(call("compare", "warm.csv", *system, "--json").stdout)["read"]["warm"]["ignored"] == ["Temp"]
+    assert call("fit", "a/x.csv", "--load", "10 m").exit_code == 2
+
+
+def test_a_column_that_people_name_keeps_its_unit_and_a_capital_t_is_a_temperature(tmp_path):
+    rows = "1;0,4;23\n2;0,3;23\n"
+    for heading in ("Motor 1 [mm/s]", "Motor 1 mm/s", "Motor 1 in mm / s"):
+        (one,) = read_materials(
+            write(tmp_path, f"{heading};µ;T\n{rows}"), CURVE_COLUMNS, Wanted(speed=heading)
+        ).values()
+        assert one["speed"][0] == 0.001 and not one.assumed and one.ignored == ("T",)
+    for wrong in ("Motor 1 (foo)", "Motor 1 [Mm/s]"):
+        with pytest.raises(ConfigError, match="expected the unit of a speed"):
+            read_materials(write(tmp_path, f"{wrong};µ;T\n{rows}"), CURVE_COLUMNS, Wanted(speed=wrong))
+    with pytest.raises(ConfigError, match="no column is called speed"):
+        fit_materials([write(tmp_path, f"vG in mm/s;µ;T\n{rows}")])

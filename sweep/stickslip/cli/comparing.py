@@ -17,7 +17,7 @@ from stickslip.cli.common import (
     reports_wrong_input,
     tell_json,
 )
-from stickslip.cli.fits import POINTS, columns, fitted, wanted_of
+from stickslip.cli.fits import POINTS, columns, fitted, tell_columns, wanted_of
 from stickslip.cli.tables import tell_table, write_table
 
 if TYPE_CHECKING:
@@ -96,7 +96,10 @@ def compare(
     from stickslip.materials.words import Words
 
     _check_outputs(outputs, plot, report)
-    fits = fitted([points_file(file) for file in files], wanted_of(unit, speed_column, friction_column), not as_json)
+    wanted = wanted_of(unit, speed_column, friction_column, load=load)
+    fits = fitted([points_file(file) for file in files], wanted, not as_json)
+    if not as_json:
+        tell_columns(fits)
     given = {"mass": mass, "stiffness": stiffness, "normal_load": load}
     given |= {} if damping is None else {"damping": damping}
     prepare_kernels("stribeck")
@@ -116,7 +119,10 @@ def compare(
         _show(words)
     written = _write(ds, words, outputs, plot, report, as_json, "," if decimal_comma else ".")
     if as_json:
-        tell_json(_answer(ds, words, written))
+        from stickslip.fit.described import columns_of
+
+        read = {one.name: {"file": str(one.path), **columns_of(one)} for one in fits}
+        tell_json(_answer(ds, words, written) | {"read": read})
 
 
 def _check_outputs(outputs: tuple[Path, ...], plot: Path | None, report: Path | None) -> None:

@@ -31,12 +31,13 @@ def columns(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def wanted_of(
-    unit: str | None, speed_column: str | None, friction_column: tuple[str, ...], time_column: str | None = None
-) -> Wanted:
+    unit: str | None, speed_column: str | None, friction_column: tuple[str, ...], time_column: str | None = None,
+    load: str | None = None,
+) -> Wanted:  # fmt: skip
     """What these options say."""
     from stickslip.fit import Wanted
 
-    return Wanted(unit or "", speed_column or "", time_column or "", friction_column)
+    return Wanted(unit or "", speed_column or "", time_column or "", friction_column, load)
 
 
 @click.command(
@@ -54,12 +55,13 @@ Examples:
 )
 @columns
 @click.option("--time-column", metavar="NAME", help="Heading of the column of waiting times.")
+@click.option("--load", help='Normal load that divides friction forces, where a file names none ("10 N").')
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot of points, curves and their 95 % bands.")
 @JSON
 @reports_wrong_input
 def fit(
     files: tuple[Path, ...], at: str, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
-    time_column: str | None, plot: Path | None, as_json: bool,
+    time_column: str | None, load: str | None, plot: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Fit friction curves, or ageing, to measured points.
 
@@ -70,10 +72,13 @@ def fit(
     """
     from stickslip.config.pick import seconds
     from stickslip.fit import described
+    from stickslip.fit.loads import newtons
 
     if plot is not None:
         check_plot(plot)
-    wanted = wanted_of(unit, speed_column, friction_column, time_column)
+    if load is not None:
+        newtons(load)
+    wanted = wanted_of(unit, speed_column, friction_column, time_column, load)
     fits = fitted([points_file(file) for file in files], wanted, ask=not as_json)
     ageing = {one.name: one.ageing for one in fits if one.ageing}
     if plot is not None:
@@ -82,11 +87,8 @@ def fit(
         plots.save(plots.plot_fits(fits), plot)
     if as_json:
         return tell_json(_answer(fits, ageing, seconds(at), plot))
-    told: set[Path] = set()
+    tell_columns(fits)
     for one in fits:
-        if one.path not in told and _is_worth_saying(one):
-            click.echo(f"{one.path}: {described.describe_columns([each for each in fits if each.path == one.path])}\n")
-        told.add(one.path)
         click.echo(f"{one.name}\n{described.describe(one)}\n")
     if len(ageing) > 1:
         click.echo(described.describe_ranking(ageing, seconds(at)))
@@ -123,9 +125,14 @@ def _somebody_sits_there() -> bool:
     return sys.stdin.isatty() and sys.stdout.isatty()
 
 
-def _is_worth_saying(one: MaterialFit) -> bool:
-    """Whether the columns are not plainly called what they were taken for."""
-    return bool(one.points.ignored) or any(not text.lower().startswith(n) for n, text in one.points.read.items())
+def tell_columns(fits: Sequence[MaterialFit]) -> None:
+    """Say what the columns of each file were taken for, where they are not plainly called so."""
+    from stickslip.fit import described
+
+    for path in dict.fromkeys(one.path for one in fits):
+        of_file = [one for one in fits if one.path == path]
+        if not all(map(described.is_plain, of_file)):
+            click.echo(f"{path}: {described.describe_columns(of_file)}\n")
 
 
 def _answer(fits: Sequence[MaterialFit], ageing: dict[str, Any], at: float, plot: Path | None) -> dict[str, Any]:

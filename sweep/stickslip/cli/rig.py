@@ -113,6 +113,8 @@ def rig_features(
     for name, file in zip(_names(files), files, strict=True):
         record = rig.read_record(file, settings.record, settings.conditions)
         _tell_overruled(file, record, given, settings)
+        if left := record.attrs["not_used"]:
+            click.echo(f"note      {file}: columns not used: {', '.join(map(repr, left))}")
         records[_called(name, file, record, records)] = record
     try:
         found = rig.feature_table(records, settings)

@@ -4,8 +4,9 @@ People's programs write commas, semicolons or tabs, decimal points or decimal co
 
 Columns separated by commas have decimal points. Columns separated by semicolons or tabs have either, the same in
 the whole file; a file that mixes them is refused, because "1,234" might then mean thousands. Lines that are empty,
-hold nothing but separators or start with # hold no numbers; what such remarks say is kept. Titles above the heading,
-lines of one cell each, are left out. A first line `sep=;`, which Excel reads and writes, names the separator.
+hold nothing but separators or start with # hold no numbers; what such remarks say is kept. Lines above the heading
+(titles, settings of the instrument) are kept apart. A first line `sep=;`, which Excel reads and writes, names the
+separator.
 """
 
 from __future__ import annotations
@@ -14,10 +15,9 @@ import codecs
 import csv
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from io import StringIO
-from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -33,7 +33,9 @@ _SAID = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
-_MOST_TITLES = 8  # lines above the heading
+_MOST_ABOVE = 300  # lines above the heading
+_OPEN = re.compile(r'(?:^|[;,\t])\s*"[^"]*$')  # a cell that is not closed
+_MOST_JOINED = 4  # lines of one heading
 MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
 
 
@@ -114,7 +116,8 @@ class Table:
     """A file in parts, no number read yet.
 
     remarks : the text after the # of comment lines. heading : the cells of the first other line.
-    lines : the rest, each with its number. separator : one of comma, semicolon and tab.
+    lines : the rest, each with its number. separator : one of comma, semicolon and tab. above : lines before the
+    heading that are no remarks, cell by cell.
     """
 
     name: str
@@ -122,15 +125,19 @@ class Table:
     heading: tuple[Cell, ...]
     lines: tuple[tuple[int, str], ...]
     separator: str
+    above: tuple[tuple[Cell, ...], ...] = ()
 
 
-def read_table(path: Path, example: str, rows_are: str = "samples") -> Table:
+def read_table(
+    path: Path, example: str, rows_are: str = "samples", is_heading: Callable[[Sequence[str]], bool] | None = None
+) -> Table:
     """The parts of a file. Raises ConfigError if it cannot be read or holds no table.
 
-    example : of the line that names the columns. rows_are : what the other lines are, for messages.
+    example : of the line that names the columns. rows_are : what the other lines are, for messages. is_heading :
+    whether cells may be the names of the columns; the first such line over numbers is, else the first of several cells.
     """
     name = str(path)
-    numbered = [(number, line) for number, line in enumerate(read_text(path).splitlines(), 1) if line.strip()]
+    numbered = [(number, line) for number, line in _lines(read_text(path)) if line.strip(" ;,\t")]
     said = _SAID.fullmatch(numbered[0][1]) if numbered else None
     numbered = numbered[1:] if said else numbered
     remarks = tuple(_remark(number, line) for number, line in numbered if _is_remark(line))
@@ -138,28 +145,65 @@ def read_table(path: Path, example: str, rows_are: str = "samples") -> Table:
     if not rows:
         hint = f"the first line that is not a comment says, for instance, '{example}'"
         raise ConfigError(name, [Problem((), "no line names the columns", hint=hint)])
-    (number, line), *rest = rows[0 if said else _titles([line for _, line in rows[: _MOST_TITLES + 2]]) :]
-    separator = said[1] if said else _separator(line, rest[0][1] if rest else line)
+    at, separator = _heading_at([line for _, line in rows[:_MOST_ABOVE]], said[1] if said else "", is_heading)
+    (number, line), rest = rows[at], rows[at + 1 :]
     heading = _cells(name, number, line, separator)
     while len(heading) > 1 and not heading[-1].text:
         heading = heading[:-1]
     lines = tuple(_within(rest, separator, len(heading)))
     if not lines:
         raise ConfigError(name, [Problem((), f"no {rows_are}, only the names of columns", Place(number, 1))])
-    return Table(name, remarks, heading, lines, separator)
+    return Table(name, remarks, heading, lines, separator, tuple(_above(*row, separator) for row in rows[:at]))
 
 
-def _titles(lines: Sequence[str]) -> int:
-    """How many lines at the top are titles: of one cell each, where columns with names begin below."""
-    bare = (line.rstrip(";,\t ") for line in lines)  # spreadsheets write empty cells behind a title
-    for number, (line, after) in enumerate(pairwise(bare)):
-        names = line.split(mark) if (mark := _separator(line, after)) in line else []
-        if len(names) > 1:
-            is_heading = len(names) == len(list(_parts(after, mark)))
-            return number if is_heading and not any(map(_is_number, names)) else 0
-        if _is_number(line):
-            return 0
-    return 0
+def _lines(text: str) -> Iterator[tuple[int, str]]:
+    """The lines of a text, numbered; near the top a cell in quotation marks may go on in the next line."""
+    begun: tuple[int, str] | None = None
+    for number, line in enumerate(text.splitlines(), 1):
+        if begun is not None:
+            begun = (begun[0], f"{begun[1]} {line}")
+        elif number < _MOST_ABOVE and _OPEN.search(line) and line.count('"') % 2:
+            begun = (number, line)
+        if begun is None:
+            yield number, line
+        elif begun[1].count('"') % 2 == 0 or number - begun[0] >= _MOST_JOINED:
+            yield begun
+            begun = None
+    if begun is not None:
+        yield begun
+
+
+def _heading_at(lines: Sequence[str], said: str, is_heading: Callable[[Sequence[str]], bool] | None) -> tuple[int, str]:
+    """Which line names the columns, and what separates them."""
+    marks = [said] if said else [*_SEPARATORS]
+    for i, line in enumerate(lines):
+        for mark in marks:
+            names = _plain_cells(line, mark)
+            if is_heading is None or len(names) < 2 or any(map(_is_number, names)) or not is_heading(names):
+                continue
+            for row in lines[i + 1 : i + 3]:  # a line of units may stand between names and numbers
+                row_cells = _plain_cells(row, mark)
+                if is_heading(row_cells):
+                    break
+                if 1 < sum(map(_is_number, row_cells)) and len(row_cells) <= len(names):
+                    return i, mark
+    several = [i for i, line in enumerate(lines) if any(len(_plain_cells(line, mark)) > 1 for mark in marks)]
+    named = (i for i in several if is_heading and any(is_heading(_plain_cells(lines[i], mark)) for mark in marks))
+    at = next(named, several[0] if several else 0)
+    return at, said or _separator(lines[at], lines[min(at + 1, len(lines) - 1)])
+
+
+def _plain_cells(line: str, mark: str) -> list[str]:
+    """The cells of a line without quotation marks, and without the empty ones behind the last."""
+    texts = [line[begin:end].strip().strip('"').strip() for begin, end in _parts(line, mark)]
+    while texts and not texts[-1]:
+        texts.pop()
+    return texts
+
+
+def _above(number: int, line: str, separator: str) -> tuple[Cell, ...]:
+    """The cells of a line above the heading, which need not be proper CSV."""
+    return tuple(Cell(text, Place(number, 1)) for text in _plain_cells(line, separator))
 
 
 def _is_number(text: str) -> bool:
@@ -210,6 +254,11 @@ def numbers(table: Table, wanted: Sequence[int]) -> dict[int, NDArray[np.float64
     except ValueError:
         raise ConfigError(table.name, _problems(table, wanted, comma)) from None
     return found
+
+
+def first_cells(table: Table) -> tuple[Cell, ...]:
+    """The cells of the first line below the heading. Raises ConfigError where it is not CSV."""
+    return _cells(table.name, *table.lines[0], table.separator)
 
 
 def cells(table: Table) -> Iterator[tuple[Cell, ...]]:
@@ -276,6 +325,14 @@ def _parts(line: str, separator: str) -> Iterator[tuple[int, int]]:
 def has_decimal_commas(table: Table, rows: Sequence[Sequence[str]], wanted: Sequence[int]) -> bool:
     """Whether numbers are written with commas in the columns `wanted` of the cells in `rows`."""
     return table.separator != "," and any("," in row[column] for row in rows for column in wanted if column < len(row))
+
+
+def thousands(texts: Sequence[str], comma: bool) -> bool:
+    """Whether the decimal marks of a column rather stand between thousands: 500, 1,000, 1,500."""
+    marked = re.compile(r"[-+]?[1-9]\d{0,2}[,]\d{3}" if comma else r"[-+]?[1-9]\d{0,2}[.]\d{3}")
+    whole = [text for text in texts if text.lstrip("+-").isdigit()]
+    others = [text for text in texts if text and text not in whole]
+    return bool(others) and any(len(text) > 2 for text in whole) and all(map(marked.fullmatch, others))
 
 
 def mixed_marks(text: str, comma: bool) -> str:

@@ -47,12 +47,36 @@ def describe_ranking(fits: Mapping[str, AgeingFit], at: float) -> str:
 
 
 def describe_columns(fits: Sequence[MaterialFit]) -> str:
-    """What the columns of the table of these materials were taken for."""
+    """What the columns of the table of these materials were taken for, and what was left out."""
     points = fits[0].points
-    taken = [f"{heading!r} is {name}" for name, heading in points.read.items() if name != "mu"]
-    taken.append(f"{', '.join(repr(one.points.read['mu']) for one in fits)} friction")
+    shared = {name: text for name, text in points.read.items() if name != "mu" and (name != "sigma" or len(fits) == 1)}
+    taken = [f"{heading!r} is {name}" for name, heading in shared.items()]
+    columns = dict.fromkeys(repr(one.points.read["mu"]) for one in fits)
+    notes = [f"; {note}" for note in points.notes]
     left = f"; not used: {', '.join(map(repr, points.ignored))}" if points.ignored else ""
-    return f"{', '.join(taken)}{left}"
+    above = (
+        "; left out above the header: line {0}"
+        if len({*(points.above or ())}) == 1
+        else "; left out above the header: lines {0} to {1}"
+    )
+    skipped = above.format(*points.above) if points.above else ""
+    return f"{', '.join(taken)}, {', '.join(columns)} friction{''.join(notes)}{left}{skipped}"
+
+
+def columns_of(fit: MaterialFit) -> dict[str, Any]:
+    """The same of one material as plain data, for programs."""
+    points = fit.points
+    return {"columns": dict(points.read), "ignored": list(points.ignored), "notes": list(points.notes),
+            "lines_above": list(points.above or ()), "units": dict(points.units),
+            "assumed_units": {column.name: column.units for column in points.assumed}}  # fmt: skip
+
+
+def is_plain(fit: MaterialFit) -> bool:
+    """Whether the columns are plainly called what they were taken for, and nothing was left out."""
+    points = fit.points
+    return not (points.ignored or points.notes or points.above) and all(
+        text.lower().startswith(name) for name, text in points.read.items()
+    )
 
 
 def as_yaml(fits: Sequence[MaterialFit]) -> str:
@@ -81,9 +105,7 @@ def as_plain(fit: MaterialFit) -> dict[str, Any]:
         "interval": {name: list(found.interval[name]) for name in names},
         "standard_error": dict(found.standard_error), "covariance": found.covariance, "confidence": 0.95,
         "residual_rms": found.residual_rms, "r_squared": found.r_squared, "points": found.points,
-        "good": found.good, "quality": found.quality,
-        "columns": dict(fit.points.read), "ignored": list(fit.points.ignored),
-        "assumed_units": {column.name: column.units for column in fit.points.assumed},
+        "good": found.good, "quality": found.quality, **columns_of(fit),
     }  # fmt: skip
     if fit.curve is not None:
         told |= {"unidentified": fit.curve.unidentified, "assumed": fit.curve.assumed, "at_bound": fit.curve.at_bound}

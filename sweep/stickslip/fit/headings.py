@@ -1,122 +1,332 @@
-"""What the columns of a table of points are, by their headings: what people and their instruments call things.
+"""What the columns of tables are, by their headings: the words of people and their instruments, in three languages.
 
-A heading is a name with the unit behind it, in brackets (`v [mm/s]`, `v / (mm/s)`) or bare (`v in mm/s`, `v, mm/s`).
-Names are compared without regard to case, hyphens and underscores.
+A heading is a name with the unit in brackets (`v [mm/s]`, `v / (mm/s)`) or behind it (`v in mm/s`, `Speed, mm s-1`).
+Names are compared without regard to case, accents, points, hyphens and underscores. One table of words serves measured
+points and records of a rig. What stands behind the name of a physical quantity and is no known qualifier (`set`,
+`soll`) is taken for its unit, so that a unit nobody understands is refused rather than left out.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+import unicodedata
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from stickslip.errors import QuantityError
+from stickslip.files.tables import NUMBER, Table, first_cells
 from stickslip.vocabulary import units
+from stickslip.vocabulary.column_units import is_column_unit
 
-_WORDS = {  # by the name of a column in the vocabulary
-    "speed": (
-        "speed", "velocity", "v", "w", "v rel", "vrel", "sliding speed", "sliding velocity", "slip speed",
-        "slip velocity", "relative speed", "relative velocity", "mean speed", "geschwindigkeit", "gleitgeschwindigkeit",
-    ),
-    "time": (
-        "time", "t", "waiting time", "wait", "hold time", "dwell time", "dwell", "contact time", "zeit", "wartezeit",
-        "haltezeit",
-    ),
-    "mu": (
-        "mu", "\N{GREEK SMALL LETTER MU}", "cof", "friction", "friction coefficient", "coefficient of friction",
-        "friction coeff", "friction coeff.", "coeff. of friction", "cof mean", "mean cof", "mu mean", "traction",
-        "traction coefficient", "static friction", "static friction coefficient", "mu s", "mu static",
-        "reibwert", "reibzahl", "reibungszahl", "reibungskoeffizient", "reibkoeffizient",
-    ),
-    "sigma": ("sigma", "\N{GREEK SMALL LETTER SIGMA}", "sd", "std", "stdev", "std dev", "standard deviation"),
+_WORDS = {  # by kind of column
+    "speed": "speed, velocity, v, w, v rel, vrel, v gleit, sliding speed, sliding velocity, slip speed, slip velocity, "
+    "relative speed, relative velocity, drive speed, drive velocity, geschwindigkeit, gleitgeschwindigkeit, "
+    "relativgeschwindigkeit, vitesse, vitesse de glissement, vitesse relative",
+    "time": "time, t, waiting time, wait, hold time, dwell time, dwell, contact time, elapsed time, zeit, wartezeit, "
+    "haltezeit, kontaktzeit, messzeit, prüfzeit, versuchszeit, temps, durée, temps de contact, temps d'attente",
+    "mu": "mu, μ, cof, friction, friction coefficient, coefficient of friction, friction coeff, coeff of friction, "
+    "traction, traction coefficient, coefficient of traction, reibung, reibwert, reibzahl, reibungszahl, reibungswert, "
+    "reibungskoeffizient, reibkoeffizient, frottement, coefficient de frottement, coef de frottement, "
+    "coeff de frottement",
+    "friction_force": "friction force, frictional force, force of friction, f friction, fr, f r, f reib, reibkraft, "
+    "reibungskraft, tangential force, tangentialkraft, traction force, force de frottement, force tangentielle",
+    "load": "load, normal load, normal force, applied load, test load, fn, f n, last, normalkraft, normallast, "
+    "auflast, prüflast, prueflast, prüfkraft, pruefkraft, belastung, anpresskraft, andruckkraft, charge, "
+    "force normale, charge normale, effort normal",
+    "force": "f, force, kraft, spring force, federkraft, messkraft, horizontal force, effort",
+    "acceleration": "acceleration, accel, acc, a, beschleunigung, beschl, accélération",
+    "displacement": "displacement, drive displacement, drive position, position, weg, verschiebung, déplacement",
+    "stick": "stick",
+    "sigma": "sigma, σ",
+    "material": "material, lubricant, sample, specimen, grease, oil, werkstoff, paarung, schmierstoff, schmierfett, "
+    "probe, muster, matériau, lubrifiant, graisse, échantillon, éprouvette",
 }  # fmt: skip
-_SPEEDS = ("speed", "velocity", "geschwindigkeit")
-MATERIAL_WORDS = ("material", "lubricant", "sample", "specimen", "grease", "oil", "schmierstoff", "probe")
-_NOT_FRICTION = frozenset(
-    (
-        "temperature", "temp", "load", "normal load", "force", "normal force", "friction force", "torque", "pressure",
-        "humidity", "rh", "cycle", "cycles", "cycle number", "stroke", "distance", "sliding distance", "position",
-        "number", "no", "no.", "nr", "nr.", "#", "n", "index", "point", "step", "line", "row", "date", "comment",
-        "remark", "remarks", "operator", "time", "speed", "slide roll ratio", "srr", "viscosity", "wear",
-        "acceleration", "last", "normalkraft", "kraft", "temperatur", "zeit", "datum", "bemerkung",
-    )
+POINTS = ("speed", "time", "mu", "friction_force", "load", "sigma", "material")  # kinds in tables of points
+RECORD = ("time", "force", "friction_force", "acceleration", "speed", "displacement", "stick", "mu", "load")  # of a rig
+_FORCE_TOO = frozenset(("friction", "reibung", "frottement", "traction"))  # words for the coefficient and the force
+_PHYSICAL = {"speed": "m s-1", "time": "s", "friction_force": "N", "load": "N", "force": "N", "acceleration": "m s-2",
+             "displacement": "m"}  # fmt: skip
+_LONG_SPEED = re.compile(r"(.*(?:speed|velocity|geschwindigkeit|vitesse)\b[.)]?)(.*)", re.IGNORECASE)  # Motor speed
+_UNIT_BEHIND = re.compile(r"(.+?)(?:(?:\s+in\s+|\s*,\s*|\s+/\s+)([^,]+)|[\s_]*(%))")
+_END = re.compile(r"[\s,_:/]*(?:\bin)?[\s,_:/]*$")  # between a name and its unit
+_QUALIFIERS = frozenset(
+    "mean avg average mittel mittelwert mittlere mittlerer mw median moyen moyenne moy ø value wert valeur "
+    "measured gemessen set setpoint soll sollwert nominal nom target consigne ist istwert actual act real rel "
+    "relative in en the of der des von".split()
+)
+_STATIC = frozenset("static stat s haft statisch statische statique h 0".split())
+_KINETIC = frozenset(
+    "kinetic dynamic kin dyn k d g gleit sliding dynamisch dynamische kinetisch kinetische dynamique cinétique".split()
+)
+_SIGMA = re.compile(
+    r"\b(?:std ?dev(?:iation)?|st ?dev|std ?abw(?:eichung)?|stabw|standard ?(?:deviation|abweichung|error|fehler)|sdev"
+    r"|std|sd|sem?|ecart type|erreur (?:type|standard)|sigma|σ)(?!\w)|\b(?:s|sd|std|σ|sigma) ?\( ?(?=[\w ]+\))"
+    r"|^s (?=(?:mu|μ|cof)$)"
+)
+_SPREAD = frozenset(
+    "± err error errors fehler unsicherheit messunsicherheit uncertainty incertitude var variance varianz cv "
+    "rsd ci ki min max minimum maximum lower upper untere obere peak range spannweite streuung scatter dev "
+    "deviation abweichung".split()
+)
+_BOUND = re.compile(r"(?:ci|ki|u|k) ?\d+|[123] ?(?:s|sd|σ|sigma)")  # u95, 2s
+_COMPUTED = re.compile(  # what is no longer the quantity itself: log v, 1/mu, mu x100, mu/mu0
+    r"^\s*(?:-|1\s*/|(?:log|lg|ln|log10|sqrt)\b|[√Δ])|[x×*]\s*1\d|\*|\w\s*/\s*(?:mu|[µμ])"
+    r"|\s[-+]\s*\d*[.,]\d|\^",
+    re.IGNORECASE,
+)
+_NUMBERED = frozenset("no nr n° # id name number nummer nom numéro numero code".split())  # sample no.
+_OTHER = frozenset(
+    "temp temperature temperatur température t° pressure humidity humidite rh cycle cycles zyklus zyklen stroke "
+    "strokes hub distance position number no nr n° # anzahl index point points punkt step line row zeile date "
+    "datum uhrzeit comment kommentar remark remarks bemerkung operator bediener ratio srr viscosity wear usure "
+    "torque couple moment acceleration load last force kraft charge speed time zeit fx fy fz ft r2 count id "
+    "channel kanal ecr resistance voltage effort".split()
+)
+_OTHER_ENDS = (
+    "temperatur", "feuchte", "feuchtigkeit", "moment", "kraft", "druck", "nummer", "geschwindigkeit", "verschleiss",
+    "beschleunigung", "strecke", "zeit", "viskositat", "frequenz", "drehzahl", "zahler", "weg",
 )  # fmt: skip
-_BRACKETS = re.compile(r"(.*?)\s*(?:/\s*)?(?:\[([^\[\]]*)\]|\(([^()]*)\))")
-_BARE = re.compile(r"(.*?)(?:\s+in\s+|\s*/\s+|\s*,\s*|\s+|_)([^\s,]+)", re.IGNORECASE)
-_PURE = ("", "1", "-")  # how people write "no unit"
+PURE = ("", "1", "-", "–", "—")  # how people write "no unit"
+PERCENT = ("%", "percent", "prozent", "pct", "pour cent", "v h")
+_GROUP = re.compile(r"\s*/?\s*(?:\[([^\[\]]*)\]|(?<!\^)\(((?:[^()]|\^\([^()]*\))*)\))")
+_APART = re.compile(r"[\s,_:/\-.]+")
 
 
 @dataclass(frozen=True)
 class Heading:
-    """A heading in parts. text : all of it. name : without the unit. unit : as written, or nothing."""
+    """A heading in parts.
+
+    text : all of it. name : without the unit. unit : as written, or nothing. kind : of the column, a key of the table
+    of words, or `static`, `kinetic` (friction), `spread` (an error, an extreme), `other` (never friction); nothing
+    where no word is known. label : what the name says besides, such as the material.
+    """
 
     text: str
     name: str
-    unit: str
+    unit: str = ""
+    kind: str = ""
+    label: str = ""
 
     def is_called(self, word: str) -> bool:
         """Whether people mean this column by a word: all of the heading, or its name."""
         return plain(word) in (plain(self.text), plain(self.name))
 
-    def is_pure(self) -> bool:
-        """Whether what stands here has no unit."""
-        return self.unit in _PURE
+    def may_be_force(self) -> bool:
+        """Whether the word for this friction is also that for the force."""
+        return self.kind == "friction_force" or self.kind == "mu" and bool(_FORCE_TOO & set(_tokens(self.name)))
 
-    def may_be_friction(self) -> bool:
-        """Whether a column with this heading may be that of a material: it has no unit and no other meaning."""
-        return bool(self.text) and self.is_pure() and plain(self.name) not in _NOT_FRICTION
-
-
-def heading(text: str, known: Collection[str]) -> Heading:
-    """A heading in parts. known : names of the columns there may be, of which a bare unit is told apart."""
-    match = _BRACKETS.fullmatch(text)
-    if match is not None:
-        unit = str(match[2] if match[2] is not None else match[3]).strip()
-        if match[2] is not None or _is_unit(unit) or unit in _PURE:
-            return Heading(text, match[1].strip(), unit.replace("\N{SUPERSCRIPT TWO}", "2"))
-        return Heading(text, text, "")  # COF (dry)
-    if meant(text, known) is None and (bare := _BARE.fullmatch(text)) is not None:
-        name = meant(bare[1], known)
-        if name in ("speed", "time") and _is_unit(bare[2]):
-            return Heading(text, bare[1].strip(), bare[2])
-        if "speed" in known and holds_speed(bare[1]) and _is_unit_of_speed(bare[2]):
-            return Heading(text, bare[1].strip(" ,/"), bare[2])
-    return Heading(text, text.strip(), "")
+    def is_force(self) -> bool:
+        """Whether this is friction as a force: called so, or friction with a unit of force."""
+        return self.kind == "friction_force" or self.may_be_force() and is_column_unit(self.unit, "N")
 
 
-def meant(word: str, known: Collection[str]) -> str | None:
-    """Which of the columns `known` people mean by a word; None if none."""
-    name = plain(word)
-    return next((column for column in known if name == plain(column) or name in _WORDS.get(column, ())), None)
+@lru_cache(maxsize=4096)
+def heading(text: str, kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] = ()) -> Heading:
+    """A heading in parts.
+
+    kinds : of columns there may be. names : further names of columns, which are kinds of their own.
+    """
+    one = _heading(text, kinds, names)
+    return replace(one, kind="other") if _COMPUTED.search(one.name) and one.kind not in names else one
 
 
-def holds_speed(name: str) -> bool:
-    """Whether a speed is meant by one of the words of a longer heading: `Sliding speed v`, `Prüfgeschwindigkeit`."""
-    return any(word.strip("().,;").endswith(_SPEEDS) for word in plain(name).split())
+def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Heading:
+    """A heading as its words say."""
+    shown = text.translate(units.AS_TYPED)
+    name, unit = _cut(shown)
+    if plain(shown) in map(plain, names) or plain(name) in map(plain, names):
+        return Heading(text, name, unit, next(n for n in names if plain(n) in (plain(shown), plain(name))))
+    kind, rest = _known(name, kinds)
+    if name == "T" and not is_column_unit(unit, "s"):
+        return Heading(text, name, unit, "other")  # a temperature
+    if "sigma" in kinds and kind not in _PHYSICAL and (deviation := _deviation(name)):
+        known, rest = _known(deviation[1], kinds)
+        return Heading(text, name, unit, deviation[0], rest if known in ("mu", "kinetic") else deviation[1])
+    if kind == "material" and not set(_tokens(rest)) <= _NUMBERED:
+        kind, rest = "", ""  # grease A
+    if not kind and "speed" in kinds and (longer := _LONG_SPEED.fullmatch(name)):
+        behind = _rest(longer[2], "speed", kinds)
+        if not behind or not unit and is_column_unit(behind):
+            return Heading(text, longer[1], unit or behind, "speed", longer[1])
+    is_bare = rest and not unit and (kind in _PHYSICAL or plain(rest) in PERCENT or is_column_unit(rest))
+    if is_bare:
+        return Heading(text, _END.sub("", name[: -len(rest)]), rest, kind)
+    if not kind and "mu" in kinds and _is_other(name):
+        kind = "other"
+    if not kind and not unit and (bare := _UNIT_BEHIND.fullmatch(name)):
+        word = bare[2] or bare[3]
+        if plain(word) in PERCENT or word.startswith("°") or is_column_unit(word):
+            return Heading(text, bare[1], word)
+    return Heading(text, name, unit, kind, rest)
 
 
-def words_for(known: Collection[str]) -> Iterator[str]:
-    """Every name of some columns."""
-    for column in known:
-        yield from dict.fromkeys((column, *_WORDS.get(column, ())))
+def trailing_unit(text: str, of: str) -> str:
+    """The unit in these SI units that stands behind a name nobody knows, without brackets; nothing if none does."""
+    words = text.translate(units.AS_TYPED).replace(",", " ").split()
+    ends = (" ".join(words[i:]).removeprefix("in ") for i in range(1, len(words)))
+    return next((end for end in ends if is_column_unit(end, of)), "")
 
 
+def words_for(kinds: Collection[str]) -> list[str]:
+    """Every name of some kinds of columns."""
+    return [word for kind in kinds for word in (kind, *_WORDS.get(kind, "").split(", ")) if word]
+
+
+@lru_cache(maxsize=4096)
 def plain(word: str) -> str:
     """A name as it is compared."""
-    return " ".join(word.casefold().replace("_", " ").replace("-", " ").strip(" :").split())
+    bare = "".join(c for c in unicodedata.normalize("NFKD", word.casefold()) if not unicodedata.combining(c))
+    return " ".join(re.sub(r"[_\-.':’]", " ", bare).split())
 
 
-def _is_unit(text: str) -> bool:
-    """Whether a text is a unit of something."""
+def with_units_below(
+    table: Table, headings: list[Heading], others: Mapping[str, str], kinds: tuple[str, ...] = POINTS
+) -> tuple[list[Heading], bool]:
+    """The headings with the units of a line of their own below them, and whether there is one.
+
+    others : SI units of columns of other kinds. kinds : of columns there may be. Such a line holds no number, and the
+    unit of a column whose heading has none; what else it says belongs to the headings.
+    """
+    units_of = {**_PHYSICAL, **others}
+    cells = first_cells(table)
+    texts = [cell.text.strip("[]() ") for cell in cells]
+    if len(texts) != len(headings) or len(table.lines) < 2 or any(NUMBER.fullmatch(t.replace(",", ".")) for t in texts):
+        return headings, False
+    rows = [*zip(headings, texts, strict=True)]
+    if not any(not h.unit and is_column_unit(text, units_of[h.kind]) for h, text in rows if h.kind in units_of):
+        return headings, False
+    return [_continued(h, text, kinds) for h, text in rows], True
+
+
+def _continued(above: Heading, below: str, kinds: tuple[str, ...]) -> Heading:
+    """A heading that goes on in the line below: with a unit, or with words such as `std`."""
+    if not below or above.unit:
+        return above
+    is_unit = below in PURE or plain(below) in PERCENT or _is_unit(below)
+    joined = heading(
+        f"{above.text} [{below}]" if is_unit or above.kind in _PHYSICAL else f"{above.text} {below}", kinds
+    )
+    return Heading(
+        above.text if is_unit else joined.text, joined.name, joined.unit, joined.kind or above.kind, joined.label
+    )
+
+
+def _cut(text: str) -> tuple[str, str]:
+    """Name and unit of a heading: what stands in the last brackets that hold a unit, else in the last square ones."""
+    groups = [*_GROUP.finditer(text)]
+    inner = [(m[1] if m[1] is not None else m[2]).strip() for m in groups]
+    round_ones = [m[1] is None for m in groups]
+    held = [i for i, one in enumerate(inner) if _is_unit(one, round_ones[i])]
+    held = held or [i for i, one in enumerate(inner) if not round_ones[i] and plain(one) not in _QUALIFIERS]
+    if not held:
+        return text.strip(), ""
+    group, unit = groups[held[-1]], inner[held[-1]]
+    name = f"{_END.sub('', text[: group.start()])} {text[group.end() :]}".strip()
+    return name, unit or "-"
+
+
+@lru_cache(maxsize=4096)
+def _is_unit(text: str, in_round: bool = False) -> bool:
+    """Whether a text in brackets is a unit of something; a capital letter in round ones rather names a material."""
+    if text in PURE or plain(text) in PERCENT or is_column_unit(text):
+        return True
+    if plain(text) in _QUALIFIERS | _index()["mu"] or in_round and re.fullmatch("[A-Z]", text):
+        return False
     try:
         units.si_value(f"1 {text}", "m s-1")
     except QuantityError as error:
-        return error.found is not None
+        return error.found is not None or bool(error.hint and error.hint.startswith("did you mean"))
     return True
 
 
-def _is_unit_of_speed(text: str) -> bool:
-    try:
-        return units.si_value(f"1 {text}", "m s-1") > 0
-    except QuantityError:
-        return False
+def _deviation(name: str) -> tuple[str, str] | None:
+    """`sigma` for a column of standard deviations, `spread` for other errors and extremes; what they belong to."""
+    if re.search(r"±|\+\s*/?\s*-", name):
+        return "spread", re.sub(r"±|\+\s*/?\s*-", " ", name).strip()
+    if (match := _SIGMA.search(plain(name))) is not None:
+        base = plain(name)[: match.start()] + plain(name)[match.end() :]
+        return "sigma", " ".join(base.strip(" ()").removeprefix("of ").split())
+    words = _tokens(name)
+    is_bound = any(map(_BOUND.fullmatch, words)) or re.match(r"(u|d|delta|δ) ?(\(|mu$|μ$)", plain(name))
+    if is_bound or _SPREAD & set(words):
+        return "spread", " ".join(w for w in words if w not in _SPREAD)
+    return None
+
+
+def _known(name: str, kinds: tuple[str, ...]) -> tuple[str, str]:
+    """The kind of a column whose name begins with a word of the table, and the rest of it without qualifiers."""
+    start = re.match(rf"(?:(?:{'|'.join(sorted(_QUALIFIERS))})\b\.?[\s_]*)*", name, re.IGNORECASE)
+    body = name[start.end() :] if start and start.end() < len(name) else name
+    ends = [len(body), *(m.start() for m in reversed([*re.finditer(r"[\s,_:/(\[\-]", body)]))]
+    for end in ends:
+        if kind := _kind_of(plain(body[:end]), kinds):
+            rest = _rest(body[end:], kind, kinds)
+            is_letter = len(plain(body[:end])) == 1 and kind in _PHYSICAL  # W-40 is no speed
+            if not (is_letter and rest) or re.match(r"[\[(]|.*[/^]", rest) or is_column_unit(rest):
+                return kind, rest
+    return "", ""
+
+
+def _kind_of(word: str, kinds: tuple[str, ...]) -> str:
+    """The kind of column that is called so."""
+    found = next((kind for kind in kinds if word in _index()[kind]), "")
+    if found or not word or "mu" not in kinds:
+        return found
+    parts = word.split()
+    for kind, words in (("static", _static()), ("kinetic", _kinetic())):
+        if word in words and len(word) > 3:
+            return kind
+        for i, part in enumerate(parts):
+            if part in words and " ".join([*parts[:i], *parts[i + 1 :]]) in _index()["mu"]:
+                return kind
+        glued = (word.removeprefix(start) for start in ("mu", "μ") if word.startswith(start))
+        if any(end in words for end in glued) or any(
+            word.startswith(w) and word.removeprefix(w) in _index()["mu"] for w in ("haft", "gleit") if w in words
+        ):
+            return kind
+    return ""
+
+
+def _rest(text: str, kind: str, kinds: tuple[str, ...]) -> str:
+    """What stands behind a name, without qualifiers and further words for the same (`Sliding speed v`)."""
+    words = text.strip(" ,/_:-").split()
+    while words and (_is_spare(words[0]) or _kind_of(plain(words[0].strip("(),")), kinds) == kind):
+        words = words[1:]
+    while words and _is_spare(words[-1]):
+        words = words[:-1]
+    return " ".join(words).lstrip("/ ,:")
+
+
+def _is_spare(word: str) -> bool:
+    return plain(word.strip("()[],")) in {"", *_QUALIFIERS} and word not in ("/",)
+
+
+def _is_other(name: str) -> bool:
+    """Whether a name is that of something that is never friction."""
+    words = _tokens(name)
+    return any(word in _others() or word.endswith(_OTHER_ENDS) for word in words)
+
+
+def _tokens(name: str) -> Sequence[str]:
+    return [word for word in re.split(r"[\s()\[\],/]+", plain(name)) if word]
+
+
+@lru_cache(maxsize=1)
+def _index() -> dict[str, frozenset[str]]:
+    return {kind: frozenset(map(plain, words.split(", "))) for kind, words in _WORDS.items()}
+
+
+@lru_cache(maxsize=1)
+def _static() -> frozenset[str]:
+    return frozenset(map(plain, _STATIC))
+
+
+@lru_cache(maxsize=1)
+def _kinetic() -> frozenset[str]:
+    return frozenset(map(plain, _KINETIC))
+
+
+@lru_cache(maxsize=1)
+def _others() -> frozenset[str]:
+    return frozenset(map(plain, _OTHER))

@@ -13,7 +13,8 @@ its heading, and may have gaps. A column called material, lubricant or sample te
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -30,14 +31,19 @@ from stickslip.files.tables import (
     has_decimal_commas,
     mixed_marks,
     read_table,
+    thousands,
     wrong_count,
 )
-from stickslip.fit.headings import Heading, heading, meant
-from stickslip.fit.roles import GAPS, MU, Role, Search, Wanted, example, is_unit_of, titled
+from stickslip.fit.headings import POINTS, Heading, heading, with_units_below
+from stickslip.fit.roles import GAPS, MOST_FRICTION, MU, WHOLE, Role, Search, Wanted, example, titled
 from stickslip.vocabulary import units
+from stickslip.vocabulary.column_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 
+_FORCE = Parameter("friction_force", "N", "friction force", "points", at_least=0)
+_LOAD = Parameter("load", "N", "normal load", "points", above=0)
+_MOST_EVER = 5.0  # rubber, and clean metals in vacuum, reach it
 _SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; measurements are not beyond, and squares must stay finite
 
 
@@ -45,13 +51,16 @@ class Columns(dict[str, NDArray[np.float64]]):
     """Columns by name, in SI, row by row.
 
     assumed : those that were read in SI for want of a unit. units : in which the others were written, by name.
-    read : headings they came from, by name. ignored : headings of columns that were left out.
+    read : headings they came from, by name. ignored : headings of columns that were left out. notes : what else was
+    done with columns. above : numbers of the first and the last line above the heading that were left out.
     """
 
     assumed: tuple[Parameter, ...] = ()
     units: dict[str, str] = {}
     read: dict[str, str] = {}
     ignored: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    above: tuple[int, int] | None = None
 
     def caution(self) -> str:
         """What was assumed, in words; empty if nothing was."""
@@ -88,9 +97,11 @@ def kind_of(path: Path, wanted: Wanted) -> tuple[Parameter, ...]:
     """Whether a table holds points of a curve or of ageing: CURVE_COLUMNS or AGEING_COLUMNS. Raises ConfigError."""
     if wanted.speed or wanted.time:
         return CURVE_COLUMNS if wanted.speed else AGEING_COLUMNS
-    table = read_table(path, example(CURVE_COLUMNS), "points")
-    found = {meant(heading(cell.text, ("speed", "time")).name, ("speed", "time")) for cell in table.heading}
-    return AGEING_COLUMNS if "time" in found and "speed" not in found else CURVE_COLUMNS
+    either = ("speed", "time", MU)
+    table = read_table(path, example(CURVE_COLUMNS), "points", lambda names: _may_be_headings(names, either, wanted))
+    found = [heading(cell.text) for cell in table.heading]
+    has_speed = any(one.kind == "speed" or is_column_unit(one.unit, "m s-1") for one in found)
+    return AGEING_COLUMNS if not has_speed and any(one.kind == "time" for one in found) else CURVE_COLUMNS
 
 
 def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wanted | None = None) -> dict[str, Columns]:
@@ -99,33 +110,65 @@ def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wante
     As `read_points`. Raises ConfigError.
     """
     wanted = wanted or Wanted()
-    table = read_table(Path(path), example(columns), "points")
-    headings, rows = _headings(table, columns)
-    roles, group = Search(table, headings, rows, columns, wanted).roles()
+    names = tuple(column.name for column in columns)
+    table = read_table(Path(path), example(columns), "points", lambda cells: _may_be_headings(cells, names, wanted))
+    others = () if MU in names else names
+    headings, has_units = with_units_below(
+        table, [heading(cell.text, POINTS if not others else (), others) for cell in table.heading],
+        {column.name: column.units for column in columns if others and column.units != "1"},
+    )  # fmt: skip
+    rows = list(cells(table))[has_units:]
+    roles, group, notes = Search(table, headings, rows, columns, wanted).roles()
     used = {role.position for role in roles} | ({group} if group is not None else set())
+    used |= {role.load[0] for role in roles if isinstance(role.load, tuple)}
     found = _Numbers(table, rows, roles, group).materials()
+    for role in roles:
+        _check_friction(table, headings[role.position], role, found)
+    if missing := [role for role in roles if role.column.units != "1" and not role.unit]:
+        _check_units_above(table, missing[0])
     for name, points in found.items():
+        own = [role for role in roles if role.label in ("", name) or group is not None]
         points.assumed = tuple(r.column for r in roles if r.column.units != "1" and not r.unit)
-        points.units = {r.column.name: r.unit for r in roles if r.unit}
-        points.read = {r.column.name: headings[r.position].text for r in roles if r.label in ("", name)}
+        points.units = {r.column.name: r.unit for r in roles if r.column.units != "1" and r.unit}
+        points.read = {r.column.name: headings[r.position].text for r in own}
         points.ignored = tuple(h.text for i, h in enumerate(headings) if i not in used and h.text)
+        points.notes = notes
+        points.above = (table.above[0][0].place.line, table.above[-1][0].place.line) if table.above else None
     return found
 
 
-def _headings(table: Table, columns: Sequence[Parameter]) -> tuple[list[Heading], list[tuple[Cell, ...]]]:
-    """The headings, and the lines below them; a first line of units belongs to the former."""
-    known = [column.name for column in columns]
-    found = [heading(cell.text, known) for cell in table.heading]
-    rows = list(cells(table))
-    texts = [cell.text.strip("[]() ") for cell in rows[0]]
-    if len(texts) != len(found) or len(rows) < 2 or any(NUMBER.fullmatch(t.replace(",", ".")) for t in texts):
-        return found, rows
-    for i, one in enumerate(found):
-        row = next((c for c in columns if c.name == meant(one.name, known)), None)
-        if row is not None and row.units != "1" and not one.unit and is_unit_of(texts[i], row):
-            named = [Heading(h.text, h.name, h.unit or text) for h, text in zip(found, texts, strict=True)]
-            return named, rows[1:]
-    return found, rows
+def _may_be_headings(cells: Sequence[str], names: Collection[str], wanted: Wanted) -> bool:
+    """Whether cells name the columns of a table: one of speed or time beside another that may be friction."""
+    if MU not in names:
+        return {one.kind for cell in cells if (one := heading(cell, (), tuple(names))).kind} >= set(names)
+    found = [heading(cell) for cell in cells]
+    steps = {i for i, one in enumerate(found) if one.kind in ("speed", "time") and one.kind in names}
+    steps |= {i for i, one in enumerate(found) for word in (wanted.speed, wanted.time) if word and one.is_called(word)}
+    kinds = ("", MU, "kinetic", "static", "friction_force")
+    return bool(steps) and any(i not in steps and one.text and one.kind in kinds or
+                               any(map(one.is_called, wanted.friction)) for i, one in enumerate(found))  # fmt: skip
+
+
+def _check_units_above(table: Table, role: Role) -> None:
+    """Raises ConfigError where a line above the heading holds a unit that the heading lacks."""
+    for line in table.above:
+        for cell in line:
+            if is_column_unit(cell.text, role.column.units):
+                message = f"got the unit {cell.text!r} above the heading, expected it behind {role.column.name}"
+                hint = f"write '{role.column.name} [{cell.text}]', or say --unit {cell.text}"
+                raise ConfigError(table.name, [Problem((), message, cell.place, hint)])
+
+
+def _check_friction(table: Table, one: Heading, role: Role, found: dict[str, Columns]) -> None:
+    """Raises ConfigError where numbers are too large for friction coefficients, as those in percent are."""
+    if role.column.name != MU:
+        return
+    most = max((float(points[MU].max()) for name, points in found.items() if role.label in ("", name)), default=0.0)
+    if most <= (MOST_FRICTION if one.unit == "" or role.unit else _MOST_EVER):
+        return
+    message = f"got {one.text!r} up to {most:.4g}, expected friction coefficients"
+    hint = "numbers in percent need the unit, 'COF [%]'; plain ones above 2 as well, 'COF [-]'"
+    raise ConfigError(table.name, [Problem((MU,), message, table.heading[role.position].place, hint)])
 
 
 # --- the numbers ------------------------------------------------------------------------------------------------------
@@ -137,13 +180,18 @@ class _Numbers:
     def __init__(self, table: Table, rows: list[tuple[Cell, ...]], roles: list[Role], group: int | None) -> None:
         self._table, self._rows, self._roles, self._group = table, rows, roles, group
         texts = [[cell.text for cell in row] for row in rows]
-        self._comma = has_decimal_commas(table, texts, [role.position for role in roles])
+        used = [*(role.position for role in roles), *(role.load[0] for role in roles if isinstance(role.load, tuple))]
+        self._comma = has_decimal_commas(table, texts, used)
+        self._thousands = {i for i in used if thousands([row[i] for row in texts if i < len(row)], self._comma)}
         self._problems: list[Problem] = []
 
     def materials(self) -> dict[str, Columns]:
         """The points by material. Raises ConfigError with everything that is wrong."""
-        shared = [role for role in self._roles if role.column.name != MU]
-        each = [[*shared, role] for role in self._roles if role.column.name == MU] or [shared]
+        shared = [role for role in self._roles if role.column.name not in (MU, "sigma")]
+        sigmas = {role.label: role for role in self._roles if role.column.name == "sigma"}
+        frictions = [role for role in self._roles if role.column.name == MU]
+        each = [[*shared, role, *([sigmas[role.label]] if role.label in sigmas else [])] for role in frictions]
+        each = each or [self._roles]
         found: dict[str, dict[str, list[float]]] = {}
         for row in self._rows:
             if len(self._problems) >= MOST_PROBLEMS:
@@ -151,26 +199,37 @@ class _Numbers:
             if len(row) != len(self._table.heading):
                 self._problems.append(wrong_count(self._table, row))
                 continue
-            known = {role.position: self._number(role, row[role.position]) for role in shared}
+            known = {role.position: self._number(role, row) for role in shared}
             for roles in each:
-                last = roles[-1]
-                if last.label and row[last.position].text.lower() in GAPS:
+                own = next((role for role in roles if role.column.name == MU), None)
+                if own is not None and own.label and row[own.position].text.lower() in GAPS:
                     continue  # of a wide table, whose materials need not be measured at the same speeds
-                if last.position not in known:
-                    known[last.position] = self._number(last, row[last.position])
-                name = last.label if self._group is None else row[self._group].text
+                group = "" if self._group is None else row[self._group].text
+                group = whole[1] if (whole := WHOLE.fullmatch(group)) else group
+                name = " ".join(filter(None, (group, own.label if own else "")))
                 points = found.setdefault(name, {role.column.name: [] for role in roles})
                 for role in roles:
+                    if role.position not in known:
+                        known[role.position] = self._number(role, row)
                     points[role.column.name].append(known[role.position])
         if self._problems:
             raise ConfigError(self._table.name, self._problems)
-        order = list(dict.fromkeys(role.column.name for role in self._roles))
-        return {name: Columns({column: np.array(one[column]) for column in order}) for name, one in found.items()}
+        return {name: Columns({column: np.array(one[column]) for column in one}) for name, one in found.items()}
 
-    def _number(self, role: Role, cell: Cell) -> float:
+    def _number(self, role: Role, row: Sequence[Cell]) -> float:
         """One number in SI; what is wrong with it becomes a problem."""
+        cell = row[role.position]
         try:
-            return _number(cell.text, role.unit, role.column, self._comma)
+            if role.position in self._thousands:
+                raise QuantityError("a number without separators of thousands", f"write {cell.text!r} as '1234.5'")
+            if role.load is None:
+                return _number(cell.text, role.unit, role.column, self._comma)
+            force = _number(cell.text, role.unit, _FORCE, self._comma)
+            if isinstance(role.load, float):
+                return force / role.load
+            cell = row[role.load[0]]
+            load = _number(cell.text, role.load[1], _LOAD, self._comma)
+            return force / load
         except QuantityError as error:
             got = f"got {cell.text!r}, expected" if cell.text else "empty, expected"
             self._problems.append(Problem((role.column.name,), f"{got} {error.expected}", cell.place, error.hint))
@@ -187,7 +246,10 @@ def _number(text: str, unit: str, column: Parameter, comma: bool) -> float:
         elif text.lower() in GAPS:
             hint = "leave out points that were not measured"
         raise QuantityError("a number", hint)
-    value = units.si_value(f"{plain} {unit}", column.units) if unit else units.si_value(float(plain), column.units)
+    if unit == "%":
+        value = float(Decimal(plain) / 100)
+    else:
+        value = units.si_value(f"{plain} {unit}", column.units) if unit else units.si_value(float(plain), column.units)
     if not column.allows(value):
         raise QuantityError(column.expected)
     if value and not _SMALLEST <= value <= _LARGEST:

@@ -96,7 +96,9 @@ def compare(
     over `point` what was measured. Raises ConfigError for files that will not do, TypeError or ValueError for other
     wrong input.
     """
-    fits = _fits(materials, replace(columns or Wanted(), unit=unit or (columns.unit if columns else "")))
+    wanted = columns or Wanted()
+    load = normal_load if wanted.load is None else wanted.load  # by which friction forces are divided
+    fits = _fits(materials, replace(wanted, unit=unit or wanted.unit, load=load))
     given = {"mass": mass, "stiffness": stiffness, "normal_load": normal_load,
              "damping": 0.0 if damping is None else damping}  # fmt: skip
     if belt_speed is not None:

@@ -18,11 +18,9 @@ FORCES = ("spring_force", "friction_force")  # a record has one of them, or both
 
 MATERIAL = "material"  # the only condition that is a text
 
-# What people call columns and conditions, besides the names above.
-COLUMN_WORDS = {
-    "t": "time", "force": "spring_force", "friction": "friction_force", "a": "acceleration",
-    "drive_speed": "drive_velocity", "velocity": "drive_velocity", "speed": "drive_velocity",
-    "displacement": "drive_displacement", "drive_position": "drive_displacement",
+SIGNAL_OF = {  # by kind of column (`fit/headings.py`)
+    "time": "time", "force": "spring_force", "friction_force": "friction_force", "acceleration": "acceleration",
+    "speed": "drive_velocity", "displacement": "drive_displacement", "stick": "stick",
 }  # fmt: skip
 CONDITION_WORDS = {"load": "normal_load", "speed": "drive_speed", "waiting": "waiting_time", "wait": "waiting_time"}
 

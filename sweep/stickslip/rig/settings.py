@@ -22,9 +22,10 @@ from typing import Any
 from stickslip.config.complaints import Complaints
 from stickslip.config.yaml import Document, read_yaml
 from stickslip.errors import Path, QuantityError
-from stickslip.rig.quantities import COLUMN_WORDS, CONDITION_WORDS, MATERIAL, SIGNALS, TIME
+from stickslip.fit.headings import RECORD, Heading, heading
+from stickslip.rig.quantities import CONDITION_WORDS, MATERIAL, SIGNAL_OF, SIGNALS, TIME
 from stickslip.rig.risk import Risk
-from stickslip.vocabulary import units
+from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS, RISK
 from stickslip.vocabulary.words import listed
@@ -95,9 +96,16 @@ def condition_name(word: str) -> str | None:
 
 def column_name(word: str) -> str | None:
     """Which column people mean by a word; None if none."""
-    name = word.strip().lower().replace(" ", "_").replace("-", "_")
-    name = COLUMN_WORDS.get(name, name)
-    return name if name in _COLUMNS else None
+    return signal_of(heading(word, RECORD, (TIME.name, *SIGNALS)))
+
+
+def signal_of(one: Heading) -> str | None:
+    """Which column of a record a heading is; None if none: of friction, a record holds the force."""
+    if one.kind in _COLUMNS and not one.label:
+        return one.kind
+    if one.label or one.kind == "mu" and (not one.may_be_force() or one.unit in ("1", "-", "%")):
+        return None
+    return "friction_force" if one.kind == "mu" else SIGNAL_OF.get(one.kind)
 
 
 def as_text(settings: Settings) -> str:
@@ -140,11 +148,10 @@ class _Reader(Complaints):
         data = self._section("record", value, ("columns", "units", "ignore"))
         found = self._by_column("units", data.get("units"))
         for name, (path, unit) in found.items():
-            declared = TIME.units if name == TIME.name else SIGNALS[name].units
             try:
-                units.si_value(f"1 {unit}", declared)
+                column_unit(unit, TIME.units if name == TIME.name else SIGNALS[name].units)
             except QuantityError as error:
-                self.refuse(path, f"the unit of {units.kind(declared)}", error.hint, error.found)
+                self.refuse(path, error.expected, error.hint, error.found)
         ignore = data.get("ignore") or []
         if not isinstance(ignore, list) or not all(isinstance(word, str) for word in ignore):
             self.refuse(("record", "ignore"), "a list of the names of columns")

@@ -28,9 +28,9 @@ _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.ASCII | re.DOTALL)
 _COMMA = re.compile(r"\s*[-+]?\d+,\d+")
 _FACTOR = re.compile(r"\s*([*/·]?)\s*([A-Za-zµμΩ°%]+)(?:(?:\^|\*\*)?([-+]?[0-9])(?![0-9.]))?")
 
-_AS_TYPED = str.maketrans({  # what keyboards and word processors put for plain characters
-    "\u00a0": " ", "\u2009": " ", "\u202f": " ", "\u2212": "-", "\u22c5": "·", "\u2219": "·",
-    "\u2215": "/", "\u2044": "/", "⁻": "-", "⁰": "0", "¹": "1", "²": "2", "³": "3", "⁴": "4",
+AS_TYPED = str.maketrans({  # what keyboards and word processors put for plain characters
+    "\u00a0": " ", "\u2009": " ", "\u202f": " ", "\u2212": "-", "\u2011": "-", "\u2013": "-", "\u22c5": "·",
+    "\u2219": "·", "\u2215": "/", "\u2044": "/", "⁻": "-", "⁰": "0", "¹": "1", "²": "2", "³": "3", "⁴": "4",
 })  # fmt: skip
 _QUOTES = "“”„‟‘’‚«»‹›"
 
@@ -155,7 +155,7 @@ def _in(units: str) -> str:
 
 def _from_text(text: str, units: str) -> float:
     """The SI value of a text with a unit."""
-    text = text.translate(_AS_TYPED)
+    text = text.translate(AS_TYPED)
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None:
         raise QuantityError(expected(units), _hint_for_no_number(text, units))

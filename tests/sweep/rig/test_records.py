@@ -136,10 +136,10 @@ def test_the_force_of_the_spring_comes_from_friction_and_mass():
         (
             "time [N], force, a",
             ROWS,
-            "felt.csv:1:1: got 'time [N]', expected the unit of a time\n  hint: this is a unit",
+            "felt.csv:1:1: got 'time [N]', expected the unit of a time\n  hint: N is a unit of force",
         ),
         ("time [furlong], force, a", ROWS, "expected the unit of a time"),
-        ("time, force, a [g]", ROWS, "expected the unit of an acceleration\n  hint: this is a unit of mass"),
+        ("time, force, a [kg]", ROWS, "expected the unit of an acceleration\n  hint: kg is a unit of mass"),
         ("time, forze, a", ROWS, "felt.csv:1:7: got 'forze', expected time, force"),
         ("time, forze, a", ROWS, "did you mean 'force'?"),
         ("time, force, force", ROWS, "felt.csv:1:14: got 'force', expected it once"),
@@ -225,3 +225,48 @@ def test_arrays_that_are_no_record_are_refused(time, signals, expected):
     given_ = {"spring_force": np.zeros(20), "acceleration": np.zeros(20)} | signals
     with pytest.raises(ValueError, match=expected):
         make_record(time, {name: values for name, values in given_.items() if values is not None}, {})
+
+
+# --- headings of other programs ---------------------------------------------------------------------------------------
+
+
+def test_records_of_german_and_of_our_headings_are_one_table(tmp_path):
+    from stickslip.rig import feature_table
+    from stickslip.rig.records.record import write_record
+
+    rows = [f"{t};{0.1 * t:.2f};{t % 5};{10};23".replace(".", ",") for t in range(40)]
+    heading = (
+        "Prüfstand;SSP\nPrüflast;15;N\n\nZeit [ms];Kraft [N];Beschleunigung [mm/s²];Geschwindigkeit [mm/s];Temp [°C]"
+    )
+    measured = read_record(write(tmp_path, heading, rows))
+    assert float(measured["normal_load"]) == 15.0 and measured.attrs["not_used"] == ["Temp [°C]"]
+    assert measured["drive_velocity"].values[0] == 0.01 and measured["acceleration"].values[4] == 0.004
+    write_record(measured, tmp_path / "ours.csv")
+    again = read_record(tmp_path / "ours.csv")
+    for name in measured.data_vars:
+        np.testing.assert_allclose(again[name], measured[name], rtol=1e-8)
+    assert feature_table({"a": measured, "b": again}, Settings()).sizes["record"] == 2
+
+
+@pytest.mark.parametrize(
+    "heading, names",
+    [
+        ("Zeit (s);Reibkraft (mN);a (m/s^2);Weg (mm)", ["friction_force", "acceleration", "drive_displacement"]),
+        (
+            "Temps [ms];Force [N];Accélération [g];Vitesse [mm per second]",
+            ["spring_force", "acceleration", "drive_velocity"],
+        ),
+        ("t;F R;Accel;COF\nms;N;m/s2;-", ["friction_force", "acceleration"]),
+    ],
+)
+def test_headings_of_three_languages(tmp_path, heading, names):
+    found = read_record(write(tmp_path, heading, [f"{t};{t};{t};1" for t in range(20)]))
+    assert list(found.data_vars) == names
+
+
+@pytest.mark.parametrize(
+    "heading", ["time [Ms]; force; a", "time; force [Kilo]; a", "t [s]; force [N]; a [m/s]", "time; F x; a"]
+)
+def test_a_unit_of_a_record_that_is_not_understood_is_an_error(tmp_path, heading):
+    with pytest.raises(ConfigError):
+        read_record(write(tmp_path, heading, [f"{t};{t};{t}" for t in range(20)]))

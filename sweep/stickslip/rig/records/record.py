@@ -16,7 +16,8 @@ makes them equidistant.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,14 +26,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.files.tables import Cell, Table, line_of, numbers, read_table
-from stickslip.rig.quantities import COLUMN_WORDS, FORCES, MATERIAL, SIGNALS, TIME
-from stickslip.rig.settings import Condition, RecordSettings, column_name, condition, condition_name
+from stickslip.fit.headings import PURE, RECORD, Heading, heading, with_units_below, words_for
+from stickslip.fit.loads import load_above
+from stickslip.rig.quantities import FORCES, MATERIAL, SIGNALS, TIME
+from stickslip.rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
 from stickslip.vocabulary import units
+from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.settings import CONDITIONS
 from stickslip.vocabulary.words import listed, nearest
 
 FEWEST_SAMPLES = 16
-_HEADING = re.compile(r"([^\[\]()]*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
+_EXAMPLE = "time [ms], force [N], acceleration [m/s2]"
+_NAMES = (TIME.name, *SIGNALS)
 _REMARK = re.compile(r"([A-Za-z][A-Za-z _-]{0,30})\s*[:=]\s*(.*)")
 _NO_FILL = {"_FillValue": None}
 
@@ -73,8 +78,13 @@ def read_record(
     conditions : what holds unless the file says otherwise, as for `make_record`; the material is the name of the file
     unless one of them names it. Raises ConfigError with everything that is wrong, by line and column.
     """
-    table = read_table(Path(path), "time [ms], force [N], acceleration [m/s2]")
-    columns = _columns(table, settings or RecordSettings())
+    settings = settings or RecordSettings()
+    table = read_table(Path(path), _EXAMPLE, is_heading=lambda cells: _may_be_headings(cells, settings))
+    headings, has_units = with_units_below(
+        table, [heading(cell.text, RECORD, _NAMES) for cell in table.heading], {}, RECORD
+    )
+    table = replace(table, lines=table.lines[has_units:])
+    columns = _columns(table, headings, settings)
     if len(table.lines) < FEWEST_SAMPLES:
         message = f"{len(table.lines)} samples, expected at least {FEWEST_SAMPLES}"
         raise ConfigError(table.name, [Problem((), message)])
@@ -82,9 +92,13 @@ def read_record(
     signals = {name: found[position] * factor for name, (position, factor) in columns.items()}
     time = signals.pop(TIME.name)
     _check_time(table, time, columns[TIME.name][0])
-    said = {MATERIAL: Path(path).stem} | dict(conditions or {}) | _conditions(table)
+    remarks = _conditions(table)
+    load = load_above(table)
+    said = {MATERIAL: Path(path).stem} | dict(conditions or {}) | ({"normal_load": load[0]} if load else {}) | remarks
     record = make_record(time, signals, said)
-    return record.assign_attrs(title=str(said[MATERIAL]), record_file=Path(path).name)
+    used = {position for position, _ in columns.values()}
+    left = [one.text for i, one in enumerate(headings) if i not in used and one.text]
+    return record.assign_attrs(title=str(said[MATERIAL]), record_file=Path(path).name, not_used=left)
 
 
 def write_record(record: xr.Dataset, path: Path) -> None:
@@ -139,67 +153,67 @@ def _condition(name: str, value: Condition) -> xr.Variable:
 # --- the heading ------------------------------------------------------------------------------------------------------
 
 
-def _columns(table: Table, settings: RecordSettings) -> dict[str, tuple[int, float]]:
+def _may_be_headings(cells: Sequence[str], settings: RecordSettings) -> bool:
+    """Whether cells name the columns of a record: time, and something that is measured."""
+    found = {_signal(heading(cell, RECORD, _NAMES), settings) for cell in cells}
+    return TIME.name in found and bool(found & {*FORCES, "acceleration"})
+
+
+def _signal(one: Heading, settings: RecordSettings) -> str | None:
+    """Which column this is, by what people said, else by its name; None if none."""
+    if any(word in (one.name, one.text) for word in settings.ignore):
+        return None
+    return next((name for name, word in settings.columns.items() if one.is_called(word)), signal_of(one))
+
+
+def _columns(table: Table, headings: Sequence[Heading], settings: RecordSettings) -> dict[str, tuple[int, float]]:
     """By name, the position of each column and the factor that converts its numbers to SI. Raises ConfigError."""
-    headings = {heading: name for name, heading in settings.columns.items()}
     found: dict[str, tuple[int, float]] = {}
     problems = []
-    for position, cell in enumerate(table.heading):
-        word, unit = _heading(cell.text)
-        if word in settings.ignore or cell.text in settings.ignore:
+    for position, (cell, one) in enumerate(zip(table.heading, headings, strict=True)):
+        if (name := _signal(one, settings)) is None:
             continue
         try:
-            name = headings.get(word) or headings.get(cell.text) or _known_column(word)
             if name in found:
                 raise QuantityError("it once", "name the other column under record: ignore")
-            found[name] = (position, _factor(name, unit, settings.units.get(name)))
+            found[name] = (position, _factor(name, one.unit, settings.units.get(name)))
         except QuantityError as error:
             message = f"got {cell.text!r}, expected {error.expected}"
             problems.append(Problem((), message, cell.place, error.hint))
-    if not problems:
-        lacking = [] if TIME.name in found else [TIME.name]
-        if lacking := [*lacking, *filter(None, [missing(found)])]:
-            hint = "the first line says, for instance, 'time [ms], force [N], acceleration [m/s2]'"
-            problems = [Problem((), f"no column is called {listed(lacking, 'and')}", table.heading[0].place, hint)]
+    lacking = [*([] if TIME.name in found else [TIME.name]), *filter(None, [missing(found)])]
+    if lacking and not problems:
+        unknown = [i for i, one in enumerate(headings) if one.text and _signal(one, settings) is None]
+        near = (i for i in unknown if nearest(headings[i].name, words_for(RECORD)))
+        problems = [_lacking(table, listed(lacking, "and"), next(near, None))]
     if problems:
         raise ConfigError(table.name, problems)
     return found
 
 
-def _heading(text: str) -> tuple[str, str]:
-    """A heading in parts: the name and the unit."""
-    match = _HEADING.fullmatch(text)
-    return (text, "") if match is None else (match[1].strip(), str(match[2] or match[3] or "").strip())
-
-
-def _known_column(word: str) -> str:
-    """The column meant by a word. Raises QuantityError."""
-    name = column_name(word)
-    if name is not None:
-        return name
-    near = nearest(word, (TIME.name, *SIGNALS, *COLUMN_WORDS))
-    hint = f"did you mean {near!r}? " if near else ""
-    hint += "A configuration may say what it is (record: columns) or leave it out (record: ignore)"
+def _lacking(table: Table, lacking: str, near: int | None) -> Problem:
+    """What is said where columns are missing, of which one may be misspelt."""
     known = [TIME.name, "force", *(name for name in SIGNALS if name != "spring_force")]
-    raise QuantityError(f"{listed(known)}, with the unit in brackets", hint)
+    if near is None:
+        hint = f"the first line says, for instance, '{_EXAMPLE}'; a configuration may name others (record: columns)"
+        return Problem((), f"no column is called {lacking}", table.heading[0].place, hint)
+    cell = table.heading[near]
+    hint = (
+        f"did you mean {nearest(cell.text, words_for(RECORD))!r}? A configuration may say what it is (record: columns)"
+    )
+    return Problem((), f"got {cell.text!r}, expected {listed(known)}, with the unit in brackets", cell.place, hint)
 
 
 def _factor(name: str, unit: str, configured: str | None) -> float:
     """What numbers in a unit are multiplied with to be in SI. Raises QuantityError."""
     wanted = TIME.units if name == TIME.name else SIGNALS[name].units
-    plain = unit.replace("²", "2").replace("³", "3")
-    if configured is not None and plain and plain != configured:
+    if configured is not None and unit and unit.translate(units.AS_TYPED) != configured.translate(units.AS_TYPED):
         raise QuantityError(f"the unit {configured}, as the configuration says", "remove one of the two")
-    plain = configured or plain
-    if wanted == "1" or not plain:
-        if plain not in ("", "1", "-"):
+    unit = configured or unit
+    if wanted == "1" or not unit:
+        if unit not in PURE:
             raise QuantityError("no unit", f"{name} is a pure number")
         return 1.0
-    try:
-        return units.si_value(f"1 {plain}", wanted)
-    except QuantityError as error:
-        hint = f"this is a unit of {error.found}" if error.found else error.hint
-        raise QuantityError(f"the unit of {units.kind(wanted)}", hint) from None
+    return units.si_value(f"1 {column_unit(unit, wanted)}", wanted)
 
 
 # --- remarks and time -------------------------------------------------------------------------------------------------
