@@ -172,7 +172,7 @@ def test_the_command_writes_table_workbook_page_plot_and_answer(tmp_path):
     ds = stickslip.open(names["nc"])
     for table in (pd.read_csv(names["csv"]), pd.read_excel(names["xlsx"], "data")):
         assert list(table["material"]) == list(ds["material"].values)
-        np.testing.assert_allclose(table["quiet_above [m/s]"], ds["quiet_above"], rtol=1e-12)
+        np.testing.assert_allclose(table["quiet_above [mm/s]"], 1e3 * ds["quiet_above"], rtol=5e-6)
         assert list(table["quiet_state"]) == ["border"] * 3 and "stick_slip" in list(table["regime"])
     about = pd.read_excel(names["xlsx"], "about").set_index("what")["value"]
     assert about["title"] == "3 materials compared" and "belt_speed" in about["configuration"]
@@ -290,8 +290,8 @@ def test_tables_for_colleagues_show_what_is_printed_and_no_bound_as_a_border(tmp
     assert done.exit_code == 0, done.output
     table = pd.read_csv(names[0], sep=";", decimal=",").set_index("material")
     assert list(table["quiet_state"]) == ["quiet_throughout", "border", "vibrates_throughout"]
-    assert list(table["quiet_above [m/s]"].isna()) == list(table["margin"].isna()) == [True, False, True]
-    assert table["quiet_above [m/s]"]["dry"] < table["searched_to [m/s]"]["dry"]
+    assert list(table["quiet_above [mm/s]"].isna()) == list(table["margin"].isna()) == [True, False, True]
+    assert table["quiet_above [mm/s]"]["dry"] < table["searched_to [mm/s]"]["dry"]
     book = load_workbook(names[1])
     assert book.sheetnames == ["ranks", "data", "about"]
     sheet = book["ranks"]

@@ -40,12 +40,9 @@ class Extras:
         """Write the table, if one is wanted, and say so."""
         if self.table is None:
             return
-        from stickslip.dataset.contours import table_text
-        from stickslip.files.atomic import replaced
+        from stickslip.cli.tables import tell_table, write_table
 
-        with replaced(self.table) as temporary:
-            temporary.write_text(table_text(ds), encoding="utf-8")
-        click.echo(f"table    {self.table}")
+        tell_table(write_table(ds, self.table), self.table)
 
     def map_behind(self, ds: xr.Dataset) -> xr.Dataset:
         """The map over which the borders of a dataset are drawn. Raises StoreError for a file that is none."""

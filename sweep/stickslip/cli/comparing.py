@@ -91,6 +91,7 @@ def compare(
     the vibration that begins in stick ends for good, to nine digits, with the interval that the scatter of the points
     leaves. FILES are CSV as instruments and Excel write it; see `stickslip fit`.
     """
+    from stickslip.dataset.display import with_units
     from stickslip.errors import Interrupted
     from stickslip.materials import compare as compared
     from stickslip.materials.words import Words
@@ -111,7 +112,11 @@ def compare(
         fail("interrupted: nothing was written; a comparison takes seconds, run it again")
     except ValueError as error:
         fail(error)
-    words = Words(ds, _unit_of(speed))
+    if unit_shown := _unit_of(speed):
+        ds = with_units(
+            ds, {str(name): unit_shown for name, one in ds.variables.items() if one.attrs.get("units") == "m s-1"}
+        )
+    words = Words(ds)
     if not as_json:
         _show(words)
     written = _write(ds, words, outputs, plot, report, as_json, "," if decimal_comma else ".")
@@ -193,7 +198,7 @@ def _write(
     written = {}
     for output in outputs:
         if output.suffix.lower() in TABLE_SUFFIXES:
-            table = write_table(ds, output, decimal=decimal, unit=words.unit)
+            table = write_table(ds, output, decimal=decimal)
             if not silent:
                 tell_table(table, output)
         else:
@@ -212,7 +217,7 @@ def _write(
         from stickslip.materials.page import material_page
         from stickslip.pages import write_page
 
-        write_page(report, material_page(ds, words.unit))
+        write_page(report, material_page(ds))
         written["report"] = str(report)
         if not silent:
             click.echo(f"report   {report}")
