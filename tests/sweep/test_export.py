@@ -202,7 +202,7 @@ def test_no_label_is_a_formula_in_csv_and_our_reader_knows_the_label(tmp_path, d
     export.write_table(ds, tmp_path / "labels.csv", decimal=decimal)
     text = (tmp_path / "labels.csv").read_text(encoding="utf-8-sig")
     table = tables.read_table(tmp_path / "labels.csv", "material, mu")
-    assert [row[0].text for row in tables.cells(table)] == [label.strip(" ") for label in labels]
+    assert [row[0].text for row in tables.cells(table)] == labels
     cells = pd.read_csv(tmp_path / "labels.csv", sep=";" if decimal == "," else ",", decimal=decimal)["material"]
     assert all(cell.startswith("'") or ";'=" in cell for cell in cells[: len(LIVE)].astype(str))
     assert not re.search(r"(^|[;,\t]\"?)\s*[=@]", text, re.MULTILINE) and list(cells[-len(TAME) :]) == TAME

@@ -9,8 +9,8 @@ from __future__ import annotations
 import re
 
 _STARTS = r"[ ]*[=+\-@＝＋－＠\t\r\n]"  # noqa: RUF001 (the wide forms)
-_LIVE = re.compile(rf"^(?={_STARTS})|(?<=[;,\t])(?=[ ]*[=@])")
-_INERT = re.compile(rf"^'(?={_STARTS})|(?<=[;,\t])'(?=[ ]*[=@])")
+_LIVE = re.compile(rf"^(?='*{_STARTS})|(?<=[;,\t])(?='*[ ]*[=@])")
+_INERT = re.compile(rf"^'(?='*{_STARTS})|(?<=[;,\t])'(?='*[ ]*[=@])")
 
 
 def is_live(text: str) -> bool:
