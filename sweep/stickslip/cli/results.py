@@ -49,6 +49,10 @@ Examples:
 @click.option(
     "--mark", "marks", multiple=True, metavar="[LABEL:]NAME=VALUE,...", help="Operating point to draw; may be repeated."
 )
+@click.option(
+    "--marks", "marks_file", type=click.Path(path_type=Path, exists=True, dir_okay=False), metavar="FILE",
+    help="Table of operating points to draw: a column 'label', and one for each axis; coloured by their regimes.",
+)  # fmt: skip
 @click.option("--no-hatch", is_flag=True, help="Leave out the hatching that tells regimes apart without colours.")
 @click.option("--no-note", is_flag=True, help="Leave out the note of what is held fixed.")
 @click.option(
