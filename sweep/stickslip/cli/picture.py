@@ -58,14 +58,6 @@ class Picture:
                        held=not self.no_note)  # fmt: skip
         return look if self.marks_file is None else replace(look, marks=(*look.marks, *_points(ds, self.marks_file)))
 
-    def refuse_for(self, what: str) -> None:
-        """Raise PlotError for what only maps have."""
-        from stickslip.errors import PlotError
-
-        given = {"--log": self.log, "--limits": self.limits, "--mark": self.marks, "--marks": self.marks_file}
-        if names := [name for name, values in given.items() if values]:
-            raise PlotError(f"{', '.join(names)}: for maps, and this is {what}")
-
     def save(self, figure: Figure, target: Path, request: str = "") -> None:
         """Write a figure in the size and at the resolution that are asked for. Raises PlotError."""
         from stickslip import plots
