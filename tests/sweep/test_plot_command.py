@@ -100,7 +100,7 @@ def test_what_only_maps_have_is_refused_for_other_plots(computed):
         == 0
     )
     done = call("plot", "t.nc", "--mark", MARK)
-    assert done.exit_code == 2 and "for maps, and this is a trajectory" in done.stderr
+    assert done.exit_code == 2 and "axes are time" in done.stderr
     assert call("plot", "t.nc", "--title", "Mine", "--size", "10 cm x 8 cm").stdout == "plot     t.png\n"
 
 

@@ -10,6 +10,7 @@ import click
 from stickslip.cli import screen
 from stickslip.cli.common import (
     JSON,
+    check_page,
     check_plot,
     fail,
     points_file,
@@ -76,7 +77,7 @@ Examples:
     help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.",
 )  # fmt: skip
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
-@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html): ranks, plot, fits.")
+@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html, .pdf): ranks, plot, fits.")
 @JSON
 @reports_wrong_input
 def compare(
@@ -136,8 +137,8 @@ def _check_outputs(outputs: tuple[Path, ...], plot: Path | None, report: Path | 
         check(output)
     if plot is not None:
         check_plot(plot)
-    if report is not None and report.suffix.lower() not in (".html", ".htm"):
-        fail(f"{report}: pages end in .html")
+    if report is not None:
+        check_page(report)
 
 
 def _number(text: str) -> float | str:

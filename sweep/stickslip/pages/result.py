@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from stickslip.config.yaml import parse_yaml
@@ -140,15 +139,8 @@ def _style() -> str:
 
 
 def _pictures(drawn: Sequence[Drawn]) -> str:
-    return "\n".join(paragraph(said) if figure is None else _embedded(figure, said) for said, figure in drawn)
-
-
-def _embedded(figure: Figure, said: str) -> str:
-    return embedded(
-        figure,
-        said,
-        of_cells=any(isinstance(one, QuadMesh) for ax in figure.axes for one in ax.collections),
-        caption=said,
+    return "\n".join(
+        paragraph(said) if figure is None else embedded(figure, said, caption=said) for said, figure in drawn
     )
 
 
