@@ -42,7 +42,8 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     words = Words(ds, unit)
     alt = f"Friction over slip speed of {', '.join(words.names)}, and the belt speeds above which they are quiet"
     ranks, fits = [*words.columns()], _fits(ds, words)
-    first, *others = sorted(words.remarks(), key=lambda text: not _names(text, words.names[0])) or [_ONLY_SCATTER]
+    others = words.remarks()
+    first = next((text for text in others if _limits(text, words.names)), _ONLY_SCATTER)
     system = paragraph(f"The system: {', '.join(f'{name} {value}' for name, value in words.conditions())}.")
     small = [
         ("The fitted curves", _curves(ds, fits)),
@@ -50,16 +51,17 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
         ("Where this comes from", _origin(ds)),
     ]
     sections = [
-        Section("Which is quiet", system + _table(ranks) + _items(others)),
+        Section("Which is quiet", system + _table(ranks) + _items([text for text in others if text != first])),
         Section("Friction, and where vibration ends", embedded(plot_materials(ds, title=""), alt) + details(small)),
     ]
     heading = str(ds.attrs["title"]) if title is None else title
     return page(heading, words.answer(), sections, warnings=[warning(first, "What limits this")])
 
 
-def _names(text: str, material: str) -> bool:
-    """Whether a remark is about a material: what is said of the best one limits the decision most."""
-    return re.search(rf"(?<!\w){re.escape(material)}(?!\w)", text) is not None
+def _limits(text: str, names: Sequence[str]) -> bool:
+    """Whether a remark limits the decision most: it is about the best material, or about all."""
+    about = [name for name in names if re.search(rf"(?<!\w){re.escape(name)}(?!\w)", text)]
+    return not about or names[0] in about
 
 
 def _items(texts: Sequence[str]) -> str:

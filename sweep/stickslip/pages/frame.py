@@ -136,7 +136,8 @@ pre { font: .78rem/1.4 ui-monospace, Consolas, Menlo, monospace; background: var
   h2 { font-size: 11pt; margin: 4mm 0 1.5mm; }
   p, figcaption { max-width: none; margin: 1mm 0; }
   figure { margin: 2mm 0; }
-  img { max-height: 205mm; width: auto; }
+  img { max-height: 205mm; object-fit: contain; }
+  pre { font-size: 6.5pt; padding: 0; }
   dl div { break-inside: avoid; }
   .details { break-before: page; font-size: 7pt; line-height: 1.25; }
   .details h2 { font-size: 9pt; margin: 2.5mm 0 .5mm; }
@@ -144,9 +145,10 @@ pre { font: .78rem/1.4 ui-monospace, Consolas, Menlo, monospace; background: var
   .details dl.names dt { flex-basis: 64mm; }
   dl.two { columns: auto; }
   .details table { font-size: 6.5pt; }
-  .details pre { font-size: 5.5pt; padding: 0; }
+  .details pre { font-size: 5.5pt; }
   table { font-size: 7.5pt; }
   th, td { padding: .1rem .35rem; }
+  td.text { min-width: 0; }
   .wide { overflow: visible; }
   .maps { display: block; }
 }

@@ -49,7 +49,7 @@ def details(sections: Iterable[tuple[str, str]]) -> str:
 
 
 def terms(pairs: Iterable[tuple[str, str]], kind: str = "") -> str:
-    """A list of terms and what they mean. kind : "short" for short terms, "names" for long ones, "two" for two columns."""
+    """A list of terms and what they mean. kind : "short" or "names" for short and long terms, "two" for two columns."""
     rows = "\n".join(f"<div><dt>{escape(term)}</dt><dd>{escape(said)}</dd></div>" for term, said in pairs)
     opened = f'<dl class="{kind}">' if kind else "<dl>"
     return f"{opened}\n{rows}\n</dl>"
