@@ -149,7 +149,8 @@ def fit(figure: Figure) -> None:
     if (engine := figure.get_layout_engine()) is None:
         return
     engine.execute(figure)
-    _fit_rows(figure)
+    if _fit_rows(figure):
+        engine.execute(figure)
     for ax in figure.axes:
         box = ax.get_window_extent()
         upright = 2.0 * min(0.5 * (box.y0 + box.y1), figure.bbox.y1 - 0.5 * (box.y0 + box.y1))
@@ -160,15 +161,17 @@ def fit(figure: Figure) -> None:
         marks.turn_labels(ax)
 
 
-def _fit_rows(figure: Figure) -> None:
-    """Break the names at the right of rows, and make them smaller, so that each has room in its row."""
+def _fit_rows(figure: Figure) -> bool:
+    """Break the names at the right of rows, and make them smaller, so that each has room in its row; whether there are
+    any."""
     rows = [text for ax in figure.axes for text in ax.texts if text.get_gid() == ROW]
     for size in _LEGEND_SIZES if rows else ():
         letters = int(_NAMES * 72 * figure.get_figwidth() / (_LETTER * size))
         for text in rows:
             text.set(text=fill(str(text.get_label()), letters), fontsize=size)
         if all(text.get_window_extent().height * len(rows) <= text.axes.get_window_extent().height for text in rows):
-            return
+            break
+    return bool(rows)
 
 
 def _fit(text: Text, room: float) -> None:
