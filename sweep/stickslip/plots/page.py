@@ -164,12 +164,13 @@ def fit(figure: Figure) -> None:
 def _fit_rows(figure: Figure) -> bool:
     """Break the names at the right of rows, and make them smaller, so that each has room in its row; whether there are
     any."""
-    rows = [text for ax in figure.axes for text in ax.texts if text.get_gid() == ROW]
+    rows = [(text, ax) for ax in figure.axes for text in ax.texts if text.get_gid() == ROW]
     for size in _LEGEND_SIZES if rows else ():
         letters = int(_NAMES * 72 * figure.get_figwidth() / (_LETTER * size))
-        for text in rows:
+        for text, _ in rows:
             text.set(text=fill(str(text.get_label()), letters), fontsize=size)
-        if all(text.get_window_extent().height * len(rows) <= text.axes.get_window_extent().height for text in rows):
+        tallest = max(text.get_window_extent().height for text, _ in rows)
+        if all(tallest * len(rows) <= ax.get_window_extent().height for _, ax in rows):
             break
     return bool(rows)
 
