@@ -80,7 +80,6 @@ class StickslipAccessor:
             of `plots.plot_map`. Raises PlotError for what cannot be drawn.
         """
         from stickslip import plots
-        from stickslip.designing import map_behind
 
         if variable is None and plots.is_over_map(self._ds):
             how = {"title": str(self._ds.attrs.get("title", ""))} | how
@@ -145,6 +144,17 @@ class StickslipAccessor:
         if text := str(self._ds.attrs.get("configuration", "")):
             parts.append(f"<details><summary>configuration</summary><pre>{escape(text)}</pre></details>")
         return "".join(parts)
+
+
+def map_behind(ds: xr.Dataset) -> xr.Dataset:
+    """The map over which borders or contours that have a configuration are drawn, computed with few cells."""
+    from stickslip import api
+    from stickslip.config.reader import parse_config
+    from stickslip.config.written import units_shown
+    from stickslip.designing import coarse_map
+
+    config = parse_config(str(ds.attrs["configuration"]), "the configuration of the borders")
+    return api.run(coarse_map(config).shown_in(units_shown(ds)))
 
 
 def register() -> None:

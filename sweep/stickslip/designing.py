@@ -13,15 +13,13 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from . import borders, distances
-from .api import run
 from .config.grid import build_grid
 from .config.lines import Ends, in_si, line_along
 from .config.model import Axis, Config, Range
 from .config.options import options_of
 from .config.planes import plane_along
-from .config.reader import Given, as_config, is_config, parse_config
+from .config.reader import Given, as_config, is_config
 from .config.studies import STUDIES, Border, Contours, alone
-from .config.written import units_shown
 from .dataset.build import grid_coordinates
 from .dataset.given import given_cells
 from .dataset.provenance import provenance
@@ -246,12 +244,6 @@ def _text(options: Options) -> str:
 
 
 # --- the map behind borders -------------------------------------------------------------------------------------------
-
-
-def map_behind(ds: xr.Dataset) -> xr.Dataset:
-    """The map over which borders or contours that have a configuration are drawn, computed with few cells."""
-    asked = parse_config(str(ds.attrs["configuration"]), "the configuration of the borders")
-    return run(coarse_map(asked).shown_in(units_shown(ds)))
 
 
 def coarse_map(config: Config) -> Config:

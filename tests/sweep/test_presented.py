@@ -104,7 +104,7 @@ def test_the_page_begins_with_decision_and_reservation_and_is_two_sheets_as_pdf(
     data = (tmp_path / "page.pdf").read_bytes()
     assert data.startswith(b"%PDF") and sheets(data) == 2
     with pytest.raises(StoreError, match=r"pages end in \.html, \.htm, \.pdf"):
-        pages.write_page(tmp_path / "page.doc", text)
+        pages.check_page(tmp_path / "page.doc")
     monkeypatch.setattr("stickslip.pages.frame.find_spec", lambda _: None)
     with pytest.raises(StoreError, match=r"stickslip\[pdf\]"):
         pages.write_page(tmp_path / "page.pdf", text)

@@ -48,6 +48,6 @@ class Extras:
             from stickslip.files import reading
 
             return reading.look_into(self.map)
-        from stickslip.designing import map_behind
+        from stickslip.accessor import map_behind
 
         return map_behind(ds)

@@ -43,9 +43,10 @@ def page(
 def write_page(path: str | os.PathLike[str], text: str) -> Path:
     """Write a page, as PDF where the name ends so, replacing `path` only once it is whole. Raises StoreError."""
     target = Path(path)
-    check_page(target)
+    if is_pdf := target.suffix.lower() == ".pdf":
+        check_page(target)
     with replaced(Path(os.path.realpath(path))) as temporary:
-        temporary.write_bytes(_printed(text) if target.suffix.lower() == ".pdf" else text.encode())
+        temporary.write_bytes(_printed(text) if is_pdf else text.encode())
     return target
 
 
