@@ -73,27 +73,18 @@ class StickslipAccessor:
     # --- pictures -----------------------------------------------------------------------------------------------------
 
     def plot(self, variable: str | None = None, **how: Any) -> Figure:
-        """The plot of this kind of result: of a map, a ramp, attractors, probabilities or a trajectory.
+        """The plot that `stickslip plot` draws of this result.
 
-        variable : what to draw; None for what this kind of result is about. how : arguments of the function of
-            `stickslip.plots` that draws it (select, title, ...). Raises PlotError for what cannot be drawn.
+        variable : what to draw; None for what this kind of result is about. how : arguments of `plots.plot_result`
+            (select, title, look, ...). Borders and contours lie over a coarse map, which is computed; how : arguments
+            of `plots.plot_map`. Raises PlotError for what cannot be drawn.
         """
         from stickslip import plots
 
-        ds = self._ds
-        if "direction" in ds.dims:
-            return plots.plot_of_ramp(ds, variable, **how)
-        if variable is not None:
-            return plots.plot_map(ds, variable, **how)
-        if "time" in ds.dims and "mode" in ds.data_vars:
-            return plots.plot_trace(ds, **how)
-        if "probability" in ds.data_vars:
-            return plots.plot_probability(ds, **how)
-        if "settling_share" not in ds.data_vars:
-            return plots.plot_map(ds, **how)
-        if ds["settling_share"].ndim == 1:
-            return plots.plot_attractors(ds, **how)
-        return plots.plot_map(ds, "settling_share", **how)
+        if variable is None and plots.is_over_map(self._ds):
+            how = {"title": str(self._ds.attrs.get("title", ""))} | how
+            return plots.plot_map(map_behind(self._ds), lines=self._ds, **how)
+        return plots.plot_result(self._ds, variable, **how)
 
     # --- cells --------------------------------------------------------------------------------------------------------
 
@@ -153,6 +144,17 @@ class StickslipAccessor:
         if text := str(self._ds.attrs.get("configuration", "")):
             parts.append(f"<details><summary>configuration</summary><pre>{escape(text)}</pre></details>")
         return "".join(parts)
+
+
+def map_behind(ds: xr.Dataset) -> xr.Dataset:
+    """The map over which borders or contours that have a configuration are drawn, computed with few cells."""
+    from stickslip import api
+    from stickslip.config.reader import parse_config
+    from stickslip.config.written import units_shown
+    from stickslip.designing import coarse_map
+
+    config = parse_config(str(ds.attrs["configuration"]), "the configuration of the borders")
+    return api.run(coarse_map(config).shown_in(units_shown(ds)))
 
 
 def register() -> None:

@@ -14,11 +14,12 @@ from numpy.typing import ArrayLike
 
 from . import borders, distances
 from .config.grid import build_grid
-from .config.lines import Ends, in_si
-from .config.model import Config
+from .config.lines import Ends, in_si, line_along
+from .config.model import Axis, Config, Range
 from .config.options import options_of
+from .config.planes import plane_along
 from .config.reader import Given, as_config, is_config
-from .config.studies import Border, Contours, alone
+from .config.studies import STUDIES, Border, Contours, alone
 from .dataset.build import grid_coordinates
 from .dataset.given import given_cells
 from .dataset.provenance import provenance
@@ -26,9 +27,12 @@ from .engine import Options
 from .progress import Watch, watched
 from .runs.memory import compute_study
 from .study import Study
+from .vocabulary.quantities import QUANTITIES
 from .vocabulary.settings import CONTOURS
 
 __all__ = ["border", "contours", "margins"]
+
+_COARSE = 160  # points of an axis of the map that is computed to be drawn
 
 Cells = Mapping[str, ArrayLike] | xr.Dataset
 Asked = Cells | Given
@@ -237,3 +241,45 @@ def _text(options: Options) -> str:
     """What cells computed one by one share, as text."""
     solver = {"rtol": options.rtol, "horizon": None if isinf(options.horizon) else options.horizon}
     return json.dumps({"friction": {"law": options.law}, "solver": solver | {"max_steps": options.max_steps}})
+
+
+# --- the map behind borders -------------------------------------------------------------------------------------------
+
+
+def coarse_map(config: Config) -> Config:
+    """The configuration of a map in which the borders that a configuration asks for lie, with few cells."""
+    if config.border is not None:
+        found = {config.border.along: line_along(config, config.border.along, config.border.between)}
+    elif config.contours is not None:
+        found = plane_along(config, config.contours.axes, config.contours.between or {})
+    else:
+        return config
+    axes: list[Axis] = []
+    for axis in config.axes:
+        name = next((name for name, line in found.items() if line.axis is axis), None)
+        axes.append(_coarse(axis) if name is None else _over(name, *found.pop(name)[1:]))
+    axes += [_over(name, *line[1:]) for name, line in found.items()]
+    if config.contours is not None:
+        names = plane_along(config, config.contours.axes, config.contours.between or {})
+        axes.sort(key=lambda axis: [*names].index(axis.name) if axis.name in names else -1)
+    return _without_fixed(config, axes)
+
+
+def _without_fixed(config: Config, axes: list[Axis]) -> Config:
+    """The configuration of a map over these axes; what they vary is fixed no longer."""
+    changed: dict[str, Any] = {**dict.fromkeys(STUDIES), "axes": tuple(axes)}
+    for axis in axes:
+        if axis.name in QUANTITIES:
+            section = QUANTITIES[axis.name].section
+            changed[section] = changed.get(section, getattr(config, section)).model_copy(update={axis.name: None})
+    return config.model_copy(update=changed)
+
+
+def _coarse(axis: Axis) -> Axis:
+    return axis.model_copy(update={"num": min(axis.num, _COARSE)}) if isinstance(axis, Range) else axis
+
+
+def _over(name: str, between: tuple[float, float], spacing: str | None) -> Axis:
+    """An axis over a range; by ratio where that is how it is searched."""
+    spacing = spacing or borders.Scan.over(*between, 2).spacing
+    return Range.model_construct(name=name, spacing=spacing, start=between[0], stop=between[1], num=_COARSE)

@@ -352,11 +352,14 @@ def location_or_none(name: str | None) -> Location | None:
 
 
 def check_page(page: Path) -> None:
-    """End if no page can be written there: an unknown suffix, or no folder."""
-    if page.suffix.lower() not in PAGES:
-        fail(f"{page}: pages end in {', '.join(PAGES)}")
-    if not page.absolute().parent.is_dir():
-        fail(f"{page}: no folder {page.parent}")
+    """End if no page can be written there: an unknown suffix, no folder, or nothing that makes PDF."""
+    from stickslip import pages
+    from stickslip.errors import StoreError
+
+    try:
+        pages.check_page(page)
+    except StoreError as error:
+        fail(error)
 
 
 def check_plot(plot: Path) -> None:

@@ -10,6 +10,7 @@ import click
 from stickslip.cli import screen
 from stickslip.cli.common import (
     JSON,
+    check_page,
     check_plot,
     fail,
     points_file,
@@ -76,7 +77,7 @@ Examples:
     help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.",
 )  # fmt: skip
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
-@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html): ranks, plot, fits.")
+@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html, .pdf): ranks, plot, fits.")
 @JSON
 @reports_wrong_input
 def compare(
@@ -91,6 +92,7 @@ def compare(
     the vibration that begins in stick ends for good, to nine digits, with the interval that the scatter of the points
     leaves. FILES are CSV as instruments and Excel write it; see `stickslip fit`.
     """
+    from stickslip.dataset.display import with_units
     from stickslip.errors import Interrupted
     from stickslip.materials import compare as compared
     from stickslip.materials.words import Words
@@ -114,7 +116,11 @@ def compare(
         fail("interrupted: nothing was written; a comparison takes seconds, run it again")
     except ValueError as error:
         fail(error)
-    words = Words(ds, _unit_of(speed))
+    if unit_shown := _unit_of(speed):
+        ds = with_units(
+            ds, {str(name): unit_shown for name, one in ds.variables.items() if one.attrs.get("units") == "m s-1"}
+        )
+    words = Words(ds)
     if not as_json:
         _show(words)
     written = _write(ds, words, outputs, plot, report, as_json, "," if decimal_comma else ".")
@@ -137,8 +143,8 @@ def _check_outputs(outputs: tuple[Path, ...], plot: Path | None, report: Path | 
         check(output)
     if plot is not None:
         check_plot(plot)
-    if report is not None and report.suffix.lower() not in (".html", ".htm"):
-        fail(f"{report}: pages end in .html")
+    if report is not None:
+        check_page(report)
 
 
 def _number(text: str) -> float | str:
@@ -199,7 +205,7 @@ def _write(
     written = {}
     for output in outputs:
         if output.suffix.lower() in TABLE_SUFFIXES:
-            table = write_table(ds, output, decimal=decimal, unit=words.unit)
+            table = write_table(ds, output, decimal=decimal)
             if not silent:
                 tell_table(table, output)
         else:
@@ -218,7 +224,7 @@ def _write(
         from stickslip.materials.page import material_page
         from stickslip.pages import write_page
 
-        write_page(report, material_page(ds, words.unit))
+        write_page(report, material_page(ds))
         written["report"] = str(report)
         if not silent:
             click.echo(f"report   {report}")

@@ -249,7 +249,7 @@ def _levels(
         click.echo(_compared(float(ds["acceleration_level_a"].values.item()), ", ".join(asked)))
     if output is not None:
         click.echo(f"levels   {output} ({screen.size_of(output)})")
-        click.echo(f"next:    stickslip plot {output} --variable acceleration_level_a")
+        click.echo(f"next:    stickslip plot {output}")
     elif ds["regime"].ndim:
         click.echo("nothing was written: name a file (-o levels.nc)")
 

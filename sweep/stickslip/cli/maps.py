@@ -44,7 +44,7 @@ Examples:
 @CONFIG
 @OUTPUT
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
-@click.option("--report", type=click.Path(path_type=Path), help="Page to write: .html, with plots, shares, meanings.")
+@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html, .pdf): plots, shares, meanings.")
 @click.option("--no-plot", is_flag=True, help="Write no plot.")
 @click.option("--store", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]")
 @click.option("--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no map.")

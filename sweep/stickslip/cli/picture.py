@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.cli.common import fail
+import click
+
+from stickslip.cli.common import fail, prepare_kernels
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from stickslip.plots import Look
+    from stickslip.plots import Look, Mark
 
 _INCH = 0.0254  # m
 _PIXELS = re.compile(r"(\d+)\s*px")
@@ -33,6 +35,7 @@ class Picture:
     log: tuple[str, ...] = ()
     limits: tuple[str, ...] = ()
     marks: tuple[str, ...] = ()
+    marks_file: Path | None = None
     no_hatch: bool = False
     no_note: bool = False
 
@@ -51,16 +54,9 @@ class Picture:
         """What a map is to look like. Raises PlotError."""
         from stickslip.plots import Look
 
-        return Look.of(ds, log=self.log, limits=self.limits, marks=self.marks, hatched=not self.no_hatch,
+        look = Look.of(ds, log=self.log, limits=self.limits, marks=self.marks, hatched=not self.no_hatch,
                        held=not self.no_note)  # fmt: skip
-
-    def refuse_for(self, what: str) -> None:
-        """Raise PlotError for what only maps have."""
-        from stickslip.errors import PlotError
-
-        given = {"--log": self.log, "--limits": self.limits, "--mark": self.marks}
-        if names := [name for name, values in given.items() if values]:
-            raise PlotError(f"{', '.join(names)}: for maps, and this is {what}")
+        return look if self.marks_file is None else replace(look, marks=(*look.marks, *_points(ds, self.marks_file)))
 
     def save(self, figure: Figure, target: Path, request: str = "") -> None:
         """Write a figure in the size and at the resolution that are asked for. Raises PlotError."""
@@ -74,6 +70,29 @@ class Picture:
     def request(self) -> dict[str, Any]:
         """Those options that are given."""
         return {name: value for name, value in vars(self).items() if value}
+
+
+def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
+    """The operating points of a file, which say their regimes: computed there, not those of the cells around."""
+    from stickslip import api
+    from stickslip.config.pick import shared_by
+    from stickslip.dataset.one_cell import one_cell
+    from stickslip.plots.look import marks_in
+    from stickslip.vocabulary.flags import REGIMES, flag_label
+
+    points = [*marks_in(ds, path)]
+    if "regime" not in ds or "configuration" not in ds.attrs:
+        return points
+    try:
+        cells, how = [one_cell(ds, {str(name): at for name, at in mark.at.items()}) for mark in points], shared_by(ds)
+    except ValueError:  # a point does not say where it is along each axis, which whoever draws it will say
+        return points
+    prepare_kernels(how["law"])
+    regimes = api.evaluate({name: [cell[name] for cell in cells] for name in cells[0]}, **how)["regime"].values
+    points = [replace(mark, regime=REGIMES[int(code)]) for mark, code in zip(points, regimes, strict=True)]
+    for mark in points:
+        click.echo(f"mark     {mark.label}: {flag_label(mark.regime)}")
+    return points
 
 
 def inches(text: str, dpi: int) -> tuple[float, float]:

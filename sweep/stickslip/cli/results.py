@@ -49,6 +49,10 @@ Examples:
 @click.option(
     "--mark", "marks", multiple=True, metavar="[LABEL:]NAME=VALUE,...", help="Operating point to draw; may be repeated."
 )
+@click.option(
+    "--marks", "marks_file", type=click.Path(path_type=Path, exists=True, dir_okay=False), metavar="FILE",
+    help="Table of operating points to draw: a column 'label', and one for each axis; coloured by their regimes.",
+)  # fmt: skip
 @click.option("--no-hatch", is_flag=True, help="Leave out the hatching that tells regimes apart without colours.")
 @click.option("--no-note", is_flag=True, help="Leave out the note of what is held fixed.")
 @click.option(
@@ -67,6 +71,7 @@ def plot(
 
     Numbers are shown in the units in which the configuration was written; the file is SI.
     """
+    from stickslip import plots
     from stickslip.dataset import select as selection
     from stickslip.dataset.kept import why_absent
     from stickslip.errors import PlotError
@@ -88,65 +93,25 @@ def plot(
         check_plot(output)
     try:
         ds = picture.prepared(ds)
-        if shown.is_over_map(ds):
+        if plots.is_over_map(ds):
             figure = _over_map(ds, file, map_file, picture)
         else:
-            figure = _drawn(ds, variable, dict(places), picture, not no_borders, lines)
-            told = {name: at for name, at in places.items() if not (name == "state" and _is_probability(ds, variable))}
+            over = None if lines is None else reading.look_into(lines)
+            figure = plots.plot_result(ds, variable, select=places, title=picture.title, look=picture.look(ds),
+                                       borders=not no_borders, lines=over)  # fmt: skip
+            told = {name: at for name, at in places.items() if name != "state"}
             for point in selection.told(ds, told):
                 click.echo(f"drawn    {point}")
         request = _words({**picture.request(), "variable": variable, "select": select, "lines": lines,
                           "map": map_file, "no_borders": no_borders})  # fmt: skip
-        own = "settling_share" if "settling_share" in ds else "regime"
-        target = output or free_name(_here(file), None if variable in (None, own) else variable, places, request)
+        named = None if variable == plots.subject(ds) else variable
+        target = output or free_name(_here(file), named, places, request)
         picture.save(figure, target, request)
     except PlotError as error:
         fail(f"{file}: {error}")
     if not no_borders and "quiet_above" not in ds and (absent := why_absent(ds, "damping_ratio")):
         click.echo(f"{file}: no borders of linear theory are drawn: the map {absent}", err=True)
     click.echo(f"plot     {target}")
-
-
-def _drawn(
-    ds: xr.Dataset, variable: str | None, places: dict[str, str], picture: Picture, borders: bool,
-    lines: Location | None,
-) -> Figure:  # fmt: skip
-    """The plot of a result by itself."""
-    from stickslip import plots
-    from stickslip.dataset import select as selection
-    from stickslip.errors import PlotError
-    from stickslip.files import reading
-
-    title = picture.title
-    if "model_rpn" in ds:
-        raise PlotError("features of rig tests, no map: `stickslip rig run CONFIG --plot PICTURE` draws them, --report "
-                        "makes a page; of records, `stickslip rig features FILES --plot PICTURE`")  # fmt: skip
-    if _is_probability(ds, variable):
-        state = places.pop("state", "stick_slip")
-        return plots.plot_probability(selection.selected(ds, places)[0], state, title=title, look=picture.look(ds))
-    if "direction" in ds.dims:
-        picture.refuse_for("a ramp")
-        return plots.plot_of_ramp(ds, variable, select=places, title=title)
-    if "quiet_above" in ds and variable is None:
-        picture.refuse_for("a comparison of materials")
-        return plots.plot_materials(ds, title=title)
-    if "settling_share" in ds and variable is None:
-        variable = "settling_share"
-        if len(set(ds["settling_share"].dims) - set(places)) == 1:
-            picture.refuse_for("no map: lines over one parameter")
-            return plots.plot_attractors(ds, select=places, title=title)
-    if "time" in ds.dims:
-        picture.refuse_for("a trajectory")
-        return plots.plot_trace(ds, title=title)
-    over = None if lines is None else reading.look_into(lines)
-    return plots.plot_map(
-        ds, variable or "regime", select=places, borders=borders, lines=over, title=title, look=picture.look(ds)
-    )
-
-
-def _is_probability(ds: xr.Dataset, variable: str | None) -> bool:
-    """Whether the probability of a regime is drawn, the `state` that is selected."""
-    return "probability" in ds and variable in (None, "regime")
 
 
 def _over_map(ds: xr.Dataset, file: Location, map_file: Location | None, picture: Picture) -> Figure:

@@ -12,6 +12,7 @@ from stickslip.cli import rig_sounds, screen
 from stickslip.cli.common import (
     CONFIG,
     WHERE,
+    check_page,
     check_plot,
     fail,
     incomplete,
@@ -46,7 +47,7 @@ Examples:
 @CONFIG
 @click.option("-o", "--output", type=WHERE, help="File of features to write, .nc or .zarr, or the URL of a .zarr.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot: signals of up to six tests, else a heat map.")
-@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html): maps, traces, table.")
+@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html, .pdf): maps, traces, table.")
 @click.option("--records", type=click.Path(path_type=Path), help="Folder for the signals, a CSV file for each test.")
 @click.option("--sound", type=click.Path(path_type=Path), help="Folder for the sounds, a WAV file for each test.")
 @click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
@@ -122,8 +123,8 @@ def _drawn(tests: RigTests, chosen: tuple[int, ...]) -> list[int]:
 def _check_targets(output: Location | None, plot: Path | None, report: Path | None, records: Path | None) -> None:
     if plot is not None:
         check_plot(plot)
-    if report is not None and (report.suffix.lower() not in (".html", ".htm") or not report.absolute().parent.is_dir()):
-        fail(f"{report}: expected a file name that ends in .html, in a folder that exists")
+    if report is not None:
+        check_page(report)
     if records is not None:
         try:
             records.mkdir(parents=True, exist_ok=True)

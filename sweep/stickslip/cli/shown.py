@@ -51,18 +51,13 @@ def teller(ds: xr.Dataset) -> Callable[[xr.Dataset], None] | None:
     return next((tell for name, tell in found.items() if name in ds.attrs), None)
 
 
-def is_over_map(ds: xr.Dataset) -> bool:
-    """Whether a result is drawn over a map: borders of many lines, or contours."""
-    if "border_found" in ds.attrs:
-        return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
-    return "contour_found" in ds.attrs
-
-
 def is_drawn(ds: xr.Dataset) -> bool:
     """Whether there is a plot of this result: borders of single lines, and one rare event, are no plots."""
+    from stickslip import plots
+
     if "probability" in ds:
         return "levels" not in ds or ds["probability"].ndim > 1
-    return is_over_map(ds) or any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
+    return plots.is_over_map(ds) or any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
 
 
 def figure(ds: xr.Dataset, extras: Extras | None = None, picture: Picture | None = None) -> Figure:
@@ -74,17 +69,13 @@ def figure(ds: xr.Dataset, extras: Extras | None = None, picture: Picture | None
     from stickslip.cli.backdrop import Extras
     from stickslip.cli.picture import Picture
 
-    if is_over_map(ds):
+    if plots.is_over_map(ds):
         picture = picture or Picture()
         behind = picture.prepared((extras or Extras()).map_behind(ds))
         behind = fitting(behind.assign_attrs(title=ds.attrs.get("title", "")))
         title = str(behind.attrs["title"]) if picture.title is None else picture.title
         return plots.plot_map(behind, lines=ds, title=title, look=picture.look(behind))
-    ds = fitting(ds)
-    if "settling_share" in ds:
-        return plots.plot_attractors(ds) if ds["settling_share"].ndim == 1 else plots.plot_map(ds, "settling_share")
-    drawn: Callable[[xr.Dataset], Figure] = plots.plot_probability if "probability" in ds else plots.plot_map
-    return drawn(ds)
+    return plots.plot_result(fitting(ds))
 
 
 def fitting(ds: xr.Dataset) -> xr.Dataset:
@@ -100,9 +91,9 @@ def fitting(ds: xr.Dataset) -> xr.Dataset:
 
 def will_be_drawn(config: Config) -> str | None:
     """What the plot of a configuration will leave out, in words; None for nothing."""
-    from stickslip.cli.backdrop import coarse_map
     from stickslip.config.grid import build_grid
     from stickslip.dataset.panels import told_of
+    from stickslip.designing import coarse_map
 
     grid = build_grid(coarse_map(config))
     return told_of(dict(zip(grid.dims, grid.shape, strict=True)))
@@ -110,7 +101,7 @@ def will_be_drawn(config: Config) -> str | None:
 
 def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, picture: Picture | None = None) -> None:
     """Write the page of a result, and say so: its plots, what was held fixed, what the words mean, how exact it is."""
-    from stickslip import pages
+    from stickslip import pages, plots
     from stickslip.cli.picture import Picture
     from stickslip.errors import PlotError
     from stickslip.pages.result import Drawn, drawn_of, result_page
@@ -121,7 +112,7 @@ def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, pictu
 
         pages.write_page(target, material_page(picture.prepared(ds), title=picture.title))
         return click.echo(f"page     {target} ({screen.size_of(target)})")
-    if is_over_map(ds):
+    if plots.is_over_map(ds):
         try:
             found = [Drawn("borders between regimes", figure(ds, extras, picture))]
         except PlotError as error:

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 _LONG = 500_000  # rows from which a bar tells how far it is
 
 
-def write_table(ds: xr.Dataset, target: Path, variables: tuple[str, ...] = (), decimal: str = ".",
-                unit: str | None = None) -> Table:  # fmt: skip
+def write_table(ds: xr.Dataset, target: Path, variables: tuple[str, ...] = (), decimal: str = ".") -> Table:
     """Write a table; a long one with a bar. The workbook of a comparison begins with the table that is printed."""
     from stickslip.dataset import export
 
@@ -29,7 +28,7 @@ def write_table(ds: xr.Dataset, target: Path, variables: tuple[str, ...] = (), d
         if "quiet_above" in ds and not variables and target.suffix.lower() == ".xlsx":
             from stickslip.materials.words import Words
 
-            front = Words(ds, unit).sheet()
+            front = Words(ds).sheet()
         return export.write_table(ds, target, variables, decimal=decimal, front=front)
     with progress_bar(rows, " written", "rows") as move:
         return export.write_table(ds, target, variables, decimal=decimal, moved=move)

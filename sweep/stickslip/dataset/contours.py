@@ -6,10 +6,8 @@ nodes and how many each line has; a closed line repeats its first node.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from io import StringIO
 from math import prod
 from typing import Any
 
@@ -18,7 +16,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.dataset.build import shown_in, variable_of
-from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import SEARCHABLE
 from stickslip.vocabulary.results import CONTOUR_VARIABLES
 
@@ -133,27 +130,3 @@ def polylines(ds: xr.Dataset, wanted: NDArray[np.bool_] | None = None) -> Iterat
         if wanted is None or wanted[i]:
             piece = slice(int(stop) - int(count), int(stop))
             yield Polyline(x[piece], y[piece], int(left), int(right), bool(closed))
-
-
-def table_text(ds: xr.Dataset) -> str:
-    """The nodes of all lines as comma-separated values, a node a row: the line, what it is, and both parameters.
-
-    Units are in brackets after the names of columns.
-    """
-    names = plane_names(ds)
-    beside = [str(name) for name, one in ds.coords.items() if one.dims == ("line",)]
-    flags = str(ds["regime_left"].attrs["flag_meanings"]).split()
-    heading = ["line", "closed", "regime_left", "regime_right", *(_headed(ds, name) for name in (*beside, *names))]
-    out = StringIO()
-    rows = csv.writer(out, lineterminator="\n")
-    rows.writerow(heading)
-    for number, line in enumerate(polylines(ds)):
-        same = [number, int(line.closed), flags[line.left], flags[line.right]]
-        same += [ds[name].values[number] for name in beside]
-        rows.writerows([*same, repr(float(x)), repr(float(y))] for x, y in zip(line.x, line.y, strict=True))
-    return out.getvalue()
-
-
-def _headed(ds: xr.Dataset, name: str) -> str:
-    unit = units.spelled(str(ds[name].attrs.get("units", "1")))
-    return f"{name} [{unit}]" if unit else name

@@ -1,7 +1,8 @@
 """Results as tables for other programs: CSV and Excel, one row a cell, a column for every coordinate and variable.
 
-Headings carry units (``belt_speed [m/s]``), flags are words, values that are not defined are empty. Rows are written a
-chunk at a time, so that a file may be larger than memory; the table appears whole or not at all.
+Numbers are in the units in which people see them, with six digits; headings carry these units (``belt_speed [mm/s]``),
+flags are words, values that are not defined are empty, and no text is a formula. Rows are written a chunk at a time, so
+that a file may be larger than memory; the table appears whole or not at all.
 """
 
 from __future__ import annotations
@@ -10,8 +11,9 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
+from functools import cached_property
 from importlib.util import find_spec
-from math import prod
+from math import ceil, log10, prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,10 +21,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stickslip.config.written import DISPLAY
 from stickslip.dataset.chunks import Chunk, chunks
+from stickslip.dataset.display import Unit, unit_of
 from stickslip.errors import StoreError
 from stickslip.files.atomic import replaced
-from stickslip.vocabulary import units
+from stickslip.files.formulas import inert, is_live
 from stickslip.vocabulary.flags import QUIET_STATES
 from stickslip.vocabulary.words import listed, nearest
 
@@ -33,6 +37,7 @@ TABLE_SUFFIXES = (".csv", ".xlsx")
 _ROWS_OF_SHEET = 2**20 - 1  # and the headings
 _MOST_ROWS = 2**17  # put together at once
 _LONGEST_CELL = 32_767  # characters of a cell of Excel
+_DIGITS, _ALL_DIGITS = 6, 17  # of numbers; more where neighbours on an axis would be the same number
 _OF_BORDERS = ("regime_below", "regime_above", "regime_throughout", "method")
 _ABOUT = ("title", "source", "history", "date_created", "references", "configuration")
 
@@ -53,6 +58,16 @@ class Table:
     def rows(self) -> int:
         """How many rows, without the headings."""
         return prod(self.shape)
+
+    @cached_property
+    def units(self) -> dict[str, Unit]:
+        """The unit in which each column is written."""
+        return {name: _unit(array) for name, array in self.columns.items()}
+
+    @property
+    def headings(self) -> list[str]:
+        """The names of the columns, with their units in brackets."""
+        return [f"{name} [{unit.name}]" if unit.name else name for name, unit in self.units.items()]
 
 
 @dataclass(frozen=True)
@@ -130,9 +145,15 @@ def write_table(
 
 
 def _write_csv(table: Table, path: Path, decimal: str, moved: Move | None) -> None:
+    import pandas as pd
+
     separator = ";" if decimal == "," else ","
-    with path.open("w", encoding="utf-8", newline="") as file:
+    with path.open("w", encoding="utf-8-sig", newline="") as file:  # without the mark Excel reads Windows-1252
         for number, frame in enumerate(_frames(table, moved)):
+            for place in (i for i, kind in enumerate(frame.dtypes) if kind.kind not in "biuf"):
+                codes, texts = pd.factorize(frame.iloc[:, place])
+                frame.isetitem(place, np.array([*map(inert, map(str, texts)), ""], object)[codes])
+            frame.columns = [inert(name) for name in frame.columns]
             frame.to_csv(file, header=number == 0, index=False, sep=separator, decimal=decimal, lineterminator="\n")
 
 
@@ -141,7 +162,8 @@ def _write_excel(ds: xr.Dataset, table: Table, path: Path, moved: Move | None, f
     import pandas as pd
 
     told = [(name, str(ds.attrs[name])[:_LONGEST_CELL]) for name in _ABOUT if name in ds.attrs]
-    told += [(_heading(ds[name]), str(ds[name].item())) for name in ds.coords if not ds[name].ndim]
+    told += [(str(name), unit_of(one).told(one.item()) if one.dtype.kind in "fiu" else str(one.item()))
+             for name, one in ds.coords.items() if not one.ndim]  # fmt: skip
     with path.open("wb") as file, pd.ExcelWriter(file, engine="openpyxl") as writer:
         if front is not None:
             _write_front(writer.book.create_sheet(front.name), front)
@@ -154,6 +176,8 @@ def _write_excel(ds: xr.Dataset, table: Table, path: Path, moved: Move | None, f
         pd.DataFrame(told, columns=["what", "value"]).to_excel(writer, sheet_name="about", index=False)
         writer.sheets["about"].column_dimensions["A"].width = 30
         writer.sheets["about"].column_dimensions["B"].width = 100
+        for name in writer.sheets:
+            _write_texts_as_texts(writer.sheets[name])
 
 
 def _write_front(sheet: Any, front: Sheet) -> None:
@@ -173,6 +197,16 @@ def _write_front(sheet: Any, front: Sheet) -> None:
     sheet.freeze_panes = "B2"
 
 
+def _write_texts_as_texts(sheet: Any) -> None:
+    """No cell of a sheet is a formula, or an error: openpyxl takes any text that begins with = for one."""
+    for row in sheet.iter_rows():
+        for cell in row:
+            if isinstance(cell.value, str):
+                cell.data_type = "s"
+                if is_live(cell.value):
+                    cell.quotePrefix = True  # stays a text where somebody edits it
+
+
 def _embolden(cell: Any) -> None:
     font = copy(cell.font)
     font.bold = True
@@ -187,9 +221,13 @@ def _frames(table: Table, moved: Move | None) -> Iterator[pd.DataFrame]:
     import pandas as pd
 
     largest = max(table.columns.values(), key=lambda array: (array.ndim, array.size))
-    done = 0
+    done, digits = 0, {name: _digits(array) for name, array in table.columns.items()}
     for chunk in chunks(largest, _MOST_ROWS) if table.shape else ({},):
-        columns = {_heading(array): _column(array, table, chunk) for array in table.columns.values()}
+        columns = {}
+        for (name, array), heading in zip(table.columns.items(), table.headings, strict=True):
+            values = _column(array, table, chunk)
+            is_number = values.dtype.kind == "f" or table.units[name].name
+            columns[heading] = _rounded(table.units[name].of(values), digits[name]) if is_number else values
         frame = pd.DataFrame(columns)
         yield frame
         done += len(frame)
@@ -222,11 +260,35 @@ def _words(codes: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[Any]:
     return np.array([names.get(code, str(code)) for code in found.tolist()], object)[place.reshape(codes.shape)]
 
 
-def _heading(array: xr.DataArray) -> str:
-    """The name of a column with its unit in brackets."""
-    unit = str(array.attrs.get("units", "1"))
-    spelled = "" if unit == "1" or "flag_meanings" in array.attrs else units.spelled(unit)
-    return f"{array.name} [{spelled}]" if spelled else str(array.name)
+def _unit(array: xr.DataArray) -> Unit:
+    """The unit in which a column is shown: of times by the largest, which is read a chunk at a time."""
+    if array.dtype.kind not in "fiu" or "flag_meanings" in array.attrs:
+        return Unit()
+    largest = 0.0
+    if array.attrs.get("units") == "s" and DISPLAY not in array.attrs:
+        for chunk in chunks(array) if array.ndim else ({},):
+            values = np.abs(array.isel(chunk).values)
+            largest = max(largest, float(np.max(values, where=np.isfinite(values), initial=0.0)))
+    return unit_of(array, np.array([largest]))
+
+
+def _digits(array: xr.DataArray) -> int:
+    """How many digits the numbers of a column have: six, more where neighbours on an axis lie closer."""
+    if array.dims != (array.name,) or array.dtype.kind != "f" or array.size < 2:
+        return _DIGITS
+    step = float(np.min(np.abs(np.diff(array.values)), where=np.diff(array.values) != 0, initial=np.inf))
+    most = float(np.max(np.abs(array.values)))
+    return min(max(_DIGITS, ceil(log10(most / step)) + 3), _ALL_DIGITS) if 0 < step < np.inf else _DIGITS
+
+
+def _rounded(values: NDArray[Any], digits: int) -> NDArray[np.float64]:
+    """Numbers with so many significant digits, each the nearest double to that decimal number."""
+    values = np.asarray(values, np.float64)
+    with np.errstate(all="ignore"):
+        places = digits - 1 - np.floor(np.log10(np.abs(values)))
+        places = np.where(np.isfinite(places), np.clip(places, -300, 300), 0.0)
+        up, down = 10.0 ** np.maximum(places, 0), 10.0 ** np.maximum(-places, 0)
+        return np.where(np.isfinite(values), np.round(values * up / down) * down / up, values)
 
 
 # --- columns ----------------------------------------------------------------------------------------------------------
@@ -278,10 +340,11 @@ def _by_node(ds: xr.Dataset) -> xr.Dataset:
 def _without_bounds(ds: xr.Dataset) -> xr.Dataset:
     """Materials compared, where a bound of a border does not stand for one: it is empty, beside its state, and the ends
     of the range that was searched have columns of their own."""
+    speed = {name: ds["quiet_above"].attrs[name] for name in ("units", DISPLAY) if name in ds["quiet_above"].attrs}
     known = ds["quiet_state"] == QUIET_STATES.index("border")
     found = {name: ds[name].where(known) for name in ("quiet_above", "margin") if name in ds}
     for name in ("searched_from", "searched_to"):
         ends = np.full(ds.sizes["material"], float(ds.attrs[name]))
         told = f"{'slowest' if name.endswith('from') else 'fastest'} belt speed searched"
-        found[name] = xr.DataArray(ends, dims="material", attrs={"units": "m s-1", "long_name": told})
+        found[name] = xr.DataArray(ends, dims="material", attrs=speed | {"long_name": told})
     return ds.assign(found)

@@ -158,7 +158,7 @@ def map_csv(shown: Picture) -> str:
 
 
 def motions_csv(columns: Sequence[tuple[str, Motion]]) -> str:
-    """Samples of motions as comma-separated values, in SI: which motion, time since break-away, all that is known."""
+    """Samples of motions as comma-separated values: which motion, time since break-away, all that is known."""
     known = [(head, motion) for head, motion in columns if motion.samples]
     heads = np.concatenate([np.full(motion.time.size, head) for head, motion in known])
     time = np.concatenate([motion.time for _, motion in known])

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, Problem, reason
+from stickslip.files.formulas import as_written
 from stickslip.files.mistaken import TABLES_HERE, names_in, no_table
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
@@ -304,6 +305,7 @@ def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...
             place = Place(number, line.index('"') + 1)
             raise ConfigError(name, [Problem((), "not CSV: a quotation mark inside a cell", place)])
         texts = [text.strip() for text in read]
+    texts = [as_written(text) for text in texts]
     starts = [begin + len(line[begin:end]) - len(line[begin:end].lstrip()) + 1 for begin, end in parts]
     return tuple(Cell(text, Place(number, start)) for text, start in zip(texts, starts, strict=True))
 

@@ -1,7 +1,9 @@
-"""The report of a comparison: one HTML page, to read, to send and to print."""
+"""The report of a comparison, to read, to send and to print: the decision, what limits it, table and
+picture on the first sheet, and on the second what they rest on."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from itertools import starmap
 
@@ -13,12 +15,14 @@ from stickslip.pages import (
     Column,
     Section,
     configuration,
+    details,
     embedded,
     page,
     paragraph,
     provenance,
     table,
     terms,
+    warning,
 )
 from stickslip.plots.materials import plot_materials
 from stickslip.vocabulary import units
@@ -26,6 +30,7 @@ from stickslip.vocabulary.results import MATERIAL_VARIABLES
 
 _COEFFICIENTS = ("a1", "a2", "a3", "a4", "mu_start")
 _MOST_DIGITS = 6
+_ONLY_SCATTER = "Other specimens, another temperature and what is not known of the system are in no number here."
 _VARIABLES = {"P(quiet)": "quiet_probability", "fit": "fit_good"}  # shown under other names
 
 
@@ -37,24 +42,34 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     words = Words(ds, unit)
     alt = f"Friction over slip speed of {', '.join(words.names)}, and the belt speeds above which they are quiet"
     ranks, fits = [*words.columns()], _fits(ds, words)
+    others = words.remarks()
+    first = next((text for text in others if _limits(text, words.names)), _ONLY_SCATTER)
+    system = paragraph(f"The system: {', '.join(f'{name} {value}' for name, value in words.conditions())}.")
+    small = [
+        ("The fitted curves", _curves(ds, fits)),
+        ("What the numbers mean", _items(_method(words)) + terms(_meanings([*ranks, *fits]), "short")),
+        ("Where this comes from", _origin(ds)),
+    ]
     sections = [
-        Section("Which is quiet", _table(ranks) + _items(words.remarks()) + _method(words)),
-        Section("Friction, and where vibration ends", embedded(plot_materials(ds), alt)),
-        Section("The fitted curves", _curves(ds, fits)),
-        Section("The system", terms(words.conditions())),
-        Section("What the numbers mean", terms(_meanings([*ranks, *fits]))),
-        Section("Where this comes from", _origin(ds)),
+        Section("Which is quiet", system + _table(ranks) + _items([text for text in others if text != first])),
+        Section("Friction, and where vibration ends", embedded(plot_materials(ds, title=""), alt) + details(small)),
     ]
     heading = str(ds.attrs["title"]) if title is None else title
-    return page(heading, words.answer(), sections)
+    return page(heading, words.answer(), sections, warnings=[warning(first, "What limits this")])
+
+
+def _limits(text: str, names: Sequence[str]) -> bool:
+    """Whether a remark limits the decision most: it is about the best material, or about all."""
+    about = [name for name in names if re.search(rf"(?<!\w){re.escape(name)}(?!\w)", text)]
+    return not about or names[0] in about
 
 
 def _items(texts: Sequence[str]) -> str:
-    return "".join(paragraph(text) for text in texts)
+    return "".join(map(paragraph, texts))
 
 
-def _method(words: Words) -> str:
-    return _items([text for text in (words.what_quiet_means(), words.what_the_interval_means()) if text])
+def _method(words: Words) -> list[str]:
+    return [text for text in (words.what_quiet_means(), words.what_the_interval_means()) if text]
 
 
 def _table(columns: list[Shown]) -> str:
@@ -88,7 +103,7 @@ def _curves(ds: xr.Dataset, columns: list[Shown]) -> str:
     """The table of fits, and what is said of each."""
     said = zip(map(str, ds["material"].values), map(str, ds["fit_quality"].values), strict=True)
     formula = "Friction coefficient over slip speed w: a1 + a2 w + a3 exp(-w/a4); in brackets the 95 % intervals."
-    return paragraph(formula) + _table(columns) + terms(said, "short")
+    return paragraph(formula) + _table(columns) + terms(said, "names")
 
 
 def _meanings(columns: Sequence[Shown]) -> list[tuple[str, str]]:

@@ -264,6 +264,6 @@ def _share(value: Any) -> str:
 def _number_or_word(cell: str) -> str | float:
     """What a cell of a sheet holds: a number as one, so that it can be sorted."""
     try:
-        return float(cell)
+        return float(cell.removeprefix("x "))  # a margin
     except ValueError:
         return cell

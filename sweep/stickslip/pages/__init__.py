@@ -3,11 +3,12 @@
 frame   the page around its sections, and its file      parts   terms, tables, embedded figures, warnings
 """
 
-from stickslip.pages.frame import Section, page, write_page
+from stickslip.pages.frame import Section, check_page, page, write_page
 from stickslip.pages.parts import (
     Cell,
     Column,
     configuration,
+    details,
     embedded,
     paragraph,
     provenance,
@@ -18,6 +19,6 @@ from stickslip.pages.parts import (
 )
 
 __all__ = [
-    "Cell", "Column", "Section", "configuration", "embedded", "page", "paragraph", "provenance", "side_by_side",
-    "table", "terms", "warning", "write_page",
+    "Cell", "Column", "Section", "check_page", "configuration", "details", "embedded", "page", "paragraph",
+    "provenance", "side_by_side", "table", "terms", "warning", "write_page",
 ]  # fmt: skip

@@ -5,12 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from html import escape
+from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from string import Template
 from typing import NamedTuple
 
+from stickslip.errors import StoreError
 from stickslip.files.atomic import replaced
 from stickslip.plots.palette import VERMILLION
+
+REPORTS = (".html", ".htm", ".pdf")
 
 
 class Section(NamedTuple):
@@ -36,10 +41,44 @@ def page(
 
 
 def write_page(path: str | os.PathLike[str], text: str) -> Path:
-    """Write a page, replacing `path` only once it is whole. Raises StoreError."""
+    """Write a page, as PDF where the name ends so, replacing `path` only once it is whole. Raises StoreError."""
+    target = Path(path)
+    if is_pdf := target.suffix.lower() == ".pdf":
+        check_page(target)
     with replaced(Path(os.path.realpath(path))) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    return Path(path)
+        temporary.write_bytes(_printed(text) if is_pdf else text.encode())
+    return target
+
+
+def check_page(path: Path) -> None:
+    """Raises StoreError if no page can be written there: another suffix, no folder, or nothing that makes PDF."""
+    if path.suffix.lower() not in REPORTS:
+        raise StoreError(f"{path}: pages end in {', '.join(REPORTS)}")
+    if path.suffix.lower() == ".pdf" and find_spec("plutoprint") is None:
+        raise StoreError(
+            f'{path}: PDF pages need plutoprint\nhint: pip install "stickslip[pdf]", or write .html and print it'
+        )
+    if not path.absolute().parent.is_dir():
+        raise StoreError(f"{path}: no folder {path.parent}")
+
+
+def _printed(text: str) -> bytes:
+    """A page as PDF, on A4, as the rules for print have it, in the letters that matplotlib brings."""
+    import plutoprint
+    from matplotlib import get_data_path
+
+    fonts = Path(get_data_path(), "fonts", "ttf")
+    faces = "".join(
+        f"@font-face {{ font-family: '{name}'; font-weight: {weight}; src: url('{(fonts / file).as_uri()}'); }}\n"
+        for name, weight, file in (("page", 400, "DejaVuSans.ttf"), ("page", 700, "DejaVuSans-Bold.ttf"),
+                                   ("page mono", 400, "DejaVuSansMono.ttf"))
+    )  # fmt: skip
+    book, out = plutoprint.Book(plutoprint.PAGE_SIZE_A4), BytesIO()
+    book.load_html(
+        text, user_style=faces + "* { font-family: 'page' !important } pre { font-family: 'page mono' !important }"
+    )
+    book.write_to_pdf_stream(out)
+    return out.getvalue()
 
 
 # Places to fill are `$name` (string.Template; a dollar itself is written twice).
@@ -88,13 +127,29 @@ dl.two { columns: 2 24rem; column-gap: 2.5rem; }
 dl.two div { break-inside: avoid; }
 pre { font: .78rem/1.4 ui-monospace, Consolas, Menlo, monospace; background: var(--shade); padding: .8rem 1rem;
   border-radius: 4px; white-space: pre-wrap; overflow-wrap: anywhere; }
-@page { margin: 15mm; }
+.details { font-size: .8rem; }
+.details h2 { font-size: .95rem; margin-top: 1.4rem; }
+@page { size: A4; margin: 14mm 15mm; @bottom-right { content: counter(page) " / " counter(pages); font-size: 7pt; } }
 @media print {
-  :root { color-scheme: light; --ink: #000; --paper: #fff; --faint: #555; --line: #ccc; --shade: #f5f5f5; }
-  body { margin: 0; padding: 0; max-width: none; font-size: 10pt; }
-  img { max-height: 205mm; width: auto; }
+  :root { color-scheme: light; --ink: #000; --paper: #fff; --faint: #333; --line: #bbb; --shade: #fff; }
+  body { margin: 0; padding: 0; max-width: none; font-size: 9.5pt; line-height: 1.35; }
+  h1 { font-size: 15pt; }
+  h2 { font-size: 11pt; margin: 4mm 0 1.5mm; }
+  p, figcaption { max-width: none; margin: 1mm 0; }
+  figure { margin: 2mm 0; }
+  img { max-height: 205mm; object-fit: contain; }
+  pre { font-size: 6.5pt; padding: 0; }
+  dl div { break-inside: avoid; }
+  .details { break-before: page; font-size: 7pt; line-height: 1.25; }
+  .details h2 { font-size: 9pt; margin: 2.5mm 0 .5mm; }
+  .details dl dt { flex-basis: 28mm; }
+  .details dl.names dt { flex-basis: 64mm; }
+  dl.two { columns: auto; }
+  .details table { font-size: 6.5pt; }
+  .details pre { font-size: 5.5pt; }
   table { font-size: 7.5pt; }
   th, td { padding: .1rem .35rem; }
+  td.text { min-width: 0; }
   .wide { overflow: visible; }
   .maps { display: block; }
 }

@@ -11,7 +11,9 @@ from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
-_DOTS = 200  # per inch, of plots without lines
+from stickslip.plots.page import fit
+
+_DOTS = 200  # per inch
 _MADE_BY = {"computed": "date_created", "by": "source", "with": "software"}  # attributes of a dataset
 
 
@@ -35,13 +37,19 @@ def paragraph(text: str) -> str:
     return f"<p>{escape(text)}</p>"
 
 
-def warning(text: str) -> str:
-    """A warning, a sentence without its full stop, as stands above the sections."""
-    return f'<p class="warning"><strong>Warning.</strong> {escape(text)}.</p>'
+def warning(text: str, label: str = "Warning") -> str:
+    """A warning, as stands above the sections."""
+    return f'<p class="warning"><strong>{escape(label)}.</strong> {escape(text.removesuffix("."))}.</p>'
+
+
+def details(sections: Iterable[tuple[str, str]]) -> str:
+    """Headings and HTML in small print, from a new sheet on."""
+    parts = "\n".join(f"<h2>{escape(heading)}</h2>\n{html}" for heading, html in sections)
+    return f'<div class="details">\n{parts}\n</div>'
 
 
 def terms(pairs: Iterable[tuple[str, str]], kind: str = "") -> str:
-    """A list of terms and what they mean. kind : "short" for short terms, "two" for two columns."""
+    """A list of terms and what they mean. kind : "short" or "names" for short and long terms, "two" for two columns."""
     rows = "\n".join(f"<div><dt>{escape(term)}</dt><dd>{escape(said)}</dd></div>" for term, said in pairs)
     opened = f'<dl class="{kind}">' if kind else "<dl>"
     return f"{opened}\n{rows}\n</dl>"
@@ -70,21 +78,13 @@ def _row(cells: Sequence[str | Cell], columns: Sequence[Column]) -> str:
     return "".join(found)
 
 
-def embedded(figure: Figure, alt: str, *, of_cells: bool = False, caption: str = "") -> str:
-    """A plot embedded in the page, as SVG or PNG, whichever is smaller, with its alternative text.
-
-    caption : below it, unless empty.
-    of_cells : the plot is a map, which consists of dots in either: PNG, for half the time.
-    """
-    lines, dots = BytesIO(), BytesIO()
+def embedded(figure: Figure, alt: str, *, caption: str = "") -> str:
+    """A plot embedded in the page, with its alternative text. caption : below it, unless empty."""
+    dots = BytesIO()
+    fit(figure)
     figure.savefig(dots, format="png", dpi=_DOTS)
-    kind, best = "png", dots.getvalue()
-    if not of_cells:
-        figure.savefig(lines, format="svg", metadata={"Date": None})
-        kind, best = ("svg+xml", lines.getvalue()) if len(lines.getvalue()) < len(best) else (kind, best)
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
-    data = b64encode(best).decode("ascii")
-    source = f"data:image/{kind};base64,{data}"
+    source = f"data:image/png;base64,{b64encode(dots.getvalue()).decode('ascii')}"
     below = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
     return f'<figure><img src="{source}" width="{width}" height="{height}" alt="{escape(alt)}">{below}</figure>'
 

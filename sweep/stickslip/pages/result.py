@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from stickslip.config.yaml import parse_yaml
@@ -18,13 +17,18 @@ from stickslip.dataset.summary import BAD_REGIMES, Share, codes, shares, summary
 from stickslip.errors import ConfigError, PlotError
 from stickslip.pages.frame import Section, page
 from stickslip.pages.parts import Cell, Column, configuration, embedded, paragraph, provenance, table, terms, warning
-from stickslip.plots import plot_attractors, plot_branches, plot_map, plot_probability
+from stickslip.plots import plot_map, plot_result
 from stickslip.plots.held import held_fixed
 from stickslip.plots.look import PLAIN, Look
 from stickslip.plots.palette import FLAG_COLOURS
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
 
-_OF_MAPS = ("regime", "period", "damping_ratio")  # variables whose pictures are on the page of a map
+_OF_MAPS = (
+    "acceleration_level_a",
+    "regime",
+    "period",
+    "damping_ratio",
+)  # variables whose pictures are on the page of a map
 _SAME_AGAIN = "; saved as a file, it gives the same result again"
 _BESIDE = ("_error", "_low", "_high", "_width")
 _MOST_BORDERS = 300  # in the table of a page
@@ -54,18 +58,9 @@ def drawn_of(ds: xr.Dataset, look: Look = PLAIN, title: str | None = None) -> li
 
     look : of maps. title : of all, unless None.
     """
-    if "probability" in ds:
-        return [_tried("probability", lambda: plot_probability(ds, look=look, title=title))]
-    if "direction" in ds.dims:
-        return [_tried("ramp", lambda: plot_branches(ds, title=title))]
-    if "settling_share" in ds:
-        one = ds["settling_share"].ndim == 1
-        return [
-            _tried(
-                "share that settles",
-                lambda: plot_attractors(ds, title=title) if one else plot_map(ds, "settling_share", title=title),
-            )
-        ]
+    kinds = {"probability": "probability", "direction": "ramp", "settling_share": "share that settles"}
+    if kind := next((said for name, said in kinds.items() if name in ds or name in ds.dims), None):
+        return [_tried(kind, lambda: plot_result(ds, look=look, title=title))]
     names = [name for name in _OF_MAPS if name in ds.data_vars] or [str(name) for name in ds.data_vars][:1]
     names += [str(name) for name in ds.data_vars if str(name).startswith("margin_")]
     return [
@@ -144,15 +139,8 @@ def _style() -> str:
 
 
 def _pictures(drawn: Sequence[Drawn]) -> str:
-    return "\n".join(paragraph(said) if figure is None else _embedded(figure, said) for said, figure in drawn)
-
-
-def _embedded(figure: Figure, said: str) -> str:
-    return embedded(
-        figure,
-        said,
-        of_cells=any(isinstance(one, QuadMesh) for ax in figure.axes for one in ax.collections),
-        caption=said,
+    return "\n".join(
+        paragraph(said) if figure is None else embedded(figure, said, caption=said) for said, figure in drawn
     )
 
 
@@ -239,7 +227,7 @@ def _words(ds: xr.Dataset, found: dict[str, Share]) -> str:
     may_occur = [str(name) for name in ds["state"].values] if "state" in ds.coords else REGIMES[1:6]
     told = [(_label(name), REGIME_MESSAGES[name]) for name in REGIMES if name in (found or may_occur)]
     names = [str(name) for name in ds.data_vars if not _is_beside(str(name)) and ds[name].attrs.get("long_name")]
-    told += [(_spoken(name), _meaning(ds, name)) for name in names if not found or name in _OF_MAPS[1:]]
+    told += [(_spoken(name), _meaning(ds, name)) for name in names if not found or name in _OF_MAPS[2:]]
     told += [(_spoken(name), _meaning(ds, name)) for name in names if name.startswith("margin_")]
     if found and "damping_ratio" in ds.data_vars:
         told.append(("borders (linear)", _LINEAR))

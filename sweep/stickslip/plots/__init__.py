@@ -3,6 +3,7 @@
 Every function returns a matplotlib Figure and touches no global state: no pyplot, no window, safe in threads.
 
     maps, traces, spectrogram, attractors, branches, uncertainty, curves, materials   the plots
+    results   which of them a result has
     axes   their axes      page   title, legend and file      palette   colours
 """
 
@@ -16,12 +17,13 @@ from stickslip.plots.look import Look, Mark
 from stickslip.plots.maps import plot_map
 from stickslip.plots.materials import plot_materials
 from stickslip.plots.page import DPI, request_of, save
+from stickslip.plots.results import is_over_map, plot_result, subject
 from stickslip.plots.spectrogram import plot_sound
 from stickslip.plots.traces import plot_trace
 from stickslip.plots.uncertainty import plot_probability
 
 __all__ = [
     "BORDERS", "DPI", "Look", "MAX_PANELS", "Mark", "PlotError", "plot_attractors", "plot_branches", "plot_fits",
-    "plot_map", "plot_materials", "plot_of_ramp", "plot_probability", "plot_ramp", "plot_sound", "plot_trace",
-    "request_of", "save",
+    "is_over_map", "plot_map", "plot_materials", "plot_of_ramp", "plot_probability", "plot_ramp", "plot_result",
+    "plot_sound", "plot_trace", "request_of", "save", "subject",
 ]  # fmt: skip

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
 from stickslip.errors import PlotError
 from stickslip.plots.figure import Figure
+from stickslip.plots.page import entitle, legend
 from stickslip.plots.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
 from stickslip.vocabulary import units
 
@@ -20,9 +22,13 @@ if TYPE_CHECKING:
     from stickslip.fit import MaterialFit
 
 Floats = NDArray[np.float64]
-COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, BLACK)
-MARKS = "osD^v<>"  # with the lines they tell materials apart without colours
-STYLES: tuple[Any, ...] = ("solid", (0, (6, 2)), (0, (1.5, 1.5)), (0, (7, 2, 1.5, 2)), (0, (3, 1.5)), (0, (1, 3)))
+# Ten of each; with the marks and lines materials are told apart without colours.
+COLOURS = (BLUE, VERMILLION, BLACK, ORANGE, PURPLE, GREEN, "#542788", SKY, "#8c510a", "#7f7f7f")
+MARKS = "os^DvPX*<>"
+STYLES: tuple[Any, ...] = (
+    "solid", (0, (6, 2)), (0, (1.5, 1.5)), (0, (7, 2, 1.5, 2)), (0, (3, 1.5)), (0, (1, 3)), (0, (12, 2)),
+    (0, (6, 1.5, 1.5, 1.5, 1.5, 1.5)), (0, (2, 4)), (0, (10, 2, 3, 2)),
+)  # fmt: skip
 _WIDE = 8.0  # fastest over slowest speed from which the axis is logarithmic
 _DENSE = 300  # points of a curve
 
@@ -44,10 +50,16 @@ class Drawn:
 
 def look_of(number: int) -> dict[str, Any]:
     """The colour, mark and line of a material, by its place in the order they came in."""
+    colour = COLOURS[number % len(COLOURS)]
     return {
-        "color": COLOURS[number % len(COLOURS)], "marker": MARKS[number % len(MARKS)],
-        "linestyle": STYLES[number % len(STYLES)],
+        "color": colour, "marker": MARKS[number % len(MARKS)], "linestyle": STYLES[number % len(STYLES)],
+        "markerfacecolor": colour if number % 2 else "white",
     }  # fmt: skip
+
+
+def verbatim(text: str) -> str:
+    """What users write, as matplotlib shows it letter by letter: dollars begin no formula."""
+    return text.replace("$", r"\$")
 
 
 def speed_grid(slowest: float, fastest: float) -> Floats:
@@ -69,38 +81,37 @@ def plot_fits(fits: Sequence[MaterialFit], *, title: str | None = None) -> Figur
     panels = bool(curves) + bool(ageing)
     figure = Figure(figsize=(7.2 if panels == 1 else 12.0, 4.6), layout="constrained")
     axes = list(figure.subplots(1, panels, squeeze=False)[0])
+    handles: list[Line2D] = []
     if curves:
         unit = next((one.points.units["speed"] for one in curves if "speed" in one.points.units), "m/s")
-        draw_materials(axes[0], [_drawn(one) for one in curves], unit)
+        handles += draw_materials(axes[0], [_drawn(one) for one in curves], unit)
     if ageing:
-        _draw_ageing(axes[-1], ageing)
-    axes[0].set_title(title or ", ".join(one.name for one in fits), fontsize="large", parse_math=False, wrap=True)
+        handles += _draw_ageing(axes[-1], ageing)
+    legend(figure, handles, at_right=panels == 1, notes=["points, fitted curve, 95 % band"] if curves else [])
+    entitle(figure, axes[0], verbatim(title or ", ".join(one.name for one in fits)), above_all=True)
     return figure
 
 
-def draw_materials(ax: Axes, materials: Sequence[Drawn], unit: str, *, log: bool | None = None) -> None:
-    """Points, curves and bands, with the legend. unit : of the speeds on the axis. log : None decides by the speeds."""
+def draw_materials(ax: Axes, materials: Sequence[Drawn], unit: str, *, log: bool | None = None) -> list[Line2D]:
+    """Points, curves and bands; the entries of a legend. unit : of the speeds. log : None decides by the speeds."""
     factor = 1.0 / units.si_value(f"1 {unit}", "m s-1")
     for number, one in enumerate(materials):
         look = look_of(number)
-        mark: dict[str, Any] = {"color": look["color"], "marker": look["marker"], "linestyle": "none", "markersize": 5}
         ax.fill_between(factor * one.grid, one.low, one.high, color=look["color"], alpha=0.2, linewidth=0)
-        ax.plot(factor * one.grid, one.middle, color=look["color"], linestyle=look["linestyle"], linewidth=1.4)
-        if one.sigma is None:
-            ax.plot(factor * one.speed, one.mu, markerfacecolor="white", **mark)
-        else:
-            ax.errorbar(factor * one.speed, one.mu, one.sigma, markerfacecolor="white", capsize=2, **mark)
-        ax.plot([], [], **{**mark, "linestyle": look["linestyle"]}, markerfacecolor="white", label=one.name)
+        ax.plot(factor * one.grid, one.middle, **look | {"marker": ""}, linewidth=1.4)
+        ax.errorbar(factor * one.speed, one.mu, one.sigma, **look | {"linestyle": "none"}, markersize=5, capsize=2)
     speeds = np.concatenate([one.speed for one in materials])
     if log if log is not None else speeds.min() > 0 and speeds.max() > _WIDE * speeds.min():
         ax.set_xscale("log")
         ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     top = max(float(one.mu.max()) for one in materials)
     ax.set(xlabel=f"slip speed ({unit})", ylabel="friction coefficient", ylim=(0.0, 1.15 * top))
-    named = ax.legend(frameon=False, fontsize="small", title="points, fitted curve, 95 % band")
-    named.get_title().set_fontsize("small")
-    for text in named.get_texts():
-        text.set_parse_math(False)  # what users write may hold dollars
+    return entries([one.name for one in materials])
+
+
+def entries(names: Sequence[str]) -> list[Line2D]:
+    """What a legend says of materials."""
+    return [Line2D([], [], markersize=5, label=verbatim(name), **look_of(i)) for i, name in enumerate(names)]
 
 
 def _drawn(one: MaterialFit) -> Drawn:
@@ -112,16 +123,14 @@ def _drawn(one: MaterialFit) -> Drawn:
     return Drawn(one.name, points["speed"], points["mu"], points.get("sigma"), grid, one.curve.predict(grid), low, high)
 
 
-def _draw_ageing(ax: Axes, fits: Sequence[MaterialFit]) -> None:
-    """Static friction over waiting time."""
+def _draw_ageing(ax: Axes, fits: Sequence[MaterialFit]) -> list[Line2D]:
+    """Static friction over waiting time; the entries of a legend."""
     for number, one in enumerate(fits):
         assert one.ageing is not None
         look, time = look_of(number), one.points["time"]
         begin = float(time[time > 0].min())
         grid = np.geomspace(begin, max(float(time.max()), 2 * begin), _DENSE)
-        ax.plot(time, one.points["mu"], color=look["color"], marker=look["marker"], linestyle="none",
-                markerfacecolor="white")  # fmt: skip
-        ax.plot(grid, one.ageing.predict(grid), color=look["color"], linestyle=look["linestyle"], label=one.name)
+        ax.plot(time, one.points["mu"], **look | {"linestyle": "none"})
+        ax.plot(grid, one.ageing.predict(grid), **look | {"marker": ""})
     ax.set(xscale="log", xlabel="waiting time (s)", ylabel="static friction coefficient")
-    for text in ax.legend(frameon=False, fontsize="small").get_texts():
-        text.set_parse_math(False)
+    return entries([one.name for one in fits])

@@ -6,8 +6,10 @@ Wishes come as Python values in SI or as texts with units (`Look.of`); they are 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from string import ascii_uppercase
 from typing import Any
 
@@ -15,18 +17,22 @@ import xarray as xr
 
 from stickslip.dataset.select import span, unit_meant, within
 from stickslip.errors import PlotError, QuantityError
+from stickslip.files import tables
 from stickslip.vocabulary import units
 from stickslip.vocabulary.synonyms import meant
 
 _RANGE = ".."
+_LABELS = ("label", "name", "point")  # headings of the column of a table that names operating points
+_HEADING = re.compile(r"(?P<name>[^\[(]+?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?\s*")
 
 
 @dataclass(frozen=True)
 class Mark:
-    """An operating point: its label, and its place by dimension, values in SI or labels."""
+    """An operating point: its label, its place by dimension, values in SI or labels, and its regime, where known."""
 
     label: str
     at: Mapping[str, Any]
+    regime: str = ""
 
 
 @dataclass(frozen=True)
@@ -130,19 +136,59 @@ def _mark(ds: xr.Dataset, number: int, text: str) -> Mark:
     label, colon, places = text.partition(":")
     if not colon or "=" in label:
         label, places = ascii_uppercase[number % len(ascii_uppercase)], text
+    return Mark(label.strip(), _places(ds, pairs(places, "VALUE")))
+
+
+def marks_in(ds: xr.Dataset, path: Path) -> Iterator[Mark]:
+    """Operating points from a table: a column of labels, and one for each axis, with its unit in the heading.
+
+    Raises PlotError, which names file and line; ConfigError where the file is no table.
+    """
+    table = tables.read_table(path, f"label, {', '.join(map(str, ds.dims))}", "operating points")
+    names = [_HEADING.fullmatch(cell.text) for cell in table.heading]
+    line = table.heading[0].place.line
+    try:
+        if not all(names):
+            raise PlotError("a column without a name, or a heading that is none such as 'belt_speed [mm/s]'")
+        heads = [(one["name"].strip().lower().replace(" ", "_"), one["unit"] or "") for one in names if one]
+        if (label := next((i for i, (name, _) in enumerate(heads) if name in _LABELS), None)) is None:
+            raise PlotError(f"no column of labels, expected one called {' or '.join(_LABELS)}")
+        rows = [*tables.cells(table)]
+        texts = [[cell.text for cell in row] for row in rows]
+        comma = tables.has_decimal_commas(table, texts, [i for i, (name, _) in enumerate(heads) if i != label])
+        for row in rows:
+            line = row[0].place.line
+            if len(row) != len(heads):
+                raise PlotError(f"got {len(row)} values, expected {len(heads)}")
+            values = [
+                (name, f"{cell.text.replace(',', '.') if comma and _is_number(ds, name) else cell.text} {unit}".strip())
+                for i, ((name, unit), cell) in enumerate(zip(heads, row, strict=True))
+                if i != label
+            ]
+            yield Mark(row[label].text, _places(ds, values))
+    except PlotError as error:
+        raise PlotError(f"{path}:{line}: {str(error).removeprefix('--mark').lstrip(': ')}") from None
+
+
+def _places(ds: xr.Dataset, values: Iterable[tuple[str, str]]) -> dict[str, Any]:
+    """Where a mark is along each axis that is named."""
     at: dict[str, Any] = {}
-    for name, value in pairs(places, "VALUE"):
+    for name, value in values:
         if name not in ds.dims:
             near = meant(name, map(str, ds.dims))
             hint = f"; did you mean {near}?" if near else ""
             raise PlotError(f"--mark: {name!r} is no axis of this map; axes are {_listed(ds.dims)}{hint}")
         at[name] = _place(ds, name, value)
-    return Mark(label.strip(), at)
+    return at
+
+
+def _is_number(ds: xr.Dataset, name: str) -> bool:
+    return name in ds.variables and ds[name].dtype.kind in "fiu"
 
 
 def _place(ds: xr.Dataset, name: str, value: str) -> Any:
     """A value along an axis, in SI, or a label; refused beyond the axis."""
-    if name not in ds.variables or ds[name].dtype.kind not in "fiu":
+    if not _is_number(ds, name):
         labels = (
             [str(label) for label in ds[name].values] if name in ds.variables else [*map(str, range(ds.sizes[name]))]
         )

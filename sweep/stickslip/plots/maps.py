@@ -125,8 +125,7 @@ def _panels(
             ax.set_title("\n".join(words), fontsize="small")
         apply(x, ax, "x", look)
         apply(y, ax, "y", look)
-        here = dict(zip(outer, combination, strict=True))
-        marks.draw(ax, [mark for mark in look.marks if marks.in_panel(mark, ds, here)], x, y)
+        marks.draw(ax, ds, dict(zip(outer, combination, strict=True)), look.marks, x, y)
     _name_outer_axes(grid, len(combinations), x.title, y.title)
 
     if not is_flag:

@@ -18,15 +18,18 @@ from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.select import places
 from stickslip.errors import PlotError
 from stickslip.plots.look import Mark
+from stickslip.plots.palette import FLAG_COLOURS
+from stickslip.vocabulary.flags import flag_label
 
 _RING: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "white", "markeredgecolor": "black",
-                         "markeredgewidth": 1.6, "linestyle": "none"}  # fmt: skip
+                         "markeredgewidth": 1.6, "linestyle": "none", "clip_on": False}  # fmt: skip
 LINE: dict[str, Any] = {"color": "black", "linestyle": "dashdot", "linewidth": 1.2}
 _HALO = [patheffects.Stroke(linewidth=3.0, foreground="white"), patheffects.Normal()]
 _GID = "mark"
 # Where a label may stand: points from the mark, alignment; the first that is free is taken.
 _SIDES = ((8, 0, "left", "center"), (-8, 0, "right", "center"), (0, 9, "center", "bottom"), (0, -9, "center", "top"),
           (-6, 9, "left", "bottom"), (6, 9, "right", "bottom"), (-6, -9, "left", "top"))  # fmt: skip
+_MOST_LABELS, _SHORT = 3, 4  # marks in a map whose labels may be long; letters of a short one
 _MIDDLE = 0.7  # of the width of the axes: beyond it a label stands at the left of its mark
 
 
@@ -45,12 +48,25 @@ def in_panel(mark: Mark, ds: xr.Dataset, panel: Mapping[Hashable, int]) -> bool:
     return all(panel[dim] == i for dim, i in at.items())
 
 
-def draw(ax: Axes, marks: Iterable[Mark], x: MapAxis, y: MapAxis) -> None:
-    """Draw marks into the axes of a map."""
-    for mark in marks:
-        place = position(x, mark.at[str(x.dim)]), position(y, mark.at[str(y.dim)])
-        ax.plot(*place, zorder=5, **_RING)
-        _label(ax, mark.label, place)
+def draw(
+    ax: Axes, ds: xr.Dataset, panel: Mapping[Hashable, int], marks: Sequence[Mark], x: MapAxis, y: MapAxis
+) -> None:
+    """Draw those marks that lie in a panel into its axes."""
+    for mark, key, look in zip(marks, _keys(marks), map(_ring, marks), strict=True):
+        if in_panel(mark, ds, panel):
+            place = position(x, mark.at[str(x.dim)]), position(y, mark.at[str(y.dim)])
+            ax.plot(*place, zorder=5, **look)
+            _label(ax, key, place)
+
+
+def _keys(marks: Sequence[Mark]) -> list[str]:
+    """What stands beside each mark: its label; its number where many have long ones, which then are in the legend."""
+    many = len(marks) > _MOST_LABELS and max(len(mark.label) for mark in marks) > _SHORT
+    return [str(i) if many else mark.label for i, mark in enumerate(marks, 1)]
+
+
+def _ring(mark: Mark) -> dict[str, Any]:
+    return _RING | {"markerfacecolor": FLAG_COLOURS["regime"].get(mark.regime, "white")}
 
 
 def _label(ax: Axes, label: str, place: tuple[float, float]) -> None:
@@ -66,6 +82,7 @@ def turn_labels(ax: Axes) -> None:
     lines = [one.get_transform().transform_path(path) for one in ax.collections if isinstance(one, ContourSet)
              for path in one.get_paths()]  # fmt: skip
     lines += [one.get_transform().transform_path(one.get_path()) for one in ax.lines if np.size(one.get_xdata()) > 1]
+    taken = [one.get_window_extent() for one in ax.lines if np.size(one.get_xdata()) == 1]
     within = ax.get_window_extent()
     for words in ax.texts:
         if words.get_gid() != _GID or not isinstance(words, Annotation):
@@ -78,8 +95,10 @@ def turn_labels(ax: Axes) -> None:
             box = words.get_window_extent()
             outside = max(within.x0 - box.x0, box.x1 - within.x1, within.y0 - box.y0, box.y1 - within.y1, 0.0)
             crossed = sum(path.intersects_bbox(box, filled=False) for path in lines if np.size(path.vertices))
+            crossed += sum(box.overlaps(other) for other in taken)
             costs.append(((outside > 0.0) + crossed, outside))
         _put(words, *ways[costs.index(min(costs))])
+        taken.append(words.get_window_extent())
 
 
 def _put(words: Annotation, side: tuple[int, int, str, str], text: str) -> None:
@@ -98,12 +117,13 @@ def entries(marks: Sequence[Mark], ds: xr.Dataset, line: bool = False) -> list[L
 
     line : the marks are lines, over a single axis.
     """
-    looks = LINE if line else _RING | {"markersize": 6}
     found = []
-    for mark in marks:
+    for mark, key in zip(marks, _keys(marks), strict=True):
         axes = {name: MapAxis(ds, name) for name in mark.at}
         told = ", ".join(_told(ds, name, axis, mark.at[name]) for name, axis in axes.items())
-        found.append(Line2D([], [], label=told if len(marks) == 1 else f"{mark.label}: {told}", **looks))
+        told = told if len(marks) == 1 else f"{key}: {told if key == mark.label else mark.label}"
+        told += f" ({flag_label(mark.regime).replace('stick_slip', 'stick-slip')})" if mark.regime else ""
+        found.append(Line2D([], [], label=told, **(LINE if line else _ring(mark) | {"markersize": 6})))
     return found
 
 

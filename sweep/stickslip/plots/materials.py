@@ -1,4 +1,4 @@
-"""The plot of materials compared: points, curves and bands, and below them the speeds above which they are quiet."""
+"""The plot of materials compared: points, curves and bands, and beside them the speeds above which they are quiet."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from stickslip.plots.curves import Drawn, draw_materials, look_of
+from stickslip.plots.curves import Drawn, draw_materials, look_of, verbatim
 from stickslip.plots.figure import Figure
+from stickslip.plots.page import ROW, entitle, legend
 from stickslip.plots.palette import BLACK, FLAG_COLOURS
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES
@@ -23,19 +24,20 @@ _LOUD, _CALM = FLAG_COLOURS["regime"]["stick_slip"], FLAG_COLOURS["regime"]["dam
 
 
 def plot_materials(ds: xr.Dataset, *, title: str | None = None) -> Figure:
-    """What `stickslip.compare` found: friction over slip speed, and for each material where vibration ends.
+    """What `stickslip.compare` returned: friction over slip speed, and for each material where vibration ends.
 
-    Both over one axis of speeds; materials are in their order, the best on top. Bars say what is known of the border.
+    Materials are in their order, the best on top; their names, at the right of the bars, are the legend of both sides.
+    Bars say what is known of the border.
     """
     unit = str(ds["quiet_above"].attrs.get("display_units", "m/s"))
     count = ds.sizes["material"]
-    below = 0.9 + 0.42 * count
-    figure = Figure(figsize=(7.6, 4.4 + below), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[4.4, below])
-    draw_materials(upper, [_drawn(ds, i) for i in range(count)], unit, log=True)
-    _draw_borders(lower, ds, unit)
-    upper.set_title(str(ds.attrs.get("title", "")) if title is None else title, fontsize="large", parse_math=False)
-    upper.tick_params(labelbottom=True)
+    figure = Figure(figsize=(9.6, max(5.4, 1.8 + 0.32 * count)), layout="constrained")
+    curves, bars = figure.subplots(1, 2, width_ratios=[1.2, 1])
+    draw_materials(curves, [_drawn(ds, i) for i in range(count)], unit, log=True)
+    _draw_borders(bars, ds, unit)
+    _legend(figure, ds, unit)
+    text = str(ds.attrs.get("title", "")) if title is None else title
+    entitle(figure, curves, verbatim(text), above_all=True)
     return figure
 
 
@@ -67,18 +69,17 @@ def _draw_borders(ax: Axes, ds: xr.Dataset, unit: str) -> None:
         look = look_of(i)
         mark = {"quiet_throughout": "<", "vibrates_throughout": ">"}.get(state, look["marker"])
         place = min(max(border, ends[0]), ends[1])
-        ax.plot(place, i, marker=mark, color=look["color"], markerfacecolor="white", markersize=8, markeredgewidth=1.8,
-                zorder=4, clip_on=False)  # fmt: skip
+        ax.plot(place, i, **look | {"marker": mark}, markersize=6, zorder=3, clip_on=False)
+        ax.plot([1.04, 1.09, 1.14], [i] * 3, **look, markevery=[1], transform=ax.get_yaxis_transform(), clip_on=False)
+        name = verbatim(str(ds["material"].values[i]))
+        ax.text(1.18, i, name, label=name, transform=ax.get_yaxis_transform(), va="center", gid=ROW)
     if "belt_speed" in ds.attrs:
         ax.axvline(factor * float(ds.attrs["belt_speed"]), color=BLACK, linestyle="dashdot", linewidth=1.2)
-    ax.set_yticks(range(ds.sizes["material"]), labels=[str(name) for name in ds["material"].values])
-    for label in ax.get_yticklabels():
-        label.set_parse_math(False)
+    ax.set_yticks([])
     ax.set_ylim(ds.sizes["material"] - 0.5, -0.5)
     ax.set(xlim=ends, xlabel=f"belt speed ({unit})", xscale="log")
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ax.xaxis.set_minor_formatter(NullFormatter())
-    _legend(ax, ds, unit)
 
 
 def _draw_interval(ax: Axes, i: int, interval: list[float], ends: tuple[float, float]) -> None:
@@ -86,10 +87,10 @@ def _draw_interval(ax: Axes, i: int, interval: list[float], ends: tuple[float, f
     if any(map(math.isnan, interval)):
         return
     low, high = (min(max(end, ends[0]), ends[1]) for end in interval)
-    ax.plot([low, high], [i, i], color=BLACK, linewidth=2.2, solid_capstyle="butt", zorder=3)
+    ax.plot([low, high], [i, i], color=BLACK, linewidth=2.2, solid_capstyle="butt", zorder=4)
     for place, end in ((low, interval[0]), (high, interval[1])):
         if ends[0] < end < ends[1]:
-            ax.plot([place, place], [i - 0.2, i + 0.2], color=BLACK, linewidth=1.6, zorder=3)
+            ax.plot([place, place], [i - 0.2, i + 0.2], color=BLACK, linewidth=1.6, zorder=4)
 
 
 def _ends(ds: xr.Dataset, factor: float, least: float, most: float) -> tuple[float, float]:
@@ -104,7 +105,7 @@ def _ends(ds: xr.Dataset, factor: float, least: float, most: float) -> tuple[flo
     return max(min(inside) / _ROOM, least), min(max(inside) * _ROOM, most)
 
 
-def _legend(ax: Axes, ds: xr.Dataset, unit: str) -> None:
+def _legend(figure: Figure, ds: xr.Dataset, unit: str) -> None:
     level = f"{100 * float(ds.attrs['confidence']):g} % interval of the border"
     handles: list[Any] = [
         Patch(facecolor=_LOUD, hatch="////", alpha=0.75, edgecolor=BLACK, linewidth=0.5, label="vibrates"),
@@ -116,4 +117,4 @@ def _legend(ax: Axes, ds: xr.Dataset, unit: str) -> None:
         speed = float(ds.attrs["belt_speed"]) / units.si_value(f"1 {unit}", "m s-1")
         label = f"belt speed {speed:g} {unit}"
         handles.append(Line2D([], [], color=BLACK, linestyle="dashdot", linewidth=1.2, label=label))
-    ax.figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize="small")
+    legend(figure, handles, at_right=False)

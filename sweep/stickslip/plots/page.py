@@ -27,8 +27,11 @@ _PANEL_TITLE = 10.0  # points; titles of panels are not larger
 _SMALLEST_TITLE = 0.7  # times its usual size: over a narrow figure
 _LETTERS_PER_INCH = 9.5  # of a title over a whole figure
 BESIDE_LEGEND = 54  # and above one with a legend at its side
-_WIDEST_BESIDE = 0.3  # of a figure, what a legend at its right takes
-_LETTERS_IN_LEGEND = 10.0  # in an inch
+_QUARTER = 0.25  # of a figure, what a legend takes at most
+_NAMES = 0.19  # of it, what the names of rows take
+_LEGEND_SIZES = (8.3, 7.0, 6.0, 5.0)  # points
+_HANDLE, _LETTER = 4.0, 0.55  # widths beside the words of a legend, and of a letter, in sizes of its letters
+ROW = "name of a row"  # of texts at the right of axes, which are a legend
 _BESIDE_AXES = 1.1  # times the height of axes: how long the words along them are
 _FEWEST_LETTERS = 8.0  # in a line
 _NOTE_COLOUR = "#555555"
@@ -74,33 +77,42 @@ _LEGENDS: WeakKeyDictionary[Figure, _Legend] = WeakKeyDictionary()
 
 
 def _place_legend(figure: Figure) -> None:
-    """The legend where there is room for it: at the right, below, there in fewer columns, or in broken lines."""
+    """The legend where it takes no more than a quarter of the figure: at the right, there in broken lines, or below; in
+    smaller letters where it must be."""
     wished = _LEGENDS[figure]
     for legend in list(figure.legends):
         legend.remove()
     figure.supxlabel("")
     labels = [str((one[0] if isinstance(one, tuple) else one).get_label()) for one in wished.handles]
-    if wished.at_right:
-        beside = _drawn_legend(figure, wished.handles, labels, loc="outside right upper")
-        if beside.get_window_extent().width <= _WIDEST_BESIDE * figure.bbox.width:
-            return annotate(figure, [wished.note])
-        beside.remove()
-    for columns in range(min(4, len(labels)), 0, -1):
-        if columns == 1:
-            labels = [folded(label, max(8, int(_LETTERS_IN_LEGEND * figure.get_figwidth()))) for label in labels]
-        below = _drawn_legend(figure, wished.handles, labels, loc="outside lower center", ncols=columns)
-        if columns == 1 or below.get_window_extent().width <= figure.bbox.width:
-            break
-        below.remove()
+    width, height = figure.bbox.width, figure.bbox.height
+    for size in _LEGEND_SIZES:
+        letters = int((_QUARTER * 72 * figure.get_figwidth() - _HANDLE * size) / (_LETTER * size))
+        for told in (labels, [folded(one, letters) for one in labels]) if wished.at_right and letters > 8 else ():
+            beside = _drawn_legend(figure, wished.handles, told, size, loc="outside right upper")
+            box = beside.get_window_extent()
+            if box.width <= _QUARTER * width and box.height <= height:
+                return annotate(figure, [wished.note])
+            beside.remove()
+        letters = int((72 * figure.get_figwidth() - _HANDLE * size) / (_LETTER * size))
+        for columns in range(min(4, len(labels)), 0, -1):
+            told = [folded(one, max(8, letters)) for one in labels] if columns == 1 else labels
+            below = _drawn_legend(figure, wished.handles, told, size, loc="outside lower center", ncols=columns)
+            box = below.get_window_extent()
+            if box.width <= width and (box.height <= _QUARTER * height or size == _LEGEND_SIZES[-1]):
+                break
+            below.remove()
+        else:
+            continue
+        break
     if wished.note:
         below.set_title(wished.note)
         below.get_title().set(fontsize="x-small", color=_NOTE_COLOUR, multialignment="center")
-        _fit(below.get_title(), figure.bbox.width)
+        _fit(below.get_title(), width)
 
 
-def _drawn_legend(figure: Figure, handles: list[Any], labels: list[str], **how: Any) -> Legend:
+def _drawn_legend(figure: Figure, handles: list[Any], labels: list[str], size: float, **how: Any) -> Legend:
     together = {tuple: HandlerTuple(ndivide=None, pad=0.0)}
-    return figure.legend(handles, labels, frameon=False, fontsize="small", handler_map=together, **how)
+    return figure.legend(handles, labels, frameon=False, fontsize=size, handler_map=together, **how)
 
 
 def entitle(figure: Figure, top: Axes, title: str, *, above_all: bool = False, width: int = TITLE_WIDTH) -> None:
@@ -137,6 +149,8 @@ def fit(figure: Figure) -> None:
     if (engine := figure.get_layout_engine()) is None:
         return
     engine.execute(figure)
+    if _fit_rows(figure):
+        engine.execute(figure)
     for ax in figure.axes:
         box = ax.get_window_extent()
         upright = 2.0 * min(0.5 * (box.y0 + box.y1), figure.bbox.y1 - 0.5 * (box.y0 + box.y1))
@@ -145,6 +159,20 @@ def fit(figure: Figure) -> None:
         for text in (ax.xaxis.label, ax.title):
             _fit(text, across)
         marks.turn_labels(ax)
+
+
+def _fit_rows(figure: Figure) -> bool:
+    """Break the names at the right of rows, and make them smaller, so that each has room in its row; whether there are
+    any."""
+    rows = [(text, ax) for ax in figure.axes for text in ax.texts if text.get_gid() == ROW]
+    for size in _LEGEND_SIZES if rows else ():
+        letters = int(_NAMES * 72 * figure.get_figwidth() / (_LETTER * size))
+        for text, _ in rows:
+            text.set(text=fill(str(text.get_label()), letters), fontsize=size)
+        tallest = max(text.get_window_extent().height for text, _ in rows)
+        if all(tallest * len(rows) <= ax.get_window_extent().height for _, ax in rows):
+            break
+    return bool(rows)
 
 
 def _fit(text: Text, room: float) -> None:

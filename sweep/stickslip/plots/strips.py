@@ -85,7 +85,8 @@ def _points(
     values, points = coarse.numbers(row, pixel).values[0], x.pixel_points(pixel[1])
     unit, name = unit_of(row, values), str(row.name)
     values = unit.of(values)
-    ax.plot(points, values, color="#888888", linewidth=0.8, zorder=1)
+    if x.is_numeric:  # between named points there is nothing
+        ax.plot(points, values, color="#888888", linewidth=0.8, zorder=1)
     ax.scatter(points, values, s=18, zorder=2, edgecolors="black", linewidths=0.3, **colours)
     ax.set_ylabel(array_title(row, unit))
     scaled(ax, "y", name, unit, look)

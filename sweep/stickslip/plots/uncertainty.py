@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stickslip.dataset.axis import MapAxis, spoken
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply
+from stickslip.plots.curves import look_of
 from stickslip.plots.figure import Figure
 from stickslip.plots.held import held_note
 from stickslip.plots.look import PLAIN, Look
@@ -19,14 +20,10 @@ from stickslip.plots.maps import plot_map
 from stickslip.plots.page import annotate, entitle
 from stickslip.plots.palette import (
     BLACK,
-    BLUE,
     FLAG_COLOURS,
-    GREEN,
     GREY,
     ORANGE,
-    PURPLE,
     SKY,
-    VERMILLION,
 )
 from stickslip.vocabulary.flags import flag_label
 
@@ -34,9 +31,6 @@ Floats = NDArray[np.float64]
 
 _ERRORS = 2.0  # standard errors to either side that are drawn: 92 % of cases with eight scramblings, 95 % with many
 _LOG_BELOW = 1e-3  # a probability as small as this is drawn on a logarithmic axis
-_MARKS = "osD^v<>"
-_COLOURS = (BLUE, ORANGE, BLACK, GREEN, PURPLE, VERMILLION, SKY)
-_STYLES = ("solid", "dashed", "dotted", "dashdot")
 
 
 def plot_probability(
@@ -143,8 +137,7 @@ def _index_lines(ax: Axes, ds: xr.Dataset, x: MapAxis) -> None:
     """The total index of every quantity over the axis; nothing where the regime is certain."""
     for i, name in enumerate(ds["quantity"].values):
         one = ds.sel(quantity=name)
-        look: dict[str, Any] = {"marker": _MARKS[i % len(_MARKS)], "linestyle": _STYLES[i % len(_STYLES)]}
-        look |= {"color": _COLOURS[i % len(_COLOURS)], "markersize": 4, "linewidth": 1.0, "capsize": 2}
+        look = look_of(i) | {"markersize": 4, "linewidth": 1.0, "capsize": 2}
         value, error = one["sobol_total"].values, _ERRORS * one["sobol_total_error"].values
         ax.errorbar(x.centres, value, error, label=spoken(str(name)), **look)
     ax.set(ylabel="total Sobol index", ylim=(-0.05, 1.3), yticks=np.linspace(0, 1, 6))
