@@ -8,6 +8,7 @@ from itertools import starmap
 import numpy as np
 import xarray as xr
 
+from stickslip.materials.varied import varied
 from stickslip.materials.words import Shown, Words
 from stickslip.pages import (
     Column,
@@ -26,7 +27,7 @@ from stickslip.vocabulary.results import MATERIAL_VARIABLES
 
 _COEFFICIENTS = ("a1", "a2", "a3", "a4", "mu_start")
 _MOST_DIGITS = 6
-_VARIABLES = {"P(quiet)": "quiet_probability", "fit": "fit_good"}  # shown under other names
+_VARIABLES = {"fit": "fit_good"}  # shown under other names
 
 
 def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = None) -> str:
@@ -39,6 +40,7 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     ranks, fits = [*words.columns()], _fits(ds, words)
     sections = [
         Section("Which is quiet", _table(ranks) + _items(words.remarks()) + _method(words)),
+        *(Section(f"Over {one.name}", _table(one.columns) + _items(one.remarks)) for one in varied(ds, words)),
         Section("Friction, and where vibration ends", embedded(plot_materials(ds), alt)),
         Section("The fitted curves", _curves(ds, fits)),
         Section("The system", terms(words.conditions())),
@@ -96,7 +98,8 @@ def _meanings(columns: Sequence[Shown]) -> list[tuple[str, str]]:
     found = {}
     for name in (column.name for column in columns):
         declared = MATERIAL_VARIABLES.get(_VARIABLES.get(name, name.replace(" ", "_")))
-        declared = MATERIAL_VARIABLES["regime"] if name.startswith("at ") else declared
+        declared = MATERIAL_VARIABLES["regime"] if name.startswith(("at ", "worst ")) else declared
+        declared = MATERIAL_VARIABLES["quiet_probability"] if name.startswith("P(quiet)") else declared
         if declared is not None:
             comment = f" ({declared.comment})" if declared.comment else ""
             found[name] = f"{declared.long_name}{comment}"

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
+from stickslip.dataset.materials import speeds_of
 from stickslip.plots.curves import Drawn, draw_materials, look_of
 from stickslip.plots.figure import Figure
 from stickslip.plots.palette import BLACK, FLAG_COLOURS
@@ -58,6 +59,9 @@ def _draw_borders(ax: Axes, ds: xr.Dataset, unit: str) -> None:
     ends = _ends(ds, factor, least, most)
     for i in range(ds.sizes["material"]):
         border, state = factor * float(ds["quiet_above"].values[i]), QUIET_STATES[int(ds["quiet_state"].values[i])]
+        if state == "not_determined":
+            ax.text(ends[0] * 1.05, i, "not determined", va="center", fontsize="small")
+            continue
         bar: dict[str, Any] = {"height": 0.62, "edgecolor": BLACK, "linewidth": 0.5}
         begin = ends[0] if state == "quiet_throughout" else border
         ax.barh(i, begin - ends[0], left=ends[0], color=_LOUD, hatch="////", alpha=0.75, **bar)
@@ -69,8 +73,8 @@ def _draw_borders(ax: Axes, ds: xr.Dataset, unit: str) -> None:
         place = min(max(border, ends[0]), ends[1])
         ax.plot(place, i, marker=mark, color=look["color"], markerfacecolor="white", markersize=8, markeredgewidth=1.8,
                 zorder=4, clip_on=False)  # fmt: skip
-    if "belt_speed" in ds.attrs:
-        ax.axvline(factor * float(ds.attrs["belt_speed"]), color=BLACK, linestyle="dashdot", linewidth=1.2)
+    for speed in speeds_of(ds):
+        ax.axvline(factor * speed, color=BLACK, linestyle="dashdot", linewidth=1.2)
     ax.set_yticks(range(ds.sizes["material"]), labels=[str(name) for name in ds["material"].values])
     for label in ax.get_yticklabels():
         label.set_parse_math(False)
@@ -99,7 +103,7 @@ def _ends(ds: xr.Dataset, factor: float, least: float, most: float) -> tuple[flo
     for name in ("quiet_above", "quiet_above_low", "quiet_above_high"):
         if name in ds:
             shown += [factor * float(value) for value in ds[name].values if value > 0 and math.isfinite(value)]
-    shown += [factor * float(ds.attrs["belt_speed"])] if "belt_speed" in ds.attrs else []
+    shown += [factor * speed for speed in speeds_of(ds)]
     inside = [value for value in shown if least <= value <= most] or [least, most]
     return max(min(inside) / _ROOM, least), min(max(inside) * _ROOM, most)
 
@@ -112,8 +116,8 @@ def _legend(ax: Axes, ds: xr.Dataset, unit: str) -> None:
     ]
     if "quiet_above_low" in ds:
         handles.append(Line2D([], [], color=BLACK, linewidth=2.2, label=level))
-    if "belt_speed" in ds.attrs:
-        speed = float(ds.attrs["belt_speed"]) / units.si_value(f"1 {unit}", "m s-1")
-        label = f"belt speed {speed:g} {unit}"
+    if asked := speeds_of(ds):
+        speeds = [f"{speed / units.si_value(f'1 {unit}', 'm s-1'):g}" for speed in asked]
+        label = f"belt speed {(' to ' if 'speed_range_from' in ds.attrs else ', ').join(speeds)} {unit}"
         handles.append(Line2D([], [], color=BLACK, linestyle="dashdot", linewidth=1.2, label=label))
     ax.figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize="small")
