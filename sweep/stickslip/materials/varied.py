@@ -38,7 +38,7 @@ def varied(ds: xr.Dataset, words: Words) -> Iterator[Varied]:
             for j in range(values.size - 1)
             if _crosses(*borders[i, j : j + 2], *borders[k, j : j + 2])
         ]
-        known = np.count_nonzero(np.isfinite(borders).any(axis=1)) > 1
+        known = bool(np.count_nonzero(np.isfinite(borders).any(axis=1)) > 1)
         yield Varied(_CALLED[name], columns, changes or ["The order is the same at all of these."] * known)
 
 

@@ -21,8 +21,7 @@ from stickslip.vocabulary.words import listed
 _SYSTEM = ("mass", "stiffness", "damping", "normal_load")
 # V. Adams, A. Askenazi, Building Better Products with Finite Element Analysis (1999), viscous damping ratios.
 _TYPICAL_DAMPING = (
-    'Of critical damping structures of metal have below 1 % ("--damping 0.5 %") where they are one piece, 2 to 4 % as '
-    "they are built, 3 to 7 % with many joints; rubber has about 5 %."
+    "Metal in one piece has below 1 % of critical, structures of metal have 2 to 4 %, with joints 3 to 7 %, rubber 5 %"
 )
 _WORTH_SAYING = 0.01  # share of the curves drawn
 _CERTAIN = 0.975  # probability from which the order of two neighbours is
@@ -269,8 +268,8 @@ class Words:
         """The damper that nobody told of."""
         if "damping_assumed" in self.ds.attrs:
             yield (
-                "Damping 0 N s/m was assumed for all materials; a damper lowers the borders: give --damping, in N s/m "
-                f"or in percent of critical damping. {_TYPICAL_DAMPING}"
+                "Damping 0 N s/m was assumed for all materials; a damper lowers the borders: give --damping, in N s/m or "
+                f'in percent of critical damping ("3 %"). {_TYPICAL_DAMPING}.'
             )
 
     def _only_the_product(self) -> Iterator[str]:
