@@ -130,7 +130,7 @@ def range_of(name: str, ends: tuple[Amount, Amount], read: Callable[[Amount], fl
     return Values((low, high), True)
 
 
-def ends_of(name: str, text: str) -> tuple[str, str]:
+def ends_of(name: str, text: str) -> tuple[Amount, Amount]:
     """The ends of "5..60 mm/s", where the lower one has the unit of the upper one. Raises ValueError."""
     parts = [part.strip() for part in text.split("..")]
     if len(parts) != 2 or not all(parts) or parts[1].startswith(".") or parts[0].endswith("."):
@@ -141,7 +141,7 @@ def ends_of(name: str, text: str) -> tuple[str, str]:
         return f"{low} {unit}", high
     if _is_number(high) and not _is_number(low):
         raise ValueError(f"{name}: got {text!r}, whose upper end has no unit; write it as well")
-    return low, high
+    return float(low) if _is_number(low) else low, float(high) if _is_number(high) else high
 
 
 def quantity(name: str, value: Amount, called: str = "") -> float:

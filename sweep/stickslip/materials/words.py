@@ -268,8 +268,8 @@ class Words:
         """The damper that nobody told of."""
         if "damping_assumed" in self.ds.attrs:
             yield (
-                "Damping 0 N s/m was assumed for all materials; a damper lowers the borders: give --damping, in N s/m or "
-                f'in percent of critical damping ("3 %"). {_TYPICAL_DAMPING}.'
+                "Damping 0 N s/m was assumed for all materials; a damper lowers the borders: give --damping, in N s/m "
+                f'or in percent of critical damping ("3 %"). {_TYPICAL_DAMPING}.'
             )
 
     def _only_the_product(self) -> Iterator[str]:
