@@ -230,7 +230,7 @@ def speeds_in(ends: Ends | None) -> tuple[float, ...]:
     try:
         low, high = checked_range("belt_speed", in_si("belt_speed", ends))
     except ArgumentError as error:
-        raise ArgumentError("speed_range", error.found) from None
+        raise ArgumentError("speed_range", error.what) from None
     if not low > 0:
         raise ValueError(f"speed_range: got {low:g} m/s, expected speeds above 0")
     return tuple(map(float, np.geomspace(low, high, _SPEEDS)))

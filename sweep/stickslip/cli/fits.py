@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -69,12 +70,17 @@ def fit(
     table with several columns of friction, one a material, gives a fit of each.
     """
     from stickslip.config.pick import seconds
+    from stickslip.config.plausible import question_about_points
+    from stickslip.errors import UnitWarning
     from stickslip.fit import described
 
     if plot is not None:
         check_plot(plot)
     wanted = wanted_of(unit, speed_column, friction_column, time_column)
     fits = fitted([points_file(file) for file in files], wanted, ask=not as_json)
+    for one in fits:
+        if one.curve and (asked := question_about_points(one.curve.mu_start, one.points.get("mu"))):
+            warnings.warn(f"{one.name}: {asked}", UnitWarning, stacklevel=1)
     ageing = {one.name: one.ageing for one in fits if one.ageing}
     if plot is not None:
         from stickslip import plots

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.config.model import Config
 from stickslip.config.rules import members
@@ -157,6 +157,16 @@ def odd_friction(cells: Mapping[str, NDArray[np.float64]]) -> float | None:
     ones = sum((cells[name] == 1.0).astype(np.int8) for name in ("mass", "stiffness", "normal_load"))
     odd = start[(start > FRICTION) & (ones < 2)]
     return float(odd.max()) if odd.size else None
+
+
+def question_about_points(mu_start: float, measured: ArrayLike | None) -> str | None:
+    """What to ask about a fitted curve whose friction is implausible, at its points or at break-away; None if it is
+    not."""
+    most = 0.0 if measured is None else float(np.max(measured))
+    if most > FRICTION:
+        return question_about_friction(most, "measured friction")
+    follows = " It follows from the fit, not from a point."
+    return f"{question_about_friction(mu_start)}{follows}" if mu_start > FRICTION else None
 
 
 def question_about_friction(coefficient: float, what: str = "mu_start") -> str:

@@ -173,6 +173,15 @@ def _bounds(name: str, cells: Cells) -> tuple[Floats, Floats]:
     least = like * (-np.inf if row.at_least is None else row.at_least)
     most = like * (np.inf if row.at_most is None else row.at_most)
     mu_start = cells["a1"] + cells["a3"]
+    if name in ("mu_start", "mu_reversal"):  # a1 >= 0, and mu_reversal <= mu_start
+        unit = coefficients(1.0, 0.0, cells["v_reversal"], cells["a4"])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = 1.0 - 1.0 / unit.a3
+            if name == "mu_start":
+                least = np.fmax(cells["mu_reversal"], cells["mu_stop"])
+                most = np.fmin(cells["mu_reversal"] / share, cells["mu_static"])
+            else:
+                least, most = cells["mu_start"] * share, cells["mu_start"]
     if name == "mu_static":
         least = np.maximum(least, mu_start)
     if name == "mu_stop":

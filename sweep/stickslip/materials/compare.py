@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.borders import Limits, Scan
 from stickslip.config.examples import found_points
 from stickslip.config.forgotten_units import question as question_about
-from stickslip.config.plausible import FRICTION, question_about_friction
+from stickslip.config.plausible import question_about_points
 from stickslip.config.reader import make_config
 from stickslip.config.yaml import Document
 from stickslip.dataset.materials import Material, material_dataset
@@ -217,14 +217,9 @@ def _written(system: Mapping[str, float]) -> dict[str, str]:
 
 
 def _doubt_of(fit: MaterialFit) -> str | None:
-    """What to ask about a material whose friction is implausible, as measured or at break-away."""
+    """What to ask about a material whose friction is implausible."""
     assert fit.curve is not None
-    measured = float(np.max(fit.points["mu"])) if "mu" in fit.points else 0.0
-    if measured > FRICTION:
-        return question_about_friction(measured, "measured friction")
-    if fit.curve.mu_start > FRICTION:
-        return f"{question_about_friction(fit.curve.mu_start)} It follows from the fit, not from a point."
-    return None
+    return question_about_points(fit.curve.mu_start, fit.points.get("mu"))
 
 
 def _scan(known: Sequence[MaterialFit], fits: Sequence[MaterialFit], question: Question) -> Scan:

@@ -43,8 +43,8 @@ class Values(NamedTuple):
 class Question:
     """What is asked of every material.
 
-    system : by names of PARAMETERS, in SI, with `friction_scale`, by which friction is multiplied; where one of them
-    has several values, materials are ranked at the first of `over`. over : the values of those that vary.
+    system : in which materials are ranked, by names of PARAMETERS, in SI, with `friction_scale`, by which friction is
+    multiplied. over : the values of those quantities that vary, ascending.
     speeds : m/s; none, one, several, or the ends of a range. between : speeds searched, None for a range about the
     measured ones. level : of confidence. draws : curves drawn per material, 0 for no intervals.
     """
@@ -74,12 +74,14 @@ def system_of(given: Mapping[str, Amounts]) -> tuple[dict[str, float], dict[str,
     """
     mass, stiffness = (quantity(name, _single(name, given[name])) for name in ("mass", "stiffness"))
     critical = 2.0 * math.sqrt(stiffness * mass)
-    damping = values_of("damping", given["damping"], lambda one: damping_of(one, critical)).steps
-    load = values_of("normal_load", given["normal_load"]).steps[::-1]
-    scale = values_of(_SCALE, given[_SCALE], _scale).steps[::-1]
-    found = {"damping": damping, "normal_load": load, _SCALE: scale}
+    found = {
+        "damping": values_of("damping", given["damping"], lambda one: damping_of(one, critical)).steps,
+        "normal_load": values_of("normal_load", given["normal_load"]).steps,
+        _SCALE: values_of(_SCALE, given[_SCALE], _scale).steps,
+    }
     over = {name: values for name, values in found.items() if len(values) > 1}
-    return {"mass": mass, "stiffness": stiffness} | {name: values[0] for name, values in found.items()}, over
+    ranked = {name: (min if name == "damping" else max)(values) for name, values in found.items()}
+    return {"mass": mass, "stiffness": stiffness} | ranked, over
 
 
 def critical_damping(ds: xr.Dataset) -> float:

@@ -217,7 +217,7 @@ class Words:
     # --- cells ----------------------------------------------------------------------------------------------------
 
     def _fit(self, i: int) -> str:
-        if not self.ds["fit_good"].values[i]:
+        if not self.ds["fit_good"].values[i] or self._state(i) == "not_determined":
             return "see below"
         return "a2 open" if self.ds["a2"].values[i] > 0 and self.ds["a2_low"].values[i] == 0 else "good"
 
