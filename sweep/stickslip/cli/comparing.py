@@ -193,6 +193,8 @@ def _show(words: Words) -> None:
     from stickslip.materials.varied import varied
 
     _print_table(words.columns())
+    if len(words.speeds) > 1:
+        click.echo(words.answer())
     for remark in words.remarks():
         click.echo(f"note     {remark}")
     for one in varied(words.ds, words):

@@ -76,14 +76,14 @@ def material_dataset(
     }
     if any(one.dims[-1:] == ("belt_speed",) for one in variables.values()):
         coordinates["belt_speed"] = parameter_variable("belt_speed", ("belt_speed",), speeds)
-    for name, (values, borders) in (over or {}).items():
+    for name, (places, borders) in (over or {}).items():
         variables[f"quiet_above_over_{name}"] = variable_of(
             MATERIAL_VARIABLES[f"quiet_above_over_{name}"], ("material", name), borders
         )
         coordinates[name] = (
-            parameter_variable(name, (name,), values)
+            parameter_variable(name, (name,), places)
             if name in PARAMETERS
-            else xr.Variable(name, np.array(values), {"units": "1", "long_name": "scale of friction"}, _NO_FILL)
+            else xr.Variable(name, np.array(places), {"units": "1", "long_name": "scale of friction"}, _NO_FILL)
         )
     ds = xr.Dataset(variables | curves | points, coordinates, dict(attributes))
     return _with_display_units(ds, materials)
