@@ -135,8 +135,11 @@ def compare(
 def compare_fits(fits: Sequence[MaterialFit], question: Question) -> xr.Dataset:
     """The same of fitted curves; see `compare`."""
     doubts = [_doubt_of(one) for one in fits]
-    drawn = {i: drawn_of(one.curve, question) for i, one in enumerate(fits) if one.curve and not doubts[i]}
-    known = [i for i in drawn if fits[i].curve.determined and drawn[i] is not None]  # type: ignore[union-attr]
+    known = {
+        i: (one.curve, drawn)
+        for i, one in enumerate(fits)
+        if one.curve and one.curve.determined and not doubts[i] and (drawn := drawn_of(one.curve, question))
+    }
     scan = _scan([fits[i] for i in known], fits, question)
     told = [_undetermined(one, doubt, question) for one, doubt in zip(fits, doubts, strict=True)]
     keys: list[tuple[int, float]] = [(3, 0.0)] * len(fits)
@@ -148,12 +151,12 @@ def compare_fits(fits: Sequence[MaterialFit], question: Question) -> xr.Dataset:
         curves = {name: np.array([getattr(fits[i].curve, name) for i in known]) for name in _COEFFICIENTS}
         found = quiet_above(curves, question.system, scan, question.limits.tolerance, question.options)
         motion = _motion(curves, question, scan)
-        for row, i in enumerate(known):
-            values, quiet[i] = scatter_of(fits[i].curve, drawn[i], question, scan, float(found.speed[row]))
+        for row, (i, (curve, drawn)) in enumerate(known.items()):
+            values, quiet[i] = scatter_of(curve, drawn, question, scan, float(found.speed[row]))
             told[i] = _material(fits[i], found, motion, values, row, question)
             keys[i] = _rank_key(found, row)
         for name in over:
-            over[name][known] = _over(name, curves, question, scan)
+            over[name][[*known]] = _over(name, curves, question, scan)
     order = sorted(range(len(fits)), key=lambda i: (keys[i], fits[i].name))
     _note_ranks([told[i] for i in order], [quiet.get(i) for i in order], [keys[i] for i in order])
     attributes = _attributes([fits[i] for i in order], question, scan)
@@ -199,7 +202,8 @@ def _fit_of(name: str, points: Points) -> MaterialFit:
 def _doubts(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], question: Question) -> str | None:
     """What to ask about a system that is implausible with these curves, as a configuration is asked about it, and about
     implausible friction."""
-    curves = [one.curve for one in fits if one.curve is not None]
+    plausible = [one.curve for one in fits if one.curve and not _doubt_of(one)]
+    curves = plausible or [one.curve for one in fits if one.curve]
     zipped = {name: [getattr(curve, name) for curve in curves] for name in _COEFFICIENTS}
     speed = question.speeds.values[-1] if question.speeds.values else float(min(one.searched[0] for one in curves))
     used = {**question.system, "belt_speed": speed}
@@ -208,7 +212,7 @@ def _doubts(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], qu
     config = make_config({"system": plain, "axes": {"material": {"zip": zipped}}})
     asked = question_about(Document("compare", {"system": {**_written(plain), **bare}}), config)
     odd = [f"{one.name}: {doubt}" for one in fits if (doubt := _doubt_of(one))]
-    return "\n".join([asked] * bool(asked) + odd) or None
+    return "\n".join([*([asked] if asked else []), *odd]) or None
 
 
 def _written(system: Mapping[str, float]) -> dict[str, str]:
@@ -279,7 +283,7 @@ def _rank_key(found: Quiet, i: int) -> tuple[int, float]:
 
 
 def _material(
-    fit: MaterialFit, found: Quiet, motion: Mapping[str, Floats], scatter: Mapping[str, Any], i: int, question: Question
+    fit: MaterialFit, found: Quiet, motion: Mapping[str, Floats], scatter: dict[str, Any], i: int, question: Question
 ) -> Material:
     """All that is known of one material; numbers at belt speeds are arrays where several are asked about."""
     assert fit.curve is not None
@@ -322,7 +326,7 @@ def _over(name: str, curves: Mapping[str, Floats], question: Question, scan: Sca
     values = np.array(question.over[name])
     size = curves["a1"].size
     repeated = {key: np.repeat(one, values.size) for key, one in curves.items()}
-    system = {**question.system, name: np.tile(values, size)}
+    system: dict[str, ArrayLike] = {**question.system, name: np.tile(values, size)}
     found = quiet_above(repeated, system, scan, question.limits.tolerance, question.options)
     return found.between()[1].reshape(size, values.size)
 

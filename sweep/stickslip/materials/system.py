@@ -114,7 +114,7 @@ def speeds_of(belt_speed: Amounts | None, speed_range: tuple[Amount, Amount] | N
     if belt_speed is not None and speed_range is not None:
         raise TypeError("got belt_speed and speed_range, expected one of them")
     if speed_range is not None:
-        found = range_of("speed_range", tuple(speed_range), lambda one: quantity("belt_speed", one))  # type: ignore[arg-type]
+        found = range_of("speed_range", speed_range, lambda one: quantity("belt_speed", one))
     else:
         found = Values(()) if belt_speed is None else values_of("belt_speed", belt_speed)
     for speed in found.values:
@@ -125,6 +125,8 @@ def speeds_of(belt_speed: Amounts | None, speed_range: tuple[Amount, Amount] | N
 
 def range_of(name: str, ends: tuple[Amount, Amount], read: Callable[[Amount], float] | None = None) -> Values:
     """The range between two ends, the lower one first. Raises ValueError."""
+    if not isinstance(ends, tuple | list) or len(ends) != 2:
+        raise TypeError(f"{name}: got {ends!r}, expected the two ends of a range")
     low, high = map(read or (lambda one: quantity(name, one)), ends)
     if not low < high:
         hint = "; swap the ends" if low > high else ""
@@ -196,7 +198,7 @@ def _scale(value: Amount) -> float:
 def _single(name: str, given: Amounts) -> Amount:
     if not isinstance(given, str | int | float | np.number) or (isinstance(given, str) and ".." in given):
         raise ValueError(f"{name}: got {given!r}, expected one value")
-    return given  # type: ignore[return-value]
+    return given
 
 
 def _is_number(value: Amount) -> bool:
