@@ -14,7 +14,7 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 
 
 def pytest_configure(config):
-    """Cells at random have any friction coefficient; what asks about it has tests of its own, which see the question."""
+    """Cells at random have any friction coefficient; tests of what asks about it see the question."""
     config.addinivalue_line("filterwarnings", "ignore:mu_start = .* is more than:stickslip.errors.UnitWarning")
 
 
