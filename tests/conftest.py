@@ -13,6 +13,11 @@ settings.register_profile("fresh", deadline=None, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 
 
+def pytest_configure(config):
+    """Cells at random have any friction coefficient; tests of what asks about it see the question."""
+    config.addinivalue_line("filterwarnings", "ignore:mu_start = .* is more than:stickslip.errors.UnitWarning")
+
+
 @pytest.fixture(scope="session")
 def kernels():
     """The article's kernels, in the cache: for tests of what should not compile while it is watched.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -18,12 +19,13 @@ from numpy.typing import ArrayLike
 from .config.addresses import HERE
 from .config.model import Config
 from .config.options import options_of
+from .config.plausible import odd_friction, question_about_friction
 from .config.reader import Given, as_config, make_config
 from .dataset.build import evaluated_dataset, trace_dataset
 from .dataset.given import given_cells
 from .dataset.provenance import provenance
 from .engine import Options, Progress, compute, trajectory
-from .errors import ClusterError, IncompleteError, Interrupted, QuantityError
+from .errors import ClusterError, IncompleteError, Interrupted, QuantityError, UnitWarning
 from .files.locations import location
 from .files.reading import open
 from .progress import Watch, watched
@@ -271,6 +273,8 @@ def evaluate(
     where cells have such. Raises TypeError or ValueError for bad input before anything is computed.
     """
     full = given_cells(cells)
+    if (odd := odd_friction(full.cells)) is not None:
+        warnings.warn(question_about_friction(odd), UnitWarning, stacklevel=2)
     options = Options(
         law, float(rtol), inf if horizon is None else float(horizon), int(max_steps), bool(early_stop), threads
     )

@@ -9,12 +9,13 @@ from math import isinf, prod
 from numbers import Integral
 from typing import Any, cast
 
+import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from . import borders, distances
 from .config.grid import build_grid
-from .config.lines import Ends, in_si, line_along
+from .config.lines import Ends, checked_range, in_si, line_along
 from .config.model import Axis, Config, Range
 from .config.options import options_of
 from .config.planes import plane_along
@@ -24,11 +25,14 @@ from .dataset.build import grid_coordinates
 from .dataset.given import given_cells
 from .dataset.provenance import provenance
 from .engine import Options
+from .errors import ArgumentError
 from .progress import Watch, watched
 from .runs.memory import compute_study
 from .study import Study
 from .vocabulary.quantities import QUANTITIES
 from .vocabulary.settings import CONTOURS
+
+_SPEEDS = 9  # looked at in a range of belt speeds
 
 __all__ = ["border", "contours", "margins"]
 
@@ -155,6 +159,7 @@ def margins(
     within: float | Mapping[str, float | tuple[float, float]] = distances.FACTOR,
     *,
     into: Sequence[str] | None = None,
+    speed_range: Ends | None = None,
     joint: bool = True,
     tolerance: float = 1e-9,
     scan: int = 32,
@@ -170,11 +175,14 @@ def margins(
 
     cells_or_config : cells as `evaluate` takes them, or a configuration, whose axes are the dimensions.
     parameters : that may change; None for belt_speed, stiffness, damping, normal_load, mass, and mu_stop and mu_static
-        where a cell has them.
+        where a cell has them. Of mu_start, mu_reversal and v_reversal, which are measured of a curve, each changes with
+        the others held, and a4 with all three.
     costs : of changing each parameter by a factor, relative to the others; 1 unless given. Where a value is 0, and for
         displacement and velocity, of a change by a scale of the cell (for damping, critical damping).
     within : how far to look: a factor, or by parameter factors or ranges (SI).
     into : names of the regimes that count; None for any other than that of the cell.
+    speed_range : the ends of a range of belt speeds (m/s, or texts with units), of nine of which, by equal ratios, the
+        worst counts: a goal such as quiet from 5 to 60 mm/s.
     joint : False leaves out the cheapest joint change, which takes most of the time.
     scan : places looked at first on either side. beyond : how far past a border each proposal is simulated, over the
         value.
@@ -202,9 +210,12 @@ def margins(
         cells = given_cells(cast(Cells, cells_or_config))
         asking = distances.Asking(cells.dims, cells.shape, cells.coordinates(), cells.part)
         title, text = "Margins of cells", _text(options)
+    speeds = speeds_in(speed_range)
     names = distances.parameters_of(asking.cells(0, prod(asking.shape))) if parameters is None else tuple(parameters)
+    if parameters is None and speeds:
+        names = tuple(name for name in names if name != "belt_speed")
     question = distances.Question(
-        names, dict(costs or {}), within, None if into is None else tuple(into), scan, tolerance, beyond, joint
+        names, dict(costs or {}), within, None if into is None else tuple(into), scan, tolerance, beyond, joint, speeds
     )
     attributes = provenance(text, title=title, action=f"margins along {', '.join(names)}")
     study = distances.MarginStudy(asking, question, options)
@@ -214,6 +225,19 @@ def margins(
 def _computed(study: Study, progress: Watch, attributes: Mapping[str, str]) -> xr.Dataset:
     with watched(progress, study.counted, study.options.law) as moved:
         return study.dataset(compute_study(study, moved), attributes)
+
+
+def speeds_in(ends: Ends | None) -> tuple[float, ...]:
+    """The belt speeds (m/s) looked at in a range, both ends among them. Raises TypeError or ValueError."""
+    if ends is None:
+        return ()
+    try:
+        low, high = checked_range("belt_speed", in_si("belt_speed", ends))
+    except ArgumentError as error:
+        raise ArgumentError("speed_range", error.what) from None
+    if not low > 0:
+        raise ValueError(f"speed_range: got {low:g} m/s, expected speeds above 0")
+    return tuple(map(float, np.geomspace(low, high, _SPEEDS)))
 
 
 def _check_points(points: object) -> None:

@@ -108,3 +108,61 @@ def test_no_way_out_is_no_error(here):
 )  # fmt: skip
 def test_wrong_input_is_said_before_anything_is_computed(here, arguments, message):
     assert message in said(*arguments, code=2)
+
+
+def test_what_is_measured_of_a_curve_may_change_with_the_rest_of_it_held(here):
+    """The borders are those of a search along it in the measured form of the configuration."""
+    told = said("advise", "pair.yaml", *AT[:2], "--at", "belt_speed=0.7", "--parameter", "mu_start", "--parameter",
+                "mu_reversal", "--parameter", "v_reversal", "-o", "advice.nc")  # fmt: skip
+    ds = stickslip.open("advice.nc")
+    start, least, speed = (float(ds[name]) for name in ("mu_start", "mu_reversal", "v_reversal"))
+    assert start == pytest.approx(1.3) and speed == pytest.approx(0.1 * np.log(0.3 / (0.1 * 0.1)))
+    assert least == pytest.approx(1 + 0.1 * speed + 0.3 * np.exp(-speed / 0.1))
+    form = {"mu_start": start, "mu_reversal": least, "v_reversal": speed, "a4": 0.1}
+    system = {"mass": 1, "stiffness": 1, "normal_load": 1, "belt_speed": 0.7}
+    for name, value in form.items():
+        sides = [] if name == "a4" else ds[f"border_{name}"].values
+        for found in sides:
+            if np.isfinite(found):
+                line = stickslip.border(
+                    {"system": system, "friction": form}, name, (float(0.9 * found), float(1.1 * found)), scan=8
+                )
+                assert np.abs(line["border"].values - found).min() < 1e-7 * found, (name, value)
+    assert np.isfinite([ds[f"margin_{name}"] for name in ("mu_start", "v_reversal")]).all()
+    assert np.isnan(ds["margin_mu_reversal"])  # undamped, the end of stick-slip does not depend on the drop
+    assert "in stick_slip; leaves it with" in told and re.search(r"simulated: (damped|creep)", told)
+
+
+def test_what_cannot_change_and_what_lies_further_away_is_told(here):
+    told = said("advise", "pair.yaml", *AT[:2], "--at", "belt_speed=0.3", "--parameter", "belt_speed",
+                "--parameter", "mu_stop", "--within", "1.2")  # fmt: skip
+    assert "mu_stop is not given" in told
+    assert "no border within reach along belt_speed: look further with --within 12" in told
+    told = said("advise", "pair.yaml", *AT, "--at", "a2=0", "--parameter", "v_reversal")
+    assert "v_reversal is no property of this curve, which has no minimum" in told
+    told = said("advise", "pair.yaml", *AT, "--parameter", "mu_start", "--parameter", "a3", code=2)
+    assert "got mu_start and a3, expected one form of the curve" in told
+
+
+def test_a_goal_for_a_range_of_speeds_holds_at_all_of_them(here):
+    told = said("advise", "pair.yaml", *AT[:2], "--speed-range", "0.4..0.9 m/s", "--parameter", "damping", "-o", "a.nc")
+    assert told.startswith(
+        "range    the worst of 9 belt speeds from 0.4 to 0.9 m/s counts\nin stick_slip; leaves it with"
+    )
+    border = float(stickslip.open("a.nc")["border_damping"].sel(side="above").values)
+    cell = {"mass": 1, "stiffness": 1, "normal_load": 1, "a1": 1, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+    speeds = np.geomspace(0.4, 0.9, 9)
+    for factor, loud in ((0.999, True), (1.001, False)):
+        ds = stickslip.evaluate({**cell, "damping": factor * border, "belt_speed": speeds}, rtol=1e-9)
+        assert np.isin(ds["regime"], (1, 4)).any() == loud
+    margins = stickslip.margins({**cell, "belt_speed": 7.0}, ("damping",), speed_range=("0.4 m/s", 0.9), joint=False,
+                                into=("damped", "creep"))  # fmt: skip
+    assert float(margins["border_damping"].sel(side="above")[0]) == pytest.approx(border, rel=1e-8)
+    for words, why in (
+        (("--speed-range", "0.9..0.4"), "swap the ends"),
+        (("--speed-range", "0.4"), "with two dots"),
+        (("--speed-range", "0.4..0.9", "--at", "belt_speed=0.5"), "expected one of them"),
+        (("--speed-range", "0.4..0.9", "--parameter", "belt_speed"), "what the range of speeds is about"),
+        (("--speed-range", "0..0.9"), "expected speeds above 0"),
+    ):
+        assert why in said("advise", "pair.yaml", *AT[:2], *words, code=2)

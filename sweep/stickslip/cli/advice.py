@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,6 +19,8 @@ from stickslip.cli.common import (
 from stickslip.cli.trajectories import recipe_in
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import xarray as xr
 
     from stickslip.config.model import Config
@@ -39,13 +41,14 @@ Examples:
 @click.option("--parameter", "parameters", multiple=True, metavar="NAME", help="What may change; may be repeated.")
 @click.option("--cost", "costs", multiple=True, metavar="NAME=NUMBER", help="Cost of a change; 1 unless given.")
 @click.option("--within", type=float, default=10.0, show_default=True, help="How far to look, as a factor.")
+@click.option("--speed-range", metavar="RANGE", help='Belt speeds to be quiet throughout, as in "5..60 mm/s".')
 @click.option("--into", multiple=True, metavar="REGIME", help="Regime wanted; may be repeated.")
 @OUTPUT
 @THREADS
 @reports_wrong_input
 def advise(
     config: Location, at: tuple[str, ...], parameters: tuple[str, ...], costs: tuple[str, ...], within: float,
-    into: tuple[str, ...], output: Location | None,
+    speed_range: str | None, into: tuple[str, ...], output: Location | None,
 ) -> None:  # fmt: skip
     """Say which changes take a cell over a border.
 
@@ -58,15 +61,23 @@ def advise(
     from stickslip.config.pick import cell_of, config_at
     from stickslip.errors import Interrupted
     from stickslip.files import writing
+    from stickslip.materials.system import ends_of
     from stickslip.vocabulary.flags import REGIMES, flag_label
 
-    one = config_at(recipe_in(config), at)
+    try:
+        ends = None if speed_range is None else ends_of("--speed-range", speed_range)
+        speeds = designing.speeds_in(ends)
+    except ValueError as error:
+        fail(error)
+    if speeds and any(setting.partition("=")[0].strip() == "belt_speed" for setting in at):
+        fail("--speed-range: got one and --at belt_speed, expected one of them")
+    one = config_at(recipe_in(config), at if ends is None else (*at, f"belt_speed={ends[0]}"))
     if output is not None:
         writing.check_writable(output)
-    asked = {"parameters": parameters or None, "costs": _costs(costs), "within": within}
+    asked = {"parameters": parameters or None, "costs": _costs(costs), "within": within, "speed_range": ends}
     prepare_kernels(one.friction.law)
     try:
-        home = REGIMES[int(_regime(one, cell_of(one)))]
+        home = REGIMES[_regime(one, cell_of(one), speeds)]
         if home not in VIBRATING + QUIET:
             fail(f"{config}: this cell is {flag_label(home)}: nothing can be said of it\nhint: raise max_steps")
         wanted = into or (QUIET if home in VIBRATING else VIBRATING)
@@ -75,21 +86,23 @@ def advise(
         incomplete(error)
     except (TypeError, ValueError) as error:  # bad input, said before anything is computed
         fail(f"{config}: {error}")
-    _show(ds, one, home, wanted)
+    _show(ds, one, home, wanted, within, speeds)
     if output is not None:
         writing.write(ds, output)
         click.echo(f"written  {output} ({screen.size_of(output)})")
 
 
-def _regime(config: Config, cell: dict[str, float]) -> int:
-    """The regime of a cell, integrated as the configuration says."""
+def _regime(config: Config, cell: Mapping[str, float], speeds: Sequence[float]) -> int:
+    """The regime of a cell, integrated as the configuration says; of several belt speeds the worst."""
     from stickslip import api
+    from stickslip.distances import worst
 
     solver = config.solver
+    asked: dict[str, Any] = {**cell, **({"belt_speed": speeds} if speeds else {})}
     found = api.evaluate(
-        cell, min(solver.rtol, 1e-9), solver.horizon, law=config.friction.law, max_steps=solver.max_steps
+        asked, min(solver.rtol, 1e-9), solver.horizon, law=config.friction.law, max_steps=solver.max_steps
     )
-    return int(found["regime"][0])
+    return int(worst(found["regime"].values[None])[0])
 
 
 def _costs(texts: tuple[str, ...]) -> dict[str, float]:
@@ -106,23 +119,34 @@ def _costs(texts: tuple[str, ...]) -> dict[str, float]:
     return found
 
 
-def _show(ds: xr.Dataset, config: Config, home: str, wanted: tuple[str, ...]) -> None:
+def _show(
+    ds: xr.Dataset,
+    config: Config,
+    home: str,
+    wanted: tuple[str, ...],
+    within: float,
+    speeds: Sequence[float],
+) -> None:
     """The sentence, the table, and what was looked at."""
     from rich.table import Table
 
     from stickslip.cli import advice_words as words
 
+    if speeds:
+        click.echo(f"range    {ds.attrs['margin_speeds']} counts")
     changes = words.single_changes(ds, wanted)
-    joint = words.joint_change(ds, lambda cell: _regime(config, cell), wanted)
+    joint = words.joint_change(ds, lambda cell: _regime(config, cell, speeds), wanted)
     click.echo(words.sentence(home, wanted, changes, joint))
     table = Table("change", "border", "by", "into", "1 % past it", box=None, pad_edge=False, header_style="bold")
     for change in changes:
         table.add_row(*change.row())
     if changes:
         screen.print_table(table)
-    missing = words.without_border(ds)
-    if missing:
-        click.echo(f"no border within reach along {', '.join(missing)}")
+    absent = words.absent(ds)
+    for name, why in absent.items():
+        click.echo(f"{name} {why}")
+    if missing := [name for name in words.without_border(ds) if name not in absent]:
+        click.echo(f"no border within reach along {', '.join(missing)}: look further with --within {10 * within:g}")
     if joint is not None:
         click.echo(joint.told())
     click.echo(f"looked   at {ds.attrs['margin_within']}; {ds.attrs['margin_scan']}")

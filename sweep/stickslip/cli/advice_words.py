@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import inf, isnan, log
+from math import inf, isfinite, isnan, log
 
+import numpy as np
 import xarray as xr
 
 from stickslip.dataset.display import Unit, unit_of
 from stickslip.dataset.margins import SIDES
+from stickslip.distances import without_measured
 from stickslip.vocabulary.flags import REGIMES
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import MEASURED, SEARCHABLE
 
 _AS_PERCENT = 0.8  # changes up to this share of the value are told in percent, larger ones as a factor
 _SMALL = 0.01  # of the square of the cost: what changes by less is left out of a joint proposal, if it holds without
@@ -108,18 +110,32 @@ def without_border(ds: xr.Dataset) -> list[str]:
     return [name for name in _parameters(ds) if isnan(float(ds[f"margin_{name}"].values.ravel()[0]))]
 
 
+def absent(ds: xr.Dataset) -> dict[str, str]:
+    """Why parameters without a border cannot change in this cell at all."""
+    one, found = ds if "cell" not in ds.dims else ds.isel(cell=0), {}
+    for name in without_border(ds):
+        if name == "mu_stop" and isnan(float(one[name])):
+            found[name] = "is not given, so that friction stops as it starts; give the pair a mu_stop"
+        elif name in MEASURED and not isfinite(float(one[name])):
+            found[name] = "is no property of this curve, which has no minimum"
+    return found
+
+
 def joint_change(ds: xr.Dataset, regime: Callable[[dict[str, float]], int], wanted: Sequence[str]) -> Joint | None:
     """The cheapest joint change, rounded, without what changes next to nothing; simulated as it is shown."""
     if "joint_cost" not in ds or isnan(float(ds["joint_cost"].values.ravel()[0])):
         return None
     one = ds if "cell" not in ds.dims else ds.isel(cell=0)
-    cell = {name: float(one[name]) for name in PARAMETERS if name in one.coords}
+    cell = {name: float(one[name]) for name in SEARCHABLE if name in one.coords}
     for least in (_SMALL, 0.0):
         values = {}
         for name in _parameters(ds):
             if float(one[f"joint_share_{name}"]) > least:
                 values[name] = _value(one, name), float(f"{float(one[f'joint_proposed_{name}']):.{_DIGITS}g}")
-        checked = REGIMES[regime(cell | {name: new for name, (_, new) in values.items()})]
+        changed = {name: np.array(value) for name, value in cell.items()} | {
+            n: np.array(v[1]) for n, v in values.items()
+        }
+        checked = REGIMES[regime({name: float(value) for name, value in without_measured(changed).items()})]
         if checked in wanted:
             break
     return Joint(
@@ -139,14 +155,14 @@ def sentence(home: str, wanted: Sequence[str], changes: Sequence[Change], joint:
 
 def _plain(name: str) -> str:
     """The name of a parameter in a sentence: `belt speed`, but `mu_stop`."""
-    return name if name.startswith("mu_") else name.replace("_", " ")
+    return name if name.startswith(("mu_", "v_", "a")) else name.replace("_", " ")
 
 
 def _parameters(ds: xr.Dataset) -> list[str]:
-    return [name for name in PARAMETERS if f"margin_{name}" in ds]
+    return [name for name in SEARCHABLE if f"margin_{name}" in ds]
 
 
 def _value(one: xr.Dataset, name: str) -> float:
     """The value of a parameter; static friction that is not given is that at break-away."""
     value = float(one[name])
-    return float(one["a1"]) + float(one["a3"]) if isnan(value) else value
+    return float(one["a1"]) + float(one["a3"]) if isnan(value) and name == "mu_static" else value

@@ -22,11 +22,24 @@ from stickslip.cli.fits import POINTS, columns, fitted, tell_columns, wanted_of
 from stickslip.cli.tables import tell_table, write_table
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     import xarray as xr
 
-    from stickslip.materials.words import Words
+    from stickslip.materials.words import Shown, Words
 
-_ASKED = ("belt_speed", "searched_from", "searched_to", "tendency_at", "confidence", "draws", "seed")
+_ASKED = (
+    "belt_speed",
+    "speed_range_from",
+    "speed_range_to",
+    "friction_scale",
+    "searched_from",
+    "searched_to",
+    "tendency_at",
+    "confidence",
+    "draws",
+    "seed",
+)
 _EXAMPLES = {"mass": "100 g", "stiffness": "5 N/mm", "load": "10 N"}
 _FILES = (".nc", ".zarr", ".csv", ".xlsx")
 
@@ -61,9 +74,31 @@ Examples:
 @POINTS
 @click.option("--mass", required=True, help='Of the oscillator: kg, or with a unit ("100 g").')
 @click.option("--stiffness", required=True, help='Of its spring: N/m, or with a unit ("5 N/mm").')
-@click.option("--load", required=True, help='Normal load: N, or with a unit ("2 kN").')
-@click.option("--damping", help='Of its damper: N s/m, or with a unit ("1 N s/m").  [default: 0]')
-@click.option("--speed", help="Belt speed at which regime, margin and tendency are told.")
+@click.option(
+    "--load",
+    required=True,
+    multiple=True,
+    help='Normal load: N, or with a unit ("2 kN"); several, or a range ("5..20 N").',
+)
+@click.option(
+    "--damping",
+    multiple=True,
+    help='Of its damper: N s/m, "1 N s/m" or, of critical damping, "3 %"; several, or a range ("0.5..5 %").'
+    "  [default: 0]",
+)
+@click.option(
+    "--speed",
+    multiple=True,
+    metavar="SPEED",
+    help='Belt speed at which regime and margin are told; several, a column each; or a range ("5..60 mm/s"), '
+    "in which it is to be quiet throughout.",
+)
+@click.option(
+    "--scale-friction",
+    multiple=True,
+    metavar="FACTOR",
+    help="Multiply friction, where the part has another than the rig; several, or a range.  [default: 1]",
+)
 @click.option("--between", nargs=2, metavar="LOW HIGH", help="Belt speeds to search.  [default: from the points]")
 @columns
 @click.option("--level", type=float, default=0.95, show_default=True, help="Of confidence of the intervals.")
@@ -81,7 +116,8 @@ Examples:
 @JSON
 @reports_wrong_input
 def compare(
-    files: tuple[Path, ...], mass: str, stiffness: str, load: str, damping: str | None, speed: str | None,
+    files: tuple[Path, ...], mass: str, stiffness: str, load: tuple[str, ...], damping: tuple[str, ...],
+    speed: tuple[str, ...], scale_friction: tuple[str, ...],
     between: tuple[str, str] | None, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
     level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None, report: Path | None,
     decimal_comma: bool, as_json: bool,
@@ -98,19 +134,17 @@ def compare(
     from stickslip.materials.words import Words
 
     _check_outputs(outputs, plot, report)
-    wanted = wanted_of(unit, speed_column, friction_column, load=load)
+    one_load = load[0] if len(load) == 1 and ".." not in load[0] else None
+    wanted = wanted_of(unit, speed_column, friction_column, load=one_load)
     fits = fitted([points_file(file) for file in files], wanted, not as_json)
     if not as_json:
         tell_columns(fits)
-    given = {"mass": mass, "stiffness": stiffness, "normal_load": load}
-    given |= {} if damping is None else {"damping": damping}
     prepare_kernels("stribeck")
     try:
         ds = compared(
-            fits, **{name: _number(text) for name, text in given.items()},  # type: ignore[arg-type]
-            belt_speed=None if speed is None else _number(speed),
-            between=None if between is None else (_number(between[0]), _number(between[1])),
-            level=level, draws=draws, seed=seed,
+            fits, mass=mass, stiffness=stiffness, normal_load=_one(load), damping=_one(damping) if damping else None,
+            belt_speed=_one(speed) if speed else None, friction_scale=_one(scale_friction) if scale_friction else 1.0,
+            between=between, level=level, draws=draws, seed=seed,
         )  # fmt: skip
     except Interrupted:
         fail("interrupted: nothing was written; a comparison takes seconds, run it again")
@@ -147,18 +181,15 @@ def _check_outputs(outputs: tuple[Path, ...], plot: Path | None, report: Path | 
         check_page(report)
 
 
-def _number(text: str) -> float | str:
-    """A number as it is, a text with a unit as text."""
-    try:
-        return float(text)
-    except ValueError:
-        return text
+def _one(given: tuple[str, ...]) -> str | tuple[str, ...]:
+    """What an option that may be repeated was given: the only text, or all of them."""
+    return given[0] if len(given) == 1 else given
 
 
-def _unit_of(speed: str | None) -> str | None:
-    """The unit in which the belt speed was given, for the table."""
-    unit = "" if speed is None else speed.lstrip("+-.0123456789eE ").strip()
-    return unit or None
+def _unit_of(speeds: tuple[str, ...]) -> str | None:
+    """The unit in which the belt speeds were given, for the table."""
+    found = [speed.rpartition("..")[2].lstrip("+-.0123456789eE ").strip() for speed in speeds]
+    return next(filter(None, found), None)
 
 
 def tell(ds: xr.Dataset, as_json: bool) -> None:
@@ -172,21 +203,33 @@ def tell(ds: xr.Dataset, as_json: bool) -> None:
 
 def _show(words: Words) -> None:
     """The table of ranks, and remarks."""
+    from stickslip.materials.varied import varied
+
+    _print_table(words.columns())
+    if len(words.speeds) > 1:
+        click.echo(words.answer())
+    for remark in words.remarks():
+        click.echo(f"note     {remark}")
+    for one in varied(words.ds, words):
+        _print_table(one.columns)
+        for remark in one.remarks:
+            click.echo(f"note     {remark}")
+    click.echo(words.what_quiet_means())
+    if said := words.what_the_interval_means():
+        click.echo(said)
+
+
+def _print_table(columns: Iterable[Shown]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    shown = [*words.columns()]
+    shown = [*columns]
     table = Table(box=None, pad_edge=False, header_style="bold")
     for column in shown:
         table.add_column(f"{escape(column.name)}\n{escape(column.unit)}", justify="left" if column.is_text else "right")
     for row in zip(*(column.cells for column in shown), strict=True):
         table.add_row(*map(escape, row))
     screen.terminal().print(table)
-    for remark in words.remarks():
-        click.echo(f"note     {remark}")
-    click.echo(words.what_quiet_means())
-    if said := words.what_the_interval_means():
-        click.echo(said)
 
 
 def _write(
@@ -234,18 +277,34 @@ def _write(
 def _answer(ds: xr.Dataset, words: Words, written: dict[str, str]) -> dict[str, Any]:
     """The comparison for programs, in SI."""
     from stickslip.dataset.export import table_of
-    from stickslip.vocabulary.flags import FLAGS
 
-    materials = []
-    for i in range(ds.sizes["material"]):
-        one: dict[str, Any] = {"name": words.names[i]}
-        for name, array in table_of(ds).columns.items():
-            if name != "material":
-                value = array.values[i : i + 1].tolist()[0]
-                one[name] = [*FLAGS[name]][value] if name in FLAGS else value
-        materials.append(one)
+    several = "belt_speed" in ds.dims
+    shared = ds.drop_dims("belt_speed") if several else ds
+    materials = [_row(shared, i) for i in range(ds.sizes["material"])]
+    for i, one in enumerate(materials):
+        if several:
+            at = ds.drop_vars([name for name in shared.data_vars if name not in ("quiet_above", "quiet_state")])
+            rows = [_row(at.isel(belt_speed=j), i) for j in range(len(words.speeds))]
+            one["at"] = [{name: value for name, value in row.items() if name not in one or name == "margin"}
+                         | {"belt_speed": speed} for row, speed in zip(rows, words.speeds, strict=True)]  # fmt: skip
+        for name in words.varied:
+            one[f"quiet_above_over_{name}"] = ds[f"quiet_above_over_{name}"].values[i].tolist()
     units = {name: str(array.attrs["units"]) for name, array in table_of(ds).columns.items() if "units" in array.attrs}
     system = {name.removeprefix("system_"): ds.attrs[name] for name in ds.attrs if name.startswith("system_")}
     asked = {name: ds.attrs[name] for name in _ASKED if name in ds.attrs}
+    asked |= {name: ds[name].values.tolist() for name in words.varied}
     return {"materials": materials, "units": units, "system": system, **asked, "remarks": words.remarks(),
             "written": written}  # fmt: skip
+
+
+def _row(ds: xr.Dataset, i: int) -> dict[str, Any]:
+    """What is known of a material, flags as words."""
+    from stickslip.dataset.export import table_of
+    from stickslip.vocabulary.flags import FLAGS
+
+    found = {"name": str(ds["material"].values[i])}
+    for name, array in table_of(ds).columns.items():
+        if name != "material":
+            value = array.values[i].tolist() if hasattr(array.values[i], "tolist") else array.values[i]
+            found[name] = [*FLAGS[name]][value] if name in FLAGS else value
+    return found

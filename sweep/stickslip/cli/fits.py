@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -71,6 +72,8 @@ def fit(
     table with several columns of friction, one a material, gives a fit of each.
     """
     from stickslip.config.pick import seconds
+    from stickslip.config.plausible import question_about_points
+    from stickslip.errors import UnitWarning
     from stickslip.fit import described
     from stickslip.fit.loads import newtons
 
@@ -80,6 +83,9 @@ def fit(
         newtons(load)
     wanted = wanted_of(unit, speed_column, friction_column, time_column, load)
     fits = fitted([points_file(file) for file in files], wanted, ask=not as_json)
+    for one in fits:
+        if one.curve and (asked := question_about_points(one.curve.mu_start, one.points.get("mu"))):
+            warnings.warn(f"{one.name}: {asked}", UnitWarning, stacklevel=1)
     ageing = {one.name: one.ageing for one in fits if one.ageing}
     if plot is not None:
         from stickslip import plots

@@ -54,7 +54,24 @@ class SectionedGroup(click.Group):
             if known:
                 lines = "\n".join(f"  {ctx.command_path} {command} {name}" for command in known)
                 ctx.fail(f"{name!r} is a file, not a command. What takes it:\n{lines}")
-        return super().resolve_command(ctx, args)
+        found = super().resolve_command(ctx, args)
+        if found[1] is not None:
+            _refuse_repeated(found[1], ctx, found[2])
+        return found
+
+
+def _refuse_repeated(command: click.Command, ctx: click.Context, args: Sequence[str]) -> None:
+    """End where an option that takes one value is given several: click would take the last without a word."""
+    own = click.Context(command, ctx, command.name, ignore_unknown_options=True)
+    try:  # what else is wrong is said when the command reads its options
+        given = command.make_parser(own).parse_args(list(args))[2]
+    except click.UsageError:
+        return
+    for one in given:
+        single = isinstance(one, click.Option) and not (one.is_flag or one.multiple or one.count)
+        if single and given.count(one) > 1:
+            name = max(one.opts, key=len)
+            raise click.UsageError(f"{name} is given {given.count(one)} times, and takes one value", own)
 
 
 class GroupWithDefault(SectionedGroup):

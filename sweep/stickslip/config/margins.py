@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from stickslip.config.sections import Section, interval, number, of_row, refused
 from stickslip.vocabulary.flags import DECIDED
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import SEARCHABLE
 from stickslip.vocabulary.settings import COST, FACTOR, MARGINS
 from stickslip.vocabulary.words import listed, nearest
 
@@ -44,7 +44,7 @@ class Margins(Section):
     def _parameters(cls, value: object) -> object:
         if not isinstance(value, list | tuple) or not value or len(set(map(str, value))) != len(value):
             raise refused("a list of different parameters")
-        return tuple(_one_of(name, tuple(PARAMETERS), "a parameter of a cell") for name in value)
+        return tuple(_one_of(name, tuple(SEARCHABLE), "a parameter of a cell") for name in value)
 
     @field_validator("costs", mode="before")
     @classmethod
@@ -57,7 +57,7 @@ class Margins(Section):
         if not isinstance(value, Mapping):
             return number(FACTOR, value)
         reaches = _by_parameter(value, info)
-        return {name: interval(PARAMETERS[name], one) if isinstance(one, list | tuple) else number(FACTOR, one)
+        return {name: interval(SEARCHABLE[name], one) if isinstance(one, list | tuple) else number(FACTOR, one)
                 for name, one in reaches.items()}  # fmt: skip
 
     @field_validator("into", mode="before")
@@ -83,7 +83,7 @@ def _by_parameter(value: object, info: ValidationInfo) -> dict[str, Any]:
     """A mapping whose keys are among the parameters that may change."""
     if not isinstance(value, Mapping):
         raise refused("a mapping of parameters to numbers")
-    known = info.data.get("parameters") or tuple(PARAMETERS)
+    known = info.data.get("parameters") or tuple(SEARCHABLE)
     return {_one_of(name, known, "a parameter that may change"): one for name, one in value.items()}
 
 

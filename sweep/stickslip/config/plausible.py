@@ -7,10 +7,11 @@ to its largest cell.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.config.model import Config
 from stickslip.config.rules import members
@@ -26,7 +27,10 @@ _HEAVY = 1000.0  # kg; from here on it may be a fault of the earth, whose spring
 _FASTER = 30.0
 _SLOW = 1.0  # m/s; up to here any ratio may be meant, since curves that fall at once are common
 _OVERDAMPED = 10.0  # of critical damping
-_FRICTION = 5.0  # a friction coefficient; rubber and clean metals in vacuum reach it
+FRICTION = 1.5  # a friction coefficient; rubber on rough ground and clean metals in vacuum reach more ...
+_IMPOSSIBLE = (
+    5.0  # ... and from here on it is a share in %, or a force; in a study of ratios nothing below is asked about
+)
 _ORDER_ONE = 0.2, 5.0  # mass and load of a dimensionless study ...
 _FRICTION_OF_RATIOS = 0.8  # ... and its friction coefficient, as in the article; few dry contacts have more
 _NEVER = {"belt_speed": 200.0, "velocity": 200.0, "a4": 5.0, "v_reversal": 20.0, "stroke": 10.0}  # SI, even with units
@@ -131,11 +135,46 @@ def _never(config: Config) -> Iterator[Doubt]:
 
 
 def _coefficients(config: Config) -> Iterator[Doubt]:
-    for name in _COEFFICIENTS:
-        found = span(config, name)
-        if found is not None and found.most > _FRICTION:
-            share = Span(found.least / 100.0, found.most / 100.0)
-            yield Doubt(name, found.text(""), ", a friction coefficient", f"{share.text('')}, which is a share in %")
+    limit = _IMPOSSIBLE if _is_normalised(config) else FRICTION
+    spans = {name: found for name in _COEFFICIENTS if (found := span(config, name)) is not None and found.most > limit}
+    for name, found in spans.items():
+        share = Span(found.least / 100.0, found.most / 100.0)
+        meant = f"{share.text('')}, which is a share in %" if found.most > _IMPOSSIBLE else None
+        yield Doubt(name, found.text(""), ", a friction coefficient", meant)
+    start = _start(config)
+    if not spans and start is not None and start.most > limit:
+        yield Doubt("a3", f"mu_start = a1 + a3 = {start.text('')}", ", a friction coefficient")
+
+
+def odd_friction(cells: Mapping[str, NDArray[np.float64]]) -> float | None:
+    """The largest friction coefficient at break-away among cells, if no contact has it; None if all are plausible.
+
+    Cells of ratios, of which two of mass, stiffness and load are 1, are not questioned.
+    """
+    start = np.fmax(cells["a1"] + cells["a3"], cells["mu_static"])
+    if not (start > FRICTION).any():
+        return None
+    ones = sum((cells[name] == 1.0).astype(np.int8) for name in ("mass", "stiffness", "normal_load"))
+    odd = start[(start > FRICTION) & (ones < 2)]
+    return float(odd.max()) if odd.size else None
+
+
+def question_about_points(mu_start: float, measured: ArrayLike | None) -> str | None:
+    """What to ask about a fitted curve whose friction is implausible, at its points or at break-away; None if it is
+    not."""
+    most = 0.0 if measured is None else float(np.max(measured))
+    if most > FRICTION:
+        return question_about_friction(most, "measured friction")
+    follows = " It follows from the fit, not from a point."
+    return f"{question_about_friction(mu_start)}{follows}" if mu_start > FRICTION else None
+
+
+def question_about_friction(coefficient: float, what: str = "mu_start") -> str:
+    """What to ask about a friction coefficient that is implausible."""
+    share = (
+        f"is that {coefficient / 100:.3g}, which is a share in %?" if coefficient > _IMPOSSIBLE else "is that meant?"
+    )
+    return f"{what} = {coefficient:.3g} is more than the friction coefficient of most contacts ({FRICTION:g}); {share}"
 
 
 def _fast_belt(config: Config, bare: Collection[str]) -> Iterator[Doubt]:
@@ -155,7 +194,7 @@ def _overdamped(config: Config, bare: Collection[str]) -> Iterator[Doubt]:
 
 def _slope(config: Config, bare: Collection[str]) -> Iterator[Doubt]:
     slope, belt = span(config, "a2"), span(config, "belt_speed")
-    if slope is not None and belt is not None and "a2" in bare and (adds := slope.least * belt.least) > _FRICTION:
+    if slope is not None and belt is not None and "a2" in bare and (adds := slope.least * belt.least) > _IMPOSSIBLE:
         yield _doubt(config, "a2", f", which adds {adds:.3g} to the friction coefficient at the speed of the belt")
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.dataset.build import variable_of
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import SEARCHABLE
 from stickslip.vocabulary.results import MARGIN_VARIABLES, VARIABLES, Variable
 
 SIDES = ("below", "above")
@@ -51,6 +51,6 @@ def _of(row: Variable, parameter: str | None) -> Variable:
         row = replace(row, name="regime", units="1")
     if parameter is None:
         return row
-    about = PARAMETERS[parameter]
+    about = SEARCHABLE[parameter]
     units = about.units if row.units == "parameter" else row.units
     return replace(row, units=units, long_name=f"{row.long_name}: {about.long_name}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,8 +11,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.dataset.build import variable_of
+from stickslip.dataset.build import parameter_variable, variable_of
 from stickslip.fit import MaterialFit
+from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import MATERIAL_VARIABLES
 
 _CURVE_POINTS = 120
@@ -21,20 +23,36 @@ _COEFFICIENTS = ("a1", "a2", "a3", "a4", "mu_start")
 
 @dataclass(frozen=True)
 class Material:
-    """One material: its fit, and what was found, by names of MATERIAL_VARIABLES. at_speed : whether at a belt speed."""
+    """One material: its fit, and what was found, by names of MATERIAL_VARIABLES; an array at several belt speeds.
+
+    reason : why it is not ranked, beyond what the fit says of itself.
+    """
 
     fit: MaterialFit
-    values: dict[str, float]
-    at_speed: bool
+    values: dict[str, Any]
+    reason: str = ""
 
 
-def material_dataset(materials: Sequence[Material], attributes: Mapping[str, Any]) -> xr.Dataset:
-    """Numbers and words over `material`, curves over `slip_speed`, measured points over `point`."""
-    variables: dict[str, xr.Variable] = {}
+def material_dataset(
+    materials: Sequence[Material],
+    attributes: Mapping[str, Any],
+    speeds: Sequence[float] = (),
+    over: Mapping[str, tuple[Sequence[float], NDArray[np.float64]]] | None = None,
+) -> xr.Dataset:
+    """Numbers and words over `material`, curves over `slip_speed`, measured points over `point`.
+
+    speeds : the belt speeds at which numbers are told, a dimension if there are several. over : by quantity its values,
+    and quiet_above (material, values) there.
+    """
     rows = [one.values | _of_fit(one.fit) for one in materials]
-    for name, declared in MATERIAL_VARIABLES.items():
-        if name in rows[0]:
-            variables[name] = variable_of(declared, ("material",), np.array([row[name] for row in rows], np.float64))
+    variables = {
+        name: variable_of(declared, ("material", "belt_speed")[: array.ndim], array)
+        for name, declared in MATERIAL_VARIABLES.items()
+        if name in rows[0] and (array := np.array([row[name] for row in rows], np.float64)).ndim
+    }
+    if any(math.isnan(row["rank"]) for row in rows):  # an integer cannot be absent
+        ranks = np.array([row["rank"] for row in rows])
+        variables["rank"] = xr.Variable("material", ranks, variables["rank"].attrs)
     for name in (*_COEFFICIENTS, "quiet_above"):
         variables[name].attrs["ancillary_variables"] = f"{name}_low {name}_high"
     for name in _COEFFICIENTS:
@@ -47,7 +65,7 @@ def material_dataset(materials: Sequence[Material], attributes: Mapping[str, Any
         del variables["quiet_above"].attrs["ancillary_variables"]
     names = np.array([one.fit.name for one in materials], str)
     variables["fit_quality"] = _text(
-        [one.fit.curve.quality for one in materials if one.fit.curve], "quality of the fit"
+        [f"{one.reason} {one.fit.curve.quality}".strip() for one in materials if one.fit.curve], "quality of the fit"
     )
     variables["file"] = _text([str(one.fit.path) for one in materials], "file of the measured points")
     curves, grid = _curves(materials)
@@ -56,8 +74,26 @@ def material_dataset(materials: Sequence[Material], attributes: Mapping[str, Any
         "material": xr.Variable("material", names, {"long_name": "material"}),
         "slip_speed": xr.Variable("slip_speed", grid, {"units": "m s-1", "long_name": "slip speed"}, _NO_FILL),
     }
+    if any(one.dims[-1:] == ("belt_speed",) for one in variables.values()):
+        coordinates["belt_speed"] = parameter_variable("belt_speed", ("belt_speed",), speeds)
+    for name, (places, borders) in (over or {}).items():
+        variables[f"quiet_above_over_{name}"] = variable_of(
+            MATERIAL_VARIABLES[f"quiet_above_over_{name}"], ("material", name), borders
+        )
+        coordinates[name] = (
+            parameter_variable(name, (name,), places)
+            if name in PARAMETERS
+            else xr.Variable(name, np.array(places), {"units": "1", "long_name": "scale of friction"}, _NO_FILL)
+        )
     ds = xr.Dataset(variables | curves | points, coordinates, dict(attributes))
     return _with_display_units(ds, materials)
+
+
+def speeds_of(ds: xr.Dataset) -> list[float]:
+    """The belt speeds (m/s) that a comparison was asked about; of a range its ends."""
+    if "belt_speed" in ds.coords:
+        return [float(speed) for speed in ds["belt_speed"].values]
+    return [float(ds.attrs[n]) for n in ("belt_speed", "speed_range_from", "speed_range_to") if n in ds.attrs]
 
 
 def _of_fit(fit: MaterialFit) -> dict[str, float]:

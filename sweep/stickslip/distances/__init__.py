@@ -5,6 +5,10 @@ the space of all of them; `regimes.py` is what they ask the engine, `find.py` pu
 """
 
 from stickslip.distances.find import Asking, MarginStudy, Question, margin_study
-from stickslip.distances.reach import CHANGEABLE, FACTOR, parameters_of
+from stickslip.distances.reach import CHANGEABLE, FACTOR, parameters_of, without_measured
+from stickslip.distances.regimes import worst
 
-__all__ = ["CHANGEABLE", "FACTOR", "Asking", "MarginStudy", "Question", "margin_study", "parameters_of"]
+__all__ = [
+    "CHANGEABLE", "FACTOR", "Asking", "MarginStudy", "Question", "margin_study", "parameters_of", "without_measured",
+    "worst",
+]  # fmt: skip

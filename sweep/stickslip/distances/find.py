@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,10 @@ from stickslip.config.grid import build_grid
 from stickslip.config.margins import Margins
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
-from stickslip.dataset.build import grid_coordinates
+from stickslip.dataset.build import grid_coordinates, parameter_variable
 from stickslip.dataset.margins import ON_SIDES, SIDES, margin_dataset
 from stickslip.distances.joint import Cheapest, cheapest
-from stickslip.distances.reach import FACTOR, Reach, parameters_of, reach_of, within_of
+from stickslip.distances.reach import FACTOR, Reach, parameters_of, reach_of, with_measured, within_of
 from stickslip.distances.regimes import Asked, Floats, Labels, codes, decided
 from stickslip.distances.single import Borders, nearest
 from stickslip.engine import Options, Results, StopFlag
@@ -26,6 +27,7 @@ from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study, joined
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.parameter import NAN
+from stickslip.vocabulary.quantities import MEASURED
 
 _TOGETHER = 512  # cells whose rays are held at once
 _OF_JOINT_CHANGE = 20_000  # cells a joint change takes, about
@@ -41,7 +43,8 @@ class Question:
     parameters : that may change. costs : of a change of each by itself, relative to the others; 1 unless given.
     within : how far, a factor or ranges in SI. into : names of the regimes to be entered; None for any other.
     scan : places looked at first on either side. tolerance : of borders. beyond : how far past a border a proposal is
-    simulated, over the value. joint : whether the cheapest joint change is looked for.
+    simulated, over the value. joint : whether the cheapest joint change is looked for. speeds : belt speeds (m/s) of
+    which the worst counts for every cell; none for that of the cell.
     """
 
     parameters: tuple[str, ...]
@@ -52,12 +55,15 @@ class Question:
     tolerance: float = 1e-9
     beyond: float = 0.01
     joint: bool = True
+    speeds: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         within_of(self.within, self.parameters)
         codes(self.into or ())
         if not self.parameters or len(set(self.parameters)) != len(self.parameters):
             raise ValueError(f"parameters: got {self.parameters!r}, expected different names, at least one")
+        if self.speeds and "belt_speed" in self.parameters:
+            raise ValueError("parameters: got belt_speed, which is what the range of speeds is about")
         for name, cost in self.costs.items():
             if name not in self.parameters:
                 raise ValueError(f"costs: got one for {name!r}, expected {', '.join(self.parameters)}")
@@ -91,8 +97,14 @@ class MarginStudy(Study):
         self._asking, self._question = asking, question
         self.dims, self.shape = asking.dims, asking.shape
         self.options = replace(options, early_stop=True)
-        each = 2 * (question.scan + int(-np.log2(question.tolerance))) * len(question.parameters)
-        self.cells_each = each + (_OF_JOINT_CHANGE if question.joint else 0)
+        self._measured = bool(set(MEASURED) & set(question.parameters))
+        if self._measured and options.law != "stribeck":
+            raise ValueError(
+                f"parameters: the form of {', '.join(MEASURED)} is for the law stribeck, not {options.law}"
+            )
+        speeds = max(len(question.speeds), 1)
+        each = 2 * speeds * (question.scan + int(-np.log2(question.tolerance))) * len(question.parameters)
+        self.cells_each = each + (_OF_JOINT_CHANGE * speeds if question.joint else 0)
         self.weight = min(max(self.cells_each // _LANES_FED, 1), _MOST_WEIGHT)
         self.columns = {name: np.dtype(np.int8 if flag else np.float64) for name, flag in _columns(question)}
 
@@ -101,7 +113,7 @@ class MarginStudy(Study):
         found = []
         for start in range(items.start, items.stop, _TOGETHER):
             some = range(start, min(start + _TOGETHER, items.stop))
-            asked = Asked(self._asking.cells(some.start, some.stop), self.options, stop)
+            asked = Asked(self._cells(some), self.options, stop, self._question.speeds)
             try:
                 found.append(_margins(asked, len(some), self._question))
             except StoppedError:
@@ -111,6 +123,11 @@ class MarginStudy(Study):
         whole = joined(found) if found else self.blank(items)
         return Finished({name: whole[name].astype(dtype) for name, dtype in self.columns.items()})
 
+    def _cells(self, some: range) -> Cells:
+        """Cells, with what is measured of their curves where that is to change."""
+        cells = self._asking.cells(some.start, some.stop)
+        return with_measured(cells) if self._measured else cells
+
     def blank(self, items: range) -> Results:
         """Cells of which nothing is known."""
         return {name: np.full(len(items), 0 if dtype == np.int8 else np.nan, dtype)
@@ -119,9 +136,14 @@ class MarginStudy(Study):
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The margins over the cells, and ``side``."""
         whole, asking = joined(parts), self._asking
+        coordinates = dict(asking.coordinates)
+        if self._measured:
+            cells = self._cells(range(prod(asking.shape)))
+            coordinates |= {name: parameter_variable(name, asking.dims, cells[name].reshape(asking.shape))
+                            for name in MEASURED}  # fmt: skip
         told = dict(attributes) | _told(self._question, whole, self.options)
         return margin_dataset(
-            self._question.parameters, asking.dims, asking.shape, asking.coordinates, whole, told
+            self._question.parameters, asking.dims, asking.shape, coordinates, whole, told
         )  # fmt: skip
 
 
@@ -237,6 +259,9 @@ def _told(question: Question, table: Mapping[str, NDArray[Any]], options: Option
         "margin_check": f"proposals were simulated {100 * question.beyond:g} % past the border",
         "margin_found": f"no border within reach along {', '.join(none)}" if none else "a border along each parameter",
     }
+    if question.speeds:
+        low, *_, high = question.speeds
+        told["margin_speeds"] = f"the worst of {len(question.speeds)} belt speeds from {low:g} to {high:g} m/s"
     if open_cells:
         told["margin_undecided"] = f"{open_cells} cells are unresolved or failed and have no margin"
     if question.joint:

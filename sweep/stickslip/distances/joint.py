@@ -57,7 +57,7 @@ class _Space:
     def longest(self, cell: Integers, direction: Floats) -> Floats:
         """How long rays are, until a parameter meets its end."""
         room = np.where(direction < 0, self.down[cell], self.up[cell]) * self.costs
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):  # 0/0: no room, and not that way
             return np.asarray(np.min(np.where(direction == 0, np.inf, room / np.abs(direction)), axis=1))
 
     def entries(self, cell: Integers, direction: Floats, length: Floats, points: int, tolerance: float) -> Floats:

@@ -12,8 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.theory import reversal_friction, reversal_speed
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.curve import coefficients
+from stickslip.vocabulary.quantities import MEASURED, REPLACED, SEARCHABLE
 from stickslip.vocabulary.synonyms import meant
 
 Floats = NDArray[np.float64]
@@ -68,10 +70,13 @@ def parameters_of(cells: Cells) -> tuple[str, ...]:
 def within_of(within: float | Within, parameters: tuple[str, ...]) -> dict[str, float | tuple[float, float]]:
     """A factor above 1, or a range (low, high) in SI, for each parameter. Raises TypeError or ValueError."""
     for name in parameters:
-        if name not in PARAMETERS:
-            near = meant(str(name), PARAMETERS)
-            hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
+        if name not in SEARCHABLE:
+            near = meant(str(name), SEARCHABLE)
+            hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(SEARCHABLE)}"
             raise TypeError(f"parameters: {name!r} is not a parameter of a cell{hint}")
+    if set(MEASURED) & set(parameters) and (both := set(REPLACED) & set(parameters)):
+        measured = next(name for name in parameters if name in MEASURED)
+        raise ValueError(f"parameters: got {measured} and {min(both)}, expected one form of the curve")
     given = dict(within) if isinstance(within, Mapping) else dict.fromkeys(parameters, within)
     if unknown := set(given) - set(parameters):
         raise ValueError(f"within: got {sorted(unknown)[0]!r}, expected {', '.join(parameters)}")
@@ -84,7 +89,7 @@ def within_of(within: float | Within, parameters: tuple[str, ...]) -> dict[str, 
             checked[name] = float(one)
         else:
             low, high = map(float, one)
-            row = PARAMETERS[name]
+            row = SEARCHABLE[name]
             if not (low < high and row.allows(low) and row.allows(high)):
                 expected = row.expected.removesuffix(row.otherwise)
                 raise ValueError(f"within: got {low:g} to {high:g} for {name}, expected two of {expected}, in order")
@@ -113,14 +118,39 @@ def reach_of(name: str, cells: Cells, within: float | tuple[float, float]) -> Re
 def is_possible(cells: Cells) -> NDArray[np.bool_]:
     """Whether cells could be computed: the bounds between parameters, as `as_cells` checks them."""
     mu_start = cells["a1"] + cells["a3"]
-    return ~(
+    return (cells["a1"] >= 0) & ~(
         (mu_start < 0) | (cells["mu_static"] < mu_start * (1 - 1e-12)) | (cells["mu_stop"] > mu_start * (1 + 1e-12))
     )
 
 
+def with_measured(cells: Cells) -> Cells:
+    """The cells with mu_start, mu_reversal and v_reversal of their curves; NaN where a curve has no declining branch.
+
+    The minimum of a curve that falls for ever towards a1 (a2 = 0) lies at an infinite speed.
+    """
+    curve = [cells[name] for name in ("a1", "a2", "a3", "a4")]
+    speed = reversal_speed(*curve[1:])
+    has = (curve[2] > 0) & (curve[1] >= 0) & (speed > 0)
+    found = {"mu_start": curve[0] + curve[2], "mu_reversal": reversal_friction(*curve), "v_reversal": speed}
+    return cells | {name: np.where(has, found[name], np.nan) for name in MEASURED}
+
+
+def without_measured(cells: Cells) -> Cells:
+    """Cells whose coefficients follow from what is measured of their curves, where that is among them; a1 is NaN where
+    no curve has such a minimum."""
+    if not set(MEASURED) <= set(cells):
+        return cells
+    rest = {name: values for name, values in cells.items() if name not in MEASURED}
+    start, minimum, speed = (cells[name] for name in MEASURED)
+    with np.errstate(invalid="ignore"):  # no drop down to a minimum at standstill
+        curve = coefficients(start, minimum, speed, cells["a4"])._asdict()
+    curve["a1"] = np.where(start >= minimum, curve["a1"], np.nan)
+    return rest | {name: np.where(np.isnan(start), cells[name], values) for name, values in curve.items()}
+
+
 def _value(name: str, cells: Cells) -> Floats:
     """The value a parameter has; static friction that is not given is that at break-away."""
-    value = cells[name].astype(np.float64)
+    value = np.where(np.isinf(cells[name]), np.nan, cells[name].astype(np.float64))
     return np.where(np.isnan(value), cells["a1"] + cells["a3"], value) if name == "mu_static" else value
 
 
@@ -139,10 +169,19 @@ def _scale(name: str, cells: Cells) -> Floats:
 
 def _bounds(name: str, cells: Cells) -> tuple[Floats, Floats]:
     """The least and the largest value, of the parameter itself and beside the others of the cell."""
-    row, like = PARAMETERS[name], np.ones_like(cells["a1"])
+    row, like = SEARCHABLE[name], np.ones_like(cells["a1"])
     least = like * (-np.inf if row.at_least is None else row.at_least)
     most = like * (np.inf if row.at_most is None else row.at_most)
     mu_start = cells["a1"] + cells["a3"]
+    if name in ("mu_start", "mu_reversal"):  # a1 >= 0, and mu_reversal <= mu_start
+        unit = coefficients(1.0, 0.0, cells["v_reversal"], cells["a4"])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = 1.0 - 1.0 / unit.a3
+            if name == "mu_start":
+                least = np.fmax(cells["mu_reversal"], cells["mu_stop"])
+                most = np.fmin(cells["mu_reversal"] / share, cells["mu_static"])
+            else:
+                least, most = cells["mu_start"] * share, cells["mu_start"]
     if name == "mu_static":
         least = np.maximum(least, mu_start)
     if name == "mu_stop":

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.borders import Looked
-from stickslip.distances.reach import is_possible
+from stickslip.distances.reach import is_possible, without_measured
 from stickslip.engine import Options, StopFlag, compute_range
 from stickslip.errors import StoppedError
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import DECIDED, REGIMES, UNDECIDED
+from stickslip.vocabulary.flags import DECIDED, REGIMES, UNDECIDED, VIBRATING
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -23,11 +23,15 @@ NOT_COMPUTED = REGIMES.index("not_computed")
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """Cells, by parameters of length n, and how they are computed, until `stop` is raised."""
+    """Cells, by parameters of length n, and how they are computed, until `stop` is raised.
+
+    speeds : belt speeds (m/s) at all of which a cell is computed: the worst of its regimes counts. None: its own.
+    """
 
     cells: Cells
     options: Options
     stop: StopFlag
+    speeds: tuple[float, ...] = ()
 
     def regimes(self, which: Integers, changed: Cells) -> Labels:
         """Regimes of the cells `which` (m,) with other values (m,) of some parameters; impossible ones are not
@@ -42,20 +46,33 @@ class Asked:
         return Looked(labels, decided(regimes), guide)
 
     def _computed(self, which: Integers, changed: Cells) -> tuple[Labels, Floats]:
-        some = {name: values[which] for name, values in self.cells.items()} | changed
+        some = without_measured({name: values[which] for name, values in self.cells.items()} | changed)
         possible = np.flatnonzero(is_possible(some))
         found, guide = np.full(which.size, NOT_COMPUTED, np.int8), np.full(which.size, np.nan)
         if possible.size:
-            kept = {name: values[possible] for name, values in some.items()}
+            each = max(len(self.speeds), 1)
+            kept = {name: np.repeat(values[possible], each) for name, values in some.items()}
+            if self.speeds:
+                kept["belt_speed"] = np.tile(self.speeds, possible.size)
 
             def cells(start: int, stop: int) -> Cells:
                 return {name: values[start:stop] for name, values in kept.items()}
 
-            done = compute_range(cells, 0, possible.size, self.options, self.stop)
+            done = compute_range(cells, 0, possible.size * each, self.options, self.stop)
             if not done.complete:
                 raise StoppedError
-            found[possible], guide[possible] = done.results["regime"], done.results["restick_margin"]
+            found[possible] = worst(done.results["regime"].reshape(-1, each))
+            if not self.speeds:  # of several speeds none leads to where all are quiet
+                guide[possible] = done.results["restick_margin"]
         return found, guide
+
+
+def worst(regimes: Labels) -> Labels:
+    """Of regimes (n, k) those that matter most: a vibration, else one that is not decided, else the first."""
+    rank = np.zeros(len(REGIMES), np.int8)
+    rank[list(UNDECIDED)] = 1
+    rank[[REGIMES.index(name) for name in reversed(VIBRATING)]] = 2, 3
+    return np.take_along_axis(regimes, np.argmax(rank[regimes], axis=1)[:, None], 1)[:, 0]
 
 
 def decided(regimes: Labels) -> NDArray[np.bool_]:

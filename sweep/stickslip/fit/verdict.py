@@ -100,9 +100,7 @@ class Verdict:
         """Points that were left out."""
         if self.left_out:
             places = [f"{self.given.mu[i]:.3g} at {self._speed(float(self.given.speed[i]))}" for i in self.left_out]
-            yield (
-                f"Left out as no scatter of the others: {', '.join(places)}. See what happened there."
-            )
+            yield (f"Left out as no scatter of the others: {', '.join(places)}. See what happened there.")
 
     def _uneven(self) -> Iterator[str]:
         """A scatter that differs along the speed."""

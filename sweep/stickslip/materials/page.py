@@ -10,6 +10,7 @@ from itertools import starmap
 import numpy as np
 import xarray as xr
 
+from stickslip.materials.varied import varied
 from stickslip.materials.words import Shown, Words
 from stickslip.pages import (
     Column,
@@ -31,7 +32,7 @@ from stickslip.vocabulary.results import MATERIAL_VARIABLES
 _COEFFICIENTS = ("a1", "a2", "a3", "a4", "mu_start")
 _MOST_DIGITS = 6
 _ONLY_SCATTER = "Other specimens, another temperature and what is not known of the system are in no number here."
-_VARIABLES = {"P(quiet)": "quiet_probability", "fit": "fit_good"}  # shown under other names
+_VARIABLES = {"fit": "fit_good"}  # shown under other names
 
 
 def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = None) -> str:
@@ -52,6 +53,7 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     ]
     sections = [
         Section("Which is quiet", system + _table(ranks) + _items([text for text in others if text != first])),
+        *(Section(f"Over {one.name}", _table(one.columns) + _items(one.remarks)) for one in varied(ds, words)),
         Section("Friction, and where vibration ends", embedded(plot_materials(ds, title=""), alt) + details(small)),
     ]
     heading = str(ds.attrs["title"]) if title is None else title
@@ -111,7 +113,8 @@ def _meanings(columns: Sequence[Shown]) -> list[tuple[str, str]]:
     found = {}
     for name in (column.name for column in columns):
         declared = MATERIAL_VARIABLES.get(_VARIABLES.get(name, name.replace(" ", "_")))
-        declared = MATERIAL_VARIABLES["regime"] if name.startswith("at ") else declared
+        declared = MATERIAL_VARIABLES["regime"] if name.startswith(("at ", "worst ")) else declared
+        declared = MATERIAL_VARIABLES["quiet_probability"] if name.startswith("P(quiet)") else declared
         if declared is not None:
             comment = f" ({declared.comment})" if declared.comment else ""
             found[name] = f"{declared.long_name}{comment}"

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.borders import Looked, Scan, search_lines
 from stickslip.engine import Options, compute
@@ -21,10 +22,11 @@ from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATI
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-BORDER, QUIET, VIBRATES, UNRESOLVED = (
-    QUIET_STATES.index(name) for name in ("border", "quiet_throughout", "vibrates_throughout", "unresolved")
+BORDER, QUIET, VIBRATES, UNRESOLVED, NOT_DETERMINED = (
+    QUIET_STATES.index(name)
+    for name in ("border", "quiet_throughout", "vibrates_throughout", "unresolved", "not_determined")
 )
-_VIBRATING = tuple(REGIMES.index(name) for name in VIBRATING)
+VIBRATING_CODES = tuple(REGIMES.index(name) for name in VIBRATING)
 
 
 @dataclass(frozen=True)
@@ -48,30 +50,24 @@ class Quiet:
 
 
 def quiet_above(
-    curves: Mapping[str, Floats], system: Mapping[str, float], scan: Scan, tolerance: float, options: Options
+    curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], scan: Scan, tolerance: float, options: Options
 ) -> Quiet:
     """Where the vibration of each curve ends for good.
 
-    curves : a1 to a4 by name, each (n,). system : the other parameters of a cell but the belt speed, in SI. scan : the
-    speeds looked at first, between the ends of the range; a vibration that begins and ends between two of them is
-    missed. tolerance : width of the last bracket over the border.
+    curves : a1 to a4 by name, each (n,). system : the other parameters of a cell but the belt speed, in SI, and
+    `friction_scale`. scan : the speeds looked at first, between the ends of the range; a vibration that begins and ends
+    between two of them is missed. tolerance : width of the last bracket over the border.
     Raises Interrupted on Ctrl-C.
     """
-    count = next(iter(curves.values())).size
-    full = as_cells({**system, **curves, "belt_speed": scan.low})
+    full = cells_of(curves, system, scan.low)
+    count = full["mass"].size
     first: list[Looked] = []
 
     def looked(line: NDArray[np.int64], place: Floats) -> Looked:
-        def cells(start: int, stop: int) -> Cells:
-            taken = {name: values[line[start:stop]] for name, values in full.items()}
-            return taken | {"belt_speed": place[start:stop]}
-
-        found = compute(cells, line.size, options)
-        if not found.complete:
-            raise Interrupted(found.done, line.size)
-        regime = found.results["regime"]
-        labels = np.isin(regime, _VIBRATING).astype(np.int8)
-        answer = Looked(labels, ~np.isin(regime, UNDECIDED), found.results["restick_margin"])
+        found = regimes({name: values[line] for name, values in full.items()} | {"belt_speed": place}, options)
+        regime = found["regime"]
+        labels = np.isin(regime, VIBRATING_CODES).astype(np.int8)
+        answer = Looked(labels, ~np.isin(regime, UNDECIDED), found["restick_margin"])
         first.append(answer)
         return answer
 
@@ -80,6 +76,23 @@ def quiet_above(
     vibrates = first[0].labels.reshape(shape) == 1
     decided = first[0].decided.reshape(shape)
     return _last_borders(brackets, vibrates, decided, scan, tolerance)
+
+
+def cells_of(curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], belt_speed: ArrayLike) -> Cells:
+    """Cells of curves in a system, whose `friction_scale` multiplies friction at every speed; arrays broadcast."""
+    scale = np.asarray(system["friction_scale"])
+    of_cell = {name: value for name, value in system.items() if name != "friction_scale"}
+    friction = {name: values * (1.0 if name == "a4" else scale) for name, values in curves.items()}
+    return as_cells({**of_cell, **friction, "belt_speed": belt_speed})
+
+
+def regimes(cells: Cells, options: Options) -> dict[str, NDArray[Any]]:
+    """What the engine says of cells. Raises Interrupted on Ctrl-C."""
+    size = cells["mass"].size
+    found = compute(lambda start, stop: {name: values[start:stop] for name, values in cells.items()}, size, options)
+    if not found.complete:
+        raise Interrupted(found.done, size)
+    return found.results
 
 
 def _last_borders(brackets: NDArray[np.void], vibrates: Flags, decided: Flags, scan: Scan, tolerance: float) -> Quiet:

@@ -11,12 +11,18 @@ import numpy as np
 import xarray as xr
 
 from stickslip.dataset.export import Sheet
+from stickslip.dataset.materials import speeds_of
+from stickslip.materials.system import VARIED, critical_damping
 from stickslip.vocabulary import units
-from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, flag_label
+from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, VIBRATING, flag_label
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.words import listed
 
 _SYSTEM = ("mass", "stiffness", "damping", "normal_load")
+# V. Adams, A. Askenazi, Building Better Products with Finite Element Analysis (1999), viscous damping ratios.
+_TYPICAL_DAMPING = (
+    "Metal in one piece has below 1 % of critical, structures of metal have 2 to 4 %, with joints 3 to 7 %, rubber 5 %"
+)
 _WORTH_SAYING = 0.01  # share of the curves drawn
 _CERTAIN = 0.975  # probability from which the order of two neighbours is
 
@@ -35,80 +41,141 @@ class Words:
     """What is said of a comparison (`stickslip.compare`). unit : of speeds; None takes that of the measured points."""
 
     def __init__(self, ds: xr.Dataset, unit: str | None = None) -> None:
-        self._ds = ds
+        self.ds = ds
         self.unit = unit or str(ds["quiet_above"].attrs.get("display_units", "m/s"))
         self.factor = 1.0 / units.si_value(f"1 {self.unit}", "m s-1")
         self.level = f"{100 * float(ds.attrs['confidence']):g} %"
+        self.speeds = speeds_of(ds)
+        self.varied = [name for name in VARIED if f"quiet_above_over_{name}" in ds]
+        self._is_range = "speed_range_from" in ds.attrs
 
     @property
     def names(self) -> list[str]:
         """The materials, best first."""
-        return [str(name) for name in self._ds["material"].values]
+        return [str(name) for name in self.ds["material"].values]
 
     def speed(self, value: float) -> str:
         """A speed (m/s) as a number in the unit of the table."""
         number = self.factor * value
         return f"{number:.3g}" if number < 1000 else f"{number:.0f}"
 
+    def bound(self, value: float) -> str:
+        """A border, 0 and inf being beyond the speeds searched, in the unit of the table."""
+        least, most = (float(self.ds.attrs[name]) for name in ("searched_from", "searched_to"))
+        if math.isnan(value):
+            return "-"
+        return (
+            f"< {self.speed(least)}" if value == 0 else f"> {self.speed(most)}" if value > most else self.speed(value)
+        )
+
     def columns(self) -> Iterator[Shown]:
         """The table of ranks."""
-        ds, count = self._ds, range(self._ds.sizes["material"])
-        yield Shown("rank", "", False, tuple(str(int(rank)) for rank in ds["rank"].values))
+        ds, count = self.ds, range(self.ds.sizes["material"])
+        yield Shown("rank", "", False, tuple("-" if math.isnan(rank) else str(int(rank)) for rank in ds["rank"].values))
         yield Shown("material", "", True, tuple(self.names))
         yield Shown("quiet above", self.unit, False, tuple(map(self._quiet, count)))
         if "quiet_above_low" in ds:
             yield Shown(f"{self.level} interval", self.unit, True, tuple(map(self._interval, count)))
-        if "regime" in ds:
-            at = f"at {self.speed(float(ds.attrs['belt_speed']))} {self.unit}"
-            regimes = tuple(flag_label(REGIMES[int(code)]) for code in ds["regime"].values)
-            yield Shown(at, "", True, regimes)
-            yield Shown("margin", "speed over border", False, tuple(map(self._margin, count)))
-            if "quiet_probability" in ds:
-                yield Shown("P(quiet)", "", False, tuple(map(_share, ds["quiet_probability"].values)))
-        yield Shown("tendency", "Eq. (3)", False, tuple(f"{float(one):.3f}" for one in ds["tendency"].values))
-        yield Shown("mu_start", "", False, tuple(f"{float(one):.3f}" for one in ds["mu_start"].values))
+        if "belt_speed" in ds.dims:
+            for j, speed in enumerate(self.speeds):
+                yield from self._at_speed(ds.isel(belt_speed=j), f" at {self.speed(speed)} {self.unit}")
+        elif "regime" in ds:
+            yield from self._at_speed(ds, "")
+        if ds["tendency"].ndim == 1:
+            yield Shown("tendency", "Eq. (3)", False, tuple(map(_three, ds["tendency"].values)))
+        yield Shown("mu_start", "", False, tuple(map(_three, ds["mu_start"].values)))
         yield Shown("fit", "", True, tuple(map(self._fit, count)))
+
+    def _at_speed(self, ds: xr.Dataset, which: str) -> Iterator[Shown]:
+        """Columns of a belt speed, one of several (which) or the only one, or of a range."""
+        regimes = tuple(flag_label(REGIMES[int(code)]) if code else "-" for code in ds["regime"].values)
+        yield Shown((which or f" {self._at()}").strip(), "", True, regimes)
+        if not which:
+            unit = "slowest speed over border" if self._is_range else "speed over border"
+            yield Shown("margin", unit, False, tuple(map(self._margin, range(len(regimes)))))
+        if "quiet_probability" in ds:
+            yield Shown(f"P(quiet){which}", "", False, tuple(map(_share, ds["quiet_probability"].values)))
+
+    def _at(self) -> str:
+        """The belt speed that is asked about, or the range."""
+        ends = " to ".join(map(self.speed, self.speeds))
+        return f"{'worst from' if self._is_range else 'at'} {ends} {self.unit}"
 
     def remarks(self) -> list[str]:
         """What the table does not say by itself."""
         return [
             *self._bounds(),
             *self._damping(),
+            *self._only_the_product(),
             *self._extrapolated(),
             *self._order(),
             *self._falling(),
             *self._fits(),
+            *self._next(),
         ]
 
     def answer(self) -> str:
-        """The decision: what is quiet at the belt speed that was asked for, else from which speed on the best is."""
-        if "belt_speed" not in self._ds.attrs:
-            if len(self.names) == 1:
-                return f"The border of {self.names[0]}: quiet above {self._quiet(0)} {self.unit}."
-            return f"{self.names[0]} is quiet from the lowest belt speed on."
-        at = f"At {self.speed(float(self._ds.attrs['belt_speed']))} {self.unit}"
-        quiet: list[str] = []
-        loud: list[str] = []
+        """The decision: what is quiet at the belt speeds that were asked for, else from which speed on the best is."""
+        if self.speeds:
+            pieces = (
+                [self.ds.isel(belt_speed=j) for j in range(len(self.speeds))]
+                if "belt_speed" in self.ds.dims
+                else [self.ds]
+            )
+            heads = [f"At {self.speed(speed)} {self.unit}" for speed in self.speeds]
+            if self._is_range:
+                heads = [f"From {self.speed(self.speeds[0])} to {self.speed(self.speeds[1])} {self.unit}"]
+            return " ".join(map(self._answer_at, pieces, heads))
+        if math.isnan(self.ds["rank"].values[0]):
+            return f"The points do not tell where the vibration of {listed(self.names, 'and')} ends."
+        if len(self.names) == 1:
+            return f"The border of {self.names[0]}: quiet above {self._quiet(0)} {self.unit}."
+        return f"{self.names[0]} is quiet from the lowest belt speed on."
+
+    def _answer_at(self, ds: xr.Dataset, head: str) -> str:
+        """What is quiet at a belt speed, or throughout a range, and what is not."""
+        verdicts: dict[str, list[str]] = {}
         for i, name in enumerate(self.names):
-            here = bool(self._ds["margin"].values[i] > 1) and self._state(i) != "vibrates_throughout"
-            chance = self._ds["quiet_probability"].values[i] if "quiet_probability" in self._ds else math.nan
-            (quiet if here else loud).append(name if math.isnan(chance) else f"{name} (P(quiet) {_share(chance)})")
-        told = [f"{at} {listed(quiet, 'and')} {'are' if len(quiet) > 1 else 'is'} quiet"] if quiet else []
-        told += [
-            f"{'' if quiet else f'{at} '}{listed(loud, 'and')} {'vibrate' if len(loud) > 1 else 'vibrates'}"
-        ] * bool(loud)
-        return "; ".join(told) + "."
+            chance = ds["quiet_probability"].values[i] if "quiet_probability" in ds else math.nan
+            told = name if math.isnan(chance) else f"{name} (P(quiet) {_share(chance)})"
+            verdicts.setdefault(self._verdict(ds, i), []).append(told)
+        throughout = " throughout" if self._is_range else ""
+        phrases = {
+            "quiet": (f"is quiet{throughout}", f"are quiet{throughout}"), "vibrates": ("vibrates", "vibrate"),
+            "window": ("is quiet, but vibrates at higher speeds",) * 2,
+            "unknown": ("is not determined", "are not determined"),
+        }  # fmt: skip
+        said = [f"{listed(verdicts[kind], 'and')} {words[len(verdicts[kind]) > 1]}"
+                for kind, words in phrases.items() if kind in verdicts]  # fmt: skip
+        return f"{head} {'; '.join(said)}."
+
+    def _verdict(self, ds: xr.Dataset, i: int) -> str:
+        """What a material does at a belt speed: vibrate, be quiet there and above, be quiet there, or nobody knows."""
+        state, regime = self._state(i), REGIMES[int(ds["regime"].values[i])]
+        if state == "not_determined" or (
+            state == "unresolved" and regime not in VIBRATING and not ds["margin"].values[i] > 1
+        ):
+            return "unknown"
+        if regime in VIBRATING:
+            return "vibrates"
+        return "quiet" if ds["margin"].values[i] > 1 and state != "vibrates_throughout" else "window"
 
     def conditions(self) -> list[tuple[str, str]]:
         """The system, in the units in which it was given."""
         found = []
         for name in _SYSTEM:
-            row, value = PARAMETERS[name], float(self._ds.attrs[f"system_{name}"])
-            written = self._ds.attrs.get(f"written_{name}", f"{value:.6g} {units.spelled(row.units)}")
-            assumed = " (assumed)" if name == "damping" and "damping_assumed" in self._ds.attrs else ""
-            found.append((row.long_name, f"{written}{assumed}"))
-        if "belt_speed" in self._ds.attrs:
-            found.append(("belt speed", f"{self.speed(float(self._ds.attrs['belt_speed']))} {self.unit}"))
+            row, value = PARAMETERS[name], float(self.ds.attrs[f"system_{name}"])
+            written = str(self.ds.attrs.get(f"written_{name}", f"{value:.6g} {units.spelled(row.units)}"))
+            if name == "damping" and "damping_in_percent" in self.ds.attrs:
+                written = f"{value:.4g} N s/m, {100.0 * value / critical_damping(self.ds):.3g} % of critical"
+            assumed = " (assumed)" if name == "damping" and "damping_assumed" in self.ds.attrs else ""
+            varies = " (ranked there, of several)" if name in self.varied else ""
+            found.append((row.long_name, f"{written}{assumed}{varies}"))
+        if "friction_scale" in self.ds.attrs:
+            found.append(("scale of friction", f"{float(self.ds.attrs['friction_scale']):g}"))
+        if self.speeds:
+            ends = (" to " if self._is_range else ", ").join(map(self.speed, self.speeds))
+            found.append(("belt speed", f"{ends} {self.unit}"))
         return found
 
     def sheet(self) -> Sheet:
@@ -123,7 +190,7 @@ class Words:
 
     def what_quiet_means(self) -> str:
         """What was looked for, and where."""
-        ds = self._ds
+        ds = self.ds
         low, high = (self.speed(float(ds.attrs[name])) for name in ("searched_from", "searched_to"))
         return (
             "Quiet: what begins in stick ends in steady sliding; neither stick-slip nor another vibration lasts. Belt "
@@ -133,51 +200,46 @@ class Words:
 
     def what_the_interval_means(self) -> str:
         """Where intervals come from."""
-        if "quiet_above_low" not in self._ds:
+        if "quiet_above_low" not in self.ds:
             return ""
         return (
-            f"The {self.level} intervals are quantiles of {int(self._ds.attrs['draws']):,} curves a material, drawn "
-            "from the covariance of its fit: the scatter of the points, not of specimens, temperature or the system"
+            f"The {self.level} intervals are quantiles of {int(self.ds.attrs['draws']):,} curves a material, drawn "
+            "from what its fit leaves open: the scatter of the points, not of specimens, temperature or the system"
             f"{self._assumed()}."
         )
 
     def _assumed(self) -> str:
         """The materials whose fit assumed that friction never rises."""
-        assumed = (self._ds["a2"] == 0) & np.isinf(self._ds["a2_high"])
+        assumed = (self.ds["a2"] == 0) & np.isinf(self.ds["a2_high"])
         names = [name for name, zero in zip(self.names, assumed.values, strict=True) if zero]
         return f"; that a2 = 0, which the fit of {listed(names, 'and')} assumed, is taken for granted" if names else ""
 
     # --- cells ----------------------------------------------------------------------------------------------------
 
     def _fit(self, i: int) -> str:
-        if not self._ds["fit_good"].values[i]:
+        if not self.ds["fit_good"].values[i] or self._state(i) == "not_determined":
             return "see below"
-        return "a2 open" if self._ds["a2"].values[i] > 0 and self._ds["a2_low"].values[i] == 0 else "good"
+        return "a2 open" if self.ds["a2"].values[i] > 0 and self.ds["a2_low"].values[i] == 0 else "good"
 
     def _state(self, i: int) -> str:
-        return QUIET_STATES[int(self._ds["quiet_state"].values[i])]
+        return QUIET_STATES[int(self.ds["quiet_state"].values[i])]
 
     def _quiet(self, i: int) -> str:
+        if self._state(i) == "not_determined":
+            return "-"
         sign = {"quiet_throughout": "< ", "vibrates_throughout": "> ", "unresolved": "<= "}.get(self._state(i), "")
-        return sign + self.speed(float(self._ds["quiet_above"].values[i]))
+        return sign + self.speed(float(self.ds["quiet_above"].values[i]))
 
     def _interval(self, i: int) -> str:
-        low, high = (float(self._ds[f"quiet_above_{end}"].values[i]) for end in ("low", "high"))
+        low, high = (float(self.ds[f"quiet_above_{end}"].values[i]) for end in ("low", "high"))
         if math.isnan(low):
             return "not determined"
-        least, most = (float(self._ds.attrs[name]) for name in ("searched_from", "searched_to"))
-        first = self.speed(low) if low > 0 else f"< {self.speed(least)}"
-        last = self.speed(high) if math.isfinite(high) else f"> {self.speed(most)}"
-        return (
-            f"< {self.speed(least)}"
-            if high == 0
-            else f"> {self.speed(most)}"
-            if low == math.inf
-            else f"{first} to {last}"
-        )
+        return self.bound(low) if low == high or low == math.inf else f"{self.bound(low)} to {self.bound(high)}"
 
     def _margin(self, i: int) -> str:
-        value = float(self._ds["margin"].values[i])
+        value = float(self.ds["margin"].values[i])
+        if math.isnan(value):
+            return "-"
         sign = {"vibrates_throughout": "< ", "unresolved": ">= "}.get(self._state(i), "")
         return f"{sign}x {value:.3g}" if math.isfinite(value) else "> 1"
 
@@ -194,8 +256,8 @@ class Words:
         for state, words in told.items():
             if found := [name for name, one in zip(self.names, states, strict=True) if one == state]:
                 yield f"{listed(found, 'and')}: {words}."
-        undamped = self._ds.attrs["system_damping"] == 0
-        for name, state, a2 in zip(self.names, states, self._ds["a2"].values, strict=True):
+        undamped = self.ds.attrs["system_damping"] == 0
+        for name, state, a2 in zip(self.names, states, self.ds["a2"].values, strict=True):
             if state == "vibrates_throughout" and undamped and a2 == 0:
                 yield (
                     f"{name}: nothing takes energy out at high speed: the curve never rises and the damping is 0. Give "
@@ -204,21 +266,48 @@ class Words:
 
     def _damping(self) -> Iterator[str]:
         """The damper that nobody told of."""
-        if "damping_assumed" in self._ds.attrs:
-            yield "Damping 0 N s/m was assumed for all materials; a damper lowers the borders: give --damping."
+        if "damping_assumed" in self.ds.attrs:
+            yield (
+                "Damping 0 N s/m was assumed for all materials; a damper lowers the borders: give --damping, in N s/m "
+                f'or in percent of critical damping ("3 %"). {_TYPICAL_DAMPING}.'
+            )
+
+    def _only_the_product(self) -> Iterator[str]:
+        """What loads and scales of friction have in common."""
+        if {"normal_load", "friction_scale"} & {*self.varied, *self.ds.attrs}:
+            yield (
+                "Only friction times load counts: twice the load moves a border as twice the friction coefficient at "
+                "every speed does."
+            )
+
+    def _next(self) -> Iterator[str]:
+        """What to measure next."""
+        if "next_speed_1" not in self.ds:
+            return
+        names = ("next_speed_1", "next_speed_2", "quiet_above_low", "quiet_above_high", "next_low", "next_high")
+        for i, name in enumerate(self.names):
+            numbers = [float(self.ds[one].values[i]) for one in names]
+            if math.isnan(numbers[0]):
+                continue
+            first, second, low, high, least, most = map(self.speed, numbers)
+            places = f"at {first} and {second} {self.unit}" if first != second else f"twice at {first} {self.unit}"
+            shrunk = f"the interval would shrink from {low}..{high} to about {least}..{most}"
+            gain = shrunk if math.isfinite(numbers[4]) else "that would narrow the interval most"
+            yield f"{name}: measure {places}: {gain}."
 
     def _extrapolated(self) -> Iterator[str]:
         """A belt speed and borders outside of what was measured."""
-        ends = float(self._ds["slowest_point"].min()), float(self._ds["fastest_point"].max())
-        if "belt_speed" in self._ds.attrs and not ends[0] <= (asked := float(self._ds.attrs["belt_speed"])) <= ends[1]:
-            side = f"slowest, {self.speed(ends[0])}" if asked < ends[0] else f"fastest, {self.speed(ends[1])}"
-            yield (
-                f"The belt speed, {self.speed(asked)} {self.unit}, lies beyond the {side} {self.unit}, that was "
-                "measured of any material: what is told there follows from the fitted curves alone."
-            )
+        ends = float(self.ds["slowest_point"].min()), float(self.ds["fastest_point"].max())
+        for asked in self.speeds:
+            if not ends[0] <= asked <= ends[1]:
+                side = f"slowest, {self.speed(ends[0])}" if asked < ends[0] else f"fastest, {self.speed(ends[1])}"
+                yield (
+                    f"The belt speed, {self.speed(asked)} {self.unit}, lies beyond the {side} {self.unit}, that was "
+                    "measured of any material: what is told there follows from the fitted curves alone."
+                )
         for i, name in enumerate(self.names):
             border, slow, fast = (
-                float(self._ds[one].values[i]) for one in ("quiet_above", "slowest_point", "fastest_point")
+                float(self.ds[one].values[i]) for one in ("quiet_above", "slowest_point", "fastest_point")
             )
             if self._state(i) == "border" and not slow <= border <= fast:
                 side = f"slowest, {self.speed(slow)}" if border < slow else f"fastest, {self.speed(fast)}"
@@ -226,19 +315,19 @@ class Words:
 
     def _order(self) -> Iterator[str]:
         """Neighbours whose order may be chance."""
-        if "better_than_next" not in self._ds:
+        if "better_than_next" not in self.ds:
             return
-        for i, chance in enumerate(self._ds["better_than_next"].values[:-1]):
-            if not chance >= _CERTAIN:
+        for i, chance in enumerate(self.ds["better_than_next"].values[:-1]):
+            if not chance >= _CERTAIN and "not_determined" not in (self._state(i), self._state(i + 1)):
                 one, other = self.names[i], self.names[i + 1]
                 told = "cannot be told" if math.isnan(chance) else f"has a probability of {_share(chance)}"
                 yield f"That {one} is quiet from a lower speed on than {other} {told}."
 
     def _falling(self) -> Iterator[str]:
         """Materials whose friction may fall for ever, as far as the points tell."""
-        if "draws_falling" not in self._ds:
+        if "draws_falling" not in self.ds:
             return
-        for name, share in zip(self.names, self._ds["draws_falling"].values, strict=True):
+        for name, share in zip(self.names, self.ds["draws_falling"].values, strict=True):
             if share >= _WORTH_SAYING:
                 yield (
                     f"{name}: {_share(share)} of the curves that the points allow fall for ever (a2 < 0); where no "
@@ -248,11 +337,14 @@ class Words:
 
     def _fits(self) -> Iterator[str]:
         """Curves that may not be used without reservation."""
-        for name, good, quality in zip(
-            self.names, self._ds["fit_good"].values, self._ds["fit_quality"].values, strict=True
-        ):
-            if not good:
-                yield f"{name}: {quality}"
+        columns = (self.ds[one].values for one in ("fit_good", "fit_quality", "rank"))
+        for name, good, quality, rank in zip(self.names, *columns, strict=True):
+            if not good or math.isnan(rank):
+                yield f"{name}: {'' if not math.isnan(rank) else 'not determined, and not ranked. '}{quality}"
+
+
+def _three(value: float) -> str:
+    return "-" if math.isnan(value) else f"{float(value):.3f}"
 
 
 def _share(value: Any) -> str:

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
+from stickslip.dataset.materials import speeds_of
 from stickslip.plots.curves import Drawn, draw_materials, look_of, verbatim
 from stickslip.plots.figure import Figure
 from stickslip.plots.page import ROW, entitle, legend
@@ -60,21 +61,24 @@ def _draw_borders(ax: Axes, ds: xr.Dataset, unit: str) -> None:
     ends = _ends(ds, factor, least, most)
     for i in range(ds.sizes["material"]):
         border, state = factor * float(ds["quiet_above"].values[i]), QUIET_STATES[int(ds["quiet_state"].values[i])]
+        look = look_of(i)
+        ax.plot([1.04, 1.09, 1.14], [i] * 3, **look, markevery=[1], transform=ax.get_yaxis_transform(), clip_on=False)
+        name = verbatim(str(ds["material"].values[i]))
+        ax.text(1.18, i, name, label=name, transform=ax.get_yaxis_transform(), va="center", gid=ROW)
+        if state == "not_determined":
+            ax.text(ends[0] * 1.05, i, "not determined", va="center", fontsize="small")
+            continue
         bar: dict[str, Any] = {"height": 0.62, "edgecolor": BLACK, "linewidth": 0.5}
         begin = ends[0] if state == "quiet_throughout" else border
         ax.barh(i, begin - ends[0], left=ends[0], color=_LOUD, hatch="////", alpha=0.75, **bar)
         ax.barh(i, ends[1] - begin, left=begin, color=_CALM, alpha=0.6, **bar)
         if "quiet_above_low" in ds:
             _draw_interval(ax, i, [factor * float(ds[f"quiet_above_{end}"].values[i]) for end in ("low", "high")], ends)
-        look = look_of(i)
         mark = {"quiet_throughout": "<", "vibrates_throughout": ">"}.get(state, look["marker"])
         place = min(max(border, ends[0]), ends[1])
         ax.plot(place, i, **look | {"marker": mark}, markersize=6, zorder=3, clip_on=False)
-        ax.plot([1.04, 1.09, 1.14], [i] * 3, **look, markevery=[1], transform=ax.get_yaxis_transform(), clip_on=False)
-        name = verbatim(str(ds["material"].values[i]))
-        ax.text(1.18, i, name, label=name, transform=ax.get_yaxis_transform(), va="center", gid=ROW)
-    if "belt_speed" in ds.attrs:
-        ax.axvline(factor * float(ds.attrs["belt_speed"]), color=BLACK, linestyle="dashdot", linewidth=1.2)
+    for speed in speeds_of(ds):
+        ax.axvline(factor * speed, color=BLACK, linestyle="dashdot", linewidth=1.2)
     ax.set_yticks([])
     ax.set_ylim(ds.sizes["material"] - 0.5, -0.5)
     ax.set(xlim=ends, xlabel=f"belt speed ({unit})", xscale="log")
@@ -100,7 +104,7 @@ def _ends(ds: xr.Dataset, factor: float, least: float, most: float) -> tuple[flo
     for name in ("quiet_above", "quiet_above_low", "quiet_above_high"):
         if name in ds:
             shown += [factor * float(value) for value in ds[name].values if value > 0 and math.isfinite(value)]
-    shown += [factor * float(ds.attrs["belt_speed"])] if "belt_speed" in ds.attrs else []
+    shown += [factor * speed for speed in speeds_of(ds)]
     inside = [value for value in shown if least <= value <= most] or [least, most]
     return max(min(inside) / _ROOM, least), min(max(inside) * _ROOM, most)
 
@@ -113,8 +117,8 @@ def _legend(figure: Figure, ds: xr.Dataset, unit: str) -> None:
     ]
     if "quiet_above_low" in ds:
         handles.append(Line2D([], [], color=BLACK, linewidth=2.2, label=level))
-    if "belt_speed" in ds.attrs:
-        speed = float(ds.attrs["belt_speed"]) / units.si_value(f"1 {unit}", "m s-1")
-        label = f"belt speed {speed:g} {unit}"
+    if asked := speeds_of(ds):
+        speeds = [f"{speed / units.si_value(f'1 {unit}', 'm s-1'):g}" for speed in asked]
+        label = f"belt speed {(' to ' if 'speed_range_from' in ds.attrs else ', ').join(speeds)} {unit}"
         handles.append(Line2D([], [], color=BLACK, linestyle="dashdot", linewidth=1.2, label=label))
     legend(figure, handles, at_right=False)

@@ -58,6 +58,7 @@ QUIET_MESSAGES = {
     "quiet_throughout": "no vibration at any speed searched: the value is the slowest of them, an upper bound",
     "vibrates_throughout": "vibration up to the fastest speed searched: the value is that speed, a lower bound",
     "unresolved": "cells without a verdict lie around the border: the value is where these end, an upper bound",
+    "not_determined": "the measured points do not tell where vibration ends, or are no friction coefficients",
 }
 REGIMES = tuple(REGIME_MESSAGES)
 # Codes of regimes that do not say what the motion is, and names of those that do.

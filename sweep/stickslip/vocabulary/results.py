@@ -190,7 +190,8 @@ _MARGIN_VARIABLES = (
 )  # fmt: skip
 
 _MATERIAL_VARIABLES = (
-    Variable("rank", "1", "rank of the material, 1 for the one that is quiet from the lowest speed on"),
+    Variable("rank", "1", "rank of the material, 1 for the one that is quiet from the lowest speed on",
+             comment="NaN: not determined, see quiet_state and fit_quality"),
     Variable("quiet_above", "m s-1", "belt speed above which the pair is quiet",
              comment="no stick-slip and no other lasting vibration that began in stick; see quiet_state"),
     Variable("quiet_state", "1", "what the speed above which the pair is quiet is"),
@@ -203,7 +204,17 @@ _MATERIAL_VARIABLES = (
     Variable("draws_used", "1", "curves drawn whose verdict is known"),
     Variable("draws_falling", "1", "share of the curves drawn that fall for ever (a2 < 0)",
              comment="they vibrate at any speed unless the damper outweighs the fall"),
-    Variable("margin", "1", "belt speed over quiet_above", comment="above 1: quiet"),
+    Variable("next_speed_1", "m s-1", "one of the two speeds at which more points would narrow the interval most",
+             comment="NaN: nothing can be told"),
+    Variable("next_speed_2", "m s-1", "the other one"),
+    Variable("next_low", "m s-1", "about the lower end of the interval of quiet_above with these two points",
+             comment="NaN: the interval is open"),
+    Variable("next_high", "m s-1", "about the upper end of the interval of quiet_above with these two points",
+             comment="NaN: the interval is open"),
+    Variable("margin", "1", "belt speed over quiet_above",
+             comment="above 1: quiet; of a range of belt speeds that of its slowest"),
+    Variable("worst_speed", "m s-1", "belt speed of a range at which the vibration is largest",
+             comment="its slowest where it is quiet throughout"),
     Variable("quiet_probability", "1", "probability of being quiet at the belt speed",
              comment="as far as the scatter of the points goes; draws without a verdict do not count as quiet"),
     *(v for v in _VARIABLES if v.name in ("regime", "frequency", "stick_fraction", "tendency")),
@@ -217,6 +228,9 @@ _MATERIAL_VARIABLES = (
     Variable("slowest_point", "m s-1", "slowest measured speed"),
     Variable("fastest_point", "m s-1", "fastest measured speed"),
     Variable("fit_good", "1", "whether the points determine the curve"),
+    *(Variable(f"quiet_above_over_{name}", "m s-1", f"belt speed above which the pair is quiet, over {what}",
+               comment="0: no vibration at any speed searched; inf: up to the fastest of them; NaN: not determined")
+      for name, what in {"damping": "damping", "normal_load": "load", "friction_scale": "scale of friction"}.items()),
     Variable("friction", "1", "friction coefficient of the fitted curve"),
     Variable("friction_low", "1", "lower end of the 95 % band of the fitted curve"),
     Variable("friction_high", "1", "upper end of the 95 % band of the fitted curve"),
