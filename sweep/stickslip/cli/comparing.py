@@ -18,6 +18,7 @@ from stickslip.cli.common import (
     tell_json,
 )
 from stickslip.cli.fits import POINTS, columns, fitted, wanted_of
+from stickslip.cli.progress import progress_bar
 from stickslip.cli.tables import tell_table, write_table
 
 if TYPE_CHECKING:
@@ -101,8 +102,9 @@ def compare(
     given |= {} if damping is None else {"damping": damping}
     prepare_kernels("stribeck")
     try:
-        ds = compared(
-            fits, **{name: _number(text) for name, text in given.items()},  # type: ignore[arg-type]
+        with progress_bar(1, of="curves") as move:
+            ds = compared(
+                fits, progress=move, **{name: _number(text) for name, text in given.items()},  # type: ignore[arg-type]
             belt_speed=None if speed is None else _number(speed),
             between=None if between is None else (_number(between[0]), _number(between[1])),
             level=level, draws=draws, seed=seed,

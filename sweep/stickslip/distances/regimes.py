@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,11 +23,12 @@ NOT_COMPUTED = REGIMES.index("not_computed")
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """Cells, by parameters of length n, and how they are computed, until `stop` is raised."""
+    """Cells, by parameters of length n, and how they are computed, until `stop` is raised. moved : as of a study."""
 
     cells: Cells
     options: Options
     stop: StopFlag
+    moved: Callable[[int], None] | None = None
 
     def regimes(self, which: Integers, changed: Cells) -> Labels:
         """Regimes of the cells `which` (m,) with other values (m,) of some parameters; impossible ones are not
@@ -51,7 +52,7 @@ class Asked:
             def cells(start: int, stop: int) -> Cells:
                 return {name: values[start:stop] for name, values in kept.items()}
 
-            done = compute_range(cells, 0, possible.size, self.options, self.stop)
+            done = compute_range(cells, 0, possible.size, self.options, self.stop, self.moved, often=True)
             if not done.complete:
                 raise StoppedError
             found[possible], guide[possible] = done.results["regime"], done.results["restick_margin"]

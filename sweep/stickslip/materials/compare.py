@@ -20,11 +20,13 @@ from stickslip.config.reader import make_config
 from stickslip.config.yaml import Document
 from stickslip.dataset.materials import Material, material_dataset
 from stickslip.dataset.provenance import provenance
-from stickslip.engine import Options, compute
+from stickslip.engine import Options, Progress, compute
 from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning
 from stickslip.fit import CurveFit, MaterialFit, Wanted, draw_curves, fit_curve, fit_materials
 from stickslip.fit.points import Columns
 from stickslip.materials.quiet import QUIET, UNRESOLVED, VIBRATES, Quiet, quiet_above
+from stickslip.progress import Watch, watched
+from stickslip.study import Meter, Moved
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
 from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.flags import VIBRATING
@@ -75,6 +77,7 @@ def compare(
     tolerance: float = 1e-9,
     scan: int = 64,
     threads: int | None = None,
+    progress: Watch = "auto",
 ) -> xr.Dataset:
     """Which material keeps a contact quiet, from measured friction over slip speed.
 
@@ -89,7 +92,8 @@ def compare(
     unit : of speeds whose heading names none. columns : which columns of the files to take, where headings do not say.
     level : of the confidence intervals. draws : curves drawn per material from what its fit leaves open, of which the
         intervals are quantiles; 0 leaves intervals out. seed : of the draws.
-    tolerance, scan : of the search of borders, as for `border`. threads : None for all.
+    tolerance, scan : of the search of borders, as for `border`. threads : None for all. progress : as for `run`; what
+        is counted are curves, those drawn among them.
 
     Returns a dataset over `material`, best first: quiet_above and the interval quiet_above_low to quiet_above_high,
     what kind of number it is (quiet_state), the coefficients, and over `slip_speed` the curves with their 95 % bands,
@@ -117,22 +121,43 @@ def compare(
         raise ValueError(f"belt_speed: got {question.belt_speed:g}, expected a speed above 0 m/s")
     if asked := _doubts(fits, given):
         warnings.warn(asked, UnitWarning, stacklevel=2)
-    ds = compare_fits(fits, question)
+    with watched(progress, "curves", question.options.law) as moved:
+        ds = compare_fits(fits, question, moved)
     written = {f"written_{name}": value for name, value in given.items() if isinstance(value, str)}
     return ds.assign_attrs(written | ({"damping_assumed": 1} if damping is None else {}))
 
 
-def compare_fits(fits: Sequence[MaterialFit], question: Question) -> xr.Dataset:
-    """The same of fitted curves; see `compare`."""
+def compare_fits(fits: Sequence[MaterialFit], question: Question, progress: Progress | None = None) -> xr.Dataset:
+    """The same of fitted curves; see `compare`. progress : called with curves done, in part too, and in all."""
+    each, size = question.limits.scan + int(-np.log2(question.limits.tolerance)), len(fits) * (1 + question.draws)
+    meter = Meter(each)
+
+    def watch(number: int, curves: int) -> Moved:
+        count = meter.watch(number, curves)
+
+        def moved(cells: int) -> None:
+            count(cells)
+            if progress:
+                progress(meter.items, size)
+
+        return moved
+
     scan = _scan(fits, question)
     curves = [one.curve for one in fits if one.curve is not None]
     best = {name: np.array([getattr(curve, name) for curve in curves]) for name in _COEFFICIENTS}
-    found = quiet_above(best, question.system, scan, question.limits.tolerance, question.options)
+    best_found = watch(0, len(fits))
+    found = quiet_above(best, question.system, scan, question.limits.tolerance, question.options, best_found)
+    meter.end(0, len(fits))
     speed = scan.low if question.belt_speed is None else question.belt_speed
     cells = as_cells({**question.system, **best, "belt_speed": speed})
     motion = compute(lambda start, stop: {name: v[start:stop] for name, v in cells.items()}, len(fits),
                      question.options).results  # fmt: skip
-    drawn = [_drawn(curve, question, scan) for curve in curves]
+    drawn = []
+    for i, curve in enumerate(curves, 1):
+        drawn.append(_drawn(curve, question, scan, watch(i, question.draws)))
+        meter.end(i, question.draws)
+    if progress:
+        progress(size, size)
     order = sorted(range(len(fits)), key=lambda i: (_rank_key(found, i), fits[i].name))
     told = [_material(fits[i], found, motion, drawn[i], i, question) for i in order]
     _note_ranks(told, [one.quiet if (one := drawn[i]) else None for i in order], [_rank_key(found, i) for i in order])
@@ -227,7 +252,7 @@ class _Drawn(NamedTuple):
     falling: float
 
 
-def _drawn(curve: CurveFit, question: Question, scan: Scan) -> _Drawn | None:
+def _drawn(curve: CurveFit, question: Question, scan: Scan, moved: Moved) -> _Drawn | None:
     """What is found of drawn curves; None where none can be drawn.
 
     A curve that falls for ever faster than the damper grows vibrates at any speed; so does, as far as this can tell,
@@ -244,7 +269,7 @@ def _drawn(curve: CurveFit, question: Question, scan: Scan) -> _Drawn | None:
     found = Quiet(np.full(a2.size, scan.high), np.full(a2.size, scan.high), np.full(a2.size, VIBRATES, np.int8))
     if not lost.all():
         rest = {name: values[~lost] for name, values in drawn.coefficients.items()}
-        part = quiet_above(rest, question.system, scan, tolerance, options)
+        part = quiet_above(rest, question.system, scan, tolerance, options, moved)
         found.speed[~lost], found.low[~lost], found.state[~lost] = part.speed, part.low, part.state
     return _Drawn(found, float(drawn.falling.mean()))
 

@@ -7,7 +7,7 @@ labels are two: vibrates, or does not.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,13 +48,18 @@ class Quiet:
 
 
 def quiet_above(
-    curves: Mapping[str, Floats], system: Mapping[str, float], scan: Scan, tolerance: float, options: Options
+    curves: Mapping[str, Floats],
+    system: Mapping[str, float],
+    scan: Scan,
+    tolerance: float,
+    options: Options,
+    moved: Callable[[int], None] | None = None,
 ) -> Quiet:
     """Where the vibration of each curve ends for good.
 
     curves : a1 to a4 by name, each (n,). system : the other parameters of a cell but the belt speed, in SI. scan : the
     speeds looked at first, between the ends of the range; a vibration that begins and ends between two of them is
-    missed. tolerance : width of the last bracket over the border.
+    missed. tolerance : width of the last bracket over the border. moved : called with cells computed, now and then.
     Raises Interrupted on Ctrl-C.
     """
     count = next(iter(curves.values())).size
@@ -66,7 +71,15 @@ def quiet_above(
             taken = {name: values[line[start:stop]] for name, values in full.items()}
             return taken | {"belt_speed": place[start:stop]}
 
-        found = compute(cells, line.size, options)
+        before = 0
+
+        def note(done: float, _: int) -> None:
+            nonlocal before
+            if moved:
+                moved(int(done) - before)
+            before = int(done)
+
+        found = compute(cells, line.size, options, note)
         if not found.complete:
             raise Interrupted(found.done, line.size)
         regime = found.results["regime"]
