@@ -153,7 +153,7 @@ class Bar:
         """Show that so many of so many are done."""
         if self._first is None:
             self._first = done, perf_counter()
-            self._bar.reset(self._task, completed=done, total=total, whole=floor(done), rate="")
+            self._bar.reset(self._task, completed=floor(done), total=total, whole=floor(done), rate="")
             self._bar.start()
         found, began = self._first
         rate = (done - found) / max(perf_counter() - began, 1e-9)

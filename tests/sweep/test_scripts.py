@@ -67,8 +67,9 @@ def commands_with(option):
 
 
 def test_every_command_that_takes_a_configuration_takes_settings():
+    names = ("config", "configs", "config_or_store")
     takers = {name for name, command in commands().items()
-              if any(p.name in ("config", "configs", "config_or_store") and (isinstance(p, click.Argument) or p.required)
+              if any(p.name in names and (isinstance(p, click.Argument) or p.required)
                      for p in command.params)}  # fmt: skip
     assert takers == set(commands_with("--set"))
     assert takers >= {"run", "plan", "validate", "simulate", "border", "status", "rig run", "explore"}

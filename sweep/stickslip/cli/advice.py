@@ -71,7 +71,7 @@ def advise(
         if home not in VIBRATING + QUIET:
             fail(f"{config}: this cell is {flag_label(home)}: nothing can be said of it\nhint: raise max_steps")
         wanted = into or (QUIET if home in VIBRATING else VIBRATING)
-        with progress_bar(1, of="cells searched around") as move:
+        with progress_bar(1, " searched") as move:
             ds = designing.margins(one, **asked, into=wanted, progress=move)  # type: ignore[arg-type]
     except Interrupted as error:
         incomplete(error)

@@ -102,7 +102,7 @@ def compare(
     given |= {} if damping is None else {"damping": damping}
     prepare_kernels("stribeck")
     try:
-        with progress_bar(1, of="curves") as move:
+        with progress_bar(1, " compared", "curves") as move:
             ds = compared(
                 fits, progress=move, **{name: _number(text) for name, text in given.items()},  # type: ignore[arg-type]
             belt_speed=None if speed is None else _number(speed),
