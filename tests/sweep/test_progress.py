@@ -87,5 +87,5 @@ def test_compare_and_advise_say_how_far_they_are(tmp_path, monkeypatch):
     done = CliRunner().invoke(main, ["compare", str(points), "--mass", "1", "--stiffness", "100", "--load", "10",
                                      "--draws", "20"])  # fmt: skip
     assert done.exit_code == 0 and "21 of 21 curves compared" in done.stderr
-    done = CliRunner().invoke(main, ["advise", "quickstart", "--at", "stiffness=50", "--at", "belt_speed=0.5"])
+    done = CliRunner().invoke(main, ["advise", "quickstart", "--at", "stiffness=50 N/m", "--at", "belt_speed=500 mm/s"])
     assert done.exit_code == 0 and "1 of 1 cells searched" in done.stderr
