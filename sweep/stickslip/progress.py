@@ -10,15 +10,18 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
+from math import floor
 from time import perf_counter
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from .engine import will_compile
+if TYPE_CHECKING:
+    from rich.console import Console
 
-Moved = Callable[[int, int], None]
+Moved = Callable[[float, int], None]
 Watch = Moved | bool | Literal["auto"] | None
 _PATIENCE = 0.5  # s before a bar appears
 _EVERY = 0.1  # s between its movements
+_STEADY = 120.0  # s over which the time left is estimated: blocks end in bursts
 
 
 @contextmanager
@@ -36,7 +39,7 @@ def watched(progress: Watch, counted: str = "cells", law: str | None = None) -> 
     if not progress or (progress == "auto" and not in_notebook()):
         yield None
         return
-    bar = _NotebookBar(counted) if in_notebook() else _TerminalBar(counted)
+    bar = _NotebookBar(counted) if in_notebook() else _terminal_bar(counted)
     if law is not None and will_compile(law):
         bar.say("compiling the kernels for this machine: once, about twenty seconds")
     try:
@@ -52,19 +55,32 @@ def in_notebook() -> bool:
     return shell is not None and hasattr(shell, "kernel")
 
 
+def will_compile(law: str) -> bool:
+    """Whether kernels must be compiled first; the engine is loaded when that is asked for."""
+    from .engine import will_compile as asked
+
+    return asked(law)
+
+
+def _terminal_bar(counted: str) -> Bar:
+    from rich.console import Console
+
+    return Bar(Console(stderr=True), 0, "", counted)
+
+
 class _NotebookBar:
     """A bar in the output of a cell."""
 
     def __init__(self, counted: str) -> None:
         self._counted, self._began, self._shown = counted, perf_counter(), 0.0
-        self._last: tuple[int, int] | None = None
+        self._last: tuple[float, int] | None = None
         self._handle: Any = None
 
     def say(self, words: str) -> None:
         """Show words where the bar will be."""
         self._replace(_Words(words))
 
-    def move(self, done: int, total: int) -> None:
+    def move(self, done: float, total: int) -> None:
         """Show that so many are done, unless the bar moved just now."""
         now = perf_counter()
         self._last = done, total
@@ -102,9 +118,11 @@ class _Words:
 class _View:
     """A bar at one moment, as IPython shows it."""
 
-    def __init__(self, done: int, total: int, counted: str, seconds: float) -> None:
+    def __init__(self, done: float, total: int, counted: str, seconds: float) -> None:
         self._done, self._total = done, total
-        self._words = f"{done:,} of {total:,} {counted}, {seconds:.0f} s"
+        self._words = f"{floor(done):,} of {total:,} {counted}, {seconds:.0f} s"
+        if 0 < done < total:
+            self._words += f", about {seconds * (total - done) / done:.0f} s left"
 
     def __repr__(self) -> str:
         return self._words
@@ -114,30 +132,35 @@ class _View:
         return f"<div>{bar}</progress> {self._words}</div>"
 
 
-class _TerminalBar:
-    """A bar on the terminal."""
+class Bar:
+    """A bar on the terminal with percentage, counts, rate and the time left, which is shown once it moves."""
 
-    def __init__(self, counted: str) -> None:
-        from rich.console import Console
+    def __init__(self, console: Console, total: int, doing: str, of: str) -> None:
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-        counts = TextColumn(f"{{task.completed:,.0f}} of {{task.total:,.0f}} {counted}")
-        self._bar = Progress(BarColumn(), counts, TimeRemainingColumn(), console=Console(stderr=True))
-        self._task = self._bar.add_task(counted, total=0)
-        self._is_shown = False
+        counts = "{task.percentage:3.0f} %  {task.fields[whole]:,} of {task.total:,.0f} "
+        text = TextColumn(f"{counts}{of}{doing}{{task.fields[rate]}}")
+        columns = BarColumn(), text, TimeRemainingColumn(elapsed_when_finished=True)
+        self._bar = Progress(*columns, console=console, speed_estimate_period=_STEADY)
+        self._task = self._bar.add_task(of, total=total, whole=0, rate="")
+        self._first: tuple[float, float] | None = None
 
     def say(self, words: str) -> None:
         """Print words above the bar."""
         self._bar.console.print(words)
 
-    def move(self, done: int, total: int) -> None:
-        """Show that so many are done."""
-        self._bar.update(self._task, completed=done, total=total)
-        if not self._is_shown:
-            self._is_shown = True
+    def move(self, done: float, total: int) -> None:
+        """Show that so many of so many are done."""
+        if self._first is None:
+            self._first = done, perf_counter()
+            self._bar.reset(self._task, completed=floor(done), total=total, whole=floor(done), rate="")
             self._bar.start()
+        found, began = self._first
+        rate = (done - found) / max(perf_counter() - began, 1e-9)
+        text = f", {rate:,.0f} per second" if rate >= 1 else ""
+        self._bar.update(self._task, completed=done, total=total, whole=floor(done), rate=text)
 
     def end(self) -> None:
-        """Leave the bar as far as it came."""
-        if self._is_shown:
+        """Leave the bar as it is."""
+        if self._first is not None:
             self._bar.stop()

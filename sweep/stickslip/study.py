@@ -5,7 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import prod
+from math import exp, prod
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from stickslip.engine import Options, Results, StopFlag
 
 Moved = Callable[[int], None]
+_SURE = 0.8  # of the cells that items are expected to take: up to here their share is what is done
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class Study(ABC):
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The results of a range of items, by the calling thread alone.
 
-        stop : once it is raised, computing ends within milliseconds. moved : called with items finished, now and then.
+        stop : once it is raised, computing ends within milliseconds. moved : called with cells computed, now and then.
         """
 
     @abstractmethod
@@ -77,6 +79,45 @@ class Study(ABC):
 
         parts : each is read when it is asked for, so that going through them once holds one at a time.
         """
+
+
+class Meter:
+    """How many items are done, counted from many threads; those under way by the share of the cells they may take.
+
+    cells_each : as that of a study. done : items found finished.
+    """
+
+    def __init__(self, cells_each: int, done: int = 0) -> None:
+        self._each, self._done, self._lock = cells_each, done, Lock()
+        self._under_way: dict[int, tuple[int, int]] = {}  # items and cells, by number of the block
+
+    def watch(self, number: int, items: int) -> Moved:
+        """What computing a block of so many items calls with cells computed."""
+
+        def moved(cells: int) -> None:
+            with self._lock:
+                self._under_way[number] = items, self._under_way.get(number, (items, 0))[1] + cells
+
+        return moved
+
+    def end(self, number: int, items: int) -> None:
+        """Count a block as done, or with no items as none."""
+        with self._lock:
+            self._under_way.pop(number, None)
+            self._done += items
+
+    @property
+    def items(self) -> float:
+        """Items done; a whole number where no block is under way, or where an item is a cell."""
+        with self._lock:
+            return self._done + sum(self._share(*one) for one in self._under_way.values())
+
+    def _share(self, items: int, cells: int) -> float:
+        """How many of some items so many cells are; where they take more than expected, less than all."""
+        if self._each <= 1:
+            return min(cells, items)
+        share = cells / (self._each * items)
+        return items * (share if share < _SURE else 1.0 - (1.0 - _SURE) * exp((_SURE - share) / (1.0 - _SURE)))
 
 
 def joined(parts: Sequence[Results]) -> Results:

@@ -267,7 +267,7 @@ def test_three_regimes_meet_in_a_junction(monkeypatch):
     """A plane whose regimes we choose: sectors around a point."""
     plane = plane_of_cells(PAIR, ("stiffness", "belt_speed"), {"stiffness": (1.0, 2.0), "belt_speed": (0.1, 1.1)}, 21)
 
-    def sectors(cells, start, size, options, stop):
+    def sectors(cells, start, size, *_, **__):
         one = cells(start, size)
         angle = np.arctan2(one["stiffness"] - 1.53, one["belt_speed"] - 0.62)
         found = np.select([angle < -1.0, angle < 0.7], [1, 2], 3).astype(np.int8)

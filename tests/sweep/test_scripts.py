@@ -48,6 +48,7 @@ NEEDED = {
     "border": ["--along", "stiffness"],
     "ramp": ["--along", "belt_speed"],
     "simulate": ["-t", "1"],
+    "rig identify": ["-c", "rig.yaml", "--parameter", "mass"],
 }
 
 
@@ -66,8 +67,9 @@ def commands_with(option):
 
 
 def test_every_command_that_takes_a_configuration_takes_settings():
+    names = ("config", "configs", "config_or_store")
     takers = {name for name, command in commands().items()
-              if any(p.name in ("config", "configs", "config_or_store") and isinstance(p, click.Argument)
+              if any(p.name in names and (isinstance(p, click.Argument) or p.required)
                      for p in command.params)}  # fmt: skip
     assert takers == set(commands_with("--set"))
     assert takers >= {"run", "plan", "validate", "simulate", "border", "status", "rig run", "explore"}
@@ -78,7 +80,7 @@ def test_no_command_leaves_a_setting_out(here, name):
     """A setting that is wrong is refused, which it would not be if it were ignored."""
     write_config(here, more="output: {file: map.nc}\n")
     (here / "rig.yaml").write_text(RIG)
-    config = "rig.yaml" if name == "rig run" else "small.yaml"
+    config = "rig.yaml" if name.startswith("rig ") else "small.yaml"
     done = call(*name.split(), config, *NEEDED.get(name, ()), "--set", "system.nonsense=1")
     assert done.exit_code == 2
     assert f"{config}: --set system.nonsense=1: system.nonsense: unknown key" in done.stderr

@@ -70,7 +70,7 @@ def _approached(back: Cells, guess: Floats, work: Work) -> tuple[Floats, Floats]
         if not left.size:
             break
         start = centre[left] + share * guess[left], np.zeros(left.size)
-        done = Work(patient, work.stop).results(taken(back, left), *start)
+        done = replace(work, options=patient).results(taken(back, left), *start)
         cycle = (done["regime"] == REGIMES.index("sustained")) & (done["status"] == _SLIP_CYCLE)
         at = left[cycle]
         reach[at] = done["cycle_force_max"][cycle] / back["stiffness"][at] - centre[at]

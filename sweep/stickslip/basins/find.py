@@ -37,16 +37,14 @@ def find_attractors(
 ) -> Results:
     """By names of `ATTRACTOR_VARIABLES`, of the cells with these numbers; in this thread.
 
-    The numbers do not depend on how cells are cut into items. moved : called with cells finished, now and then. Raises
-    StoppedError once `stop` is raised.
+    The numbers do not depend on how cells are cut into items. moved : called with motions computed, now and then.
+    Raises StoppedError once `stop` is raised.
     """
-    work = Work(replace(options, early_stop=True), stop)
+    work = Work(replace(options, early_stop=True), stop, moved)
     found = [{name: np.zeros(0) for name in COLUMNS}]
     for first in range(items.start, items.stop, TOGETHER):
         last = min(first + TOGETHER, items.stop)
         found.append(_attractors(cells(first, last), box, sampling, work))
-        if moved:
-            moved(last - first)
     return {name: np.concatenate([part[name] for part in found]).astype(kind) for name, kind in COLUMNS.items()}
 
 

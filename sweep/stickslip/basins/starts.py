@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,11 +34,13 @@ def decided(regimes: Regimes) -> NDArray[np.bool_]:
 class Work:
     """How starting states of cells are computed.
 
-    Methods raise StoppedError once `stop` is raised: half of what belongs to a cell says nothing.
+    Methods raise StoppedError once `stop` is raised: half of what belongs to a cell says nothing. moved : called with
+    motions computed, now and then.
     """
 
     options: Options
     stop: StopFlag
+    moved: Callable[[int], None] | None = None
 
     def regimes(self, cells: Cells, displacement: Floats, velocity: Floats) -> Regimes:
         """The regime each cell reaches from a state."""
@@ -50,7 +53,7 @@ class Work:
         def part(first: int, last: int) -> Cells:
             return {name: values[first:last] for name, values in some.items()}
 
-        computed = compute_range(part, 0, displacement.size, self.options, self.stop)
+        computed = compute_range(part, 0, displacement.size, self.options, self.stop, self.moved, often=True)
         if not computed.complete:
             raise StoppedError
         return computed.results

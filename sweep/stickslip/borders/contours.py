@@ -67,13 +67,11 @@ class ContourStudy(Study):
         """The lines of a range of panels."""
         found = []
         for panel in items:
-            search = _Search(self._plane.part(range(panel, panel + 1)), self._limits, self.options, stop)
+            search = _Search(self._plane.part(range(panel, panel + 1)), self._limits, self.options, stop, moved)
             try:
                 found.append(search.columns())
             except StoppedError:
                 return Finished({}, False)
-            if moved:
-                moved(1)
         whole = end_to_end(found) if found else self.blank(items)
         return Finished({name: whole[name].astype(dtype) for name, dtype in self.columns.items()})
 
@@ -127,8 +125,10 @@ class _Nodes:
 class _Search:
     """A panel looked at through the engine. Everything raises StoppedError once the stop flag is raised."""
 
-    def __init__(self, plane: Plane, limits: Limits, options: Options, stop: StopFlag) -> None:
-        self.plane, self.limits, self.options, self.stop = plane, limits, options, stop
+    def __init__(
+        self, plane: Plane, limits: Limits, options: Options, stop: StopFlag, moved: Moved | None = None
+    ) -> None:
+        self.plane, self.limits, self.options, self.stop, self.moved = plane, limits, options, stop, moved
         self.computed = 0
         x, y = plane.x, plane.y
         self.points = Points((plane.size, y.points, x.points), lambda p, r, c: self.labels(p, x.places[c], y.places[r]))
@@ -147,7 +147,9 @@ class _Search:
 
     def looked(self, panel: Integers, x: Floats, y: Floats) -> tuple[Labels, Floats]:
         """Regimes of cells, and the guide to where stick-slip ends by grazing."""
-        found = compute_range(self.plane.cells(panel, x, y), 0, panel.size, self.options, self.stop)
+        found = compute_range(
+            self.plane.cells(panel, x, y), 0, panel.size, self.options, self.stop, self.moved, often=True
+        )
         if not found.complete:
             raise StoppedError
         self.computed += panel.size

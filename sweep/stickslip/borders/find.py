@@ -73,11 +73,9 @@ class BorderStudy(Study):
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The borders of a range of lines."""
         try:
-            found, undecided, regime = _search(self._lines, items, self._scan, self._limits, self.options, stop)
+            found, undecided, regime = _search(self._lines, items, self._scan, self._limits, self.options, stop, moved)
         except StoppedError:
             return Finished({}, False)
-        if moved:
-            moved(len(items))
         counts = np.bincount(found["line"], minlength=len(items))
         throughout = np.where(counts == 0, regime, _OPEN)
         results = {"found": counts, "undecided": undecided, "throughout": throughout} | {
@@ -113,7 +111,13 @@ def border_study(config: Config, asked: Border) -> BorderStudy:
 
 
 def _search(
-    lines: Lines, items: range, scan: Scan, limits: Limits, options: Options, stop: StopFlag
+    lines: Lines,
+    items: range,
+    scan: Scan,
+    limits: Limits,
+    options: Options,
+    stop: StopFlag,
+    moved: Moved | None = None,
 ) -> tuple[Brackets, Integers, NDArray[np.int8]]:
     """The brackets of some lines, counted from the first; by line how many places of the scan were undecided, and
     the regime of the first that was decided. Raises StoppedError.
@@ -126,7 +130,7 @@ def _search(
             taken = {name: values[line[start:stop]] for name, values in others.items()}
             return lines.complete(taken | {lines.along: place[start:stop]})
 
-        computed = compute_range(cells, 0, line.size, options, stop)
+        computed = compute_range(cells, 0, line.size, options, stop, moved, often=True)
         if not computed.complete:
             raise StoppedError
         found = computed.results["regime"]

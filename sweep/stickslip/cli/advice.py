@@ -16,6 +16,7 @@ from stickslip.cli.common import (
     prepare_kernels,
     reports_wrong_input,
 )
+from stickslip.cli.progress import progress_bar
 from stickslip.cli.trajectories import recipe_in
 
 if TYPE_CHECKING:
@@ -81,7 +82,8 @@ def advise(
         if home not in VIBRATING + QUIET:
             fail(f"{config}: this cell is {flag_label(home)}: nothing can be said of it\nhint: raise max_steps")
         wanted = into or (QUIET if home in VIBRATING else VIBRATING)
-        ds = designing.margins(one, **asked, into=wanted)  # type: ignore[arg-type]
+        with progress_bar(1, " searched") as move:
+            ds = designing.margins(one, **asked, into=wanted, progress=move)  # type: ignore[arg-type]
     except Interrupted as error:
         incomplete(error)
     except (TypeError, ValueError) as error:  # bad input, said before anything is computed

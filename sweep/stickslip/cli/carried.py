@@ -97,7 +97,7 @@ def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str,
         prepare_kernels(law)
     began = finished = perf_counter()
 
-    def note(done: int, of: int) -> None:
+    def note(done: float, of: int) -> None:
         nonlocal finished
         finished = perf_counter()
         move(done, of)
@@ -140,7 +140,7 @@ def carried_out(
         size, of = prod(study.shape), study.counted
         with progress_bar(size, of=of) as move, progress_bar(size, " written") as write:
 
-            def note(done: int, of: int) -> None:
+            def note(done: float, of: int) -> None:
                 nonlocal began, finished, moving
                 finished = perf_counter()
                 if not moving and request.cluster is not None:

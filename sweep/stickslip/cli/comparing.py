@@ -19,6 +19,7 @@ from stickslip.cli.common import (
     tell_json,
 )
 from stickslip.cli.fits import POINTS, columns, fitted, tell_columns, wanted_of
+from stickslip.cli.progress import progress_bar
 from stickslip.cli.tables import tell_table, write_table
 
 if TYPE_CHECKING:
@@ -141,11 +142,13 @@ def compare(
         tell_columns(fits)
     prepare_kernels("stribeck")
     try:
-        ds = compared(
-            fits, mass=mass, stiffness=stiffness, normal_load=_one(load), damping=_one(damping) if damping else None,
-            belt_speed=_one(speed) if speed else None, friction_scale=_one(scale_friction) if scale_friction else 1.0,
-            between=between, level=level, draws=draws, seed=seed,
-        )  # fmt: skip
+        with progress_bar(1, " compared", "curves") as move:
+            ds = compared(
+                fits, mass=mass, stiffness=stiffness, normal_load=_one(load),
+                damping=_one(damping) if damping else None, belt_speed=_one(speed) if speed else None,
+                friction_scale=_one(scale_friction) if scale_friction else 1.0, between=between, level=level,
+                draws=draws, seed=seed, progress=move,
+            )  # fmt: skip
     except Interrupted:
         fail("interrupted: nothing was written; a comparison takes seconds, run it again")
     except ValueError as error:

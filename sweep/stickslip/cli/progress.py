@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import floor
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 from stickslip.cli import screen
+from stickslip.progress import Bar
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -16,7 +18,7 @@ EVERY = 60.0  # s between lines
 
 
 @contextmanager
-def progress_bar(total: int, doing: str = "", of: str = "cells") -> Iterator[Callable[[int, int], None]]:
+def progress_bar(total: int, doing: str = "", of: str = "cells") -> Iterator[Callable[[float, int], None]]:
     """A bar of cells, or what else is counted, with the rate and the time left; gives the function that moves it.
 
     It is shown once it moves. What is done by then was found finished, and does not count for the rate. Where standard
@@ -28,33 +30,6 @@ def progress_bar(total: int, doing: str = "", of: str = "cells") -> Iterator[Cal
         yield (lambda _done, _total: None) if screen.is_quiet() else shown.move
     finally:
         shown.end()
-
-
-class Bar:
-    """A bar with counts, rate and the time left, which is shown once it moves."""
-
-    def __init__(self, console: Console, total: int, doing: str, of: str) -> None:
-        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-        counts = f"{{task.completed:,.0f}} of {{task.total:,.0f}} {of}{doing}, {{task.fields[rate]:,.0f}} per second"
-        self._bar = Progress(BarColumn(), TextColumn(counts), TimeRemainingColumn(), console=console)
-        self._task = self._bar.add_task(of, total=total, rate=0.0)
-        self._first: tuple[int, float] | None = None
-
-    def move(self, done: int, total: int) -> None:
-        """Show that so many of so many are done."""
-        if self._first is None:
-            self._first = done, perf_counter()
-            self._bar.reset(self._task, completed=done, rate=0.0)
-            self._bar.start()
-        found, began = self._first
-        rate = (done - found) / max(perf_counter() - began, 1e-9)
-        self._bar.update(self._task, completed=done, total=total, rate=rate)
-
-    def end(self) -> None:
-        """Leave the bar as it is."""
-        if self._first is not None:
-            self._bar.stop()
 
 
 class Lines:
@@ -74,12 +49,12 @@ class Lines:
     ) -> None:
         self._console, self._doing, self._of, self._clock = console, doing, of, clock
         self._every = EVERY if every is None else every
-        self._first: tuple[int, float] | None = None
-        self._last = (0, 0)
-        self._told: tuple[int, int] | None = None
+        self._first: tuple[float, float] | None = None
+        self._last: tuple[float, int] = (0, 0)
+        self._told: tuple[float, int] | None = None
         self._moved = self._next = 0.0
 
-    def move(self, done: int, total: int) -> None:
+    def move(self, done: float, total: int) -> None:
         """Note that so many of so many are done; tell, if it is time for that."""
         now = self._moved = self._clock()
         self._last = done, total
@@ -99,7 +74,7 @@ class Lines:
         assert self._first is not None
         (found, began), (done, total), now = self._first, self._last, self._moved
         share = 100.0 * done / total if total else 100.0
-        text = f"{share:5.1f} %  {done:,} of {total:,} {self._of}{self._doing}"
+        text = f"{share:5.1f} %  {floor(done):,} of {total:,} {self._of}{self._doing}"
         rate = (done - found) / max(now - began, 1e-9)
         if done > found:
             text += f", {rate:,.0f} per second" if rate >= 10.0 else f", {rate:.2g} per second"

@@ -1,10 +1,10 @@
-"""`rig-features` and `calibrate`: records of a test rig, and the risk model."""
+"""`rig features`: records of a test rig."""
 
 from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import rig_sounds, screen
-from stickslip.cli.common import WHERE, check_plot, fail, reports_wrong_input
+from stickslip.cli.common import JSON, WHERE, check_plot, fail, reports_wrong_input, tell_json
+from stickslip.cli.tables import tell_table, write_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from stickslip.files.locations import Location
+    from stickslip.rig.risk import Risk
     from stickslip.rig.settings import Settings
     from stickslip.vocabulary.parameter import Parameter
 
@@ -39,6 +41,7 @@ _COLUMNS = (
     ("dynamic_friction", "mu_d", 1.0, ".3f"),
 )
 _FASTEST = {"drive_speed": 1.0}  # SI; a plate moves no faster, and what does so lacks its unit
+_MOST_NAMES = 5  # of records in a warning
 _COLUMN_WIDTH = 9  # characters with the gap, at most
 _COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "white on red", "unknown": ""}
 
@@ -59,25 +62,36 @@ class RowOption(click.Option):
         return super().get_help_record(ctx)
 
 
+def CONDITIONS(command: Callable[..., None]) -> Callable[..., None]:  # noqa: N802, a decorator as `CONFIG_OPTION`
+    """The options `--load`, `--speed` and `--bandwidth`; `record_settings` reads them."""
+    for name, row, use, unit in (
+        ("--bandwidth", "bandwidth", "limits what is used", "FREQUENCY"),
+        ("--speed", "drive_speed", "where files do not record it", "SPEED"),
+        ("--load", "normal_load", "for friction coefficients", "FORCE"),
+    ):
+        command = click.option(name, cls=RowOption, row=row, help=use, metavar=unit)(command)
+    return command
+
+
 @click.command(
     "rig-features",
     epilog="""\b
 Examples:
   stickslip rig features felt.csv fluid.csv
   stickslip rig features *.csv -c rig.yaml --plot traces.png --beside -o features.nc
+  stickslip rig features *.csv -o features.csv    # with a column rpn, what stickslip rig calibrate reads
   stickslip rig features dry.csv --bandwidth "2 kHz" --plot start.png --from 0 --to "2 s" """,
 )
 @click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
 @CONFIG_OPTION
-@click.option("--load", cls=RowOption, row="normal_load", help="for friction coefficients", metavar="FORCE")
-@click.option("--speed", cls=RowOption, row="drive_speed", help="where files do not record it", metavar="SPEED")
-@click.option("--bandwidth", cls=RowOption, row="bandwidth", help="limits what is used", metavar="FREQUENCY")
+@CONDITIONS
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
 @click.option("--sound", type=click.Path(path_type=Path), help="Folder for the sounds, a WAV file for each record.")
 @click.option("--beside", is_flag=True, help="Plot records beside each other instead of over each other.")
 @click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each record on.")
 @click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each record.")
-@click.option("-o", "--output", type=WHERE, help="File to write the features to, .nc or .zarr, or the URL of a .zarr.")
+@click.option("-o", "--output", type=WHERE, help="File to write the features to: .csv, .xlsx, .nc or .zarr.")
+@JSON
 @reports_wrong_input
 def rig_features(
     files: tuple[Path, ...],
@@ -91,6 +105,7 @@ def rig_features(
     begin: str | None,
     end: str | None,
     output: Location | None,
+    as_json: bool,
 ) -> None:
     """Compute features and a risk number of rig records.
 
@@ -98,12 +113,18 @@ def rig_features(
     drive_displacement; units are given in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.
     """
     from stickslip import rig
+    from stickslip.dataset import export
     from stickslip.files import writing
+    from stickslip.rig.analysis.table import as_columns
+    from stickslip.rig.risk import band_of
 
-    settings = _settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
+    settings = record_settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
     if plot is not None:
         check_plot(plot)
-    if output is not None:
+    is_table = isinstance(output, Path) and output.suffix.lower() in export.TABLE_SUFFIXES
+    if isinstance(output, Path) and is_table:
+        export.check_table(output)
+    elif output is not None:
         writing.check_writable(output)
     if sound is not None:
         rig_sounds.check(sound, len(files))
@@ -123,6 +144,7 @@ def rig_features(
     console = screen.terminal()
     console.print(feature_screen_table(found, console.width))
     console.print(f"RPN: {rig.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
+    warn_of_extrapolation(found, settings.risk)
     if plot is not None:
         from stickslip import plots
         from stickslip.rig.report.traces import plot_records
@@ -132,43 +154,24 @@ def rig_features(
         click.echo(f"plot      {plot}")
     if sound is not None:
         rig_sounds.write_records(sound, records)
-    if output is not None:
-        writing.write(_with_provenance(found, settings, files), output)
+    found = _with_provenance(found, settings, files)
+    if isinstance(output, Path) and is_table:
+        tell_table(write_table(as_columns(found), output), output)
+    elif output is not None:
+        writing.write(found, output)
         click.echo(f"features  {output} ({screen.size_of(output)})")
-
-
-@click.command(
-    epilog="""\b
-Examples:
-  stickslip rig calibrate pairs.csv > risk.yaml
-  stickslip rig calibrate pairs.csv --scales
-Columns of FILE:
-  sticks, acceleration_max [m/s2], acceleration_integral [m/s], rpn"""
-)
-@click.argument("file", type=click.Path(path_type=Path))
-@CONFIG_OPTION
-@click.option("--scales", is_flag=True, help="Fit the scales as well; needs pairs over several decades.")
-@reports_wrong_input
-def calibrate(file: Path, config: Path | None, scales: bool) -> None:
-    """Fit the risk model to measured pairs of features and RPN.
-
-    Prints the parameters ready to paste into a configuration; the quality of the fit goes to standard error.
-    """
-    from stickslip.rig.analysis.calibrate import calibrate_file
-
-    found = calibrate_file(file, _settings(config, {}, None).risk, scales)
-    click.echo(found.text())
-    click.echo(f"\n{'pair':>6}{'RPN':>7}{'fitted':>8}{'level':>8}{'residual':>10}", err=True)
-    for i, row in enumerate(zip(found.rpn, found.number, found.level, found.residuals, strict=True), 1):
-        rpn, number, level, residual = row
-        click.echo(f"{i:6}{rpn:7.3g}{number:8.0f}{level:8.2f}{residual:10.2f}", err=True)
-    click.echo(found.quality(), err=True)
+    if as_json:
+        rows = as_columns(found).to_dataframe().reset_index().to_dict("records")
+        words = [
+            {"file": f, **row, "model_rpn_band": band_of(row["model_rpn"])} for f, row in zip(files, rows, strict=True)
+        ]
+        tell_json({"rpn": rig.RPN_NAME, "records": words, "output": output, "plot": plot})
 
 
 # --- what the options say ---------------------------------------------------------------------------------------------
 
 
-def _settings(config: Path | None, conditions: Mapping[str, str | None], bandwidth: str | None) -> Settings:
+def record_settings(config: Path | None, conditions: Mapping[str, str | None], bandwidth: str | None) -> Settings:
     """The settings of a configuration, with those of the options in their place."""
     from stickslip.rig.settings import Settings, load_settings
 
@@ -247,6 +250,21 @@ def _tell_overruled(file: Path, record: xr.Dataset, given: Mapping[str, str], se
         if held != settings.conditions[name]:
             unit = units.spelled(CONDITIONS[name].units)
             click.echo(f"{file}: its remark {name} = {held:g} {unit} holds, not the {text} of the option", err=True)
+
+
+def warn_of_extrapolation(found: xr.Dataset, risk: Risk) -> None:
+    """Say which records (dimension `record`) have features outside the pairs of the calibration."""
+    from stickslip.rig.analysis.table import risk_inputs
+
+    inputs = risk_inputs(found)
+    for feature, outside in risk.outside(inputs).items():
+        some = [f"{name} ({value:.4g})" for name, value in zip(found["record"].values[outside].tolist(),
+                                                               inputs[feature][outside], strict=True)]  # fmt: skip
+        if some:
+            names = ", ".join(some[:_MOST_NAMES]) + f" and {len(some) - _MOST_NAMES:,} more" * (len(some) > _MOST_NAMES)
+            low, high = getattr(risk, f"lowest_{feature}"), getattr(risk, f"highest_{feature}")
+            click.echo(f"warning: {feature} of {names}: outside {low:.4g} to {high:.4g}, the range of the pairs of the "
+                       "calibration, so that the RPN is an extrapolation", err=True)  # fmt: skip
 
 
 def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, ...]) -> xr.Dataset:

@@ -23,7 +23,7 @@ from stickslip.cli.common import (
     settings,
 )
 from stickslip.cli.progress import progress_bar
-from stickslip.cli.rig import feature_screen_table, time_window
+from stickslip.cli.rig import feature_screen_table, time_window, warn_of_extrapolation
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,6 +153,7 @@ def _show(found: xr.Dataset, tests: RigTests, seconds: float) -> None:
     if tests.grid.size > _MOST_ROWS:
         console.print(f"... and {tests.grid.size - _MOST_ROWS:,} more", markup=False)
     console.print(f"RPN: {rigs.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
+    warn_of_extrapolation(table, tests.rig.risk)
     status = found["status"].values
     for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
         number, message = int((status == code).sum()), STATUS_MESSAGES[STATUSES[code]]

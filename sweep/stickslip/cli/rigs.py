@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stickslip.cli import rig as records
-from stickslip.cli import rig_tests
+from stickslip.cli import rig_fits, rig_tests
 from stickslip.cli.grouped import GroupWithDefault, renamed
 
 rig = GroupWithDefault(
@@ -13,7 +13,8 @@ rig = GroupWithDefault(
         "Commands": (
             renamed(rig_tests.rig, "run"),
             renamed(records.rig_features, "features"),
-            renamed(records.calibrate, "calibrate"),
+            renamed(rig_fits.calibrate, "calibrate"),
+            renamed(rig_fits.identify, "identify"),
         )
     },
     help="""Test rigs: simulated ones, records of measured ones, and the risk number.
@@ -22,4 +23,7 @@ rig = GroupWithDefault(
     short_help="Simulate a test rig, or evaluate records of one.",
     no_args_is_help=True,
 )
-OLD = (renamed(records.rig_features, "rig-features", hidden=True), renamed(records.calibrate, "calibrate", hidden=True))
+OLD = (
+    renamed(records.rig_features, "rig-features", hidden=True),
+    renamed(rig_fits.calibrate, "calibrate", hidden=True),
+)

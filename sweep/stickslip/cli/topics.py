@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import click
 from click.shell_completion import CompletionItem
 
 from stickslip.cli import screen
 from stickslip.cli.common import fail
+
+if TYPE_CHECKING:
+    from stickslip.cli.manual import Page
 
 _WIDEST = 100  # characters of a line of prose
 _ABOUT = "Also any quantity, result, regime or command:  stickslip help stiffness"
@@ -50,7 +55,7 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
         if page := page_about(word, known):
             click.echo(f"\nMore to read: `stickslip help {page}` ({known[page].title})")
         return None
-    parts = [text for text in (_declared(word), about(word, known)) if text]
+    parts = [text for text in (_beyond(word, known), _declared(word), about(word, known)) if text]
     if not parts:
         meant = closest(word, known, [*commands, *_names()])
         fail(f"{word!r} is no topic" + (f"; did you mean `stickslip help {meant}`?" if meant else "") + "\n"
@@ -76,6 +81,15 @@ def _names() -> list[str]:
     from stickslip.vocabulary.results import MAP_VARIABLES
 
     return [*QUANTITIES, *MAP_VARIABLES, *REGIMES]
+
+
+def _beyond(word: str, known: Mapping[str, Page]) -> str | None:
+    """What the model does not have of what a word asks for, and the page about tools that have it."""
+    from stickslip.vocabulary.beyond import PAGE, beyond_the_model
+
+    sentence, page = beyond_the_model(word), known.get(PAGE)
+    more = f" More to read: `stickslip help {PAGE}` ({page.title})." if page else ""
+    return f"{sentence}.{more}" if sentence else None
 
 
 def _declared(word: str) -> str | None:

@@ -38,7 +38,7 @@ from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.written import written_units
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
-from stickslip.vocabulary import units
+from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
 from stickslip.vocabulary.results import MAP_VARIABLES
 from stickslip.vocabulary.words import listed
@@ -189,6 +189,8 @@ class _Reader(Complaints):
             self.meant.add(key)
             hint = f"{key} belongs to {QUANTITIES[key].section}, or to axes"
             self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
+        elif sentence := beyond.hint(key) or beyond.hint("_".join(map(str, path[-2:]))):
+            self.add(path, f"unknown {what}, expected {listed(known)}", sentence, at_key=True)
         elif len(path) > 1 or key not in kinds.OF_RIGS:  # which are known to be misplaced
             super().unknown_key(path, known, what, hint)
 

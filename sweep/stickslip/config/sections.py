@@ -17,6 +17,7 @@ from pydantic_core import PydanticCustomError
 
 from stickslip.config import addresses
 from stickslip.errors import QuantityError
+from stickslip.vocabulary import beyond
 from stickslip.vocabulary.laws import LAW_MESSAGES, LAWS
 from stickslip.vocabulary.parameter import Parameter, of_section
 from stickslip.vocabulary.quantities import PROFILES, QUANTITIES
@@ -46,6 +47,8 @@ def number(row: Parameter, value: object) -> float:
         remedy = f"leave {row.name} out for {row.absent}" if row.default is None and row.absent else None
         if isinstance(value, list | dict) and row.name in QUANTITIES:
             remedy = f"what varies belongs to axes: {{{row.name}: ...}}"
+        if isinstance(value, dict) and {"amplitude", "frequency"} & value.keys():
+            remedy = beyond.hint(f"{row.name}_amplitude")
         raise refused(error.expected, error.hint or remedy, error.found) from None
 
 
@@ -65,7 +68,7 @@ def one_of(value: object, words: tuple[str, ...]) -> str:
     """One of some words."""
     if value not in words:
         near = next((word for word in words if str(value).lower().startswith(word)), None) or nearest(str(value), words)
-        raise refused(listed(words), f"did you mean {near}?" if near else None)
+        raise refused(listed(words), beyond.hint(str(value)) or (f"did you mean {near}?" if near else None))
     return str(value)
 
 

@@ -113,13 +113,11 @@ class MarginStudy(Study):
         found = []
         for start in range(items.start, items.stop, _TOGETHER):
             some = range(start, min(start + _TOGETHER, items.stop))
-            asked = Asked(self._cells(some), self.options, stop, self._question.speeds)
+            asked = Asked(self._cells(some), self.options, stop, self._question.speeds, moved)
             try:
                 found.append(_margins(asked, len(some), self._question))
             except StoppedError:
                 return Finished({}, False)
-            if moved:
-                moved(len(some))
         whole = joined(found) if found else self.blank(items)
         return Finished({name: whole[name].astype(dtype) for name, dtype in self.columns.items()})
 

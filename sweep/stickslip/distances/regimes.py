@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,12 +26,14 @@ class Asked:
     """Cells, by parameters of length n, and how they are computed, until `stop` is raised.
 
     speeds : belt speeds (m/s) at all of which a cell is computed: the worst of its regimes counts. None: its own.
+    moved : as of a study.
     """
 
     cells: Cells
     options: Options
     stop: StopFlag
     speeds: tuple[float, ...] = ()
+    moved: Callable[[int], None] | None = None
 
     def regimes(self, which: Integers, changed: Cells) -> Labels:
         """Regimes of the cells `which` (m,) with other values (m,) of some parameters; impossible ones are not
@@ -58,7 +60,8 @@ class Asked:
             def cells(start: int, stop: int) -> Cells:
                 return {name: values[start:stop] for name, values in kept.items()}
 
-            done = compute_range(cells, 0, possible.size * each, self.options, self.stop)
+            size = possible.size * each
+            done = compute_range(cells, 0, size, self.options, self.stop, self.moved, often=True)
             if not done.complete:
                 raise StoppedError
             found[possible] = worst(done.results["regime"].reshape(-1, each))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import cache
 from math import ceil
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,8 @@ from stickslip_kernels.blank import new_regimes
 
 _AT_ONCE = 6_400_000  # trial steps; what cannot take more ends within a second
 _LINE = 8  # numbers in a line of the processor's cache
+_EVERY = 1.0  # s between calls that tell of cells finished, about
+_TRIED, _FEWEST = 512, 64  # cells computed together before it is known how long they take, and at least
 _SMALLEST_BLOCK = 512  # many times the lanes; below, lanes idle at the end of each block
 
 
@@ -98,17 +101,24 @@ def compute_range(
     options: Options,
     stop: StopFlag,
     moved: Callable[[int], None] | None = None,
+    often: bool = False,
 ) -> Computed:
     """The cells from `start` to `end`, by this thread alone: the numbers of `compute`, cell for cell.
 
-    stop : once it is raised, what is left stays "not computed". moved : called with cells finished, now and then.
+    stop : once it is raised, what is left stays "not computed". moved : called with cells finished, now and then;
+    often : about every second even where cells take long, which costs quick ones a few percent.
     """
-    results, done = _room(end - start, options), 0
-    for first in range(start, end, options.block):
-        part = _fill(results, cells, range(first, min(first + options.block, end)), start, options, stop)
-        done += part
+    results, done, first = _room(end - start, options), 0, start
+    size = min(options.block, _TRIED) if often else options.block
+    while first < end:
+        numbers, began = range(first, min(first + size, end)), perf_counter()
+        part = _fill(results, cells, numbers, start, options, stop)
+        done, first = done + part, numbers.stop
         if moved:
             moved(part)
+        if often:
+            each = (perf_counter() - began) / len(numbers)
+            size = min(options.block, max(_FEWEST, int(_EVERY / max(each, 1e-9))))
     return Computed(results, done)
 
 

@@ -15,7 +15,7 @@ from stickslip.vocabulary.laws import LAWS
 from stickslip.vocabulary.settings import EXECUTION, SOLVER
 
 Results = dict[str, NDArray[Any]]
-Progress = Callable[[int, int], None]
+Progress = Callable[[float, int], None]
 StopFlag = NDArray[np.int64]
 _CHECKED = (SOLVER["rtol"], SOLVER["max_steps"], EXECUTION["block"], EXECUTION["threads"])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from stickslip.config.reader import make_config
 from stickslip.config.yaml import Document
 from stickslip.dataset.materials import Material, material_dataset
 from stickslip.dataset.provenance import provenance
-from stickslip.engine import Options
+from stickslip.engine import Options, Progress
 from stickslip.errors import ConfigError, Problem, UnitWarning
 from stickslip.fit import CurveFit, MaterialFit, Wanted, fit_curve, fit_materials
 from stickslip.fit.points import Columns
@@ -46,6 +46,8 @@ from stickslip.materials.system import (
     speeds_of,
     system_of,
 )
+from stickslip.progress import Watch, watched
+from stickslip.study import Meter, Moved
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import VIBRATING
@@ -78,6 +80,7 @@ def compare(
     tolerance: float = 1e-9,
     scan: int = 64,
     threads: int | None = None,
+    progress: Watch = "auto",
 ) -> xr.Dataset:
     """Which material keeps a contact quiet, from measured friction over slip speed.
 
@@ -97,7 +100,8 @@ def compare(
     unit : of speeds whose heading names none. columns : which columns of the files to take, where headings do not say.
     level : of the confidence intervals. draws : curves drawn per material from what its fit leaves open, of which the
         intervals are quantiles; 0 leaves intervals out. seed : of the draws.
-    tolerance, scan : of the search of borders, as for `border`. threads : None for all.
+    tolerance, scan : of the search of borders, as for `border`. threads : None for all. progress : as for `run`; what
+        is counted are curves, those drawn among them.
 
     Of normal_load, damping and friction_scale several values may be given, or a range ("0.5..5 %": five values): ranks
     are those with the largest load and scale and the least damping, and quiet_above_over_damping and so on have the
@@ -127,15 +131,16 @@ def compare(
     )  # fmt: skip
     if asked := _doubts(fits, given | {"belt_speed": belt_speed}, question):
         warnings.warn(asked, UnitWarning, stacklevel=2)
-    ds = compare_fits(fits, question)
+    with watched(progress, "curves", question.options.law) as move:
+        ds = compare_fits(fits, question, move)
     written = {f"written_{name}": value for name, value in given.items()
                if isinstance(value, str) and name not in over and not is_plain(value)}  # fmt: skip
     notes = {"damping_assumed": 1} if damping is None else {}
     return ds.assign_attrs(written | notes | ({"damping_in_percent": 1} if in_percent(damping) else {}))
 
 
-def compare_fits(fits: Sequence[MaterialFit], question: Question) -> xr.Dataset:
-    """The same of fitted curves; see `compare`."""
+def compare_fits(fits: Sequence[MaterialFit], question: Question, progress: Progress | None = None) -> xr.Dataset:
+    """The same of fitted curves; see `compare`. progress : called with curves done, in part too, and in all."""
     doubts = [_doubt_of(one) for one in fits]
     known = {
         i: (one.curve, drawn)
@@ -149,12 +154,17 @@ def compare_fits(fits: Sequence[MaterialFit], question: Question) -> xr.Dataset:
         name: np.full((len(fits), len(values)), np.nan) for name, values in question.over.items()
     }
     quiet: dict[int, Quiet | None] = {}
+    watch = _watcher(question, len(known), progress)
     if known:
         curves = {name: np.array([getattr(fits[i].curve, name) for i in known]) for name in _COEFFICIENTS}
-        found = quiet_above(curves, question.system, scan, question.limits.tolerance, question.options)
+        found = quiet_above(
+            curves, question.system, scan, question.limits.tolerance, question.options, watch(0, len(known))
+        )
         motion = _motion(curves, question, scan)
         for row, (i, (curve, drawn)) in enumerate(known.items()):
-            values, quiet[i] = scatter_of(curve, drawn, question, scan, float(found.speed[row]))
+            values, quiet[i] = scatter_of(
+                curve, drawn, question, scan, float(found.speed[row]), watch(row + 1, question.draws)
+            )
             told[i] = _material(fits[i], found, motion, values, row, question)
             keys[i] = _rank_key(found, row)
         for name in over:
@@ -164,6 +174,24 @@ def compare_fits(fits: Sequence[MaterialFit], question: Question) -> xr.Dataset:
     attributes = _attributes([fits[i] for i in order], question, scan)
     table = {name: (question.over[name], values[order]) for name, values in over.items()}
     return material_dataset([told[i] for i in order], attributes, question.speeds.values, table)
+
+
+def _watcher(question: Question, materials: int, progress: Progress | None) -> Callable[[int, int], Moved]:
+    """For the search of each material's curves, by its number and how many they are, what counts its cells."""
+    meter = Meter(question.limits.scan + int(-np.log2(question.limits.tolerance)))
+    size = materials * (1 + question.draws)
+
+    def watch(number: int, curves: int) -> Moved:
+        count = meter.watch(number, curves)
+
+        def moved(cells: int) -> None:
+            count(cells)
+            if progress:
+                progress(meter.items, size)
+
+        return moved
+
+    return watch
 
 
 # --- what is compared -------------------------------------------------------------------------------------------------

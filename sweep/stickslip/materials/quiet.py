@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.borders import Looked, Scan, search_lines
 from stickslip.engine import Options, compute
 from stickslip.errors import Interrupted
+from stickslip.study import Moved
 from stickslip.vocabulary.cells import Cells, as_cells
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
 
@@ -50,13 +51,15 @@ class Quiet:
 
 
 def quiet_above(
-    curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], scan: Scan, tolerance: float, options: Options
-) -> Quiet:
+    curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], scan: Scan, tolerance: float, options: Options,
+    moved: Moved | None = None,
+) -> Quiet:  # fmt: skip
     """Where the vibration of each curve ends for good.
 
     curves : a1 to a4 by name, each (n,). system : the other parameters of a cell but the belt speed, in SI, and
     `friction_scale`. scan : the speeds looked at first, between the ends of the range; a vibration that begins and ends
-    between two of them is missed. tolerance : width of the last bracket over the border.
+    between two of them is missed. tolerance : width of the last bracket over the border. moved : called with cells
+    computed, now and then.
     Raises Interrupted on Ctrl-C.
     """
     full = cells_of(curves, system, scan.low)
@@ -64,7 +67,7 @@ def quiet_above(
     first: list[Looked] = []
 
     def looked(line: NDArray[np.int64], place: Floats) -> Looked:
-        found = regimes({name: values[line] for name, values in full.items()} | {"belt_speed": place}, options)
+        found = regimes({name: values[line] for name, values in full.items()} | {"belt_speed": place}, options, moved)
         regime = found["regime"]
         labels = np.isin(regime, VIBRATING_CODES).astype(np.int8)
         answer = Looked(labels, ~np.isin(regime, UNDECIDED), found["restick_margin"])
@@ -86,10 +89,19 @@ def cells_of(curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], belt
     return as_cells({**of_cell, **friction, "belt_speed": belt_speed})
 
 
-def regimes(cells: Cells, options: Options) -> dict[str, NDArray[Any]]:
+def regimes(cells: Cells, options: Options, moved: Moved | None = None) -> dict[str, NDArray[Any]]:
     """What the engine says of cells. Raises Interrupted on Ctrl-C."""
-    size = cells["mass"].size
-    found = compute(lambda start, stop: {name: values[start:stop] for name, values in cells.items()}, size, options)
+    size, before = cells["mass"].size, 0
+
+    def note(done: float, _: int) -> None:
+        nonlocal before
+        if moved:
+            moved(int(done) - before)
+        before = int(done)
+
+    found = compute(
+        lambda start, stop: {name: values[start:stop] for name, values in cells.items()}, size, options, note
+    )
     if not found.complete:
         raise Interrupted(found.done, size)
     return found.results

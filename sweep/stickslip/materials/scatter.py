@@ -15,6 +15,7 @@ from stickslip.fit.design import best_measurements
 from stickslip.fit.uncertainty import student
 from stickslip.materials.quiet import UNRESOLVED, VIBRATES, Quiet, quiet_above
 from stickslip.materials.system import Question
+from stickslip.study import Moved
 
 Floats = NDArray[np.float64]
 
@@ -31,12 +32,12 @@ def drawn_of(curve: CurveFit, question: Question) -> Drawn | None:
 
 
 def scatter_of(
-    curve: CurveFit, drawn: Drawn, question: Question, scan: Scan, border: float
+    curve: CurveFit, drawn: Drawn, question: Question, scan: Scan, border: float, moved: Moved | None = None
 ) -> tuple[dict[str, float | Floats], Quiet | None]:
     """What the scatter of the points leaves open of a border, and those of the drawn curves; nothing without draws."""
     if not question.draws:
         return {}, None
-    quiet = _borders(drawn, question, scan)
+    quiet = _borders(drawn, question, scan, moved)
     least, most = quiet.between()
     low, high = np.sort(least), np.sort(most)
     tail = round((1.0 - question.level) / 2.0 * most.size)
@@ -64,7 +65,7 @@ def nothing_known(question: Question) -> dict[str, float | Floats]:
     return found
 
 
-def _borders(drawn: Drawn, question: Question, scan: Scan) -> Quiet:
+def _borders(drawn: Drawn, question: Question, scan: Scan, moved: Moved | None) -> Quiet:
     """The borders of drawn curves.
 
     A curve that falls for ever faster than the damper grows vibrates at any speed; so does, as far as this can tell,
@@ -79,7 +80,7 @@ def _borders(drawn: Drawn, question: Question, scan: Scan) -> Quiet:
     found = Quiet(np.full(a2.size, scan.high), np.full(a2.size, scan.high), np.full(a2.size, VIBRATES, np.int8))
     if not lost.all():
         rest = {name: values[~lost] for name, values in drawn.coefficients.items()}
-        part = quiet_above(rest, question.system, scan, tolerance, options)
+        part = quiet_above(rest, question.system, scan, tolerance, options, moved)
         found.speed[~lost], found.low[~lost], found.state[~lost] = part.speed, part.low, part.state
     return found
 

@@ -63,15 +63,15 @@ class RefinedMap(Study):
         tiles, kept = [self.tiles.tile(number) for number in items], list[Results]()
 
         def look(cells: Indices) -> Labels | None:
-            found = compute_range(lambda a, b: self.grid.at(cells[a:b]), 0, cells.size, self.options, stop)
+            found = compute_range(
+                lambda a, b: self.grid.at(cells[a:b]), 0, cells.size, self.options, stop, moved, often=True
+            )
             kept.append(found.results)
             return labels_of(found.results["regime"]) if found.complete else None
 
         refined = refine(tiles, self._asked.depth, self._density, look)
         if refined is None:
             return Finished(self.blank(items), False)
-        if moved:
-            moved(len(items))
         return Finished(_columns(refined, joined(kept)))
 
     def blank(self, items: range) -> Results:

@@ -25,6 +25,7 @@ FORMULA = "base + sum of weight log10(1 + feature/scale) over sticks, accelerati
 LOWEST, HIGHEST = 1, 10
 BANDS = {"green": (1, 3), "yellow": (4, 5), "red": (6, 10)}  # the article's, page 4
 INPUTS = ("sticks", "acceleration_max", "acceleration_integral")
+_ROUNDED = 1e-5  # relative: a range is written with six digits
 UNDEFINED = 0  # the number and the band where a feature is not known
 
 _DEFAULTS = {name: float(row.default) for name, row in RISK.items() if row.default is not None}
@@ -32,7 +33,10 @@ _DEFAULTS = {name: float(row.default) for name, row in RISK.items() if row.defau
 
 @dataclass(frozen=True)
 class Risk:
-    """The parameters of the model, in SI: see `RISK`. Raises ValueError for those that are out of bounds."""
+    """The parameters of the model, in SI: see `RISK`. Raises ValueError for those that are out of bounds.
+
+    lowest_, highest_ : of each feature among the pairs the model was calibrated with; NaN: not known.
+    """
 
     base: float = _DEFAULTS["base"]
     weight_sticks: float = _DEFAULTS["weight_sticks"]
@@ -41,11 +45,27 @@ class Risk:
     scale_sticks: float = _DEFAULTS["scale_sticks"]
     scale_acceleration_max: float = _DEFAULTS["scale_acceleration_max"]
     scale_acceleration_integral: float = _DEFAULTS["scale_acceleration_integral"]
+    lowest_sticks: float = math.nan
+    highest_sticks: float = math.nan
+    lowest_acceleration_max: float = math.nan
+    highest_acceleration_max: float = math.nan
+    lowest_acceleration_integral: float = math.nan
+    highest_acceleration_integral: float = math.nan
 
     def __post_init__(self) -> None:
         for name, value in asdict(self).items():
             if not RISK[name].allows(value):
                 raise ValueError(f"{name}: got {value:g}, expected {RISK[name].expected}")
+
+    @property
+    def known(self) -> dict[str, float]:
+        """The parameters by name, without those that are not known."""
+        return {name: value for name, value in asdict(self).items() if not math.isnan(value)}
+
+    @property
+    def is_calibrated(self) -> bool:
+        """Whether the range of the pairs it was calibrated with is known, of any feature."""
+        return any(name.startswith(("lowest_", "highest_")) for name in self.known)
 
     @property
     def weights(self) -> tuple[float, ...]:
@@ -71,10 +91,22 @@ class Risk:
         """The model RPN, a whole number from 1 to 10; 0 where a feature is not known."""
         return number_of(self.level(inputs))
 
+    def outside(self, inputs: Mapping[str, ArrayLike]) -> dict[str, NDArray[np.bool_]]:
+        """By feature, whether a value lies outside the range of the pairs the model was calibrated with.
 
-def decades(values: ArrayLike, scale: float) -> NDArray[np.float64]:
+        inputs : as for `level`. False where no range is known, or no feature.
+        """
+        found = {}
+        for name in INPUTS:
+            low, high = getattr(self, f"lowest_{name}"), getattr(self, f"highest_{name}")
+            values = np.asarray(inputs[name], np.float64)
+            found[name] = (values < low * (1.0 - _ROUNDED)) | (values > high * (1.0 + _ROUNDED))
+        return found
+
+
+def decades(values: ArrayLike, scale: ArrayLike) -> NDArray[np.float64]:
     """log10(1 + values/scale): 0 without a signal, linear in small ones, one for every factor of ten in large ones."""
-    return np.asarray(np.log1p(np.asarray(values, np.float64) / scale) / math.log(10.0))
+    return np.asarray(np.log1p(np.asarray(values, np.float64) / np.asarray(scale)) / math.log(10.0))
 
 
 def number_of(level: ArrayLike) -> NDArray[np.int8]:

@@ -118,7 +118,7 @@ def as_text(settings: Settings) -> str:
         },
         "conditions": dict(settings.conditions),
         "features": {name: value for name, value in asdict(settings.features).items() if value is not None},
-        "risk": asdict(settings.risk),
+        "risk": settings.risk.known,
     }
     return json.dumps(sections, indent=2, ensure_ascii=False) + "\n"  # which YAML contains
 

@@ -53,20 +53,18 @@ class RareStudy(Study):
             # The same numbers in every cell, so that cells differ by what they are and not by luck.
             rng = np.random.default_rng([self.subset.seed, repetition])
             try:
-                found = subset_simulation(self._limit_state(cell, stop), quantities, self.subset.samples, rng)
+                found = subset_simulation(self._limit_state(cell, stop, moved), quantities, self.subset.samples, rng)
             except StoppedError:
                 return Finished({}, False)
             for name in results:
                 results[name][place] = getattr(found, name)
-            if moved:
-                moved(1)
         return Finished(results)
 
-    def _limit_state(self, cell: int, stop: StopFlag) -> Callable[[Floats], Floats]:
+    def _limit_state(self, cell: int, stop: StopFlag, moved: Moved | None) -> Callable[[Floats], Floats]:
         """The margin of a cell of the axes as a function of independent standard normal deviates (n, quantities)."""
 
         def margin(normals: Floats) -> Floats:
-            found = self.inputs.compute(np.full(len(normals), cell), normals, self.options, stop)
+            found = self.inputs.compute(np.full(len(normals), cell), normals, self.options, stop, moved)
             if not found.complete:
                 raise StoppedError
             return limit_of(found.results)

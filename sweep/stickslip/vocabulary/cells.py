@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
+from stickslip.vocabulary.beyond import beyond_the_model
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.synonyms import meant
@@ -103,6 +104,8 @@ def _check_names(named: Mapping[str, Any]) -> None:
     for name in named:
         if name not in PARAMETERS:
             near = meant(str(name), PARAMETERS)
+            if sentence := beyond_the_model(str(name)):
+                raise TypeError(f"{name!r} is not a parameter of a cell; {sentence}")
             hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
             raise TypeError(f"{name!r} is not a parameter of a cell{hint}")
 

@@ -153,6 +153,11 @@ RISK: dict[str, Parameter] = table(
         "scale_acceleration_integral", "m s-1", "integral of acceleration from which the level rises", "risk",
         default=1.0, above=0,
     ),
+    *(Parameter(f"{end}_{name}", unit, f"{end} {what} of the pairs the model was calibrated with", "risk", default=NAN,
+                at_least=0, absent="features are not compared with a range")
+      for name, unit, what in (("sticks", "1", "number of sticks"), ("acceleration_max", "m s-2", "acceleration"),
+                               ("acceleration_integral", "m s-1", "integral of acceleration"))
+      for end in ("lowest", "highest")),
 )  # fmt: skip
 
 # --- columns of measured points ---------------------------------------------------------------------------------------

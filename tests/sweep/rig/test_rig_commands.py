@@ -1,6 +1,9 @@
 """`stickslip rig-features` and `stickslip calibrate`, and the plots."""
 
+import json
+
 import numpy as np
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 
@@ -178,3 +181,145 @@ def test_options_without_units_and_remarks_that_overrule_them_are_said_and_a_mat
     assert result.exit_code == 0 and "of the option" not in result.output
     result = CliRunner().invoke(main, ["plot", target])
     assert result.exit_code == 2 and "features of rig tests" in result.output and "--plot" in result.output
+
+
+# --- features and pairs in tables -------------------------------------------------------------------------------------
+
+MATRIX = """
+title: pairs
+system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}
+friction: {mu_reversal: 0.35, v_reversal: 100 mm/s, a4: 20 mm/s}
+axes: {mu_start: [0.4, 0.45, 0.5, 0.55, 0.6, 0.7]}
+drive: {stroke: 4 mm, strokes: 2}
+sensor: {rate: 2 kHz}
+"""
+
+
+@pytest.fixture(scope="module")
+def rated(tmp_path_factory):
+    """A folder with six records, their features as a table, and the numbers of an imaginary rig maker."""
+    folder = tmp_path_factory.mktemp("rated")
+    (folder / "rig.yaml").write_text(MATRIX)
+    assert invoke("rig", "run", folder / "rig.yaml", "--records", folder / "records").exit_code == 0
+    return folder
+
+
+NUMBERS = [3, 4, 5, 6, 8, 9]
+
+
+def add_numbers(features):
+    table = pd.read_csv(features) if features.suffix == ".csv" else pd.read_excel(features, sheet_name="data")
+    table["rpn"] = NUMBERS
+    pairs = features.with_stem("pairs")
+    table.to_csv(pairs, index=False) if pairs.suffix == ".csv" else table.to_excel(pairs, index=False)
+    return pairs
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
+@pytest.mark.parametrize("bandwidth", [[], ["--bandwidth", "200 Hz"]], ids=["plain", "limited"])
+def test_features_with_a_column_of_numbers_are_pairs_and_so_are_the_records_themselves(rated, suffix, bandwidth):
+    features = rated / f"features{suffix}"
+    records = sorted((rated / "records").glob("*.csv"))
+    assert invoke("rig", "features", *records, "-o", features, *bandwidth).exit_code == 0
+    from_table = invoke("rig", "calibrate", add_numbers(features))
+    rows = [f"records/{file.name};{number}" for file, number in zip(records, NUMBERS, strict=True)]
+    (rated / "files.csv").write_text("\n".join(["file;RPN", *rows]))
+    from_records = invoke("rig", "calibrate", rated / "files.csv", *bandwidth)
+    assert from_table.exit_code == from_records.exit_code == 0, from_table.output
+    assert from_table.stdout == from_records.stdout
+    assert from_table.stderr.startswith("leave-one-out error") and from_table.stdout.startswith("# leave-one-out error")
+
+
+def test_features_of_a_table_have_a_row_for_each_record_and_json_the_same_numbers(rated):
+    records = sorted((rated / "records").glob("*.csv"))[:2]
+    assert invoke("rig", "features", *records, "-o", rated / "two.csv").exit_code == 0
+    table = pd.read_csv(rated / "two.csv")
+    told = json.loads(invoke("rig", "features", *records, "--json").stdout)["records"]
+    assert len(table) == len(told) == 2 and told[0]["file"] == str(records[0])
+    for i, row in enumerate(told):
+        assert table["static_force [N]"][i] == row["static_force"]
+        assert table["peak_frequency_3 [1/s]"][i] == row["peak_frequency_3"]
+        assert table["model_rpn_band"][i] == row["model_rpn_band"] == "yellow"
+
+
+def test_a_record_outside_of_the_pairs_is_said_to_be_extrapolated(rated, files):
+    rows = [f"{20 + i}, {10 + i * i}, {3 + i % 2}, {3 + i}" for i in range(6)]
+    (rated / "narrow.csv").write_text("\n".join(["sticks, acceleration_max, acceleration_integral, rpn", *rows]))
+    (rated / "risk.yaml").write_text(invoke("rig", "calibrate", rated / "narrow.csv").stdout)
+    done = invoke("rig", "features", files[0], "-c", rated / "risk.yaml", "-o", rated / "outside.nc")
+    assert "warning: acceleration_integral of dry" in done.stderr and "extrapolation" in done.stderr
+    with reading.open(rated / "outside.nc") as ds:
+        assert ds["model_rpn_extrapolated"].values.tolist() == [1]
+        assert "highest_sticks" in ds.attrs["configuration"]
+    assert "extrapolation" not in invoke("rig", "features", files[0]).stderr
+
+
+def pairs_table(folder, heading, row, count=6):
+    path = folder / "wrong.csv"
+    path.write_text("\n".join([heading, *[row.replace("#", str(i)) for i in range(1, count + 1)]]))
+    return path
+
+
+FEATURES = "sticks, acceleration_max [m/s2], acceleration_integral [m/s]"
+
+
+@pytest.mark.parametrize(
+    "heading, row, expected",
+    [
+        (f"{FEATURES}, model_rpn", "#, #, #, 3", "model_rpn is computed by this program"),
+        (f"{FEATURES}, rpn", "#, #, #, 11", "got the RPN 11"),
+        (f"{FEATURES}, rpn, rpn", "#, #, #, 3, 4", "got the column rpn twice"),
+        ("sticks, acceleration_max [N], acceleration_integral [m/s], rpn", "#, #, #, 3", "acceleration_max [N]"),
+        ("sticks, acceleration_max [furlong], acceleration_integral, rpn", "#, #, #, 3", "acceleration_max [furlong]"),
+        ("sticks, rpn", "#, 3", "no column is called acceleration_max and acceleration_integral"),
+        ("file, rpn", "none#.csv, 3", "got 'none1.csv', expected a file in"),
+        (f"{FEATURES}, rpn", "#, #, , 3", ":2:"),
+        (f"{FEATURES}, rpn", "#, #, #, ", "no row has a number"),
+        (f"{FEATURES}, rpn", "1, 1, 1, 3", "6 pairs, 1 of different features, for 4 parameters, expected at least 5"),
+    ],
+)
+def test_tables_that_are_no_pairs_are_refused(tmp_path, heading, row, expected):
+    done = invoke("rig", "calibrate", pairs_table(tmp_path, heading, row))
+    assert done.exit_code == 2 and expected in done.stderr, done.stderr
+
+
+def test_records_without_a_number_are_left_out_of_the_pairs(tmp_path):
+    path = pairs_table(tmp_path, f"{FEATURES}, rpn", "#, #, #, 3", 6)
+    path.write_text(path.read_text() + "\n9, 9, 9,")
+    assert "6 pairs:" in invoke("rig", "calibrate", path).stderr
+
+
+# --- identification ---------------------------------------------------------------------------------------------------
+
+
+def test_parameters_are_identified_from_a_simulated_record(rated):
+    config = rated / "one.yaml"
+    config.write_text(MATRIX.replace("axes: {mu_start: [0.4, 0.45, 0.5, 0.55, 0.6, 0.7]}", "").replace(
+        "mu_reversal: 0.35", "mu_start: 0.5, mu_reversal: 0.3"))  # fmt: skip
+    command = ["rig", "identify", rated / "records" / "test1.csv", "-c", config]
+    done = invoke(*command, "--parameter", "mu_start", "--parameter", "mu_reversal", "--json")
+    assert done.exit_code == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["converged"] and "simulated records at most" in done.stderr
+    for name, value in {"mu_start": 0.45, "mu_reversal": 0.35}.items():
+        assert told["estimates"][name] == pytest.approx(value, rel=0.01)
+        low, high = told["interval"][name]
+        assert low < told["estimates"][name] < high < 1.1 * low
+    assert "estimate" in invoke(*command, "--parameter", "mu_start", "--start", "mu_start=0.47").stdout
+
+
+@pytest.mark.parametrize(
+    "options, expected",
+    [
+        (["--parameter", "friction"], "got friction, expected some of mass"),
+        (["--parameter", "mu_start", "--test", "6"], "test 6 of 6"),
+        (["--parameter", "mu_start", "--set", "system.normal_load=20 N"], "normal_load is 10 N, and 20 N"),
+        (["--parameter", "mu_start", "--start", "mass=1 kg"], "name it with --parameter"),
+        (["--parameter", "mass", "--start", "mass=heavy"], "--start mass=heavy: expected a mass"),
+        (["--parameter", "mu_static"], "gives no mu_static to begin with"),
+        ([], "--parameter"),
+    ],
+)
+def test_what_cannot_be_identified_is_refused(rated, options, expected):
+    done = invoke("rig", "identify", rated / "records" / "test1.csv", "-c", rated / "rig.yaml", *options)
+    assert done.exit_code == 2 and expected in done.stderr, done.stderr

@@ -1,54 +1,61 @@
 """The risk model fitted to measured pairs: features of a record, and the RPN that a rig maker's program gave it.
 
-Least squares of the level against the number. A number at an end of the scale (1 or 10) only says that the level is
-there or beyond, so levels beyond it are no misfit. With fixed scales the sum of squares is convex in the base and the
-weights: the optimum is unique, and found from any start.
+Penalised least squares: the level against the number, and each parameter against its default (ridge regression, or the
+most probable parameters where those before any pair are normal about the defaults). A weight and the base have a prior
+standard deviation of one level; a number has the 0.29 of rounding to whole ones, or what the residuals show if that is
+more. Few pairs, or pairs whose features vary together, thus move the model only along what they determine. A number
+at an end of the scale (1 or 10) says that the level is there or beyond, so levels beyond it are no misfit.
+
+How good it is, is told by leaving out each pair in turn: the others predict it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import log, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares  # type: ignore[import-untyped]
 
-from stickslip.errors import ConfigError, Problem
-from stickslip.fit.points import read_points
-from stickslip.fit.uncertainty import Floats, Interval, covariance, rms, student
-from stickslip.rig.quantities import FEATURES
-from stickslip.rig.risk import HIGHEST, INPUTS, LOWEST, RPN_NAME, Risk, band_of, number_of
+from stickslip.fit.uncertainty import Floats, Interval, rms, student
+from stickslip.rig.risk import HIGHEST, INPUTS, LOWEST, RPN_NAME, Risk, band_of, decades, number_of
 from stickslip.vocabulary import units
-from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import RISK
 
-RPN = "rpn"
-COLUMNS = (
-    *(Parameter(name, FEATURES[name].units, FEATURES[name].long_name, "pairs", at_least=0) for name in INPUTS),
-    Parameter(RPN, "1", "risk priority number, 1 to 10", "pairs", at_least=LOWEST),
-)
 LINEAR = ("base", *(f"weight_{name}" for name in INPUTS))
 SCALES = tuple(f"scale_{name}" for name in INPUTS)
+PRIOR_SD = 1.0  # before any pair; levels: of the base, and of a weight per decade
+_PRIOR_SD_OF_SCALE = log(10.0)  # of the logarithm of a scale: a decade
+ROUNDING_SD = 1.0 / sqrt(12.0)  # levels: a number is a level rounded
 _WIDEST = 1e3  # times the scale at the start, and its inverse: how far a scale is looked for
-_ZERO = 1e-9  # a weight below is at its bound
+_ROUNDS = 20  # of noise and fit in turn, at most; a few do
+_DETERMINED = 0.5  # of the variance of the prior: what is left of it where the pairs say something of a parameter
 
 
 @dataclass(frozen=True)
 class Calibration:
     """A fitted risk model.
 
-    fitted : names of the parameters that were fitted; the others are as they were. interval : of the fitted ones, 95 %,
-    infinite where the pairs do not determine a parameter. level, rpn : fitted and measured, pair by pair.
+    risk : with the range of the features of the pairs. fitted : names of the parameters that were fitted; the others
+    are as they were. interval : of the fitted ones, 95 %; without pairs it would be that of the prior, +- 1.96.
+    unidentified : of those, the ones of which the pairs say little. noise : standard deviation of a number, levels.
+    level, rpn : fitted and measured, pair by pair. left_out : the level of each pair from a fit to the others.
+    default : its level without calibration. names : of the pairs.
     """
 
     risk: Risk
     fitted: tuple[str, ...]
     interval: Mapping[str, Interval]
+    unidentified: tuple[str, ...]
     covariance: Floats
+    noise: float
     level: Floats
+    left_out: Floats
+    default: Floats
     rpn: Floats
+    names: tuple[str, ...] = ()
 
     @property
     def residuals(self) -> Floats:
@@ -61,123 +68,208 @@ class Calibration:
         return number_of(self.level).astype(np.float64)
 
     @property
-    def unidentified(self) -> tuple[str, ...]:
-        """Parameters that the pairs do not determine: their interval is infinite, or a weight might as well be zero."""
-        return tuple(name for name in self.fitted if self._is_open(name))
+    def error(self) -> float:
+        """Leave-one-out error: rms of level minus number, each pair predicted from the others."""
+        return rms(_misfit(self.left_out, self.rpn))
 
-    def _is_open(self, name: str) -> bool:
-        low, high = self.interval[name]
-        return not (np.isfinite(low) and np.isfinite(high)) or (name.startswith("weight_") and low <= 0.0)
+    @property
+    def default_error(self) -> float:
+        """The same of the default model, which is not fitted."""
+        return rms(_misfit(self.default, self.rpn))
+
+    @property
+    def is_better(self) -> bool:
+        """Whether the calibrated model predicts pairs it has not seen better than the default does."""
+        return self.error < self.default_error
+
+    def prediction(self) -> str:
+        """How well the model predicts pairs it has not seen, in words."""
+        n = self.rpn.size
+        said = f"leave-one-out error {self.error:.2g} levels rms, {self._bands(self.left_out)} of {n} in their band; "
+        said += f"the default model: {self.default_error:.2g}, {self._bands(self.default)} of {n}"
+        if self.is_better:
+            return said
+        return f"{said}\nThe calibrated model predicts no better than the default one: do not use it"
 
     def text(self) -> str:
         """The parameters as a section of a configuration, intervals as comments."""
-        lines = [f"risk:  # {RPN_NAME}; fitted to {self.rpn.size} pairs"]
-        for name, value in asdict(self.risk).items():
+        lines = [f"# {line}" for line in self.prediction().splitlines()]
+        lines.append(f"risk:  # {RPN_NAME}; fitted to {self.rpn.size} pairs")
+        for name, value in self.risk.known.items():
             unit = units.spelled(RISK[name].units)
             said = f"  {name}: {value:.6g}"
-            remark = "as given" if name not in self.fitted else _interval_text(self.interval[name])
-            lines.append(f"{said:44}# {unit + ', ' if unit else ''}{remark}")
+            lines.append(f"{said:44}# {unit + ', ' if unit else ''}{self._remark(name)}")
         return "\n".join(lines)
 
     def quality(self) -> str:
         """The quality of the fit, in words."""
         exact = int(np.sum(self.number == np.floor(self.rpn + 0.5)))
         near = int(np.sum(np.abs(self.number - self.rpn) <= 1.0))
-        bands = sum(band_of(int(a)) == band_of(int(b + 0.5)) for a, b in zip(self.number, self.rpn, strict=True))
         n = self.rpn.size
-        said = f"{n} pairs: {exact} numbers reproduced, {near} within one, {bands} in their band; residual rms "
-        said += f"{rms(self.residuals):.2g} (rounding to whole numbers alone gives about 0.29)."
+        said = f"{n} pairs: {exact} numbers reproduced, {near} within one, {self._bands(self.level)} in their band; "
+        said += f"residual rms {rms(self.residuals):.2g} (rounding to whole numbers alone gives about 0.29)."
         if self.unidentified:
             names = ", ".join(self.unidentified)
-            said += f"\nThe pairs do not determine {names}: add pairs whose features vary independently."
+            said += f"\nThe pairs do not determine {names}, which stay near their defaults: "
+            said += "add pairs whose features vary independently."
         return said
+
+    def _bands(self, level: Floats) -> int:
+        """How many pairs come out in their band."""
+        number = number_of(level)
+        return sum(band_of(int(a)) == band_of(int(b + 0.5)) for a, b in zip(number, self.rpn, strict=True))
+
+    def _remark(self, name: str) -> str:
+        if name.startswith(("lowest_", "highest_")):
+            return "of the pairs"
+        if name not in self.fitted:
+            return "as given"
+        low, high = self.interval[name]
+        return f"95 %: {low:.3g} to {high:.3g}" + ", not determined by the pairs" * (name in self.unidentified)
 
 
 def calibrate(
-    inputs: Mapping[str, ArrayLike], rpn: ArrayLike, start: Risk | None = None, scales: bool = False
-) -> Calibration:
-    """The risk model that fits measured numbers best.
+    inputs: Mapping[str, ArrayLike], rpn: ArrayLike, start: Risk | None = None, scales: bool = False,
+    names: Sequence[str] = (),
+) -> Calibration:  # fmt: skip
+    """The risk model that fits measured numbers best and stays near the default one where they do not determine it.
 
-    inputs : by names of `INPUTS`, in SI, one value for each pair. rpn : the numbers, 1 to 10; means of repetitions need
-    not be whole. start : what holds for everything that is not fitted, and where the fit begins. scales : whether the
-    scales are fitted too; they need pairs over several decades. Raises ValueError.
+    Parameters
+    ----------
+    inputs
+        By names of `INPUTS`, in SI, one value for each pair.
+    rpn
+        The numbers, 1 to 10; means of repetitions need not be whole.
+    start
+        Its scales hold, or are those near which fitted ones stay.
+    scales
+        Whether the scales are fitted too; they need pairs over several decades.
+    names
+        Of the pairs.
+
+    Raises
+    ------
+    ValueError
+        Fewer pairs of different features than one more than parameters, or impossible numbers.
     """
-    begin = start or Risk()
-    measured = np.atleast_1d(np.asarray(rpn, np.float64))
-    features = np.array([np.broadcast_to(np.asarray(inputs[name], np.float64), measured.shape) for name in INPUTS])
-    names = (*LINEAR, *SCALES) if scales else LINEAR
-    _check(features, measured, len(names))
-    free = np.array([_outward(name, getattr(begin, name)) for name in names])
-    low = np.array([-np.inf if n == "base" else 0.0 if n in LINEAR else _outward(n, getattr(begin, n) / _WIDEST)
-                    for n in names])  # fmt: skip
-    high = np.array([np.inf if n in LINEAR else _outward(n, getattr(begin, n) * _WIDEST) for n in names])
-
-    def model(p: Floats) -> Risk:
-        found = {name: float(_inward(name, value)) for name, value in zip(names, p, strict=True)}
-        return Risk(**(asdict(begin) | found))
-
-    def level(p: Floats) -> Floats:
-        return model(p).level(dict(zip(INPUTS, features, strict=True)))
-
-    run = least_squares(
-        lambda p: _misfit(level(p), measured), free, bounds=(low, high), ftol=1e-13, xtol=1e-12, gtol=1e-12
-    )
-    best = np.array([0.0 if n.startswith("weight_") and v < _ZERO else v for n, v in zip(names, run.x, strict=True)])
-    spread = rms(_misfit(level(best), measured)) ** 2 * measured.size
-    freedom = _freedom(level(best), measured, len(names))
-    found = covariance(run.jac) * (spread / freedom if freedom > 0 else np.inf)
-    reach = student(freedom) * np.sqrt(np.diag(found))
-    interval = {
-        name: (float(_inward(name, value - half)), float(_inward(name, value + half)))
-        for name, value, half in zip(names, best, reach, strict=True)
-    }
-    return Calibration(model(best), names, interval, found, level(best), measured)
+    begin, measured = start or Risk(), np.atleast_1d(np.asarray(rpn, np.float64))
+    columns = np.array([np.broadcast_to(np.asarray(inputs[name], np.float64), measured.shape) for name in INPUTS])
+    fitted = (*LINEAR, *SCALES) if scales else LINEAR
+    _check(columns, measured, len(fitted))
+    ends = {f"lowest_{name}": float(column.min()) for name, column in zip(INPUTS, columns, strict=True)}
+    ends |= {f"highest_{name}": float(column.max()) for name, column in zip(INPUTS, columns, strict=True)}
+    fit = _Ridge(replace(begin, **ends), fitted)
+    best, found, noise, informative = fit.run(columns, measured)
+    others = ~np.eye(measured.size, dtype=bool)
+    left_out = [
+        float(fit.level(fit.run(columns[:, rest], measured[rest], best, noise)[0], columns[:, ~rest])[0])
+        for rest in others
+    ]
+    half = student(np.inf if noise == ROUNDING_SD else informative) * np.sqrt(np.diag(found))
+    bounds = {name: fit.interval(i, best[i], half[i]) for i, name in enumerate(fitted)}
+    blank = np.diag(found) > _DETERMINED * fit.spread**2
+    return Calibration(
+        fit.risk(best), fitted, bounds, tuple(n for n, b in zip(fitted, blank, strict=True) if b), found, noise,
+        fit.level(best, columns), np.array(left_out), Risk().level(_by_name(columns)), measured,
+        tuple(names) or tuple(str(i + 1) for i in range(measured.size)),
+    )  # fmt: skip
 
 
-def calibrate_file(path: Path, start: Risk | None = None, scales: bool = False) -> Calibration:
-    """The risk model fitted to the pairs of a CSV file, columns as `COLUMNS`. Raises ConfigError."""
-    points = read_points(path, COLUMNS)
-    try:
-        return calibrate({name: points[name] for name in INPUTS}, points[RPN], start, scales)
-    except ValueError as error:
-        raise ConfigError(str(path), [Problem((), str(error))]) from None
+# --- the fit ----------------------------------------------------------------------------------------------------------
+
+
+class _Ridge:
+    """Parameters in the order of `names`, scales by their logarithm, near those of the default model."""
+
+    def __init__(self, begin: Risk, names: tuple[str, ...]) -> None:
+        self._begin, self._names = begin, names
+        self._is_scale = np.array([name in SCALES for name in names])
+        of_default, reach = Risk(), log(_WIDEST)
+        self._centre = np.array([log(getattr(begin, n)) if n in SCALES else getattr(of_default, n) for n in names])
+        self.spread = np.where(self._is_scale, _PRIOR_SD_OF_SCALE, PRIOR_SD)
+        lowest = np.array([-np.inf if name == "base" else 0.0 for name in names])
+        self._low = np.where(self._is_scale, self._centre - reach, lowest)
+        self._high = np.where(self._is_scale, self._centre + reach, np.inf)
+
+    def risk(self, p: Floats) -> Risk:
+        """The model of some parameters."""
+        values = np.where(self._is_scale, np.exp(np.where(self._is_scale, p, 0.0)), p)
+        return replace(self._begin, **dict(zip(self._names, values.tolist(), strict=True)))
+
+    def level(self, p: Floats, columns: Floats) -> Floats:
+        """The levels for features (inputs by pairs)."""
+        return np.asarray(p[0] + p[1:4] @ decades(columns, self._scales(p)))
+
+    def _slopes(self, p: Floats, columns: Floats) -> Floats:
+        """Derivatives of the levels (pairs by parameters)."""
+        scales = self._scales(p)
+        slopes = [np.ones_like(columns[:1]), decades(columns, scales)]
+        if self._is_scale.any():
+            slopes.append(-p[1:4, None] * columns / (columns + scales) / log(10.0))
+        return np.concatenate(slopes).T
+
+    def _scales(self, p: Floats) -> Floats:
+        scales = np.exp(p[4:]) if self._is_scale.any() else np.array(self._begin.scales)
+        return np.asarray(scales)[:, None]
+
+    def run(
+        self, columns: Floats, rpn: Floats, begin: Floats | None = None, noise: float = ROUNDING_SD
+    ) -> tuple[Floats, Floats, float, int]:
+        """The most probable parameters, their covariance, the noise, and how many pairs are not beyond an end.
+
+        begin, noise : where to begin.
+        """
+        best = self._centre if begin is None else begin
+        for _ in range(_ROUNDS):
+
+            def residuals(p: Floats, noise: float = noise) -> Floats:
+                return np.append(_misfit(self.level(p, columns), rpn) / noise, (p - self._centre) / self.spread)
+
+            def slopes(p: Floats, noise: float = noise) -> Floats:
+                inside = ~_beyond(self.level(p, columns), rpn) / noise
+                return np.append(self._slopes(p, columns) * inside[:, None], np.diag(1.0 / self.spread), axis=0)
+
+            run = least_squares(residuals, best, slopes, (self._low, self._high), ftol=1e-12, xtol=1e-11, gtol=1e-11)
+            best, of_pairs = run.x, run.jac[: rpn.size]
+            found = np.linalg.inv(run.jac.T @ run.jac)  # the prior makes it regular
+            informative = int(np.count_nonzero(of_pairs.any(axis=1)))
+            freedom = max(informative - float(np.sum((of_pairs @ found) * of_pairs)), 1.0)
+            misfit = _misfit(self.level(best, columns), rpn)
+            before, noise = noise, max(ROUNDING_SD, float(np.sqrt(np.sum(misfit**2) / freedom)))
+            if abs(noise - before) < 0.01 * before:
+                break
+        return best, found, noise, informative
+
+    def interval(self, i: int, value: float, half: float) -> Interval:
+        """An interval of a parameter; that of a weight begins at zero at the lowest."""
+        ends = np.clip([value - half, value + half], self._low[i] if not self._is_scale[i] else -700.0, 700.0)
+        low, high = np.exp(ends) if self._is_scale[i] else ends
+        return float(low), float(high)
+
+
+def _by_name(columns: Floats) -> dict[str, Floats]:
+    return dict(zip(INPUTS, columns, strict=True))
+
+
+def _beyond(level: Floats, rpn: Floats) -> NDArray[np.bool_]:
+    """Whether both lie at or beyond the same end of the scale."""
+    return ((rpn <= LOWEST) & (level < LOWEST)) | ((rpn >= HIGHEST) & (level > HIGHEST))
 
 
 def _misfit(level: Floats, rpn: Floats) -> Floats:
     """Level minus number, zero where both lie at or beyond the same end."""
-    beyond = ((rpn <= LOWEST) & (level < LOWEST)) | ((rpn >= HIGHEST) & (level > HIGHEST))
-    return np.where(beyond, 0.0, level - rpn)
+    return np.where(_beyond(level, rpn), 0.0, level - rpn)
 
 
-def _freedom(level: Floats, rpn: Floats, parameters: int) -> int:
-    """Degrees of freedom: informative pairs minus parameters."""
-    beyond = ((rpn <= LOWEST) & (level < LOWEST)) | ((rpn >= HIGHEST) & (level > HIGHEST))
-    return int(np.sum(~beyond)) - parameters
-
-
-def _outward(name: str, value: float) -> float:
-    """A parameter as it is fitted: scales by their logarithm."""
-    return float(np.log(value)) if name in SCALES else value
-
-
-def _inward(name: str, value: float) -> float:
-    return float(np.exp(np.minimum(value, 700.0))) if name in SCALES else value
-
-
-def _check(features: Floats, rpn: Floats, parameters: int) -> None:
-    if rpn.ndim != 1 or rpn.size <= parameters:
-        raise ValueError(f"{rpn.size} pairs for {parameters} parameters, expected at least {parameters + 1}")
-    for name, values in zip(INPUTS, features, strict=True):
+def _check(columns: Floats, rpn: Floats, parameters: int) -> None:
+    for name, values in zip(INPUTS, columns, strict=True):
         if not (np.isfinite(values) & (values >= 0)).all():
             raise ValueError(f"{name}: expected finite numbers >= 0")
     wrong = ~((rpn >= LOWEST) & (rpn <= HIGHEST))
     if wrong.any():
         i = int(np.argmax(wrong))
         raise ValueError(f"pair {i + 1}: got the RPN {rpn[i]:g}, expected {LOWEST} to {HIGHEST}")
-
-
-def _interval_text(interval: Interval) -> str:
-    low, high = interval
-    if not (np.isfinite(low) and np.isfinite(high)):
-        return "not determined by the pairs"
-    return f"95 %: {low:.3g} to {high:.3g}"
+    different = len(np.unique(columns, axis=1).T)
+    if rpn.ndim != 1 or different <= parameters:
+        of_them = f", {different} of different features," if different < rpn.size else ""
+        raise ValueError(f"{rpn.size} pairs{of_them} for {parameters} parameters, expected at least {parameters + 1}")

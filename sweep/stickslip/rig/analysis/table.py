@@ -63,9 +63,17 @@ def feature_table(records: Mapping[str, xr.Dataset], settings: Settings | None =
     return xr.Dataset(variables, coordinates)
 
 
+def as_columns(found: xr.Dataset) -> xr.Dataset:
+    """Features with a variable of its own for each peak of the spectrum: a row of a table for each record."""
+    peaks = {f"{name}_{i + 1}": found[name].isel(peak=i) for name in PER_PEAK for i in range(found.sizes["peak"])}
+    return found.drop_dims("peak").assign(peaks)
+
+
 def rate(found: xr.Dataset, risk: Risk) -> xr.Dataset:
-    """The features with the model RPN, its level before rounding and its band beside them."""
-    level = risk.level(risk_inputs(found))
+    """The features with the model RPN, its level before rounding and its band beside them; and, of a calibrated model,
+    whether a feature lies outside the range of its pairs."""
+    inputs = risk_inputs(found)
+    level = risk.level(inputs)
     number = number_of(level)
     comment = f"{RPN_NAME}: {FORMULA}"
     bands = ("unknown", *BANDS)
@@ -74,6 +82,11 @@ def rate(found: xr.Dataset, risk: Risk) -> xr.Dataset:
     flags = {"units": "1", "long_name": f"traffic light of the {RPN_NAME}", "flag_meanings": " ".join(bands),
              "flag_values": np.arange(len(bands), dtype=np.int8)}  # fmt: skip
     dims = found["sticks"].dims
+    if risk.is_calibrated:
+        outside = np.any([*risk.outside(inputs).values()], axis=0).astype(np.int8)
+        extrapolated = {"units": "1", "long_name": f"whether (1) the {RPN_NAME}, is an extrapolation",
+                        "comment": "a feature lies outside the range of the pairs of the calibration"}  # fmt: skip
+        found = found.assign(model_rpn_extrapolated=xr.Variable(dims, outside, extrapolated, _NO_FILL))
     return found.assign(
         model_rpn_level=(dims, level, {"units": "1", "long_name": f"level of the {RPN_NAME}", "comment": comment}),
         model_rpn=xr.Variable(dims, number, rpn, _NO_FILL),

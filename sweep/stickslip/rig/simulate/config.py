@@ -56,7 +56,7 @@ class RigConfig:
     def to_yaml(self) -> str:
         """Everything, as text that gives it again."""
         features = {name: value for name, value in asdict(self.features).items() if value is not None}
-        judged = {"features": features, "risk": asdict(self.risk)}
+        judged = {"features": features, "risk": self.risk.known}
         return json.dumps(self.config.resolved() | judged, indent=2, ensure_ascii=False) + "\n"  # which YAML contains
 
 

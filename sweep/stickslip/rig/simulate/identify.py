@@ -6,6 +6,7 @@ Features rather than samples, because two records of the same rig soon differ in
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -57,6 +58,7 @@ def identify(
     names: Sequence[str] = SMOOTH,
     sigma: Mapping[str, float] | None = None,
     settings: FeatureSettings | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Identification:
     """The parameters with which `simulate` gives a record with the features of the measured one.
 
@@ -64,6 +66,7 @@ def identify(
     that the measured record does not define are left out. sigma : standard deviations of measured features, from
     repetitions; 2 % of the feature where none is given, and then the errors are scaled by the residuals of the fit.
     Simulated records are judged by what the measured one has: no stick flags, for instance, if it has none.
+    progress : called with (records simulated, how many there may be at most).
     The search goes over logarithms of the parameters. Raises ValueError if there are fewer features than parameters or
     if the simulated record lacks one of them at the start.
     """
@@ -74,10 +77,13 @@ def identify(
         raise ValueError(f"{len(used)} features ({', '.join(used)}) cannot determine {len(keys)} parameters")
     spread = {name: (sigma or {}).get(name, _DEFAULT_SIGMA * abs(target[name])) or 1.0 for name in used}
     low, high = _limits(start, bounds or {})
+    count, most = itertools.count(1), 2 + _MOST * (1 + 2 * len(keys))
     largest = np.ones(len(used))  # of residuals: what a feature that a trial record lacks is counted as
 
     def simulated(p: Floats) -> dict[str, float]:
         found = simulate(dict(zip(keys, np.exp(p).tolist(), strict=True)))
+        if progress:
+            progress(next(count), most)
         return _vector(features(_as_measured(found, record), settings), used)
 
     def residuals(p: Floats) -> Floats:

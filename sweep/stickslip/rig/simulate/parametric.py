@@ -29,9 +29,7 @@ def simulator(rig: RigConfig, names: Sequence[str], number: int = 0) -> Simulato
     and NotReachedError for a test that is not integrated to its end.
     """
     fixed = _one_test(rig.config, number)
-    given = [name for name in QUANTITIES if name in fixed[QUANTITIES[name].section]]
-    if foreign := [name for name in names if name not in given]:
-        raise ValueError(f"names: got {listed(foreign, 'and')}, expected some of {listed(given)}")
+    values_of(rig, names, number)
 
     def simulate(parameters: Parameters) -> xr.Dataset:
         if parameters.keys() != set(names):
@@ -47,6 +45,15 @@ def simulator(rig: RigConfig, names: Sequence[str], number: int = 0) -> Simulato
         return test.record
 
     return simulate
+
+
+def values_of(rig: RigConfig, names: Sequence[str], number: int = 0) -> dict[str, float]:
+    """Quantities of one test of a rig, in SI. Raises ValueError for names of nothing that the configuration gives."""
+    fixed = _one_test(rig.config, number)
+    given = {name: row for name, row in QUANTITIES.items() if name in fixed[row.section]}
+    if foreign := [name for name in names if name not in given]:
+        raise ValueError(f"names: got {listed(foreign, 'and')}, expected some of {listed(given)}")
+    return {name: given[name].read(fixed[given[name].section][name]) for name in names}
 
 
 def _one_test(config: Config, number: int) -> dict[str, Any]:

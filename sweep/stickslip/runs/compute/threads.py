@@ -11,6 +11,7 @@ from stickslip.engine import Progress, StopFlag, processors, spread
 from stickslip.errors import BlockFailedError, StoreError
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir.parts import Parts
+from stickslip.study import Meter
 
 _WAITING = 2  # threads that may wait for the disk, besides those that compute
 
@@ -42,27 +43,6 @@ class Compute(Protocol):
         """Compute these blocks of a store."""
 
 
-class _Meter:
-    """Cells computed so far, counted from many threads; those of an unfinished block count until it fails."""
-
-    def __init__(self, found: int) -> None:
-        self._done, self._under_way, self._lock = found, dict[int, int](), threading.Lock()
-
-    def move(self, number: int, cells: int) -> None:
-        with self._lock:
-            self._under_way[number] = self._under_way.get(number, 0) + cells
-
-    def end(self, number: int, good: bool) -> None:
-        with self._lock:
-            cells = self._under_way.pop(number, 0)
-            self._done += cells if good else 0
-
-    @property
-    def cells(self) -> int:
-        with self._lock:
-            return self._done + sum(self._under_way.values())
-
-
 def compute_blocks(
     parts: Parts,
     work: Work,
@@ -76,10 +56,11 @@ def compute_blocks(
     """Compute these blocks and count them in `tally`; it stays right whatever interrupts.
 
     An exception while computing is recorded in the store, and the others are computed unless `stop_on_error`; then it
-    raises BlockFailedError. Blocks that cannot be written raise StoreError. `progress` counts cells of finished blocks.
+    raises BlockFailedError. Blocks that cannot be written raise StoreError. `progress` is called with items done,
+    in part too.
     """
     found, threads = parts.cells(parts.finished()), work.options.threads or processors()
-    meter, counting, turns = _Meter(found), threading.Lock(), threading.Semaphore(threads)
+    meter, counting, turns = Meter(work.study.cells_each, found), threading.Lock(), threading.Semaphore(threads)
 
     def packed(number: int) -> tuple[Block, bytes]:
         """A block and what its file holds; no more than `threads` at a time, while others wait for the disk."""
@@ -87,7 +68,7 @@ def compute_blocks(
             if stop[0]:
                 return Block({}, 0, False), b""
             try:
-                block = work.compute(number, stop, lambda cells: meter.move(number, cells))
+                block = work.compute(number, stop, meter.watch(number, len(parts.blocks.cells(number))))
             except Exception:
                 if stop_on_error:
                     stop[0] = 1  # before another thread has its turn
@@ -101,7 +82,7 @@ def compute_blocks(
             raise  # the older result cannot be read: no fault of the block
         except Exception as error:
             parts.note_failure(number, error)
-            meter.end(number, good=False)
+            meter.end(number, 0)
             with counting:
                 tally.failed.append(number)
             if stop_on_error:
@@ -113,10 +94,10 @@ def compute_blocks(
                 tally.finished += 1
                 tally.cells += len(parts.blocks.cells(number))
                 tally.reused += block.reused
-        meter.end(number, good=block.complete)
+        meter.end(number, len(parts.blocks.cells(number)) if block.complete else 0)
 
     def show(_: list[None]) -> None:
         if progress:
-            progress(meter.cells, work.size)
+            progress(meter.items, work.size)
 
     spread(compute, sorted(numbers), threads + _WAITING, stop, show)

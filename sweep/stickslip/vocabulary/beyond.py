@@ -1,0 +1,59 @@
+"""What the model does not have, said where people ask for it: one sentence for each, `PAGE` tells the rest."""
+
+from __future__ import annotations
+
+PAGE = "comparison"  # of the documentation: which tools have it
+
+# A sentence, and the words that ask for it: keys of configurations and topics of `help`, spaces as underscores.
+_ROWS = (
+    (
+        "The model is one mass on one spring: it has no second mass, no further degree of freedom, no coupled modes",
+        "mass_2 mass2 m2 m_2 second_mass masses stiffness_2 stiffness2 k2 damping_2 damping2 c2 degrees_of_freedom dof "
+        "dofs ndof two_degree_of_freedom two_degrees_of_freedom two_dof 2dof 2_dof mdof multi_dof modes mode_coupling "
+        "mode_lock_in flutter brake brakes brake_squeal squeal torsion",
+    ),
+    (
+        "The belt runs at a constant speed, the plate of a rig in strokes: neither is elastic or has a motor",
+        "belt_speed_amplitude belt_speed_frequency flexible_belt elastic_belt belt_stiffness belt_mass belt_damping "
+        "drive_stiffness drive_mass motor gear gearbox",
+    ),
+    (
+        "The normal load is constant in time: it has no amplitude, frequency, modulation or dither",
+        "modulation load_modulation load_amplitude load_frequency normal_load_amplitude normal_load_frequency dither "
+        "dithering time_varying_load variable_load ultrasonic ultrasound contact_loss loss_of_contact",
+    ),
+    (
+        "Nothing but the belt, or the plate of a rig, moves the mass: no external force and no base excitation",
+        "forcing excitation external_force external_forcing harmonic_force base_excitation",
+    ),
+    (
+        "Temperature is no quantity of the model: give each temperature a friction curve of its own (axes with labels)",
+        "temperature thermal heating flash_temperature",
+    ),
+    (
+        "Friction does not change with the number of cycles: the model has no wear, running-in or third body",
+        "wear running_in run_in archard third_body debris",
+    ),
+    (
+        "Friction follows slip speed, its rise and fall, and the hold time: no bristle or rate-and-state variable",
+        "lugre lu_gre bristle bristles bristle_stiffness dahl leuven gms maxwell_slip elasto_plastic rate_and_state "
+        "rate_state dieterich ruina dieterich_ruina sigma0 sigma_0 sigma1 sigma_1 presliding",
+    ),
+    (
+        "The contact is one point of dry friction: it has no area, no pressure distribution, no stiffness of its own",
+        "contact_stiffness tangential_stiffness contact_area pressure hertz asperities roughness fem finite_element",
+    ),
+)
+SENTENCES = tuple(sentence for sentence, _ in _ROWS)
+_BY_WORD = {word: sentence for sentence, words in _ROWS for word in words.split()}
+
+
+def beyond_the_model(word: str) -> str | None:
+    """The sentence on what a word asks for and the model does not have; None if it asks for nothing of the kind."""
+    return _BY_WORD.get("_".join(word.lower().replace("-", " ").replace("_", " ").split()))
+
+
+def hint(word: str) -> str | None:
+    """The same with the page that names tools which have it."""
+    sentence = beyond_the_model(word)
+    return f"{sentence}; `stickslip help {PAGE}` names tools that have it" if sentence else None

@@ -1,0 +1,91 @@
+"""How far a computation is moves inside its items, in every study and on every way to it."""
+
+import io
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from rich.console import Console
+
+import stickslip
+from stickslip.cli import main
+from stickslip.cli import progress as lines
+from stickslip.engine import Options, cells, compute_range, stop_flag
+from stickslip.progress import Bar
+from stickslip.study import Meter
+
+CELL = {"mass": 1.0, "stiffness": 100.0, "damping": 0.5, "normal_load": 10.0, "belt_speed": 0.1,
+        "a1": 0.2, "a2": 0.0, "a3": 0.2, "a4": 0.1}  # fmt: skip
+BOX = {"displacement": (-0.2, 0.2), "velocity": (-1.0, 1.0)}
+POINTS = {name: ([0.002, 0.01, 0.03, 0.1, 0.2, 0.4], [mu, 0.35, 0.28, 0.22, 0.2, 0.2])
+          for name, mu in (("A", 0.39), ("B", 0.41))}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "compute, items",
+    [
+        (lambda moved: stickslip.contours(CELL, ("stiffness", "belt_speed"), {"stiffness": (50, 200),
+                                          "belt_speed": (0.01, 1)}, points=64, scan=16, progress=moved), 1),
+        (lambda moved: stickslip.margins(CELL, progress=moved), 1),
+        (lambda moved: stickslip.border(CELL, "belt_speed", (0.01, 1), progress=moved), 1),
+        (lambda moved: stickslip.attractors(CELL, BOX, samples=64, progress=moved), 1),
+        (lambda moved: stickslip.compare(POINTS, mass=1, stiffness=100, normal_load=10, draws=20, progress=moved), 42),
+    ],
+    ids=["contours", "margins", "border", "attractors", "compare"],
+)  # fmt: skip
+def test_progress_rises_to_all_items(compute, items):
+    moves = []
+    compute(lambda done, total: moves.append((done, total)))
+    assert moves[-1] == (items, items)
+    assert (np.diff([done for done, _ in moves]) >= 0).all() and moves[0][0] < items or len(moves) == 1
+
+
+def test_items_under_way_count_by_their_cells_and_never_as_all():
+    meter = Meter(cells_each=100, done=3)
+    moved = meter.watch(0, items=2)
+    shares = []
+    for _ in range(20):
+        moved(20)
+        shares.append(meter.items)
+    assert shares[:8] == pytest.approx(3 + 2 * np.arange(1, 9) / 10)  # as expected, while that is sure
+    assert (np.diff(shares) > 0).all() and shares[-1] < 5
+    meter.end(0, 2)
+    assert meter.items == 5
+    meter.watch(1, items=4)(100)
+    meter.end(1, 0)  # it failed
+    assert meter.items == 5
+
+
+def test_cells_that_take_long_are_told_of_every_second_and_keep_their_numbers(monkeypatch):
+    def some(start, stop):
+        return {name: np.full(stop - start, value) for name, value in full.items()}
+
+    full = {name: values[0] for name, values in stickslip.vocabulary.cells.as_cells(CELL).items()}
+    whole = compute_range(some, 0, 1000, Options(early_stop=True), stop_flag())
+    seen, clock = [], iter(np.arange(0.0, 1e5, 16.0))  # every part takes 16 s
+    monkeypatch.setattr(cells, "perf_counter", lambda: next(clock))
+    parts = compute_range(some, 0, 1000, Options(early_stop=True), stop_flag(), seen.append, often=True)
+    assert seen[0] == 512 and seen[1] == 64 and sum(seen) == 1000
+    for name, values in whole.results.items():
+        np.testing.assert_array_equal(values, parts.results[name])
+
+
+def test_a_bar_shows_the_part_of_a_single_item_and_the_time_left():
+    console = Console(file=io.StringIO(), force_terminal=True, width=100)
+    bar = Bar(console, 1, "", "panels")
+    for done in (0.0, 0.2, 0.4):
+        bar.move(done, 1)
+    bar.end()
+    shown = console.file.getvalue()
+    assert "40 %" in shown and "0 of 1 panels" in shown
+
+
+def test_compare_and_advise_say_how_far_they_are(tmp_path, monkeypatch):
+    monkeypatch.setattr(lines, "EVERY", 0.0)
+    points = tmp_path / "grease.csv"
+    points.write_text("speed [m/s], mu\n" + "\n".join(f"{v}, {mu}" for v, mu in zip(*POINTS["A"], strict=True)))
+    done = CliRunner().invoke(main, ["compare", str(points), "--mass", "1", "--stiffness", "100", "--load", "10",
+                                     "--draws", "20"])  # fmt: skip
+    assert done.exit_code == 0 and "21 of 21 curves compared" in done.stderr
+    done = CliRunner().invoke(main, ["advise", "quickstart", "--at", "stiffness=50 N/m", "--at", "belt_speed=500 mm/s"])
+    assert done.exit_code == 0 and "1 of 1 cells searched" in done.stderr
