@@ -82,8 +82,8 @@ Examples:
 def compare(
     files: tuple[Path, ...], mass: str, stiffness: str, load: str, damping: str | None, speed: str | None,
     between: tuple[str, str] | None, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
-    level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None, report: Path | None,
-    decimal_comma: bool, as_json: bool,
+    same: tuple[str, ...], level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None,
+    report: Path | None, decimal_comma: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Rank materials by the belt speed above which each is quiet.
 
@@ -96,7 +96,8 @@ def compare(
     from stickslip.materials.words import Words
 
     _check_outputs(outputs, plot, report)
-    fits = fitted([points_file(file) for file in files], wanted_of(unit, speed_column, friction_column), not as_json)
+    wanted = wanted_of(unit, speed_column, friction_column)
+    fits = fitted([points_file(file) for file in files], wanted, not as_json, same)
     given = {"mass": mass, "stiffness": stiffness, "normal_load": load}
     given |= {} if damping is None else {"damping": damping}
     prepare_kernels("stribeck")

@@ -22,7 +22,7 @@ from stickslip.dataset.materials import Material, material_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, compute
 from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning
-from stickslip.fit import CurveFit, MaterialFit, Wanted, draw_curves, fit_curve, fit_materials
+from stickslip.fit import CurveFit, MaterialFit, Wanted, draw_curves, fit_curve, fit_materials, join_repeats
 from stickslip.fit.points import Columns
 from stickslip.materials.quiet import QUIET, UNRESOLVED, VIBRATES, Quiet, quiet_above
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
@@ -69,6 +69,7 @@ def compare(
     between: tuple[float | str, float | str] | None = None,
     unit: str | None = None,
     columns: Wanted | None = None,
+    same: str | Sequence[str] = (),
     level: float = 0.95,
     draws: int = 1000,
     seed: int = 1,
@@ -87,6 +88,8 @@ def compare(
     between : belt speeds searched; None takes a tenth of the slowest measured speed to four times the fastest, or to
         four times where theory sees the end of vibration, if that is more.
     unit : of speeds whose heading names none. columns : which columns of the files to take, where headings do not say.
+    same : patterns of names ("grease A*") of repeats of one material each: one row, whose interval holds what differs
+        between them (`fit.fit_repeats`); the variables `repeats` and `repeat_names` tell how many there are, and which.
     level : of the confidence intervals. draws : curves drawn per material from what its fit leaves open, of which the
         intervals are quantiles; 0 leaves intervals out. seed : of the draws.
     tolerance, scan : of the search of borders, as for `border`. threads : None for all.
@@ -97,6 +100,7 @@ def compare(
     wrong input.
     """
     fits = _fits(materials, replace(columns or Wanted(), unit=unit or (columns.unit if columns else "")))
+    fits = join_repeats(fits, [same] if isinstance(same, str) else same)
     given = {"mass": mass, "stiffness": stiffness, "normal_load": normal_load,
              "damping": 0.0 if damping is None else damping}  # fmt: skip
     if belt_speed is not None:
@@ -334,6 +338,6 @@ def _attributes(fits: Sequence[MaterialFit], question: Question, scan: Scan, spe
         "searched_from": scan.low, "searched_to": scan.high, "searched_points": scan.points,
         "tendency_at": speed, "confidence": question.level, "draws": question.draws, "seed": question.seed,
         "vibrating_regimes": " ".join(VIBRATING),
-        "files": "\n".join(dict.fromkeys(str(one.path) for one in fits)),
+        "files": "\n".join(dict.fromkeys(str(each.path) for one in fits for each in one.repeats or (one,))),
     }  # fmt: skip
     return told | ({} if question.belt_speed is None else {"belt_speed": question.belt_speed})
