@@ -10,10 +10,13 @@ from stickslip.fit.files import MaterialFit, fit_ageing_file, fit_file, fit_mate
 from stickslip.fit.points import read_materials, read_points
 from stickslip.fit.repeats import RepeatedFit, draw_curves, fit_repeats
 from stickslip.fit.roles import Wanted
+from stickslip.fit.step_files import read_steps, write_points
+from stickslip.fit.steps import StepPoints, step_points
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 
 __all__ = [
     "AGEING_COLUMNS", "AgeingFit", "CURVE_COLUMNS", "CurveFit", "Drawn", "MaterialFit", "Rank", "Ranking",
-    "RepeatedFit", "Wanted", "draw_curves", "fit_ageing", "fit_ageing_file", "fit_curve", "fit_file", "fit_materials",
-    "fit_repeats", "join_repeats", "rank", "read_materials", "read_points",
+    "RepeatedFit", "StepPoints", "Wanted", "draw_curves", "fit_ageing", "fit_ageing_file", "fit_curve", "fit_file",
+    "fit_materials", "fit_repeats", "join_repeats", "rank", "read_materials", "read_points", "read_steps",
+    "step_points", "write_points",
 ]  # fmt: skip
