@@ -40,12 +40,12 @@ def specimens(random, count, between=0.08, noise=0.02):
 def test_the_border_of_the_material_is_covered_as_often_as_its_interval_says(count):
     random, true = np.random.default_rng(count), float(border(**TRUE))
     hits = []
-    for trial in range(60):
+    for trial in range(30):
         fit = fit_repeats([SPEEDS] * count, specimens(random, count))
         drawn = draw_curves(fit, 400, trial, falling=True)
         low, high = np.quantile(border(**drawn.coefficients), (0.025, 0.975))
         hits.append(low <= true <= high)
-    assert 0.85 <= np.mean(hits) <= 1.0  # 95 %, of 60; docs/accuracy.md has 300 of each
+    assert 0.83 <= np.mean(hits) <= 1.0  # 95 %, of 30; docs/materials.md has 300
 
 
 def test_intervals_of_repeats_that_differ_are_wider_than_those_of_their_points():
@@ -98,7 +98,7 @@ def test_repeats_are_one_row_of_a_comparison(files):
     assert sorted(ds["material"].values) == ["Fett_B", "fett_a"]
     row = ds.sel(material="fett_a")
     assert int(row["repeats"]) == 3
-    assert str(row["repeat_names"].item()).split() == ["Fett_A1", "Fett_A2", "Fett_A3"]
+    assert str(row["repeat_names"].item()).split("; ") == ["Fett_A1", "Fett_A2", "Fett_A3"]
     assert int((ds["point_material"] == "fett_a").sum()) == 36
     assert all(str(path) in ds.attrs["files"] for path in files)
     assert float(row["quiet_above_low"]) < float(row["quiet_above"]) < float(row["quiet_above_high"])

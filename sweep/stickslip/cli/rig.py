@@ -13,6 +13,7 @@ import click
 
 from stickslip.cli import rig_sounds, screen
 from stickslip.cli.common import WHERE, check_plot, fail, reports_wrong_input
+from stickslip.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -111,7 +112,8 @@ def rig_features(
     records: dict[str, xr.Dataset] = {}
     given = {name: text for name, text in (("normal_load", load), ("drive_speed", speed)) if text is not None}
     for name, file in zip(_names(files), files, strict=True):
-        record = rig.read_record(file, settings.record, settings.conditions)
+        with progress_bar(1, " read", "bytes") as move:  # which only moves for long records
+            record = rig.read_record(file, settings.record, settings.conditions, move)
         _tell_overruled(file, record, given, settings)
         records[_called(name, file, record, records)] = record
     try:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -108,7 +109,8 @@ def step_points(
         raise ValueError(f"no step is a point: {'; '.join(left_out[:3])}")
     if steps is None and used < 1 - _ALIKE:
         left_out.append(f"{100 * (1 - used):.0f} % of the samples, between steps")
-    return StepPoints(*np.array(rows).T, tuple(left_out))
+    columns: tuple[Any, ...] = (*np.array(rows).T, tuple(left_out))
+    return StepPoints(*columns)
 
 
 def _point(t: Floats, y: Floats, v: Floats, n: Floats, settle: float | None, resolution: float) -> tuple[float, ...]:
@@ -164,9 +166,8 @@ def _autocorrelation_time(y: Floats) -> float:
     closed = np.flatnonzero(np.arange(y.size) >= _WINDOW * times)
     if not closed.size:
         return float(y.size)
-    return float(times[closed[0]]) * (
-        1.0 + (2.0 * closed[0] + 1.0) / y.size
-    )  # Wolff, Comput. Phys. Commun. 156 (2004) 143
+    bias = (2.0 * closed[0] + 1.0) / y.size  # Wolff, Comput. Phys. Commun. 156 (2004) 143, Eq. (49)
+    return float(times[closed[0]] * (1.0 + bias))
 
 
 def _resolution(y: Floats) -> float:

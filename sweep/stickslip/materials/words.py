@@ -146,7 +146,7 @@ class Words:
         if "repeats" not in self._ds:
             return ""
         rows = zip(self.names, self._ds["repeats"].values, self._ds["repeat_names"].values, strict=True)
-        told = [f"{name} ({', '.join(str(names).splitlines())})" for name, count, names in rows if count > 1]
+        told = [f"{name} ({str(names).replace('; ', ', ')})" for name, count, names in rows if count > 1]
         return f" Of {listed(told, 'and')}, measured repeatedly, they hold what differs between the repeats as well."
 
     def _assumed(self) -> str:

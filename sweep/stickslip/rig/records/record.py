@@ -16,7 +16,7 @@ makes them equidistant.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -66,19 +66,23 @@ def make_record(time: ArrayLike, signals: Mapping[str, ArrayLike], conditions: M
 
 
 def read_record(
-    path: str | Path, settings: RecordSettings | None = None, conditions: Mapping[str, Condition] | None = None
+    path: str | Path,
+    settings: RecordSettings | None = None,
+    conditions: Mapping[str, Condition] | None = None,
+    moved: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """The record in a CSV file.
 
     conditions : what holds unless the file says otherwise, as for `make_record`; the material is the name of the file
-    unless one of them names it. Raises ConfigError with everything that is wrong, by line and column.
+    unless one of them names it. moved : called with how many bytes of a long file are read, and how many there are.
+    Raises ConfigError with everything that is wrong, by line and column.
     """
     table = read_table(Path(path), "time [ms], force [N], acceleration [m/s2]")
     columns = _columns(table, settings or RecordSettings())
     if len(table.lines) < FEWEST_SAMPLES and not table.rest:
         message = f"{len(table.lines)} samples, expected at least {FEWEST_SAMPLES}"
         raise ConfigError(table.name, [Problem((), message)])
-    found = numbers(table, [position for position, _ in columns.values()])
+    found = numbers(table, [position for position, _ in columns.values()], moved)
     signals = {name: found[position] * factor for name, (position, factor) in columns.items()}
     time = signals.pop(TIME.name)
     _check_time(table, time, columns[TIME.name][0])
