@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stickslip.errors import ConfigError, Place, Problem, reason
 
-LARGEST_TEXT = 1_000_000_000  # bytes; a record of 1e7 samples of four signals has 4e8, and three times as much is in memory
+LARGEST_TEXT = 1_000_000_000  # bytes; a record of 1e7 samples of four signals has 4e8, and takes three times as much
 LARGEST_WORKBOOK = 64_000_000  # bytes as a file; a full sheet of 1,048,576 rows of four numbers has 40e6
 LARGEST_UNPACKED = 256_000_000  # bytes of all parts of a workbook; such a sheet has 160e6
 MOST_PACKED = 200  # how many times smaller parts may be packed; those of sheets are 5 to 20 times, of bombs 1,000
