@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Path = tuple[str | int, ...]
 MOST_PROBLEMS = 200  # more are not read, and finding more in a file of nonsense takes minutes
-_LONGEST_KEY = 60  # characters
+_LONGEST_KEY, _LONGEST_MESSAGE = 60, 2000  # characters; cells of a file may hold 100,000
 
 
 class Place(NamedTuple):
@@ -55,7 +55,8 @@ class Problem:
         source : name of the file; empty for what came from Python.
         """
         where = source if self.place is None else self.place.text(source)
-        parts = [*([where] if where else []), *([dotted(self.path)] if self.path else []), self.message]
+        message = self.message if len(self.message) <= _LONGEST_MESSAGE else f"{self.message[:_LONGEST_MESSAGE]}..."
+        parts = [*([where] if where else []), *([dotted(self.path)] if self.path else []), message]
         return _printable(": ".join(parts)) + (f"\n  hint: {_printable(self.hint)}" if self.hint else "")
 
 

@@ -120,8 +120,8 @@ def compare(
     files: tuple[Path, ...], mass: str, stiffness: str, load: tuple[str, ...], damping: tuple[str, ...],
     speed: tuple[str, ...], scale_friction: tuple[str, ...],
     between: tuple[str, str] | None, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
-    level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None, report: Path | None,
-    decimal_comma: bool, as_json: bool,
+    same: tuple[str, ...], level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None,
+    report: Path | None, decimal_comma: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Rank materials by the belt speed above which each is quiet.
 
@@ -137,7 +137,7 @@ def compare(
     _check_outputs(outputs, plot, report)
     one_load = load[0] if len(load) == 1 and ".." not in load[0] else None
     wanted = wanted_of(unit, speed_column, friction_column, load=one_load)
-    fits = fitted([points_file(file) for file in files], wanted, not as_json)
+    fits = fitted([points_file(file) for file in files], wanted, not as_json, same)
     if not as_json:
         tell_columns(fits)
     prepare_kernels("stribeck")

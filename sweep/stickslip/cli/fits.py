@@ -20,6 +20,8 @@ _COLUMNS = (
     click.option("--speed-column", metavar="NAME", help="Heading of the column of speeds, if it is none of the usual."),
     click.option("--friction-column", metavar="NAME", multiple=True,
                  help="Heading of a column of friction coefficients; several give a fit each."),
+    click.option("--same", metavar="PATTERN", multiple=True,
+                 help='Names of repeats of one material ("grease A*"), which are fitted as one; repeatable.'),
 )  # fmt: skip
 POINTS = click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
 
@@ -62,7 +64,7 @@ Examples:
 @reports_wrong_input
 def fit(
     files: tuple[Path, ...], at: str, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
-    time_column: str | None, load: str | None, plot: Path | None, as_json: bool,
+    same: tuple[str, ...], time_column: str | None, load: str | None, plot: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Fit friction curves, or ageing, to measured points.
 
@@ -82,7 +84,7 @@ def fit(
     if load is not None:
         newtons(load)
     wanted = wanted_of(unit, speed_column, friction_column, time_column, load)
-    fits = fitted([points_file(file) for file in files], wanted, ask=not as_json)
+    fits = fitted([points_file(file) for file in files], wanted, ask=not as_json, same=same)
     for one in fits:
         if one.curve and (asked := question_about_points(one.curve.mu_start, one.points.get("mu"))):
             warnings.warn(f"{one.name}: {asked}", UnitWarning, stacklevel=1)
@@ -104,14 +106,14 @@ def fit(
         click.echo(f"plot     {plot}")
 
 
-def fitted(files: Sequence[Path], wanted: Wanted, ask: bool = True) -> list[MaterialFit]:
+def fitted(files: Sequence[Path], wanted: Wanted, ask: bool = True, same: Sequence[str] = ()) -> list[MaterialFit]:
     """The fits of files; where a header names no unit and somebody sits at the terminal, the unit is asked for."""
     from dataclasses import replace
 
     from stickslip.fit import fit_materials
     from stickslip.vocabulary import units
 
-    fits = fit_materials(files, wanted)
+    fits = fit_materials(files, wanted, same=same)
     bare = [one for one in fits if one.points.assumed]
     if not (ask and bare and _somebody_sits_there()):
         return fits
@@ -122,7 +124,7 @@ def fitted(files: Sequence[Path], wanted: Wanted, ask: bool = True) -> list[Mate
     )
     usual = units.example(column.units).split(" ", 1)[1]
     unit = click.prompt(f"Unit of {column.name}, such as {usual}", default=units.spelled(column.units))
-    return fit_materials(files, replace(wanted, unit=unit.strip()))
+    return fit_materials(files, replace(wanted, unit=unit.strip()), same=same)
 
 
 def _somebody_sits_there() -> bool:

@@ -13,6 +13,7 @@ import click
 
 from stickslip.cli import rig_sounds, screen
 from stickslip.cli.common import JSON, WHERE, check_plot, fail, reports_wrong_input, tell_json
+from stickslip.cli.progress import progress_bar
 from stickslip.cli.tables import tell_table, write_table
 
 if TYPE_CHECKING:
@@ -132,7 +133,8 @@ def rig_features(
     records: dict[str, xr.Dataset] = {}
     given = {name: text for name, text in (("normal_load", load), ("drive_speed", speed)) if text is not None}
     for name, file in zip(_names(files), files, strict=True):
-        record = rig.read_record(file, settings.record, settings.conditions)
+        with progress_bar(1, " read", "bytes") as move:  # which only moves for long records
+            record = rig.read_record(file, settings.record, settings.conditions, move)
         _tell_overruled(file, record, given, settings)
         if left := record.attrs["not_used"]:
             click.echo(f"note      {file}: columns not used: {', '.join(map(repr, left))}")

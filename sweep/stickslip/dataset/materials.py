@@ -67,6 +67,11 @@ def material_dataset(
     variables["fit_quality"] = _text(
         [f"{one.reason} {one.fit.curve.quality}".strip() for one in materials if one.fit.curve], "quality of the fit"
     )
+    if any(one.fit.repeats for one in materials):
+        counts = np.array([max(len(one.fit.repeats), 1) for one in materials], np.int32)
+        variables["repeats"] = xr.Variable("material", counts, {"units": "1", "long_name": "repeats of the material"})
+        texts = ["; ".join(each.name for each in one.fit.repeats) for one in materials]
+        variables["repeat_names"] = _text(texts, "names of the repeats")
     variables["file"] = _text([str(one.fit.path) for one in materials], "file of the measured points")
     curves, grid = _curves(materials)
     points, coordinates = _points(materials, names)

@@ -7,29 +7,32 @@ the whole file; a file that mixes them is refused, because "1,234" might then me
 hold nothing but separators or start with # hold no numbers; what such remarks say is kept. Lines above the heading
 (titles, settings of the instrument) are kept apart. A first line `sep=;`, which Excel reads and writes, names the
 separator.
+
+Records have ten million lines: what lies below their beginning stays bytes, of which `blocks.py` reads blocks of plain
+numbers by pandas; any other block, and all that is wrong, is read line by line.
 """
 
 from __future__ import annotations
 
-import codecs
 import csv
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from io import StringIO
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.errors import ConfigError, Place, Problem, reason
+from stickslip.errors import ConfigError, Place, Problem
+from stickslip.files.blocks import blocks, plain_numbers
 from stickslip.files.formulas import as_written
-from stickslip.files.mistaken import TABLES_HERE, names_in, no_table
+from stickslip.files.limits import check_columns, check_points
+from stickslip.files.texts import read_text
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
-_ZIP = b"PK\3\4"  # how a workbook begins
 _SAID = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
@@ -38,71 +41,6 @@ _MOST_ABOVE = 300  # lines above the heading
 _OPEN = re.compile(r'(?:^|[;,\t])\s*"[^"]*$')  # a cell that is not closed
 _MOST_JOINED = 4  # lines of one heading
 MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
-
-
-def read_text(path: Path) -> str:
-    """What a file says: UTF-8 or UTF-16 as its byte order mark tells, else UTF-8, else Windows-1252 or Latin-1; of a
-    workbook of Excel the first sheet, as CSV.
-
-    Raises ConfigError if it cannot be read, or is no text.
-    """
-    if _is_workbook(path):
-        return _first_sheet(path)
-    if mistaken := no_table(path):
-        what = f"this is {mistaken.what}, expected a CSV file"
-        raise ConfigError(str(path), [Problem((), what, hint=mistaken.hint)])
-    try:
-        return _decoded(path.read_bytes())
-    except FileNotFoundError:
-        here = names_in(path.parent, TABLES_HERE)
-        hint = f"{path.parent if path.parent != Path() else 'this folder'} holds {', '.join(here)}" if here else None
-        raise ConfigError(str(path), [Problem((), "no such file", hint=hint)]) from None
-    except OSError as error:
-        raise ConfigError(str(path), [Problem((), f"cannot be read: {error.strerror or error}")]) from None
-    except UnicodeError:
-        message = "this is no text, expected a CSV file"
-        raise ConfigError(str(path), [Problem((), message, hint="save the table as CSV")]) from None
-
-
-def _is_workbook(path: Path) -> bool:
-    """Whether this is a file of Excel, by its name and by how it begins."""
-    try:
-        with path.open("rb") as file:
-            return path.suffix.lower() == ".xlsx" and file.read(len(_ZIP)) == _ZIP
-    except OSError:  # which whoever reads it will explain
-        return False
-
-
-def _first_sheet(path: Path) -> str:
-    """The first sheet of a workbook as text, columns separated by semicolons. Raises ConfigError."""
-    try:
-        import pandas as pd
-
-        sheet = pd.read_excel(path, header=None, dtype=object, na_filter=False)
-    except ImportError:
-        message = "this is an Excel workbook, which needs openpyxl"
-        hint = 'pip install "stickslip[excel]", or save the sheet as CSV'
-        raise ConfigError(str(path), [Problem((), message, hint=hint)]) from None
-    except Exception as error:  # a damaged archive can make these libraries raise whatever there is
-        message, hint = f"this is an Excel workbook that cannot be read ({reason(error)})", "save the sheet as CSV"
-        raise ConfigError(str(path), [Problem((), message, hint=hint)]) from None
-    text = StringIO()
-    csv.writer(text, delimiter=";", lineterminator="\n").writerows(sheet.values.tolist())
-    return text.getvalue()
-
-
-def _decoded(data: bytes) -> str:
-    """Bytes as text. Raises UnicodeError for what is none: a workbook, for one, is a ZIP archive."""
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # Excel's "Unicode text"
-        return data.decode("utf-16")
-    if data.startswith(_ZIP) or b"\0" in data:
-        raise UnicodeError
-    for encoding in ("utf-8-sig", "cp1252"):
-        try:
-            return data.decode(encoding)
-        except UnicodeDecodeError:
-            pass
-    return data.decode("latin-1")  # which knows every byte
 
 
 class Cell(NamedTuple):
@@ -119,6 +57,7 @@ class Table:
     remarks : the text after the # of comment lines. heading : the cells of the first other line.
     lines : the rest, each with its number. separator : one of comma, semicolon and tab. above : lines before the
     heading that are no remarks, cell by cell.
+    rest, begins : of a long file, what follows `lines` as bytes, and the number of its first line.
     """
 
     name: str
@@ -127,6 +66,8 @@ class Table:
     lines: tuple[tuple[int, str], ...]
     separator: str
     above: tuple[tuple[Cell, ...], ...] = ()
+    rest: bytes = b""
+    begins: int = 0
 
 
 def read_table(
@@ -138,7 +79,8 @@ def read_table(
     whether cells may be the names of the columns; the first such line over numbers is, else the first of several cells.
     """
     name = str(path)
-    numbered = [(number, line) for number, line in _lines(read_text(path)) if line.strip(" ;,\t")]
+    text, below = read_text(path)
+    numbered = [(number, line) for number, line in _whole_lines(text) if line.strip(" ;,\t")]
     said = _SAID.fullmatch(numbered[0][1]) if numbered else None
     numbered = numbered[1:] if said else numbered
     remarks = tuple(_remark(number, line) for number, line in numbered if _is_remark(line))
@@ -152,12 +94,16 @@ def read_table(
     while len(heading) > 1 and not heading[-1].text:
         heading = heading[:-1]
     lines = tuple(_within(rest, separator, len(heading)))
-    if not lines:
+    if not lines and not below:
         raise ConfigError(name, [Problem((), f"no {rows_are}, only the names of columns", Place(number, 1))])
-    return Table(name, remarks, heading, lines, separator, tuple(_above(*row, separator) for row in rows[:at]))
+    check_columns(path, number, len(heading))
+    begins = len(text.splitlines()) + 1
+    remarks += tuple(_remarks(below, begins))
+    above = tuple(_above(*row, separator) for row in rows[:at])
+    return Table(name, remarks, heading, lines, separator, above, below, begins)
 
 
-def _lines(text: str) -> Iterator[tuple[int, str]]:
+def _whole_lines(text: str) -> Iterator[tuple[int, str]]:
     """The lines of a text, numbered; near the top a cell in quotation marks may go on in the next line."""
     begun: tuple[int, str] | None = None
     for number, line in enumerate(text.splitlines(), 1):
@@ -231,30 +177,59 @@ def _within(rows: Iterable[tuple[int, str]], separator: str, width: int) -> Iter
         yield number, line
 
 
-def numbers(table: Table, wanted: Sequence[int]) -> dict[int, NDArray[np.float64]]:
-    """The columns at the positions `wanted`, unconverted. Raises ConfigError naming line and column."""
-    width = len(table.heading)
-    rows = [_texts(table, number, line) for number, line in table.lines]
-    comma = has_decimal_commas(table, rows, wanted)
-    found = {}
-    try:
-        if any(len(row) != width for row in rows):
-            raise ValueError
-        for column in wanted:
-            texts = [row[column] for row in rows]
-            if comma:
-                if any("." in text for text in texts):
-                    raise ValueError
-                texts = [text.replace(",", ".") for text in texts]
-            # float() also takes "1_0", "nan" and digits of other scripts
-            if any("_" in text or not text.isascii() for text in texts):
-                raise ValueError
-            found[column] = np.array([float(text) for text in texts])
-            if not np.isfinite(found[column]).all():
-                raise ValueError
-    except ValueError:
-        raise ConfigError(table.name, _problems(table, wanted, comma)) from None
-    return found
+def numbers(
+    table: Table, wanted: Sequence[int], moved: Callable[[int, int], None] | None = None
+) -> dict[int, NDArray[np.float64]]:
+    """The columns at the positions `wanted`, unconverted. Raises ConfigError naming line and column.
+
+    moved : called with how many bytes of a long table are read, and how many there are.
+    """
+    for comma in (False, True) if table.separator != "," else (False,):
+        parts = []
+        for done, values in _parts_of(table, wanted, comma):
+            if values is None:
+                break
+            parts.append(values)
+            if moved is not None and table.rest:
+                moved(done, len(table.rest))
+        else:
+            return dict(zip(wanted, np.concatenate(parts, axis=1), strict=True))
+    rows = (_texts(table, number, line) for number, line in (_lines(table) if b"," in table.rest else table.lines))
+    raise ConfigError(table.name, _problems(table, wanted, has_decimal_commas(table, rows, wanted)))
+
+
+def _parts_of(table: Table, wanted: Sequence[int], comma: bool) -> Iterator[tuple[int, NDArray[np.float64] | None]]:
+    """The columns part by part, (wanted, lines), each with the bytes read by then; None where some are no numbers."""
+    yield 0, _numbers(table, table.lines, wanted, comma)
+    done = 0
+    for begins, block in blocks(table.rest, table.begins):
+        found = plain_numbers(block, table.separator, len(table.heading), wanted, comma)
+        done += len(block)
+        yield done, _numbers(table, [*_rows(table, block, begins)], wanted, comma) if found is None else found
+
+
+def _numbers(
+    table: Table, lines: Sequence[tuple[int, str]], wanted: Sequence[int], comma: bool
+) -> NDArray[np.float64] | None:
+    """The columns of some lines, (wanted, lines); None if they are not all numbers. Raises ConfigError for no CSV."""
+    rows = [_texts(table, number, line) for number, line in lines]
+    if any(len(row) != len(table.heading) for row in rows):
+        return None
+    found = np.empty((len(wanted), len(rows)))
+    for values, column in zip(found, wanted, strict=True):
+        texts = [row[column] for row in rows]
+        if comma:
+            if any("." in text for text in texts):
+                return None
+            texts = [text.replace(",", ".") for text in texts]
+        # float() also takes "1_0", "nan" and digits of other scripts
+        if any("_" in text or not text.isascii() for text in texts):
+            return None
+        try:
+            values[:] = [float(text) for text in texts]
+        except ValueError:
+            return None
+    return found if np.isfinite(found).all() else None
 
 
 def first_cells(table: Table) -> tuple[Cell, ...]:
@@ -263,9 +238,25 @@ def first_cells(table: Table) -> tuple[Cell, ...]:
 
 
 def cells(table: Table) -> Iterator[tuple[Cell, ...]]:
-    """The cells below the heading, line by line, as texts. Raises ConfigError where a line is not CSV."""
-    for number, line in table.lines:
+    """The cells below the heading, line by line, as texts. Raises ConfigError where a line is not CSV, and for more
+    lines than points are fitted."""
+    check_points(table.name, len(table.lines) + table.rest.count(b"\n"))
+    for number, line in _lines(table):
         yield _cells(table.name, number, line, table.separator)
+
+
+def _lines(table: Table) -> Iterator[tuple[int, str]]:
+    """All lines below the heading that hold something, each with its number."""
+    yield from table.lines
+    for begins, block in blocks(table.rest, table.begins):
+        yield from _rows(table, block, begins)
+
+
+def _rows(table: Table, block: bytes, begins: int) -> Iterator[tuple[int, str]]:
+    """Those of a block."""
+    every = enumerate(block.decode().split("\n"), begins)
+    rows = ((number, line) for number, line in every if line.strip() and not _is_remark(line))
+    return _within(rows, table.separator, len(table.heading))
 
 
 def _texts(table: Table, number: int, line: str) -> list[str]:
@@ -277,7 +268,7 @@ def _texts(table: Table, number: int, line: str) -> list[str]:
 
 def line_of(table: Table, row: int) -> int:
     """Number of the line that holds sample `row`."""
-    return table.lines[row][0]
+    return next(islice(_lines(table), row, None))[0]
 
 
 # --- the text ---------------------------------------------------------------------------------------------------------
@@ -285,6 +276,18 @@ def line_of(table: Table, row: int) -> int:
 
 def _is_remark(line: str) -> bool:
     return line.lstrip().startswith("#")
+
+
+def _remarks(rest: bytes, begins: int) -> Iterator[Cell]:
+    """The remarks in what follows the beginning of a file."""
+    start, mark = 0, rest.find(b"#")
+    while mark >= 0:
+        line = rest.rfind(b"\n", start, mark) + 1 or start
+        begins, start = begins + rest.count(b"\n", start, line), line
+        end = rest.find(b"\n", mark) % (len(rest) + 1)
+        if not rest[start:mark].strip():
+            yield _remark(begins, rest[start:end].decode())
+        mark = rest.find(b"#", end)
 
 
 def _remark(number: int, line: str) -> Cell:
@@ -324,7 +327,7 @@ def _parts(line: str, separator: str) -> Iterator[tuple[int, int]]:
 # --- what is wrong ----------------------------------------------------------------------------------------------------
 
 
-def has_decimal_commas(table: Table, rows: Sequence[Sequence[str]], wanted: Sequence[int]) -> bool:
+def has_decimal_commas(table: Table, rows: Iterable[Sequence[str]], wanted: Sequence[int]) -> bool:
     """Whether numbers are written with commas in the columns `wanted` of the cells in `rows`."""
     return table.separator != "," and any("," in row[column] for row in rows for column in wanted if column < len(row))
 
@@ -347,7 +350,7 @@ def mixed_marks(text: str, comma: bool) -> str:
 def _problems(table: Table, wanted: Sequence[int], comma: bool) -> list[Problem]:
     """Everything that keeps the table from being numbers, up to a limit."""
     problems: list[Problem] = []
-    for number, line in table.lines:
+    for number, line in _wrong_lines(table, wanted, comma):
         if len(problems) >= MOST_PROBLEMS:
             break
         row = _cells(table.name, number, line, table.separator)
@@ -358,6 +361,14 @@ def _problems(table: Table, wanted: Sequence[int], comma: bool) -> list[Problem]
             if (problem := _not_a_number(row[column], comma, table.heading[column].text)) is not None:
                 problems.append(problem)
     return problems
+
+
+def _wrong_lines(table: Table, wanted: Sequence[int], comma: bool) -> Iterator[tuple[int, str]]:
+    """The lines among which the wrong ones are: without those blocks that are read."""
+    yield from table.lines
+    for begins, block in blocks(table.rest, table.begins):
+        if plain_numbers(block, table.separator, len(table.heading), wanted, comma) is None:
+            yield from _rows(table, block, begins)
 
 
 def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:

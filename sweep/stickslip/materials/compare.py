@@ -23,7 +23,7 @@ from stickslip.dataset.materials import Material, material_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, Progress
 from stickslip.errors import ConfigError, Problem, UnitWarning
-from stickslip.fit import CurveFit, MaterialFit, Wanted, fit_curve, fit_materials
+from stickslip.fit import CurveFit, MaterialFit, Wanted, fit_curve, fit_materials, join_repeats
 from stickslip.fit.points import Columns
 from stickslip.materials.quiet import (
     NOT_DETERMINED,
@@ -74,6 +74,7 @@ def compare(
     between: tuple[Amount, Amount] | None = None,
     unit: str | None = None,
     columns: Wanted | None = None,
+    same: str | Sequence[str] = (),
     level: float = 0.95,
     draws: int = 1000,
     seed: int = 1,
@@ -98,6 +99,8 @@ def compare(
     between : belt speeds searched; None takes a tenth of the slowest measured speed to four times the fastest, or to
         four times where theory sees the end of vibration, if that is more.
     unit : of speeds whose heading names none. columns : which columns of the files to take, where headings do not say.
+    same : patterns of names ("grease A*") of repeats of one material each: one row, whose interval holds what differs
+        between them (`fit.fit_repeats`); the variables `repeats` and `repeat_names` tell how many there are, and which.
     level : of the confidence intervals. draws : curves drawn per material from what its fit leaves open, of which the
         intervals are quantiles; 0 leaves intervals out. seed : of the draws.
     tolerance, scan : of the search of borders, as for `border`. threads : None for all. progress : as for `run`; what
@@ -116,6 +119,7 @@ def compare(
     wanted = columns or Wanted()
     load = normal_load if wanted.load is None else wanted.load  # by which friction forces are divided
     fits = _fits(materials, replace(wanted, unit=unit or wanted.unit, load=load))
+    fits = join_repeats(fits, [same] if isinstance(same, str) else same)
     given = {"mass": mass, "stiffness": stiffness, "normal_load": normal_load,
              "damping": 0.0 if damping is None else damping, "friction_scale": friction_scale}  # fmt: skip
     if not 0 < level < 1:
@@ -395,7 +399,7 @@ def _attributes(fits: Sequence[MaterialFit], question: Question, scan: Scan) -> 
         "searched_from": scan.low, "searched_to": scan.high, "searched_points": scan.points,
         "tendency_at": speed, "confidence": question.level, "draws": question.draws, "seed": question.seed,
         "vibrating_regimes": " ".join(VIBRATING),
-        "files": "\n".join(dict.fromkeys(str(one.path) for one in fits)),
+        "files": "\n".join(dict.fromkeys(str(each.path) for one in fits for each in one.repeats or (one,))),
     }  # fmt: skip
     if len(speeds.values) > 1:
         del told["tendency_at"]

@@ -205,8 +205,16 @@ class Words:
         return (
             f"The {self.level} intervals are quantiles of {int(self.ds.attrs['draws']):,} curves a material, drawn "
             "from what its fit leaves open: the scatter of the points, not of specimens, temperature or the system"
-            f"{self._assumed()}."
+            f"{self._assumed()}.{self._between_repeats()}"
         )
+
+    def _between_repeats(self) -> str:
+        """The materials whose interval holds more."""
+        if "repeats" not in self.ds:
+            return ""
+        rows = zip(self.names, self.ds["repeats"].values, self.ds["repeat_names"].values, strict=True)
+        told = [f"{name} ({str(names).replace('; ', ', ')})" for name, count, names in rows if count > 1]
+        return f" Of {listed(told, 'and')}, measured repeatedly, they hold what differs between the repeats as well."
 
     def _assumed(self) -> str:
         """The materials whose fit assumed that friction never rises."""

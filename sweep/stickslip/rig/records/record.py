@@ -16,7 +16,7 @@ makes them equidistant.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -71,12 +71,16 @@ def make_record(time: ArrayLike, signals: Mapping[str, ArrayLike], conditions: M
 
 
 def read_record(
-    path: str | Path, settings: RecordSettings | None = None, conditions: Mapping[str, Condition] | None = None
+    path: str | Path,
+    settings: RecordSettings | None = None,
+    conditions: Mapping[str, Condition] | None = None,
+    moved: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """The record in a CSV file.
 
     conditions : what holds unless the file says otherwise, as for `make_record`; the material is the name of the file
-    unless one of them names it. Raises ConfigError with everything that is wrong, by line and column.
+    unless one of them names it. moved : called with how many bytes of a long file are read, and how many there are.
+    Raises ConfigError with everything that is wrong, by line and column.
     """
     settings = settings or RecordSettings()
     table = read_table(Path(path), _EXAMPLE, is_heading=lambda cells: _may_be_headings(cells, settings))
@@ -85,10 +89,10 @@ def read_record(
     )
     table = replace(table, lines=table.lines[has_units:])
     columns = _columns(table, headings, settings)
-    if len(table.lines) < FEWEST_SAMPLES:
+    if len(table.lines) < FEWEST_SAMPLES and not table.rest:
         message = f"{len(table.lines)} samples, expected at least {FEWEST_SAMPLES}"
         raise ConfigError(table.name, [Problem((), message)])
-    found = numbers(table, [position for position, _ in columns.values()])
+    found = numbers(table, [position for position, _ in columns.values()], moved)
     signals = {name: found[position] * factor for name, (position, factor) in columns.items()}
     time = signals.pop(TIME.name)
     _check_time(table, time, columns[TIME.name][0])

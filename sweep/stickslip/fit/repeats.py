@@ -1,0 +1,147 @@
+"""Repeats of one material: one curve through the points of all, known as well as the repeats agree.
+
+Specimens differ by more than the scatter of the points of each, and not only in level: what varies from repeat to
+repeat is the whole curve. So nothing is assumed about how. The curve is fitted to all points, and again without each
+repeat in turn; with n repeats, the covariance of the coefficients is (n-1)/n times the sum of the squares of what
+leaving one out changes (the jackknife over groups: Efron and Stein, Ann. Statist. 9 (1981) 586; as cluster-robust CR3:
+MacKinnon, Nielsen and Webb, J. Appl. Econometrics 38 (2023) 671), and intervals follow the t distribution of n-1
+degrees of freedom. This holds scatter within and between repeats, whatever their speeds and numbers of points.
+Coefficients above 0 vary by factors, as levels of friction do from specimen to specimen; a2, which may be 0, does not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip.fit import draws
+from stickslip.fit.curve import CurveFit, fit_curve
+from stickslip.fit.forms import COEFFICIENTS
+from stickslip.fit.uncertainty import CONFIDENCE, Floats, Interval, student
+from stickslip.theory import stribeck
+
+Flags = NDArray[np.bool_]
+
+_BATCHES = 200  # of draws, until enough of them are curves
+_BAND = 2000  # curves drawn for a band
+
+
+@dataclass(frozen=True)
+class RepeatedFit(CurveFit):
+    """A curve through the points of several repeats of one material.
+
+    As `CurveFit`; uncertainties are those between repeats. repeats : their names. without : the curve without each.
+    """
+
+    repeats: tuple[str, ...] = ()
+    without: tuple[CurveFit, ...] = field(default=(), repr=False)
+
+    def draw(self, count: int, seed: int = 1, *, falling: bool = False) -> draws.Drawn | None:
+        """Curves as likely as the repeats leave them, as `draw_curves` returns them."""
+        random, n = np.random.default_rng(seed), len(self.without)
+        best, others = self._scaled(self), np.array([self._scaled(one) for one in self.without])
+        root = (others - others.mean(axis=0)) * np.sqrt((n - 1) / n)
+        inside: list[Floats] = []
+        for tried in range(1, _BATCHES + 1):
+            spread = np.sqrt(random.chisquare(n - 1, (count, 1)) / (n - 1))
+            drawn = best + random.standard_normal((count, n)) @ root / spread
+            with np.errstate(over="ignore"):
+                drawn = np.where(self._by_factors(), np.exp(drawn), drawn)
+            a1, a2, a3, a4 = drawn.T
+            of_kind = ((a2 >= 0) | falling) & (a3 >= 0) if self.a3 >= 0 else a3 <= 0
+            inside.append(drawn[of_kind & (a1 >= 0) & (a1 + a3 >= 0) & (a4 > 0) & np.isfinite(drawn).all(axis=1)])
+            if (enough := sum(map(len, inside))) >= count:
+                chosen = np.concatenate(inside)[:count]
+                named = {name: chosen[:, i] for i, name in enumerate(COEFFICIENTS)}
+                return draws.Drawn(named, enough / (tried * count))
+        return None
+
+    def band(self, speed: ArrayLike) -> tuple[Floats, Floats]:
+        """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s): quantiles of draws."""
+        w = np.asarray(speed, np.float64)
+        drawn = self.draw(_BAND, falling=True)
+        if drawn is None:
+            return np.zeros_like(w), np.full_like(w, np.inf)
+        curves = stribeck(w[..., None], **drawn.coefficients)
+        tail = (1 - CONFIDENCE) / 2
+        low, high = np.quantile(curves, (tail, 1 - tail), axis=-1)
+        return np.maximum(low, 0.0), high
+
+    def _by_factors(self) -> Flags:
+        """Which coefficients vary by factors: those above 0 in all fits, but for a2."""
+        values = np.array([[*one.coefficients().values()] for one in (self, *self.without)])
+        return np.asarray((values > 0).all(axis=0) & (np.array(COEFFICIENTS) != "a2"))
+
+    def _scaled(self, fit: CurveFit) -> Floats:
+        values = np.array([*fit.coefficients().values()])
+        return np.where(self._by_factors(), np.log(np.where(self._by_factors(), values, 1.0)), values)
+
+
+def draw_curves(fit: CurveFit, count: int, seed: int = 1, *, falling: bool = False) -> draws.Drawn | None:
+    """As `draws.draw_curves`; of a `RepeatedFit`, as likely as its repeats leave them."""
+    if isinstance(fit, RepeatedFit):
+        return fit.draw(count, seed, falling=falling)
+    return draws.draw_curves(fit, count, seed, falling=falling)
+
+
+def fit_repeats(
+    speeds: Sequence[ArrayLike], mus: Sequence[ArrayLike], names: Sequence[str] = (), *, unit: str = "m/s"
+) -> RepeatedFit:
+    """One curve through the points of several repeats of one material.
+
+    Parameters
+    ----------
+    speeds, mus : slip speeds (m/s) and friction coefficients, an array for each repeat, which may differ in length
+    names : of the repeats, for the result
+    unit : in which `quality` tells speeds
+
+    Returns
+    -------
+    RepeatedFit
+        Its intervals and draws hold the scatter between repeats, on n-1 degrees of freedom.
+
+    Raises
+    ------
+    ValueError
+        For fewer than two repeats, and where the others, without one of them, have fewer than 4 distinct speeds.
+    """
+    w, y = [np.asarray(one, np.float64) for one in speeds], [np.asarray(one, np.float64) for one in mus]
+    if len(w) < 2 or len(w) != len(y):
+        raise ValueError(f"repeats: got {len(w)}, expected at least 2, each with speeds and friction coefficients")
+    whole = fit_curve(np.concatenate(w), np.concatenate(y), unit=unit)
+    without = []
+    for i in range(len(w)):
+        rest = [j for j in range(len(w)) if j != i]
+        try:
+            without.append(fit_curve(np.concatenate([w[j] for j in rest]), np.concatenate([y[j] for j in rest])))
+        except ValueError as error:
+            raise ValueError(f"without {names[i] if names else f'repeat {i + 1}'}: {error}") from None
+    values = np.array([[*one.coefficients().values(), one.mu_start] for one in without])
+    scatter = values - values.mean(axis=0)
+    matrix = (len(w) - 1) / len(w) * scatter.T @ scatter
+    best = [*whole.coefficients().values(), whole.mu_start]
+    errors = [math.sqrt(one) for one in np.diag(matrix)]
+    reach = [student(len(w) - 1) * error for error in errors]
+    order = (*COEFFICIENTS, "mu_start")
+    said = f"{len(w)} repeats ({', '.join(names)})" if names else f"{len(w)} repeats"
+    quality = f"{whole.quality} Intervals are those of {said}, which hold what differs between them."
+    known = {one.name: getattr(whole, one.name) for one in fields(CurveFit)}
+    known |= {
+        "standard_error": dict(zip(order, errors, strict=True)),
+        "interval": dict(zip(order, map(_within, best, reach, order), strict=True)),
+        "covariance": matrix[:4, :4], "freedom": float(len(w) - 1),
+        "quality": f"{quality} Two leave them wide: measure a third." if len(w) == 2 else quality,
+    }  # fmt: skip
+    return RepeatedFit(**known, repeats=tuple(names), without=tuple(without))
+
+
+def _within(value: float, reach: float, name: str) -> Interval:
+    """An interval, of what varies by factors as well."""
+    if value > 0 and name != "a2":
+        factor = math.exp(min(reach / value, 700.0))
+        return value / factor, value * factor
+    return max(0.0, value - reach) if value >= 0 else value - reach, value + reach
