@@ -10,7 +10,6 @@ out. Friction is a coefficient or, over the load, a force.
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 
 import numpy as np
@@ -18,25 +17,23 @@ import numpy as np
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.files.atomic import replaced
 from stickslip.files.tables import Table, numbers, read_table
-from stickslip.fit.headings import holds_speed, meant, plain
+from stickslip.fit.headings import PERCENT, PURE, heading, plain
 from stickslip.fit.steps import StepPoints, step_points
 from stickslip.fit.uncertainty import Floats
 from stickslip.vocabulary import units
+from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.words import listed
 
-_WORDS = {
-    "force": ("force", "friction force", "tangential force", "ff", "ft", "fr", "reibkraft", "reibungskraft",
-              "tangentialkraft"),
-    "load": ("load", "normal load", "normal force", "fn", "normalkraft", "last", "pr\u00fcflast"),
+_WORDS = {  # of columns that only records in steps and plans have
     "rotation": ("rpm", "upm", "n", "rotation", "rotational speed", "speed of rotation", "drehzahl"),
     "begin": ("begin", "start", "from", "beginn", "von"), "end": ("end", "stop", "to", "ende", "bis"),
 }  # fmt: skip
+_KINDS = ("time", "speed", "mu", "friction_force", "force", "load")
 _UNITS = {"time": "s", "begin": "s", "end": "s", "speed": "m s-1", "force": "N", "load": "N", "mu": "1"}
 _TURNS = {  # rad/s of one; people mean turns by 1/min and Hz
     **dict.fromkeys(("rpm", "upm", "u/min", "1/min", "/min", "min-1", "min^-1", "rev/min", "r/min"), math.pi / 30),
     **dict.fromkeys(("hz", "1/s", "s-1", "s^-1", "rev/s", "u/s", "rps"), 2 * math.pi), "rad/s": 1.0,
 }  # fmt: skip
-_HEADING = re.compile(r"([^\[\]()]*?)[\s,/]*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
 _EXAMPLE = "time [s], speed [mm/s], force [N], load [N]"
 
 
@@ -123,17 +120,14 @@ class _Columns:
 
 def _columns(path: Path, known: tuple[str, ...], example: str) -> _Columns:
     """The columns of a table. Raises ConfigError."""
-    table = read_table(path, example)
+    table = read_table(path, example, is_heading=lambda names: sum(bool(_kind(name, known)) for name in names) > 1)
     found: dict[str, tuple[int, float]] = {}
     problems = []
     for position, cell in enumerate(table.heading):
-        match = _HEADING.fullmatch(cell.text)
-        word, unit = (match[1].strip(), (match[2] or match[3] or "").strip()) if match else (cell.text, "")
-        name = meant(word, known) or next((n for n in known if plain(word) in _WORDS.get(n, ())), None)
-        name = name or ("speed" if "speed" in known and holds_speed(word) else None)
-        turns = _TURNS.get((unit or word).lower().replace(" ", ""))
-        name = "rotation" if name == "speed" and turns and unit else name
-        if name is None:
+        unit = heading(cell.text, _KINDS).unit
+        turns = _turns(cell.text)
+        name = _kind(cell.text, known)
+        if not name:
             continue
         try:
             if name in found:
@@ -147,6 +141,21 @@ def _columns(path: Path, known: tuple[str, ...], example: str) -> _Columns:
     return _Columns(table, {name: values[position] * factor for name, (position, factor) in found.items()})
 
 
+def _kind(text: str, known: tuple[str, ...]) -> str:
+    """Which of the known columns a heading is; nothing if none."""
+    one = heading(text, _KINDS)
+    own = next((name for name, words in _WORDS.items() if plain(one.name) in words), "")
+    name = own or ("force" if one.is_force() else "mu" if one.kind == "kinetic" else one.kind)
+    name = "rotation" if name == "speed" and one.unit and _turns(text) else name
+    return name if name in known else ""
+
+
+def _turns(text: str) -> float | None:
+    """rad/s of the unit of rotation in a heading, which may be all of it."""
+    one = heading(text, _KINDS)
+    return _TURNS.get((one.unit or one.name).lower().replace(" ", ""))
+
+
 def _factor(name: str, unit: str, turns: float | None) -> float:
     """What numbers are multiplied with to be in SI. Raises QuantityError."""
     if name == "rotation":
@@ -154,12 +163,12 @@ def _factor(name: str, unit: str, turns: float | None) -> float:
             raise QuantityError("the unit of a speed of rotation in brackets", "for instance 'rotation [rpm]'")
         return turns
     if name == "mu":
-        if unit not in ("", "1", "-", "%"):
+        if unit not in (*PURE, *PERCENT):
             raise QuantityError("no unit", "a friction coefficient is a pure number")
-        return 0.01 if unit == "%" else 1.0
+        return 0.01 if unit in PERCENT else 1.0
     if not unit:
         raise QuantityError("its unit in brackets", f"for instance '{name} [{units.spelled(_UNITS[name])}]'")
-    return units.si_value(f"1 {unit}", _UNITS[name])
+    return units.si_value(f"1 {column_unit(unit, _UNITS[name])}", _UNITS[name])
 
 
 def _wrong(table: Table, message: str, hint: str | None = None) -> ConfigError:
