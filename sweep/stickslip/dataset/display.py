@@ -67,7 +67,9 @@ def unit_of(array: xr.DataArray, values: NDArray[Any] | None = None) -> Unit:
     if si == "1":
         return Unit()
     if asked is None:
-        asked = _following(array, si) or _of_time(array, si, values) or units.spelled(si)
+        asked = _following(array, si) or _of_time(array, si, values)
+    if not asked:
+        return si_unit(array)
     try:
         return Unit(str(asked), units.factor(str(asked), si))
     except QuantityError:  # not in a file of ours

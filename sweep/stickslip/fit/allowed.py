@@ -21,6 +21,7 @@ _VISIBLE, _ROUNDING = 0.01, 1e-9  # of the span, of the friction: smaller residu
 _CERTAIN = 0.99  # confidence with which a branch must be seen
 _TREND = 0.05  # chance of as many falls among points without a trend
 _UNEVEN = 6.63  # by which the deviance falls where the scatter differs along the speed: chi-squared, 1 %
+_LEAST = 2  # points to spare for an interval, where the scatter is not given
 _FEW, _WIDER = 3, 0.975  # with so few points to spare a branch that is seen was often seen by luck: 97.5 % cover 95 %
 
 
@@ -124,8 +125,10 @@ class Allowed:
     def __init__(self, points: MeasuredPoints, chosen: Chosen) -> None:
         self._points, self._chosen = points, chosen
         form = WEAKENING if chosen.form is STRAIGHT else chosen.form
+        self._form = form
         known, spare = points.deviation is not None, points.freedom(form)
         few = not known and 0 < spare <= _FEW
+        spare = spare if known or spare >= _LEAST or form is FALLING else 0  # one tells nothing of the scatter
         even = replace(points, slope=0.0)
         self.region = Region(
             even.scaled.model, form.faces, math.inf if known and spare > 0 else float(spare),
@@ -144,16 +147,8 @@ class Allowed:
     def intervals(self) -> Mapping[str, Interval]:
         """Of a1 to a4 and of mu_start; an end that the points leave open is inf, or 0."""
         form, units = self._chosen.form, self._points.units
-        if form is STRAIGHT:
-            line = self._line(np.array([[1.0, 0.0], [0.0, 1.0]]))
-            ends = {
-                name: (low * unit, high * unit)
-                for name, low, high, unit in zip(("a1", "a2"), *line, units, strict=False)
-            }
-            return {
-                **{n: (max(a, 0.0), b) for n, (a, b) in ends.items()},
-                **dict.fromkeys(("a3", "a4", "mu_start"), (0.0, math.inf)),
-            }
+        if form is STRAIGHT:  # a branch that the points do not show may hide in any of them
+            return dict.fromkeys(("a1", "a2", "a3", "a4", "mu_start"), (0.0, math.inf))
         rows = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1]])
         low, high = self.region.extent(lambda scale: np.broadcast_to(rows, (scale.size, 4, 3)))
         names = ("a1", "a2", "a3", "mu_start")
@@ -168,10 +163,13 @@ class Allowed:
                 {name: (ends[name][0], math.inf) for name in ("a3", "mu_start")} if form is not STRENGTHENING else {}
             )
         if math.isinf(fast):  # a1 and a3 are one coefficient then, and with a2 a straight line
-            ends |= dict.fromkeys(("a1", "a3"), (0.0, math.inf))
+            ends |= {**dict.fromkeys(("a1", "a3"), (0.0, math.inf)), "a2": (ends["a2"][0], math.inf)}
         floor = (*form.nonnegative, "mu_start")
         ends = {name: (max(a, 0.0) if name in floor else a, b) for name, (a, b) in ends.items()}
-        return {**ends, "a4": (float(slow * units[3]), float(fast * units[3]))}
+        ends["a4"] = float(slow * units[3]), float(fast * units[3])
+        if form is FALLING:  # without the rise that was assumed away, the others are not known
+            ends |= dict.fromkeys(("a1", "a2", "a3"), (0.0, math.inf))
+        return ends
 
     def friction(self, speed: Floats) -> tuple[Floats, Floats]:
         """Lower and upper ends of the friction coefficient at slip speeds (c,) in m/s."""
@@ -198,6 +196,12 @@ class Allowed:
         reach = student(math.inf if points.deviation is not None else spare) * error
         middle = rows @ self._chosen.best[:2]
         return middle - reach, middle + reach
+
+    @property
+    def can_draw(self) -> bool:
+        """Whether points are to spare, so that their scatter is known."""
+        least = 1 if self._points.deviation is not None or self._form is FALLING else _LEAST
+        return self._points.freedom(self._form) >= least
 
     def draw(self, count: int, random: np.random.Generator) -> Floats:
         """a1 to a4 of curves, (count, 4) or fewer: those within the bounds of the form, but for a2, which may be < 0.

@@ -31,7 +31,7 @@ class CurveFit:
     be. Points without a branch have a3 = 0, and then a4 means nothing.
     standard_error : by name, of a1 to a4 and of mu_start = a1 + a3, to first order.
     interval : by name, 95 % by profile likelihood, without the part below a bound at 0; an end that the points
-        leave open is inf, or 0.
+        leave open is inf, or 0; all are where another curve is said to fit better.
     covariance : (4, 4), in the order a1 to a4, to first order. freedom : points to spare, inf where sigma was given.
     speeds : the slowest and the fastest point, m/s. searched : between which a4 was looked for, m/s.
     residual_rms : of mu. r_squared : explained share of the variance of mu, NaN if mu does not vary.
@@ -178,14 +178,17 @@ def _fitted(points: MeasuredPoints, criteria: Mapping[str, float], unit: str) ->
     matrix = _covariance(points, chosen, variance)
     estimates = dict(zip(COEFFICIENTS, map(float, values), strict=True))
     estimates["mu_start"] = estimates["a1"] + estimates["a3"]
-    interval = allowed.intervals() if spare > 0 else dict.fromkeys(estimates, (0.0, math.inf))
+    interval = allowed.intervals() if allowed.can_draw else dict.fromkeys(estimates, (0.0, math.inf))
     at_bound = _at_bound(estimates, chosen, points)
     share = r_squared(points.mu, residuals, (points.scaled.weight / points.scaled.weight.max()) ** 2)
     verdict = Verdict(
         chosen, estimates, interval, at_bound, points, residuals, share, spare, unit, criteria,
         given, left_out,
     )  # fmt: skip
-    findings = [*verdict.findings(), *(excess(chi_squared, spare) if known else ())]
+    doubts = [*verdict.shape(), *(excess(chi_squared, spare) if known else ())]
+    findings = [*verdict.findings(), *doubts]
+    if doubts:  # intervals are those of the right curve
+        interval = dict.fromkeys(estimates, (0.0, math.inf))
     return CurveFit(
         **{name: estimates[name] for name in COEFFICIENTS},
         standard_error=_errors(matrix),

@@ -38,7 +38,7 @@ def draw_curves(fit: CurveFit, count: int, seed: int = 1, *, falling: bool = Fal
     falling : keep curves with a2 < 0 as well, which fall for ever: where the points do not show that friction rises
     again, leaving these out would make it look certain.
     """
-    if fit.freedom <= 0:
+    if not fit.allowed.can_draw:
         return None
     random = np.random.default_rng(seed)
     drawn: list[Floats] = []

@@ -66,7 +66,7 @@ class Verdict:
         if self.freedom <= 0 or self._beyond():
             return False
         if self.chosen.form is STRAIGHT:
-            return self.freedom >= _FEW
+            return self.points.freedom(WEAKENING) >= _FEW
         return self.chosen.form is not WEAKENING or (math.isfinite(self.interval["mu_start"][1]) and not self._rests())
 
     def findings(self) -> Iterator[str]:
@@ -88,7 +88,6 @@ class Verdict:
         if self.chosen.seen and self.r_squared < 0.5:
             yield f"The curve explains only {100 * self.r_squared:.0f} % of the variance of the points."
         yield from self._uneven()
-        yield from self._shape()
 
     def _beyond(self) -> bool:
         """Whether mu_start is implausible, and none of the points has it."""
@@ -163,7 +162,7 @@ class Verdict:
             if math.isinf(high)
             else f"from {self._speed(low, 2)} to {self._speed(high, 2)}"
         )
-        return f" a4 = {self._speed(self.estimates['a4'])} may be anything {ends} (95 %)."
+        return f" With that a4 = {self._speed(self.estimates['a4'])} may be anything {ends} (95 %)."
 
     def _unseen(self, slowest: float, fastest: float) -> str:
         """Points without a declining branch, or too few to tell."""
@@ -221,7 +220,7 @@ class Verdict:
         lower = self.criteria[self.points.law] - self.criteria[best]
         return best, lower if math.isfinite(lower) else 0.0
 
-    def _shape(self) -> Iterator[str]:
+    def shape(self) -> Iterator[str]:
         """Residuals that follow another curve, by themselves or by another law."""
         residuals = self.points.residuals(self.chosen) if self.chosen.seen else None
         if residuals is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,7 @@ from stickslip.materials.quiet import (
     cells_of,
     quiet_above,
     regimes,
+    watcher,
 )
 from stickslip.materials.scatter import below, drawn_of, nothing_known, scatter_of
 from stickslip.materials.system import (
@@ -47,7 +48,6 @@ from stickslip.materials.system import (
     system_of,
 )
 from stickslip.progress import Watch, watched
-from stickslip.study import Meter, Moved
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import VIBRATING
@@ -158,7 +158,8 @@ def compare_fits(fits: Sequence[MaterialFit], question: Question, progress: Prog
         name: np.full((len(fits), len(values)), np.nan) for name, values in question.over.items()
     }
     quiet: dict[int, Quiet | None] = {}
-    watch = _watcher(question, len(known), progress)
+    curves_in_all = max(len(known), 1) * (1 + question.draws)
+    watch = watcher(question.limits, len(known), curves_in_all, progress)
     if known:
         curves = {name: np.array([getattr(fits[i].curve, name) for i in known]) for name in _COEFFICIENTS}
         found = quiet_above(
@@ -173,29 +174,13 @@ def compare_fits(fits: Sequence[MaterialFit], question: Question, progress: Prog
             keys[i] = _rank_key(found, row)
         for name in over:
             over[name][[*known]] = _over(name, curves, question, scan)
+    if progress:
+        progress(curves_in_all, curves_in_all)
     order = sorted(range(len(fits)), key=lambda i: (keys[i], fits[i].name))
     _note_ranks([told[i] for i in order], [quiet.get(i) for i in order], [keys[i] for i in order])
     attributes = _attributes([fits[i] for i in order], question, scan)
     table = {name: (question.over[name], values[order]) for name, values in over.items()}
     return material_dataset([told[i] for i in order], attributes, question.speeds.values, table)
-
-
-def _watcher(question: Question, materials: int, progress: Progress | None) -> Callable[[int, int], Moved]:
-    """For the search of each material's curves, by its number and how many they are, what counts its cells."""
-    meter = Meter(question.limits.scan + int(-np.log2(question.limits.tolerance)))
-    size = materials * (1 + question.draws)
-
-    def watch(number: int, curves: int) -> Moved:
-        count = meter.watch(number, curves)
-
-        def moved(cells: int) -> None:
-            count(cells)
-            if progress:
-                progress(meter.items, size)
-
-        return moved
-
-    return watch
 
 
 # --- what is compared -------------------------------------------------------------------------------------------------

@@ -7,17 +7,17 @@ labels are two: vibrates, or does not.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.borders import Looked, Scan, search_lines
-from stickslip.engine import Options, compute
+from stickslip.borders import Limits, Looked, Scan, search_lines
+from stickslip.engine import Options, Progress, compute
 from stickslip.errors import Interrupted
-from stickslip.study import Moved
+from stickslip.study import Meter, Moved
 from stickslip.vocabulary.cells import Cells, as_cells
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
 
@@ -105,6 +105,29 @@ def regimes(cells: Cells, options: Options, moved: Moved | None = None) -> dict[
     if not found.complete:
         raise Interrupted(found.done, size)
     return found.results
+
+
+def watcher(limits: Limits, first: int, curves: int, progress: Progress | None) -> Callable[[int, int], Moved]:
+    """For one search of curves after the other, by number and how many they are, what counts its cells.
+
+    first : curves of search 0. curves : of all searches. progress : called with curves done, in part too, and in all.
+    """
+    meter, sizes = Meter(limits.scan + int(-np.log2(limits.tolerance))), {0: first}
+
+    def watch(number: int, size: int) -> Moved:
+        if number:
+            meter.end(number - 1, sizes[number - 1])
+        sizes[number] = size
+        count = meter.watch(number, size)
+
+        def moved(cells: int) -> None:
+            count(cells)
+            if progress:
+                progress(meter.items, curves)
+
+        return moved
+
+    return watch
 
 
 def _last_borders(brackets: NDArray[np.void], vibrates: Flags, decided: Flags, scan: Scan, tolerance: float) -> Quiet:

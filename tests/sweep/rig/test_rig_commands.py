@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from click.testing import CliRunner
 
 from helpers.rig_signals import record, saw_tooth, times
@@ -226,7 +227,8 @@ def test_features_with_a_column_of_numbers_are_pairs_and_so_are_the_records_them
     (rated / "files.csv").write_text("\n".join(["file;RPN", *rows]))
     from_records = invoke("rig", "calibrate", rated / "files.csv", *bandwidth)
     assert from_table.exit_code == from_records.exit_code == 0, from_table.output
-    assert from_table.stdout == from_records.stdout
+    sections = [yaml.safe_load(one.stdout)["risk"] for one in (from_table, from_records)]  # tables have six digits
+    assert sections[0] == pytest.approx(sections[1], rel=1e-4)
     assert from_table.stderr.startswith("leave-one-out error") and from_table.stdout.startswith("# leave-one-out error")
 
 
@@ -237,8 +239,8 @@ def test_features_of_a_table_have_a_row_for_each_record_and_json_the_same_number
     told = json.loads(invoke("rig", "features", *records, "--json").stdout)["records"]
     assert len(table) == len(told) == 2 and told[0]["file"] == str(records[0])
     for i, row in enumerate(told):
-        assert table["static_force [N]"][i] == row["static_force"]
-        assert table["peak_frequency_3 [1/s]"][i] == row["peak_frequency_3"]
+        assert table["static_force [N]"][i] == pytest.approx(row["static_force"], rel=1e-5)
+        assert table["peak_frequency_3 [Hz]"][i] == pytest.approx(row["peak_frequency_3"], rel=1e-5)
         assert table["model_rpn_band"][i] == row["model_rpn_band"] == "yellow"
 
 
