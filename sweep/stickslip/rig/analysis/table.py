@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.rig.analysis.sticks import Sticks, drive_displacement, find_sticks
+from stickslip.rig.analysis.sticks import Positions, Sticks, drive_displacement, find_sticks
 from stickslip.rig.analysis.turning import find_drops, turning_points
 from stickslip.rig.quantities import FEATURES, MATERIAL, PER_PEAK
 from stickslip.rig.records.record import condition_of, force_of
-from stickslip.rig.records.sampling import Floats, band_limited, evenly, sample_rate, spectrum_peaks
+from stickslip.rig.records.sampling import Floats, band_limited, cumulative, evenly, sample_rate, spectrum_peaks
 from stickslip.rig.risk import BANDS, FORMULA, INPUTS, RPN_NAME, UNDEFINED, Risk, band_of, number_of
 from stickslip.rig.settings import FeatureSettings, Settings
 
@@ -119,38 +119,40 @@ def _acceleration(record: xr.Dataset, how: FeatureSettings) -> Numbers:
 
 def _contact(sticks: Sticks, load: float | None) -> Numbers:
     """Friction from stick phases and the slips between them."""
-    force, time, slips = np.abs(force_of(sticks.record)), sticks.time, sticks.slips()
-    static = np.array([force[start] for start, _ in slips])
-    spans = [slice(start, end + 1) for start, end in slips]
-    work = sum(_integral(force[s], time[s]) for s in spans)
-    sliding = sum(float(time[end] - time[start]) for start, end in slips)
-    dynamic = work / sliding if sliding > 0 else np.nan
+    force, time = np.abs(force_of(sticks.record)), sticks.time
+    starts, ends = sticks.slips()
+    static = force[starts]
+    work = cumulative(force, time)
+    lasting, means = time[ends] - time[starts], np.full(starts.size, np.nan)
+    np.divide(work[ends] - work[starts], lasting, out=means, where=lasting > 0)
+    sliding = float(lasting.sum())
+    dynamic = float((work[ends] - work[starts]).sum()) / sliding if sliding > 0 else np.nan
     found: Numbers = {
         "sticks": float(sticks.count),
-        "slips": float(len(slips)),
+        "slips": float(starts.size),
         "stick_fraction": _integral(sticks.flags().astype(np.float64), time) / float(time[-1] - time[0]),
-        "static_force": float(np.median(static)) if static.size else np.nan,
+        "static_force": _median(static),
         "static_force_first": float(static[0]) if static.size else np.nan,
         "dynamic_force": dynamic,
-        "time_to_sliding": _median([_time_to_sliding(force[s], time[s]) for s in spans]),
+        "time_to_sliding": _median(_times_to_sliding(force, time, starts, ends, means)),
     }
     for force_name in ("static_force", "static_force_first", "dynamic_force"):
         found[force_name.replace("force", "friction")] = float(found[force_name]) / load if load else np.nan
     return found
 
 
-def _time_to_sliding(force: Floats, time: Floats) -> float:
-    """Time from break-away until the force has fallen to its mean over the slip; NaN if a slip has no such samples."""
-    if time.size < 3:
-        return np.nan
-    mean = _integral(force, time) / float(time[-1] - time[0])
-    below = np.flatnonzero(force <= mean)
-    if not below.size or below[0] == 0:
-        return np.nan
-    after = int(below[0])
-    before = after - 1
-    share = (force[before] - mean) / (force[before] - force[after])
-    return float(time[before] + share * (time[after] - time[before]) - time[0])
+def _times_to_sliding(force: Floats, time: Floats, starts: Positions, ends: Positions, means: Floats) -> Floats:
+    """Times from break-away until the force has fallen to its mean over the slip; none of slips without such samples."""
+    sizes = ends - starts + 1
+    slip = np.repeat(np.arange(starts.size), sizes)
+    at = np.arange(slip.size) + np.repeat(starts - np.cumsum(sizes) + sizes, sizes)
+    below = np.flatnonzero(force[at] <= means[slip])
+    slip, first = np.unique(slip[below], return_index=True)
+    after = at[below[first]]
+    usable = (sizes[slip] >= 3) & (after > starts[slip])
+    slip, after = slip[usable], after[usable]
+    share = (force[after - 1] - means[slip]) / (force[after - 1] - force[after])
+    return np.asarray(time[after - 1] + share * (time[after] - time[after - 1]) - time[starts[slip]])
 
 
 def _drops(record: xr.Dataset, how: FeatureSettings) -> Numbers:
@@ -172,7 +174,7 @@ def _motion(record: xr.Dataset, sticks: Sticks) -> Numbers:
         force = record["friction_force"].values if "friction_force" in record else force_of(record)
         energy = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(way))) / strokes
     return {
-        "impulse_rate": len(sticks.slips()) / travel if travel > 0 else np.nan,
+        "impulse_rate": np.count_nonzero(sticks.broke) / travel if travel > 0 else np.nan,
         "energy_per_stroke": energy,
         "strokes": strokes,
         "travel": travel,
@@ -188,9 +190,8 @@ def _integral(values: Floats, time: Floats) -> float:
     return float(np.trapezoid(values, time))
 
 
-def _median(values: Sequence[float]) -> float:
-    known = [value for value in values if not np.isnan(value)]
-    return float(np.median(known)) if known else np.nan
+def _median(values: Floats) -> float:
+    return float(np.median(values)) if values.size else np.nan
 
 
 def _attributes(name: str) -> dict[str, str]:

@@ -12,6 +12,7 @@ from scipy import signal  # type: ignore[import-untyped]
 Floats = NDArray[np.float64]
 
 _EVEN = 0.02  # of the mean step: how far a step may differ, as it does when times were rounded
+_SHORT = 128  # samples of a window that are summed directly
 _ORDER = 4  # of the Butterworth filter that stands for a sensor
 
 
@@ -44,6 +45,11 @@ def _flag_or_number(values: Floats, original: xr.DataArray) -> NDArray[np.generi
     return np.rint(values).astype(np.int8) if original.dtype.kind in "iub" else values
 
 
+def cumulative(values: Floats, time: Floats) -> Floats:
+    """The integral from the start to each sample, by the trapezoidal rule."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])
+
+
 def noise_of(values: Floats) -> float:
     """Standard deviation of white noise on a signal that is smooth most of the time.
 
@@ -54,7 +60,11 @@ def noise_of(values: Floats) -> float:
 
 def slope(values: Floats, step: float, width: int) -> Floats:
     """Rate of change of evenly spaced samples: that of a straight line through `width` (odd, >= 3) of them."""
-    return np.asarray(signal.savgol_filter(values, width, 1, deriv=1, delta=step, mode="interp"))
+    if width <= _SHORT or values.size < 4 * width:
+        return np.asarray(signal.savgol_filter(values, width, 1, deriv=1, delta=step, mode="interp"))
+    line = signal.savgol_coeffs(width, 1, deriv=1, delta=step)
+    inner = signal.oaconvolve(values, line, mode="valid")  # the same sums, in a time that hardly grows with the width
+    return np.pad(inner, width // 2, mode="edge")
 
 
 def slope_noise(noise: float, step: float, width: int) -> float:
@@ -87,7 +97,7 @@ def spectrum_peaks(values: Floats, rate: float, count: int) -> tuple[Floats, Flo
     spectrum = np.abs(np.fft.rfft((values - values.mean()) * window)) * 2.0 / window.sum()
     floor = 1e-9 * float(np.abs(values).max())
     peaks, _ = signal.find_peaks(spectrum, height=max(floor, np.finfo(float).tiny), distance=4)
-    for i, peak in enumerate(sorted(peaks, key=lambda bin_: -spectrum[bin_])[:count]):
+    for i, peak in enumerate(peaks[np.argsort(-spectrum[peaks], kind="stable")[:count]]):
         left, top, right = np.log(np.maximum(spectrum[peak - 1 : peak + 2], floor))
         bend = left - 2.0 * top + right
         shift = 0.5 * (left - right) / bend if bend < 0 else 0.0
