@@ -35,13 +35,16 @@ class Sticks:
     """Stick phases of an evenly sampled record.
 
     record : the samples. starts, ends : positions of the first and of the last sample of each phase.
-    broke : whether the phase ended in sliding, which the last one may not.
+    broke : whether the phase ended in sliding, which the last one may not. loading : rate of the force while sticking
+    (N/s), as the record shows it, and expected : as stiffness and speed of the drive say; NaN where neither is known.
     """
 
     record: xr.Dataset
     starts: Positions
     ends: Positions
     broke: NDArray[np.bool_]
+    loading: float = np.nan
+    expected: float = np.nan
 
     @property
     def time(self) -> Floats:
@@ -66,12 +69,17 @@ class Sticks:
 def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> Sticks:
     """The stick phases of a record: those of its flag `stick`, or found in the force."""
     how = settings or FeatureSettings()
-    even = evenly(record)
+    even, last = evenly(record), record.sizes["time"] - 1
     if "stick" in even:
         starts, ends = _runs(even["stick"].values > 0)
-    else:
-        starts, ends = _Rates(even, how).phases()
-    return Sticks(even, starts, ends, ends < even.sizes["time"] - 1)
+        return Sticks(even, starts, ends, ends < last)
+    rates, expected = _Rates(even, how), np.nan
+    if "stiffness" in even.coords and rates.is_known:
+        measured, expected = _Rates(even.drop_vars("stiffness"), how), rates.full_rate()
+        if measured.is_sustained() and abs(np.log(measured.full_rate() / expected)) > np.log1p(how.tolerance):
+            rates = measured
+    starts, ends = rates.phases()
+    return Sticks(even, starts, ends, ends < last, rates.full_rate(), expected)
 
 
 def drive_displacement(record: xr.Dataset) -> Floats | None:
@@ -138,7 +146,7 @@ class _Rates:
         width |= 1  # odd
         while True:
             self._measure(width)
-            allowed = _QUIET * self._tolerance * self._full_rate()
+            allowed = _QUIET * self._tolerance * self.full_rate()
             if window is not None or width >= widest or slope_noise(noise, self._step, width) <= allowed:
                 return
             width = int(1.4 * width) | 1
@@ -162,7 +170,20 @@ class _Rates:
         moving = np.abs(self._velocity) > 0.5 * np.abs(self._velocity).max()
         return _top(self._rate[moving] / self._velocity[moving])
 
-    def _full_rate(self) -> float:
+    @property
+    def is_known(self) -> bool:
+        """Whether stiffness and speed say how fast a stick loads."""
+        return bool(self._stiffness) and (self._velocity is not None or self._known is not None)
+
+    def is_sustained(self) -> bool:
+        """Whether the force often rises just as fast as it ever does for long: the contact sticks then."""
+        moving = self._velocity if self._velocity is not None else np.sign(self._force)
+        rates = self._rate * np.sign(moving) / max(self.full_rate(), 1e-300)
+        rates = rates[np.abs(moving) > 0.95 * np.abs(moving).max()]
+        loading = np.count_nonzero(rates > 0.3)
+        return np.count_nonzero(np.abs(rates - 1.0) <= 0.5 * self._tolerance) > max(0.5 * loading, 3 * self._width)
+
+    def full_rate(self) -> float:
         """K |u| at the full speed of the drive (N/s)."""
         return self._full * (float(np.abs(self._velocity).max()) if self._velocity is not None else 1.0)
 
@@ -207,7 +228,7 @@ class _Rates:
 
         A phase in which the force does not change, that of a drive at rest, stays as it is.
         """
-        force, last, resting = self._force, self._force.size - 1, self._tolerance * self._full_rate()
+        force, last, resting = self._force, self._force.size - 1, self._tolerance * self.full_rate()
         sharp_starts, sharp_ends = starts.copy(), ends.copy()
         for i, (start, end) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)):
             middle = self._rate[start : end + 1].mean()
