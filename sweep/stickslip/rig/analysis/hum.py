@@ -17,18 +17,18 @@ from scipy import fft, interpolate, ndimage, signal, special
 
 from stickslip.rig.records.sampling import Floats
 
-_LAG = 3e-3  # s, of the second difference: passes 40 to 300 Hz, and hardly what is slower
+LAG = 3e-3  # s, of the second difference: passes 40 to 300 Hz, and hardly what is slower
 _SMOOTH = 0.02  # s, over which the bend is judged quiet: a period of mains
 _SEGMENT = 4.0  # s, of a periodogram
 _BLOCK = 1.0  # s, within which amplitude and phase are constant
 _LOWEST = 15.0  # Hz
 _STANDS_OUT = 8.0  # times the median power of its neighbourhood, at least
-_LEAST = 5e-5  # of the largest magnitude of the channel: what is weaker changes nothing
+_LEAST = {"force": 1e-4, "acceleration": 1e-3}  # of the largest magnitude: what is weaker changes nothing
 _PERSISTS = 0.7  # coherence of the phase between blocks
 _APART = 3  # those blocks
 _SEEN = 0.3  # of what the bend passes at most: lines near its zeros are not
 _ROUGH = 0.05  # of a line: what may be left of it where the channel is quiet
-_WANDERS = 0.03  # of a line: what may be left of it where most of the record is not quiet
+_WANDERS = 0.02  # of a line: what may be left of it where parts of the record are not quiet
 _NEAR = 4.0  # Hz: what is nearer to a line is a side band of it
 _MOST = 12  # lines
 _FITS = 20  # at most
@@ -46,11 +46,12 @@ class Tone:
 
 def subtract_hum(force: Floats, acceleration: Floats, step: float) -> tuple[Floats, Floats, list[Tone]]:
     """Both channels, evenly spaced by `step` (s), without hum, and what was subtracted: nothing if there is none."""
-    lag = max(1, round(_LAG / step))
+    lag = max(1, round(LAG / step))
     if force.size < max(8 * lag, round(0.5 / step)) or 0.5 / step < 2 * _LOWEST:
         return force, acceleration, []
     channels = [_Channel("force", force, lag, step), _Channel("acceleration", acceleration, lag, step)]
-    tones = [tone for own, other in (channels, channels[::-1]) for tone in own.clean(other)]
+    tones = channels[0].clean(channels[1])
+    tones += channels[1].clean(channels[0], channels[0].quiet)
     return channels[0].values, channels[1].values, tones
 
 
@@ -60,16 +61,19 @@ class _Channel:
     def __init__(self, name: str, values: Floats, lag: int, step: float) -> None:
         self.name, self.values, self._lag, self._step = name, values, lag, step
         self._edges = np.linspace(0, values.size, max(1, round(values.size * step / _BLOCK)) + 1).astype(np.intp)
-        self._least = _LEAST * float(np.abs(values).max())
+        self._within: NDArray[np.bool_] | None = None  # where another channel is quiet
+        self._least = _LEAST[name] * float(np.abs(values).max())
         self._look()
 
     def _look(self, spare: float = 0.0) -> None:
         """Bend, and where it is about as small as in the quietest tenth of the record, with a power to spare."""
-        self.bend = _bend(self.values, self._lag, self._step, self.name)
+        self.bend = bend_of(self.values, self._lag, self._step, self.name)
         power = np.maximum(ndimage.uniform_filter1d(self.bend**2, max(3, round(_SMOOTH / self._step))), 0.0)
         lowest = float(np.quantile(power[self._lag : -self._lag], 0.1))
         self.quiet = power <= 6.0 * lowest + spare + 1e-24 * power.max()
         self.quiet[: self._lag] = self.quiet[-self._lag :] = False
+        if self._within is not None and (self.quiet & self._within).mean() > 0.05:
+            self.quiet &= self._within
 
     def gain(self, frequency: ArrayLike) -> Floats:
         """What the bend makes of a sine of the channel; never less than the noise lets be seen."""
@@ -79,9 +83,10 @@ class _Channel:
             gain = -gain * (0.5 * self._step / np.sin(np.maximum(angle, 1e-9))) ** 2
         return gain
 
-    def clean(self, other: _Channel) -> list[Tone]:
+    def clean(self, other: _Channel, within: NDArray[np.bool_] | None = None) -> list[Tone]:
         """Subtract the lines that are no motion; `other` is the channel that would share it."""
-        original, frequencies = self.values, []
+        original, frequencies, self._within = self.values, list[float](), within
+        self._look()
         while len(frequencies) < _MOST:
             new = [f for f in self._lines() if all(abs(f - g) > _NEAR for g in frequencies) and self._is_hum(f, other)]
             if not new:
@@ -92,7 +97,7 @@ class _Channel:
             return []
         fitted = self._fit(self.bend, self._phases(frequencies)) / self.gain(frequencies)
         left = np.nanquantile(np.abs(fitted), 0.9, axis=0)
-        if np.isnan(fitted[:, 0]).mean() > 0.5:  # between the parts that are quiet it may wander
+        if np.isnan(fitted[:, 0]).mean() > 0.2:  # between the parts that are quiet it may wander
             left = np.maximum(left, _WANDERS * amplitudes)
         rows = sorted(zip(frequencies, amplitudes.tolist(), left.tolist(), strict=True))
         return [Tone(self.name, *row) for row in rows]
@@ -122,24 +127,31 @@ class _Channel:
         own, its = self._fit(self.bend, phases)[:, 0], self._fit(other.bend, phases)[:, 0]
         known = np.isfinite(own)
         own, its = own[known], its[known]
+        all_in_all = self._fit(self.bend, phases, np.ones(self.quiet.size, np.bool_))[known, 0]
+        if np.median(np.abs(all_in_all)) < 0.5 * np.median(np.abs(own)):
+            return False  # of what is cut out of a slower wave
         product = own[_APART:] * own[:-_APART].conj()
         size = np.abs(own)
         if np.abs(product.sum()) < _PERSISTS * np.abs(product).sum() or size.std() > 0.5 * size.mean():
             return False
-        moving = ~self.quiet
-        ratio = float(np.vdot(other.bend[moving], self.bend[moving]))
-        ratio /= max(float(np.vdot(other.bend[moving], other.bend[moving])), 1e-300)
-        return bool(np.linalg.norm(own - ratio * its) > 0.5 * max(np.linalg.norm(own), np.linalg.norm(ratio * its)))
+        force, motion = (self.bend, other.bend) if self.name == "force" else (other.bend, self.bend)
+        loud = np.abs(motion) >= np.quantile(np.abs(motion), 0.9)
+        stiffness = float(motion[loud] @ force[loud]) / max(float(motion[loud] @ motion[loud]), 1e-300)
+        own, its = (own, stiffness * its) if self.name == "force" else (stiffness * own, its)
+        return bool(np.linalg.norm(own - its) > 0.5 * max(np.linalg.norm(own), np.linalg.norm(its)))
 
     def _phases(self, frequencies: list[float]) -> list[Floats]:
         """Phases (rad) of the lines at all samples."""
         return [2.0 * np.pi * f * self._step * np.arange(self.values.size) for f in frequencies]
 
-    def _fit(self, bend: Floats, phases: list[Floats]) -> NDArray[np.complex128]:
+    def _fit(
+        self, bend: Floats, phases: list[Floats], where: NDArray[np.bool_] | None = None
+    ) -> NDArray[np.complex128]:
         """Complex amplitudes in each block by least squares over its quiet samples; NaN where they are few."""
+        where = self.quiet if where is None else where
         found = np.full((self._edges.size - 1, len(phases)), np.nan, np.complex128)
         for k, (start, stop) in enumerate(zip(self._edges[:-1], self._edges[1:], strict=True)):
-            at = np.flatnonzero(self.quiet[start:stop]) + start
+            at = np.flatnonzero(where[start:stop]) + start
             if at.size < max(0.05 * (stop - start), 8 * len(phases)):
                 continue
             waves = np.exp(1j * np.stack([phase[at] for phase in phases], axis=1))
@@ -153,7 +165,7 @@ class _Channel:
         Several fits: the phases of the blocks, joined by straight lines, are those of the next, and so are the parts
         that are quiet once most of the hum is gone.
         """
-        bend, middles = _bend(original, self._lag, self._step, self.name), 0.5 * (self._edges[1:] + self._edges[:-1])
+        bend, middles = bend_of(original, self._lag, self._step, self.name), 0.5 * (self._edges[1:] + self._edges[:-1])
         phases, at = self._phases(frequencies), np.arange(original.size)
         for phase, row in zip(phases, self._fit(bend, phases).T, strict=True):
             phase += _turning(np.nan_to_num(row)) * at / (middles[-1] - middles[0] or 1.0) * (middles.size - 1)
@@ -164,7 +176,9 @@ class _Channel:
                 known = np.isfinite(row)
                 phase += _through(at, middles[known], np.unwrap(np.angle(row[known])))
                 self.values -= np.interp(at, middles[known], np.abs(row[known])) * np.cos(phase)
-            self._look(0.5 * float(np.sum((_ROUGH * np.abs(np.nanmedian(fitted, axis=0) * self.gain(frequencies))) ** 2)))
+            self._look(
+                0.5 * float(np.sum((_ROUGH * np.abs(np.nanmedian(fitted, axis=0) * self.gain(frequencies))) ** 2))
+            )
             if np.count_nonzero(before != self.quiet) < 1e-3 * before.size:
                 break
         return np.asarray(np.nanmedian(np.abs(fitted), axis=0))
@@ -187,7 +201,7 @@ def _through(at: NDArray[np.intp], x: Floats, y: Floats) -> Floats:
     return np.asarray(curve(inside) + np.where(at < x[0], curve(x[0], 1), curve(x[-1], 1)) * (at - inside))
 
 
-def _bend(values: Floats, lag: int, step: float, name: str) -> Floats:
+def bend_of(values: Floats, lag: int, step: float, name: str) -> Floats:
     """The second difference over `lag` samples to either side, 0 at the ends; of an acceleration that of its motion."""
     bend = np.zeros(values.size)
     if name == "force":

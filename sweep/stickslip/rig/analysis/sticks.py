@@ -71,7 +71,7 @@ def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> 
     how = settings or FeatureSettings()
     even, last = evenly(record), record.sizes["time"] - 1
     if "stick" in even:
-        starts, ends = _runs(even["stick"].values > 0)
+        starts, ends = runs_of(even["stick"].values > 0)
         return Sticks(even, starts, ends, ends < last)
     rates, expected = _Rates(even, how), np.nan
     if "stiffness" in even.coords and rates.is_known:
@@ -91,7 +91,7 @@ def drive_displacement(record: xr.Dataset) -> Floats | None:
     return cumulative(record["drive_velocity"].values, record["time"].values)
 
 
-def _runs(inside: NDArray[np.bool_]) -> tuple[Positions, Positions]:
+def runs_of(inside: NDArray[np.bool_]) -> tuple[Positions, Positions]:
     """First and last positions of the intervals in which `inside` holds."""
     changes = np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8))
     return np.flatnonzero(changes == 1), np.flatnonzero(changes == -1) - 1
@@ -127,7 +127,7 @@ class _Rates:
 
     def phases(self) -> tuple[Positions, Positions]:
         """First and last positions of the stick phases."""
-        starts, ends = _runs(self._sticking())
+        starts, ends = runs_of(self._sticking())
         starts, ends = _joined(starts, ends, starts[1:] - ends[:-1] - 1 < max(2, self._width // 2))
         long_enough = ends - starts + 1 >= self._width
         starts, ends = starts[long_enough], ends[long_enough]
@@ -202,7 +202,7 @@ class _Rates:
 
     def _falls_through_zero(self, slow: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Whether a sample belongs to an interval of steady change in which the force changes its sign."""
-        starts, ends = _runs(slow)
+        starts, ends = runs_of(slow)
         falls = self._force[starts] * self._force[ends] <= 0
         return _within(starts[falls], ends[falls], slow.size)
 

@@ -9,11 +9,21 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stickslip.rig.analysis import defects
+from stickslip.rig.analysis.hum import subtract_hum
 from stickslip.rig.analysis.sticks import Positions, Sticks, drive_displacement, find_sticks
 from stickslip.rig.analysis.turning import find_drops, turning_points
-from stickslip.rig.quantities import FEATURES, MATERIAL, PER_PEAK
+from stickslip.rig.quantities import FEATURES, PER_PEAK
 from stickslip.rig.records.record import condition_of, force_of
-from stickslip.rig.records.sampling import Floats, band_limited, cumulative, evenly, sample_rate, spectrum_peaks
+from stickslip.rig.records.sampling import (
+    Floats,
+    band_limited,
+    closed,
+    cumulative,
+    gaps_of,
+    sample_rate,
+    spectrum_peaks,
+)
 from stickslip.rig.risk import BANDS, FORMULA, INPUTS, RPN_NAME, UNDEFINED, Risk, band_of, number_of
 from stickslip.rig.settings import FeatureSettings, Settings
 
@@ -27,18 +37,46 @@ Numbers = dict[str, float | Floats]
 def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.Dataset:
     """The features of one record: variables without dimension, those of the spectrum over `peak`.
 
-    NaN where a feature is not defined: no break-away, no load, no motion of the drive. Raises ValueError for a
+    NaN where a feature is not defined: no break-away, no load, no motion of the drive; and where a defect of the record
+    leaves nothing to be said of it. The coordinate `remarks` says what is wrong with the record. Raises ValueError for a
     bandwidth that the sampling rate does not allow.
     """
     how = settings or FeatureSettings()
-    sticks = find_sticks(record, how)
-    found = _acceleration(record, how) | _contact(sticks, condition_of(record, "normal_load"))
-    found |= _drops(sticks.record, how) | _motion(record, sticks)
+    record, wrong = defects.mended(record)
+    found, sticks = _measured(record, how)
+    even = sticks.record
+    step = 1.0 / sample_rate(even["time"].values)
+    force, acceleration, tones = subtract_hum(force_of(even), even["acceleration"].values, step)
+    if tones:
+        before, (found, sticks) = found, _measured(_replaced(even, force, acceleration), how)
+        wrong += defects.of_hum(tones, sticks, before, found, how.tolerance)
+    time = record["time"].values
+    wrong += [*defects.of_time(time, gaps_of(time)), *defects.of_scales(sticks, found)]
+    for name in {name for defect in wrong for name in defect.spoils}:
+        found[name] = np.full_like(found[name], np.nan)
     variables = {
         name: xr.Variable(("peak",) if name in PER_PEAK else (), found[name], _attributes(name)) for name in FEATURES
     }
-    conditions = {name: c.variable for name, c in record.coords.items() if not c.dims}
+    conditions: dict[str, Any] = {name: c.variable for name, c in record.coords.items() if not c.dims}
+    conditions["remarks"] = xr.Variable((), "; ".join(map(str, wrong)), {"long_name": "what is wrong with the record"})
     return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
+
+
+def _measured(record: xr.Dataset, how: FeatureSettings) -> tuple[Numbers, Sticks]:
+    """The features of a record as it is, and its stick phases."""
+    sticks = find_sticks(record, how)
+    found = _acceleration(record, sticks.record, how) | _contact(sticks, condition_of(record, "normal_load"))
+    return found | _drops(sticks.record, how) | _motion(record, sticks), sticks
+
+
+def _replaced(record: xr.Dataset, force: Floats, acceleration: Floats) -> xr.Dataset:
+    """The record with other values of the measured force and of the acceleration."""
+    name = "spring_force" if "spring_force" in record else "friction_force"
+    if name == "friction_force" and "mass" in record.coords:
+        force = force + float(record["mass"]) * acceleration
+    return record.assign(
+        {name: record[name].copy(data=force), "acceleration": record["acceleration"].copy(data=acceleration)}
+    )
 
 
 def missing_features() -> xr.Dataset:
@@ -94,17 +132,17 @@ def risk_inputs(found: xr.Dataset) -> dict[str, NDArray[np.float64]]:
 # --- the parts --------------------------------------------------------------------------------------------------------
 
 
-def _acceleration(record: xr.Dataset, how: FeatureSettings) -> Numbers:
+def _acceleration(record: xr.Dataset, even: xr.Dataset, how: FeatureSettings) -> Numbers:
     """Maximum and integral of the magnitude, from the samples as they are; the band-limited ones and the spectrum from
-    equidistant samples."""
-    even = evenly(record)
+    equidistant samples. No integral bridges a gap."""
+    time = record["time"].values
     rate_ = sample_rate(even["time"].values)
     plain, spaced = record["acceleration"].values, even["acceleration"].values
     if how.subtract_offset:
         plain, spaced = plain - np.median(plain), spaced - np.median(spaced)
     found: Numbers = {
         "acceleration_max": float(np.abs(plain).max()),
-        "acceleration_integral": _integral(np.abs(plain), record["time"].values),
+        "acceleration_integral": _integral(np.abs(plain), closed(time, gaps_of(time))),
         "acceleration_max_limited": np.nan,
         "acceleration_integral_limited": np.nan,
         "sample_rate": rate_,
@@ -202,7 +240,7 @@ def _attributes(name: str) -> dict[str, str]:
 def _column(rows: Sequence[xr.Dataset], name: str) -> xr.Variable:
     """One quantity of all records, with the attributes it has where it is known."""
     known = next(row[name].variable for row in rows if name in row.variables)
-    gap = "" if name == MATERIAL else np.nan
+    gap = "" if known.dtype.kind == "U" else np.nan
     values = [row[name].values if name in row.variables else gap for row in rows]
     encoding = _NO_FILL if known.dtype.kind in "iu" or name in rows[0].coords else {}
     return xr.Variable(("record", *known.dims), np.stack([np.asarray(v) for v in values]), known.attrs, encoding)

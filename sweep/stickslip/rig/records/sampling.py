@@ -7,10 +7,11 @@ import math
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import signal  # type: ignore[import-untyped]
+from scipy import ndimage, signal  # type: ignore[import-untyped]
 
 Floats = NDArray[np.float64]
 
+_GAP = 3.0  # times the usual step
 _EVEN = 0.02  # of the mean step: how far a step may differ, as it does when times were rounded
 _SHORT = 128  # samples of a window that are summed directly
 _ORDER = 4  # of the Butterworth filter that stands for a sensor
@@ -27,12 +28,37 @@ def is_even(time: Floats) -> bool:
     return bool(np.abs(np.diff(time) - step).max() <= _EVEN * step)
 
 
+def gaps_of(time: Floats) -> NDArray[np.intp]:
+    """Positions of the samples before gaps: steps far longer than they usually are, and than those around them."""
+    steps = np.diff(time)
+    low, high = np.quantile(steps, [0.1, 0.9])
+    usual = float(high + 3.0 * (high - low))
+    if not steps.max() > _GAP * usual:
+        return np.empty(0, np.intp)
+    around = ndimage.median_filter(steps, 9, mode="nearest")
+    return np.asarray(np.flatnonzero((steps > _GAP * usual) & (steps > _GAP * around)))
+
+
+def closed(time: Floats, gaps: NDArray[np.intp]) -> Floats:
+    """The times as if gaps had the usual step: over these, no integral bridges one."""
+    if not gaps.size:
+        return time
+    steps = np.diff(time)
+    steps[gaps] = np.median(steps)
+    return np.concatenate([time[:1], time[0] + np.cumsum(steps)])
+
+
 def evenly(record: xr.Dataset) -> xr.Dataset:
-    """The record at as many, evenly spaced times: itself if they are, else with its signals interpolated linearly."""
+    """The record at evenly spaced times: itself if they are, else with its signals interpolated linearly.
+
+    As many as there are samples, and those that gaps lack.
+    """
     time = record["time"].values
     if is_even(time):
         return record
-    even = np.linspace(time[0], time[-1], time.size)
+    gaps = gaps_of(time)
+    lacking = np.rint(np.diff(time)[gaps] / np.median(np.diff(time))).sum() - gaps.size if gaps.size else 0
+    even = np.linspace(time[0], time[-1], time.size + int(lacking))
     signals = {
         name: (variable.dims, _flag_or_number(np.interp(even, time, variable.values), variable), variable.attrs)
         for name, variable in record.data_vars.items()
