@@ -20,7 +20,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.rig.records.record import condition_of, force_of
-from stickslip.rig.records.sampling import Floats, evenly, noise_of, sample_rate, slope, slope_noise
+from stickslip.rig.records.sampling import Floats, cumulative, evenly, noise_of, sample_rate, slope, slope_noise
 from stickslip.rig.settings import FeatureSettings
 
 Positions = NDArray[np.intp]
@@ -35,13 +35,16 @@ class Sticks:
     """Stick phases of an evenly sampled record.
 
     record : the samples. starts, ends : positions of the first and of the last sample of each phase.
-    broke : whether the phase ended in sliding, which the last one may not.
+    broke : whether the phase ended in sliding, which the last one may not. loading : rate of the force while sticking
+    (N/s), as the record shows it, and expected : as stiffness and speed of the drive say; NaN where neither is known.
     """
 
     record: xr.Dataset
     starts: Positions
     ends: Positions
     broke: NDArray[np.bool_]
+    loading: float = np.nan
+    expected: float = np.nan
 
     @property
     def time(self) -> Floats:
@@ -55,27 +58,28 @@ class Sticks:
 
     def flags(self) -> NDArray[np.bool_]:
         """Whether the contact sticks, for each sample."""
-        inside = np.zeros(self.time.size + 1, np.int64)
-        np.add.at(inside, self.starts, 1)
-        np.add.at(inside, self.ends + 1, -1)
-        return np.asarray(np.cumsum(inside)[:-1] > 0)
+        return _within(self.starts, self.ends, self.time.size)
 
-    def slips(self) -> list[tuple[int, int]]:
-        """Positions of the break-away and of the next re-stick, or of the end of the record, for each slip."""
-        last = self.time.size - 1
-        after = [*self.starts[1:].tolist(), last][: self.count]
-        return [(int(e), int(s)) for e, s, broke in zip(self.ends, after, self.broke, strict=True) if broke]
+    def slips(self) -> tuple[Positions, Positions]:
+        """Positions of the break-aways, and of the re-sticks after them or of the end of the record."""
+        after = np.append(self.starts[1:], self.time.size - 1)[: self.count]
+        return self.ends[self.broke], after[self.broke]
 
 
 def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> Sticks:
     """The stick phases of a record: those of its flag `stick`, or found in the force."""
     how = settings or FeatureSettings()
-    even = evenly(record)
+    even, last = evenly(record), record.sizes["time"] - 1
     if "stick" in even:
-        starts, ends = _runs(even["stick"].values > 0)
-    else:
-        starts, ends = _Rates(even, how).phases()
-    return Sticks(even, starts, ends, ends < even.sizes["time"] - 1)
+        starts, ends = runs_of(even["stick"].values > 0)
+        return Sticks(even, starts, ends, ends < last)
+    rates, expected = _Rates(even, how), np.nan
+    if "stiffness" in even.coords and rates.is_known:
+        measured, expected = _Rates(even.drop_vars("stiffness"), how), rates.full_rate()
+        if measured.is_sustained() and abs(np.log(measured.full_rate() / expected)) > np.log1p(how.tolerance):
+            rates = measured
+    starts, ends = rates.phases()
+    return Sticks(even, starts, ends, ends < last, rates.full_rate(), expected)
 
 
 def drive_displacement(record: xr.Dataset) -> Floats | None:
@@ -84,15 +88,21 @@ def drive_displacement(record: xr.Dataset) -> Floats | None:
         return np.asarray(record["drive_displacement"].values, np.float64)
     if "drive_velocity" not in record:
         return None
-    velocity, time = record["drive_velocity"].values, record["time"].values
-    way = np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time))
-    return np.concatenate([[0.0], way])
+    return cumulative(record["drive_velocity"].values, record["time"].values)
 
 
-def _runs(inside: NDArray[np.bool_]) -> tuple[Positions, Positions]:
+def runs_of(inside: NDArray[np.bool_]) -> tuple[Positions, Positions]:
     """First and last positions of the intervals in which `inside` holds."""
     changes = np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8))
     return np.flatnonzero(changes == 1), np.flatnonzero(changes == -1) - 1
+
+
+def _within(starts: Positions, ends: Positions, size: int) -> NDArray[np.bool_]:
+    """Whether each of `size` samples lies in one of the intervals, which do not overlap."""
+    changes = np.zeros(size + 1, np.int8)
+    changes[starts] = 1
+    changes[ends + 1] -= 1
+    return np.asarray(np.cumsum(changes[:-1], dtype=np.int8) > 0)
 
 
 def _joined(starts: Positions, ends: Positions, together: NDArray[np.bool_]) -> tuple[Positions, Positions]:
@@ -117,7 +127,7 @@ class _Rates:
 
     def phases(self) -> tuple[Positions, Positions]:
         """First and last positions of the stick phases."""
-        starts, ends = _runs(self._sticking())
+        starts, ends = runs_of(self._sticking())
         starts, ends = _joined(starts, ends, starts[1:] - ends[:-1] - 1 < max(2, self._width // 2))
         long_enough = ends - starts + 1 >= self._width
         starts, ends = starts[long_enough], ends[long_enough]
@@ -133,13 +143,15 @@ class _Rates:
         noise, width = noise_of(self._force), _NARROWEST
         if window is not None:
             width = min(max(int(round(window / self._step)), 3), self._force.size - 2)
+        width |= 1  # odd
         while True:
-            width |= 1  # odd
             self._measure(width)
-            allowed = _QUIET * self._tolerance * self._full_rate()
+            allowed = _QUIET * self._tolerance * self.full_rate()
             if window is not None or width >= widest or slope_noise(noise, self._step, width) <= allowed:
                 return
-            width = int(1.4 * width)
+            width = int(1.4 * width) | 1
+            while width < widest and slope_noise(noise, self._step, width) > allowed:
+                width = int(1.4 * width) | 1  # wider windows find slower rates, and allow less
 
     def _measure(self, width: int) -> None:
         self._width = width
@@ -158,7 +170,20 @@ class _Rates:
         moving = np.abs(self._velocity) > 0.5 * np.abs(self._velocity).max()
         return _top(self._rate[moving] / self._velocity[moving])
 
-    def _full_rate(self) -> float:
+    @property
+    def is_known(self) -> bool:
+        """Whether stiffness and speed say how fast a stick loads."""
+        return bool(self._stiffness) and (self._velocity is not None or self._known is not None)
+
+    def is_sustained(self) -> bool:
+        """Whether the force often rises just as fast as it ever does for long: the contact sticks then."""
+        moving = self._velocity if self._velocity is not None else np.sign(self._force)
+        rates = self._rate * np.sign(moving) / max(self.full_rate(), 1e-300)
+        rates = rates[np.abs(moving) > 0.95 * np.abs(moving).max()]
+        loading = np.count_nonzero(rates > 0.3)
+        return np.count_nonzero(np.abs(rates - 1.0) <= 0.5 * self._tolerance) > max(0.5 * loading, 3 * self._width)
+
+    def full_rate(self) -> float:
         """K |u| at the full speed of the drive (N/s)."""
         return self._full * (float(np.abs(self._velocity).max()) if self._velocity is not None else 1.0)
 
@@ -177,10 +202,9 @@ class _Rates:
 
     def _falls_through_zero(self, slow: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Whether a sample belongs to an interval of steady change in which the force changes its sign."""
-        found = np.zeros(slow.size, np.bool_)
-        for start, end in zip(*_runs(slow), strict=True):
-            found[start : end + 1] = self._force[start] * self._force[end] <= 0
-        return found
+        starts, ends = runs_of(slow)
+        falls = self._force[starts] * self._force[ends] <= 0
+        return _within(starts[falls], ends[falls], slow.size)
 
     # --- the phases ---------------------------------------------------------------------------------------------------
 
@@ -190,31 +214,32 @@ class _Rates:
         Such a gap leads to a phase in which the force falls through zero, is shorter than it, and the force does not
         fall faster in it, as it does in a slip.
         """
-        found = np.zeros(max(starts.size - 1, 0), np.bool_)
-        for i in range(found.size):
-            gap, following = slice(ends[i] + 1, starts[i + 1]), slice(starts[i + 1], ends[i + 1] + 1)
-            reverses = self._force[following][0] * self._force[following][-1] <= 0
-            brief = gap.stop - gap.start < following.stop - following.start
-            found[i] = reverses and brief and np.abs(self._rate[gap]).max() <= (1 + self._tolerance) * self._full
-        return found
+        if starts.size < 2:
+            return np.zeros(0, np.bool_)
+        after, before = starts[1:], ends[:-1]
+        reverses = self._force[after] * self._force[ends[1:]] <= 0
+        brief = after - before - 1 < ends[1:] - after + 1
+        bounds = np.column_stack([before + 1, after]).ravel()
+        fastest = np.maximum.reduceat(np.abs(self._rate), bounds)[::2]
+        return np.asarray(reverses & brief & (fastest <= (1 + self._tolerance) * self._full))
 
     def _sharpened(self, starts: Positions, ends: Positions) -> tuple[Positions, Positions]:
         """Each phase grown, by at most a window, to where the force turns: the slopes near its ends are smeared.
 
         A phase in which the force does not change, that of a drive at rest, stays as it is.
         """
-        last = self._force.size - 1
+        force, last, resting = self._force, self._force.size - 1, self._tolerance * self.full_rate()
         sharp_starts, sharp_ends = starts.copy(), ends.copy()
         for i, (start, end) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)):
             middle = self._rate[start : end + 1].mean()
-            if abs(middle) < self._tolerance * self._full_rate():
+            if abs(middle) < resting:
                 continue
-            upward = self._force * np.sign(middle)
             floor = sharp_ends[i - 1] + 1 if i else 0
             ceiling = starts[i + 1] - 1 if i + 1 < starts.size else last
             low, high = max(floor, start - self._width), min(ceiling, end + self._width)
-            sharp_starts[i] = low + int(np.argmin(upward[low : start + 1])) if low <= start else start
-            sharp_ends[i] = end + int(np.argmax(upward[end : high + 1]))
+            if low <= start:
+                sharp_starts[i] = low + int(np.argmin(np.sign(middle) * force[low : start + 1]))
+            sharp_ends[i] = end + int(np.argmax(np.sign(middle) * force[end : high + 1]))
         return sharp_starts, sharp_ends
 
 

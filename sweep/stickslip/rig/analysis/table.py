@@ -9,11 +9,21 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.rig.analysis.sticks import Sticks, drive_displacement, find_sticks
+from stickslip.rig.analysis import defects
+from stickslip.rig.analysis.hum import subtract_hum
+from stickslip.rig.analysis.sticks import Positions, Sticks, drive_displacement, find_sticks
 from stickslip.rig.analysis.turning import find_drops, turning_points
-from stickslip.rig.quantities import FEATURES, MATERIAL, PER_PEAK
+from stickslip.rig.quantities import FEATURES, PER_PEAK
 from stickslip.rig.records.record import condition_of, force_of
-from stickslip.rig.records.sampling import Floats, band_limited, evenly, sample_rate, spectrum_peaks
+from stickslip.rig.records.sampling import (
+    Floats,
+    band_limited,
+    closed,
+    cumulative,
+    gaps_of,
+    sample_rate,
+    spectrum_peaks,
+)
 from stickslip.rig.risk import BANDS, FORMULA, INPUTS, RPN_NAME, UNDEFINED, Risk, band_of, number_of
 from stickslip.rig.settings import FeatureSettings, Settings
 
@@ -27,18 +37,46 @@ Numbers = dict[str, float | Floats]
 def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.Dataset:
     """The features of one record: variables without dimension, those of the spectrum over `peak`.
 
-    NaN where a feature is not defined: no break-away, no load, no motion of the drive. Raises ValueError for a
+    NaN where a feature is not defined: no break-away, no load, no motion of the drive; and where a defect of the record
+    leaves nothing to be said of it. The coordinate `remarks` says what is wrong with the record. Raises ValueError for a
     bandwidth that the sampling rate does not allow.
     """
     how = settings or FeatureSettings()
-    sticks = find_sticks(record, how)
-    found = _acceleration(record, how) | _contact(sticks, condition_of(record, "normal_load"))
-    found |= _drops(sticks.record, how) | _motion(record, sticks)
+    record, wrong = defects.mended(record)
+    found, sticks = _measured(record, how)
+    even = sticks.record
+    step = 1.0 / sample_rate(even["time"].values)
+    force, acceleration, tones = subtract_hum(force_of(even), even["acceleration"].values, step)
+    if tones:
+        before, (found, sticks) = found, _measured(_replaced(even, force, acceleration), how)
+        wrong += defects.of_hum(tones, sticks, before, found, how.tolerance)
+    time = record["time"].values
+    wrong += [*defects.of_time(time, gaps_of(time)), *defects.of_scales(sticks, found)]
+    for name in {name for defect in wrong for name in defect.spoils}:
+        found[name] = np.full_like(found[name], np.nan)
     variables = {
         name: xr.Variable(("peak",) if name in PER_PEAK else (), found[name], _attributes(name)) for name in FEATURES
     }
-    conditions = {name: c.variable for name, c in record.coords.items() if not c.dims}
+    conditions: dict[str, Any] = {name: c.variable for name, c in record.coords.items() if not c.dims}
+    conditions["remarks"] = xr.Variable((), "; ".join(map(str, wrong)), {"long_name": "what is wrong with the record"})
     return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
+
+
+def _measured(record: xr.Dataset, how: FeatureSettings) -> tuple[Numbers, Sticks]:
+    """The features of a record as it is, and its stick phases."""
+    sticks = find_sticks(record, how)
+    found = _acceleration(record, sticks.record, how) | _contact(sticks, condition_of(record, "normal_load"))
+    return found | _drops(sticks.record, how) | _motion(record, sticks), sticks
+
+
+def _replaced(record: xr.Dataset, force: Floats, acceleration: Floats) -> xr.Dataset:
+    """The record with other values of the measured force and of the acceleration."""
+    name = "spring_force" if "spring_force" in record else "friction_force"
+    if name == "friction_force" and "mass" in record.coords:
+        force = force + float(record["mass"]) * acceleration
+    return record.assign(
+        {name: record[name].copy(data=force), "acceleration": record["acceleration"].copy(data=acceleration)}
+    )
 
 
 def missing_features() -> xr.Dataset:
@@ -107,17 +145,17 @@ def risk_inputs(found: xr.Dataset) -> dict[str, NDArray[np.float64]]:
 # --- the parts --------------------------------------------------------------------------------------------------------
 
 
-def _acceleration(record: xr.Dataset, how: FeatureSettings) -> Numbers:
+def _acceleration(record: xr.Dataset, even: xr.Dataset, how: FeatureSettings) -> Numbers:
     """Maximum and integral of the magnitude, from the samples as they are; the band-limited ones and the spectrum from
-    equidistant samples."""
-    even = evenly(record)
+    equidistant samples. No integral bridges a gap."""
+    time = record["time"].values
     rate_ = sample_rate(even["time"].values)
     plain, spaced = record["acceleration"].values, even["acceleration"].values
     if how.subtract_offset:
         plain, spaced = plain - np.median(plain), spaced - np.median(spaced)
     found: Numbers = {
         "acceleration_max": float(np.abs(plain).max()),
-        "acceleration_integral": _integral(np.abs(plain), record["time"].values),
+        "acceleration_integral": _integral(np.abs(plain), closed(time, gaps_of(time))),
         "acceleration_max_limited": np.nan,
         "acceleration_integral_limited": np.nan,
         "sample_rate": rate_,
@@ -132,38 +170,40 @@ def _acceleration(record: xr.Dataset, how: FeatureSettings) -> Numbers:
 
 def _contact(sticks: Sticks, load: float | None) -> Numbers:
     """Friction from stick phases and the slips between them."""
-    force, time, slips = np.abs(force_of(sticks.record)), sticks.time, sticks.slips()
-    static = np.array([force[start] for start, _ in slips])
-    spans = [slice(start, end + 1) for start, end in slips]
-    work = sum(_integral(force[s], time[s]) for s in spans)
-    sliding = sum(float(time[end] - time[start]) for start, end in slips)
-    dynamic = work / sliding if sliding > 0 else np.nan
+    force, time = np.abs(force_of(sticks.record)), sticks.time
+    starts, ends = sticks.slips()
+    static = force[starts]
+    work = cumulative(force, time)
+    lasting, means = time[ends] - time[starts], np.full(starts.size, np.nan)
+    np.divide(work[ends] - work[starts], lasting, out=means, where=lasting > 0)
+    sliding = float(lasting.sum())
+    dynamic = float((work[ends] - work[starts]).sum()) / sliding if sliding > 0 else np.nan
     found: Numbers = {
         "sticks": float(sticks.count),
-        "slips": float(len(slips)),
+        "slips": float(starts.size),
         "stick_fraction": _integral(sticks.flags().astype(np.float64), time) / float(time[-1] - time[0]),
-        "static_force": float(np.median(static)) if static.size else np.nan,
+        "static_force": _median(static),
         "static_force_first": float(static[0]) if static.size else np.nan,
         "dynamic_force": dynamic,
-        "time_to_sliding": _median([_time_to_sliding(force[s], time[s]) for s in spans]),
+        "time_to_sliding": _median(_times_to_sliding(force, time, starts, ends, means)),
     }
     for force_name in ("static_force", "static_force_first", "dynamic_force"):
         found[force_name.replace("force", "friction")] = float(found[force_name]) / load if load else np.nan
     return found
 
 
-def _time_to_sliding(force: Floats, time: Floats) -> float:
-    """Time from break-away until the force has fallen to its mean over the slip; NaN if a slip has no such samples."""
-    if time.size < 3:
-        return np.nan
-    mean = _integral(force, time) / float(time[-1] - time[0])
-    below = np.flatnonzero(force <= mean)
-    if not below.size or below[0] == 0:
-        return np.nan
-    after = int(below[0])
-    before = after - 1
-    share = (force[before] - mean) / (force[before] - force[after])
-    return float(time[before] + share * (time[after] - time[before]) - time[0])
+def _times_to_sliding(force: Floats, time: Floats, starts: Positions, ends: Positions, means: Floats) -> Floats:
+    """Times from break-away until the force has fallen to its mean over the slip; none of slips without such samples."""
+    sizes = ends - starts + 1
+    slip = np.repeat(np.arange(starts.size), sizes)
+    at = np.arange(slip.size) + np.repeat(starts - np.cumsum(sizes) + sizes, sizes)
+    below = np.flatnonzero(force[at] <= means[slip])
+    slip, first = np.unique(slip[below], return_index=True)
+    after = at[below[first]]
+    usable = (sizes[slip] >= 3) & (after > starts[slip])
+    slip, after = slip[usable], after[usable]
+    share = (force[after - 1] - means[slip]) / (force[after - 1] - force[after])
+    return np.asarray(time[after - 1] + share * (time[after] - time[after - 1]) - time[starts[slip]])
 
 
 def _drops(record: xr.Dataset, how: FeatureSettings) -> Numbers:
@@ -185,7 +225,7 @@ def _motion(record: xr.Dataset, sticks: Sticks) -> Numbers:
         force = record["friction_force"].values if "friction_force" in record else force_of(record)
         energy = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(way))) / strokes
     return {
-        "impulse_rate": len(sticks.slips()) / travel if travel > 0 else np.nan,
+        "impulse_rate": np.count_nonzero(sticks.broke) / travel if travel > 0 else np.nan,
         "energy_per_stroke": energy,
         "strokes": strokes,
         "travel": travel,
@@ -201,9 +241,8 @@ def _integral(values: Floats, time: Floats) -> float:
     return float(np.trapezoid(values, time))
 
 
-def _median(values: Sequence[float]) -> float:
-    known = [value for value in values if not np.isnan(value)]
-    return float(np.median(known)) if known else np.nan
+def _median(values: Floats) -> float:
+    return float(np.median(values)) if values.size else np.nan
 
 
 def _attributes(name: str) -> dict[str, str]:
@@ -214,7 +253,7 @@ def _attributes(name: str) -> dict[str, str]:
 def _column(rows: Sequence[xr.Dataset], name: str) -> xr.Variable:
     """One quantity of all records, with the attributes it has where it is known."""
     known = next(row[name].variable for row in rows if name in row.variables)
-    gap = "" if name == MATERIAL else np.nan
+    gap = "" if known.dtype.kind == "U" else np.nan
     values = [row[name].values if name in row.variables else gap for row in rows]
     encoding = _NO_FILL if known.dtype.kind in "iu" or name in rows[0].coords else {}
     return xr.Variable(("record", *known.dims), np.stack([np.asarray(v) for v in values]), known.attrs, encoding)

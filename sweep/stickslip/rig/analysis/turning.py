@@ -19,7 +19,7 @@ def turning_points(values: Floats, threshold: float) -> NDArray[np.intp]:
     The first and the last position are where the first and the last swing begin and end as far as is seen; the last
     swing may be unfinished. Empty if no swing is as high.
     """
-    candidates = _extrema(values)
+    candidates = _reduced(values, _extrema(values), threshold)
     found: list[int] = []
     low = high = int(candidates[0])
     rising: bool | None = None
@@ -44,6 +44,23 @@ def _extrema(values: Floats) -> NDArray[np.intp]:
     moving = np.flatnonzero(slopes)
     turns = moving[1:][slopes[moving[1:]] != slopes[moving[:-1]]]
     return np.concatenate([[0], turns, [values.size - 1]]).astype(np.intp)
+
+
+def _reduced(values: Floats, turns: NDArray[np.intp], threshold: float) -> NDArray[np.intp]:
+    """Extrema without the swings that are below the threshold and lie within both of their neighbours.
+
+    Such a swing, of a pair of extrema, neither begins nor ends one that counts. With each pair its neighbours grow, so
+    that few passes leave few extrema, however noisy the signal.
+    """
+    while turns.size > 3:
+        swings = np.abs(np.diff(values[turns]))
+        inner = swings[1:-1]
+        within = (inner < threshold) & (inner <= swings[:-2]) & (inner < swings[2:])  # never two beside each other
+        if not within.any():
+            break
+        first = np.flatnonzero(within) + 1
+        turns = np.delete(turns, np.concatenate([first, first + 1]))
+    return turns
 
 
 @dataclass(frozen=True)

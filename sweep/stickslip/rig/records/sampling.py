@@ -7,11 +7,13 @@ import math
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import signal  # type: ignore[import-untyped]
+from scipy import ndimage, signal  # type: ignore[import-untyped]
 
 Floats = NDArray[np.float64]
 
+_GAP = 3.0  # times the usual step
 _EVEN = 0.02  # of the mean step: how far a step may differ, as it does when times were rounded
+_SHORT = 128  # samples of a window that are summed directly
 _ORDER = 4  # of the Butterworth filter that stands for a sensor
 
 
@@ -26,12 +28,37 @@ def is_even(time: Floats) -> bool:
     return bool(np.abs(np.diff(time) - step).max() <= _EVEN * step)
 
 
+def gaps_of(time: Floats) -> NDArray[np.intp]:
+    """Positions of the samples before gaps: steps far longer than they usually are, and than those around them."""
+    steps = np.diff(time)
+    low, high = np.quantile(steps, [0.1, 0.9])
+    usual = float(high + 3.0 * (high - low))
+    if not steps.max() > _GAP * usual:
+        return np.empty(0, np.intp)
+    around = ndimage.median_filter(steps, 9, mode="nearest")
+    return np.asarray(np.flatnonzero((steps > _GAP * usual) & (steps > _GAP * around)))
+
+
+def closed(time: Floats, gaps: NDArray[np.intp]) -> Floats:
+    """The times as if gaps had the usual step: over these, no integral bridges one."""
+    if not gaps.size:
+        return time
+    steps = np.diff(time)
+    steps[gaps] = np.median(steps)
+    return np.concatenate([time[:1], time[0] + np.cumsum(steps)])
+
+
 def evenly(record: xr.Dataset) -> xr.Dataset:
-    """The record at as many, evenly spaced times: itself if they are, else with its signals interpolated linearly."""
+    """The record at evenly spaced times: itself if they are, else with its signals interpolated linearly.
+
+    As many as there are samples, and those that gaps lack.
+    """
     time = record["time"].values
     if is_even(time):
         return record
-    even = np.linspace(time[0], time[-1], time.size)
+    gaps = gaps_of(time)
+    lacking = np.rint(np.diff(time)[gaps] / np.median(np.diff(time))).sum() - gaps.size if gaps.size else 0
+    even = np.linspace(time[0], time[-1], time.size + int(lacking))
     signals = {
         name: (variable.dims, _flag_or_number(np.interp(even, time, variable.values), variable), variable.attrs)
         for name, variable in record.data_vars.items()
@@ -44,6 +71,11 @@ def _flag_or_number(values: Floats, original: xr.DataArray) -> NDArray[np.generi
     return np.rint(values).astype(np.int8) if original.dtype.kind in "iub" else values
 
 
+def cumulative(values: Floats, time: Floats) -> Floats:
+    """The integral from the start to each sample, by the trapezoidal rule."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])
+
+
 def noise_of(values: Floats) -> float:
     """Standard deviation of white noise on a signal that is smooth most of the time.
 
@@ -54,7 +86,11 @@ def noise_of(values: Floats) -> float:
 
 def slope(values: Floats, step: float, width: int) -> Floats:
     """Rate of change of evenly spaced samples: that of a straight line through `width` (odd, >= 3) of them."""
-    return np.asarray(signal.savgol_filter(values, width, 1, deriv=1, delta=step, mode="interp"))
+    if width <= _SHORT or values.size < 4 * width:
+        return np.asarray(signal.savgol_filter(values, width, 1, deriv=1, delta=step, mode="interp"))
+    line = signal.savgol_coeffs(width, 1, deriv=1, delta=step)
+    inner = signal.oaconvolve(values, line, mode="valid")  # the same sums, in a time that hardly grows with the width
+    return np.pad(inner, width // 2, mode="edge")
 
 
 def slope_noise(noise: float, step: float, width: int) -> float:
@@ -87,7 +123,7 @@ def spectrum_peaks(values: Floats, rate: float, count: int) -> tuple[Floats, Flo
     spectrum = np.abs(np.fft.rfft((values - values.mean()) * window)) * 2.0 / window.sum()
     floor = 1e-9 * float(np.abs(values).max())
     peaks, _ = signal.find_peaks(spectrum, height=max(floor, np.finfo(float).tiny), distance=4)
-    for i, peak in enumerate(sorted(peaks, key=lambda bin_: -spectrum[bin_])[:count]):
+    for i, peak in enumerate(peaks[np.argsort(-spectrum[peaks], kind="stable")[:count]]):
         left, top, right = np.log(np.maximum(spectrum[peak - 1 : peak + 2], floor))
         bend = left - 2.0 * top + right
         shift = 0.5 * (left - right) / bend if bend < 0 else 0.0

@@ -1,0 +1,294 @@
+"""What is wrong with a record: where, what it does to which features, and what to do about it.
+
+Each detector looks at arrays and says nothing of a clean record. What can be mended without inventing anything is
+mended (samples that are none are left out, a force of the wrong sign is turned); features that cannot survive are named,
+and become NaN.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import signal
+
+from stickslip.rig.analysis.hum import LAG, Tone, bend_of
+from stickslip.rig.analysis.sticks import Sticks, drive_displacement, runs_of
+from stickslip.rig.quantities import FORCES
+from stickslip.rig.records.record import condition_of, force_of
+from stickslip.rig.records.sampling import Floats, cumulative, noise_of
+
+FRICTION = ("static_friction", "static_friction_first", "dynamic_friction")
+FORCE = ("static_force", "static_force_first", "dynamic_force", "drop_mean", "drop_max", "energy_per_stroke", *FRICTION)
+COUNTS = ("sticks", "slips", "drops", "impulse_rate", "stick_fraction", "time_to_sliding")
+LIMITED = ("acceleration_max_limited", "acceleration_integral_limited")
+ACCELERATION = ("acceleration_max", "acceleration_integral", *LIMITED, "peak_frequency", "peak_acceleration")
+MOTION = ("energy_per_stroke", "strokes", "travel", "impulse_rate")
+TOTALS = (*COUNTS, *ACCELERATION, *MOTION, "dynamic_force", "dynamic_friction", "drop_max", "static_force_first",
+          "static_friction_first")  # fmt: skip
+
+_HELD = 5  # samples of the same value, at least, that are suspected
+_JUMP = 8.0  # times the steps beside it
+_MARKER = 10.0  # times the largest other magnitude
+_LOST = 0.01  # of the record: what may be missing of it before sums and maxima are unknown
+_PLAUSIBLE = (3e-3, 5.0)  # friction coefficients
+_DECADES = 30.0  # a factor from here on is one of a wrong unit
+_OFFSET = 0.1  # of the sliding force
+_DIFFERS = 0.05  # of a speed or a way
+
+
+@dataclass(frozen=True)
+class Defect:
+    """What is wrong, in words (where, what it does, the remedy), and the features that do not survive it."""
+
+    name: str
+    text: str
+    spoils: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        lost = f"; not determined: {', '.join(self.spoils)}" if self.spoils else ""
+        return f"{self.name}: {self.text}{lost}"
+
+
+# --- the samples ------------------------------------------------------------------------------------------------------
+
+
+def mended(record: xr.Dataset) -> tuple[xr.Dataset, list[Defect]]:
+    """The record without samples that are none, its force in the direction of the drive, and what was wrong."""
+    force = next(name for name in FORCES if name in record)
+    signals = {name: values.values for name, values in record.data_vars.items() if name != "stick"}
+    found, lost = [], np.zeros(record.sizes["time"], np.bool_)
+    for name, values in signals.items():
+        bad = _markers(values) | (_held(values, signals["acceleration"]) if name == force else False)
+        if bad.any():
+            lost |= bad
+            text = f"{name} shows a marker or a value held in {_spans(record, bad)}; these samples are left out"
+            found.append(Defect("dropout", text))
+    if lost.any() and lost.mean() < 0.9:
+        record = record.isel(time=~lost)
+    for name, spoils in ((force, (*FORCE, *COUNTS)), ("acceleration", ACCELERATION)):
+        values = record[name].values
+        if np.ptp(values) == 0:
+            found.append(
+                Defect("dead channel", f"{name} is {values[0]:g} throughout; is the sensor connected?", spoils)
+            )
+        elif (flat := _flat(values, record["acceleration"].values)).any():
+            text = f"{name} is cut off in {_spans(record, flat)}: its peaks are higher than the range of the sensor"
+            found.append(Defect("saturation", text, spoils))
+    return _turned(record, force, found), found
+
+
+def _markers(values: Floats) -> NDArray[np.bool_]:
+    """Samples far beyond all others, as -9999 stands for none."""
+    bad = np.zeros(values.size, np.bool_)
+    for extreme in (values.min(), values.max()):
+        rest = values[(values != extreme) & ~bad]
+        if rest.size and abs(extreme) > _MARKER * np.abs(rest).max() > 0:
+            bad |= values == extreme
+    return bad
+
+
+def _held(values: Floats, acceleration: Floats) -> NDArray[np.bool_]:
+    """Samples of the same value that a jump leads to and from, or a jump back to where the force was going.
+
+    A spring force does not jump: its steps beside these samples tell how fast it changes.
+    """
+    bad, last = np.zeros(values.size, np.bool_), values.size - 1
+    starts, ends = runs_of(np.append(np.diff(values) == 0, False))
+    ends = ends + 1
+    suspected = ends - starts + 1 >= _HELD
+    for start, end in zip(starts[suspected].tolist(), ends[suspected].tolist(), strict=True):
+        beside = [np.abs(np.diff(part)) for part in (values[max(start - 6, 0) : start], values[end + 1 : end + 7])]
+        step = max((part.max() for part in beside if part.size), default=0.0)
+        before = values[start] - values[max(start - 1, 0)]
+        after = values[min(end + 1, last)] - values[end]
+        there, back = abs(before) > _JUMP * step, abs(after) > _JUMP * step
+        frozen = np.ptp(acceleration[start : end + 1]) == 0 and acceleration[start] != 0
+        where_it_went = (
+            start > 5 and abs(after - (values[start] - values[start - 5]) / 5 * (end + 1 - start)) < abs(after) / 2
+        )
+        if step > 0 and ((there and back) or (back and (frozen or where_it_went))):
+            bad[start : end + 1] = True
+    return bad
+
+
+def _flat(values: Floats, acceleration: Floats) -> NDArray[np.bool_]:
+    """Samples at the top or bottom of a channel that cut off a signal on its way: as steep in front as further off."""
+    flat = np.zeros(values.size, np.bool_)
+    noisy = noise_of(values[(values > values.min()) & (values < values.max())]) > 1e-6 * np.ptp(values)
+    quantum = float(np.abs(np.diff(values)[np.diff(values) != 0]).min(initial=np.inf))
+    for extreme in (values.min(), values.max()):
+        starts, ends = runs_of(values == extreme)
+        longest = (ends - starts + 1).max()
+        usable = (ends - starts >= 2) & (starts > 6) & (ends < values.size - 7)
+        starts, ends = starts[usable], ends[usable]
+        if starts.size < 3 and not (starts.size and longest >= _HELD):
+            continue
+        near_in, far_in = (
+            np.abs(values[starts - 3] - values[starts - 1]),
+            np.abs(values[starts - 5] - values[starts - 3]),
+        )
+        near_out, far_out = np.abs(values[ends + 3] - values[ends + 1]), np.abs(values[ends + 5] - values[ends + 3])
+        entry, leave = (near_in + far_in).sum(), (near_out + far_out).sum()
+        steep = near_in.sum() > 0.7 * far_in.sum() if entry > leave else near_out.sum() > 0.7 * far_out.sum()
+        high = max(entry, leave) / starts.size > max(16.0 * quantum, 1e-6 * np.ptp(values))
+        at = values == extreme
+        # steady sliding without noise is as flat; but then the specimen rests, and the force falls no faster than it rose
+        moves = np.abs(acceleration[at]).mean() > 0.3 * np.abs(acceleration).mean()
+        if steep and high and (noisy or moves or leave > 1.5 * entry):
+            flat |= at
+    return flat
+
+
+def _turned(record: xr.Dataset, force: str, found: list[Defect]) -> xr.Dataset:
+    """The record with a force that does work on the specimen, not the other way round."""
+    way = drive_displacement(record)
+    if way is None or not np.ptp(way) > 0:
+        return record
+    values, steps = record[force].values, np.diff(way)
+    work = 0.5 * (values[1:] + values[:-1]) * steps
+    if work.sum() > -0.5 * np.abs(work).sum() or not work.any():
+        return record
+    found.append(Defect("sign", f"{force} is opposite to the motion of the drive, and is turned; check the signs"))
+    return record.assign({name: -record[name] for name in FORCES if name in record})
+
+
+# --- time -------------------------------------------------------------------------------------------------------------
+
+
+def of_time(time: Floats, gaps: NDArray[np.intp]) -> Iterator[Defect]:
+    """Gaps, and a clock whose steps change."""
+    steps, duration = np.diff(time), float(time[-1] - time[0])
+    if gaps.size:
+        missing = float(steps[gaps].sum())
+        where = ", ".join(f"{time[g]:.4g} to {time[g + 1]:.4g} s" for g in gaps[:3])
+        more = " ..." if gaps.size > 3 else ""
+        text = f"{missing / duration:.2g} of the time is missing, in {gaps.size} gaps ({where}{more}); "
+        if missing < _LOST * duration:
+            yield Defect("gap", text + "counts and integrals are of what was recorded, and at least that")
+        else:
+            yield Defect("gap", text + "counts, sums and maxima of the test are unknown; record it again", TOTALS)
+    tenth = max(1, steps.size // 10)
+    first, last = float(np.median(steps[:tenth])), float(np.median(steps[-tenth:]))
+    regular = np.median(np.abs(steps[:tenth] - first)) < 0.002 * first
+    if regular and abs(last / first - 1.0) > 0.01:
+        yield Defect("clock", f"its step changes from {first:.4g} to {last:.4g} s; times are taken as they are")
+
+
+# --- what contradicts itself ------------------------------------------------------------------------------------------
+
+
+def of_scales(sticks: Sticks, values: dict[str, float | Floats]) -> Iterator[Defect]:
+    """Units, stiffness and speed that cannot be true together."""
+    record, ratio = sticks.record, sticks.loading / sticks.expected
+    force, mass, stiffness = force_of(record), condition_of(record, "mass"), condition_of(record, "stiffness")
+    wrong = max(ratio, 1.0 / ratio) if np.isfinite(ratio) else 1.0
+    known = [values[name] for name in FRICTION if np.isfinite(values[name])]
+    plausible = bool(known) and _PLAUSIBLE[0] <= max(known) <= _PLAUSIBLE[1]
+    if wrong > 1.0:
+        text = (
+            f"the force rises by {sticks.loading:.4g} N/s where it sticks, stiffness times speed are "
+            f"{sticks.expected:.4g} N/s: one of force, stiffness and speed is wrong by {wrong:.4g}; "
+            "sticks are those of the measured rate"
+        )
+        spoils = () if drive_displacement(record) is not None else ("travel", "impulse_rate")
+        if wrong > _DECADES and not plausible:
+            text, spoils = text + " (N or mN?)", (*FORCE, *spoils)
+        yield Defect("loading rate", text, spoils)
+    elif known and not plausible:
+        yield Defect("unit", f"a friction coefficient of {max(known):.3g}: are force (N or mN?) and load right?", FORCE)
+    drop, top = values["drop_max"], float(np.quantile(np.abs(record["acceleration"].values), 0.9999))
+    share = 2.0 * mass * top / float(drop) if mass and np.isfinite(drop) and wrong < _DECADES else 0.0
+    if share and not 1.0 / _DECADES < share < _DECADES:
+        text = f"mass times acceleration is {share:.2g} of the force it comes from; is it m/s2, and the force N?"
+        yield Defect("unit", text, ACCELERATION)
+    if mass and stiffness:
+        yield from _too_few_samples(float(values["sample_rate"]), np.sqrt(stiffness / mass) / (2.0 * np.pi))
+    starts, ends = sticks.slips()
+    if starts.size > 3 and np.median(ends - starts) < 4:
+        text = f"a slip is {np.median(ends - starts):.0f} samples long: its peaks lie between them; record faster"
+        yield Defect("sampling", text, (*ACCELERATION, "drop_mean", "drop_max", "time_to_sliding"))
+    late = _lag(force, record["acceleration"].values, 1.0 / float(values["sample_rate"]))
+    if late:
+        spoils = FORCE if "spring_force" not in record else ()
+        yield Defect("channels", f"the acceleration is {late:+.3g} s late of the force; do they share a clock?", spoils)
+    yield from _of_drive(record, force)
+
+
+def _lag(force: Floats, acceleration: Floats, step: float) -> float:
+    """How much later (s) the acceleration is than the bend of the force, which it follows; 0 within 2 ms or if unclear."""
+    lag = max(1, round(LAG / step))
+    own, other = bend_of(force, lag, step, "force"), bend_of(acceleration, lag, step, "acceleration")
+    most = min(force.size // 4, round(0.5 / step))
+    shared = np.abs(signal.correlate(other, own, mode="same", method="fft"))
+    middle = force.size // 2
+    near = shared[middle - most : middle + most + 1] / max(float(np.linalg.norm(own) * np.linalg.norm(other)), 1e-300)
+    late = (int(np.argmax(near)) - most) * step
+    return late if near.max() > 0.5 and near[most] < 0.7 * near.max() and abs(late) > 2e-3 else 0.0
+
+
+def _too_few_samples(rate: float, natural: float) -> Iterator[Defect]:
+    if rate < 4.0 * natural:
+        text = f"{rate:.4g} samples per second, the specimen vibrates at {natural:.4g} Hz; record faster"
+        yield Defect("sampling", text, (*ACCELERATION, *COUNTS, *FORCE))
+
+
+def _of_drive(record: xr.Dataset, force: Floats) -> Iterator[Defect]:
+    """A zero of the force that is none, a speed that is not the drive's, and a way that is not that of its speed."""
+    velocity = record["drive_velocity"].values if "drive_velocity" in record else None
+    direction = velocity if velocity is not None else force
+    forward = force[direction > 0.5 * max(direction.max(), 0.0)]
+    backward = force[direction < 0.5 * min(direction.min(), 0.0)]
+    if min(forward.size, backward.size) > 0.05 * force.size:
+        up, down = float(np.median(forward)), float(np.median(backward))
+        offset, level = 0.5 * (up + down), 0.5 * (up - down)
+        if abs(offset) > _OFFSET * level > 0:
+            text = f"the force is {up:.3g} N forward and {down:.3g} N backward: an offset or drift of {offset:.3g} N"
+            yield Defect("zero", text, tuple(name for name in FORCE if name.startswith("static")))
+    if velocity is None:
+        return
+    top, speed = float(np.quantile(np.abs(velocity), 0.99)), condition_of(record, "drive_speed")
+    if speed and abs(top / speed - 1.0) > _DIFFERS:
+        yield Defect("speed", f"the drive moves at up to {top:.4g} m/s, the speed given is {speed:.4g} m/s")
+    if "drive_displacement" in record:
+        way = float(np.ptp(record["drive_displacement"].values))
+        moved = float(np.ptp(cumulative(velocity, record["time"].values)))
+        if way > 0 and abs(moved / way - 1.0) > _DIFFERS:
+            text = f"the drive moves {moved:.4g} m by its velocity and {way:.4g} m by its displacement: clock or units"
+            yield Defect("clock", text, MOTION)
+
+
+# --- hum --------------------------------------------------------------------------------------------------------------
+
+_SHOWN = ("sticks", "static_friction_first", "static_friction", "dynamic_friction", "acceleration_max",
+          "acceleration_integral")  # fmt: skip
+
+
+def of_hum(
+    tones: list[Tone], sticks: Sticks, before: dict[str, float | Floats], after: dict[str, float | Floats],
+    tolerance: float,
+) -> Iterator[Defect]:  # fmt: skip
+    """What was subtracted, what each feature moved by, and what the rest of it may still spoil."""
+    for channel, unit, spoils in (("force", "N", (*COUNTS, *FORCE)), ("acceleration", "m/s2", ACCELERATION)):
+        own = [tone for tone in tones if tone.channel == channel]
+        if not own:
+            continue
+        lines = ", ".join(f"{t.amplitude:.3g} {unit} at {t.frequency:.2f} Hz" for t in own)
+        shown = [name for name in _SHOWN if name in spoils and np.isfinite(before[name]) | np.isfinite(after[name])]
+        moved = ", ".join(f"{name} {before[name]:.4g} to {after[name]:.4g}" for name in shown)
+        rate = sum(2.0 * np.pi * t.frequency * t.left for t in own)
+        strong = channel == "force" and rate > 0.1 * tolerance * sticks.loading
+        text = f"{lines} in the {channel} is subtracted: {moved or 'no feature moves'}"
+        text += "; it is too strong to be subtracted well enough" if strong else ""
+        yield Defect("hum", text, spoils if strong else ())
+
+
+def _spans(record: xr.Dataset, inside: NDArray[np.bool_]) -> str:
+    """How many samples, and when, the first of them."""
+    starts, ends = runs_of(inside)
+    time = record["time"].values
+    first = ", ".join(f"{time[a]:.4g} to {time[b]:.4g} s" for a, b in zip(starts[:3], ends[:3], strict=True))
+    return f"{int(inside.sum())} samples ({first}{' ...' if starts.size > 3 else ''})"
