@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli.common import JSON, check_plot, points_file, reports_wrong_input, tell_json
+from stickslip.cli.common import JSON, check_plot, fail, points_file, reports_wrong_input, tell_json
+
+from stickslip.vocabulary.laws import LAWS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -49,6 +51,7 @@ Examples:
   stickslip fit configs/measured/dry.csv --plot dry.png    # columns: speed [mm/s], mu
   stickslip fit configs/measured/greases.csv               # a column for each grease
   stickslip fit bare.csv --unit mm/s                       # columns: speed, mu
+  stickslip fit configs/measured/dry.csv --law best        # of all laws that one fits best (AICc)
   stickslip fit odd.csv --speed-column "Motor 1" --friction-column "Signal B"
   stickslip fit greaseA.csv greaseB.csv --at "5 min"       # columns: time [s], mu"""
 )
@@ -59,12 +62,19 @@ Examples:
 @columns
 @click.option("--time-column", metavar="NAME", help="Heading of the column of waiting times.")
 @click.option("--load", help='Normal load that divides friction forces, where a file names none ("10 N").')
+@click.option(
+    "--law",
+    type=click.Choice((*LAWS, "best")),
+    default="stribeck",
+    show_default=True,
+    help="Of the curve; best: that of the lowest AICc. stribeck_delta is Gaussian here.",
+)
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot of points, curves and their 95 % bands.")
 @JSON
 @reports_wrong_input
 def fit(
     files: tuple[Path, ...], at: str, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
-    same: tuple[str, ...], time_column: str | None, load: str | None, plot: Path | None, as_json: bool,
+    same: tuple[str, ...], time_column: str | None, load: str | None, law: str, plot: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Fit friction curves, or ageing, to measured points.
 
@@ -83,8 +93,10 @@ def fit(
         check_plot(plot)
     if load is not None:
         newtons(load)
+    if same and law != "stribeck":
+        fail(f"--same goes with the law stribeck, got --law {law}")
     wanted = wanted_of(unit, speed_column, friction_column, time_column, load)
-    fits = fitted([points_file(file) for file in files], wanted, ask=not as_json, same=same)
+    fits = fitted([points_file(file) for file in files], wanted, not as_json, same, law)
     for one in fits:
         if one.curve and (asked := question_about_points(one.curve.mu_start, one.points.get("mu"))):
             warnings.warn(f"{one.name}: {asked}", UnitWarning, stacklevel=1)
@@ -106,14 +118,16 @@ def fit(
         click.echo(f"plot     {plot}")
 
 
-def fitted(files: Sequence[Path], wanted: Wanted, ask: bool = True, same: Sequence[str] = ()) -> list[MaterialFit]:
+def fitted(
+    files: Sequence[Path], wanted: Wanted, ask: bool = True, same: Sequence[str] = (), law: str = "stribeck"
+) -> list[MaterialFit]:
     """The fits of files; where a header names no unit and somebody sits at the terminal, the unit is asked for."""
     from dataclasses import replace
 
     from stickslip.fit import fit_materials
     from stickslip.vocabulary import units
 
-    fits = fit_materials(files, wanted, same=same)
+    fits = fit_materials(files, wanted, same=same, law=law)
     bare = [one for one in fits if one.points.assumed]
     if not (ask and bare and _somebody_sits_there()):
         return fits
@@ -124,7 +138,7 @@ def fitted(files: Sequence[Path], wanted: Wanted, ask: bool = True, same: Sequen
     )
     usual = units.example(column.units).split(" ", 1)[1]
     unit = click.prompt(f"Unit of {column.name}, such as {usual}", default=units.spelled(column.units))
-    return fit_materials(files, replace(wanted, unit=unit.strip()), same=same)
+    return fit_materials(files, replace(wanted, unit=unit.strip()), same=same, law=law)
 
 
 def _somebody_sits_there() -> bool:

@@ -41,6 +41,8 @@ class CurveFit:
         the slowest, by which points were weighted; 1 unless they show that it differs, or sigma was given.
     determined : whether the points tell where vibration ends; a material whose points do not is not ranked.
     good : whether the curve may be used without reservation. quality : why, or why not, in plain words.
+    law : of the curve. preferred : by how much its AICc is below that of the Stribeck curve.
+    allowed : the curves that the points allow, which bands and draws come from.
     """
 
     a1: float
@@ -65,6 +67,7 @@ class CurveFit:
     good: bool
     quality: str
     law: str
+    preferred: float
     allowed: Allowed = field(repr=False, compare=False)
 
     @property
@@ -209,6 +212,7 @@ def _fitted(points: MeasuredPoints, criteria: Mapping[str, float], unit: str) ->
         good=not findings,
         quality=" ".join(findings) or verdict.praise(),
         law=points.law,
+        preferred=criteria["stribeck"] - criteria[points.law],
         allowed=allowed,
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -26,7 +27,10 @@ def describe_curve(fit: CurveFit) -> str:
         for name in (*_CURVE, "mu_start")
     ]
     worth = f"  {fit.points} points, residual {fit.residual_rms:.2g}, R2 {fit.r_squared:.4f}"
-    return "\n".join([*rows, worth, f"  {fit.quality}"])
+    law = (
+        [] if fit.law == "stribeck" else [f"  law: {fit.law} (AICc lower than that of stribeck by {fit.preferred:.2g})"]
+    )
+    return "\n".join([*law, *rows, worth, f"  {fit.quality}"])
 
 
 def describe_ageing(fit: AgeingFit | None) -> str:
@@ -80,18 +84,25 @@ def is_plain(fit: MaterialFit) -> bool:
 
 
 def as_yaml(fits: Sequence[MaterialFit]) -> str:
-    """The curves as a configuration has them: the section friction, of several an axis of materials."""
+    """The curves as a configuration has them: the section friction, of several an axis of materials; of several laws
+    a section each."""
     curves = [(one.name, one.curve) for one in fits if one.curve is not None]
+    laws = {curve.law for _, curve in curves}
+    if len(laws) > 1:
+        return "\n".join(f"# {one.name}\n{as_yaml([one])}" for one in fits if one.curve is not None)
+    (law,) = laws
+    of_law = [] if law == "stribeck" else [f"  law: {law}", *(["  delta: 2"] if law == "stribeck_delta" else [])]
     if len(curves) == 1:
         ((_, curve),) = curves
         rows = [f"  {name}: {_number(getattr(curve, name)):14}{_comment(name)}".rstrip() for name in _CURVE]
-        return "\n".join(["friction:", *rows])
+        return "\n".join(["friction:", *of_law, *rows])
     columns = [
         f"      {name}: [{', '.join(_number(getattr(curve, name)) for _, curve in curves)}]{_comment(name, '   ')}"
         for name in _CURVE
     ]
     labels = ", ".join(_quoted(name) for name, _ in curves)
-    return "\n".join(["axes:", "  material:", "    zip:", *columns, f"    labels: [{labels}]"])
+    return "\n".join([*(["friction:", *of_law] if of_law else []),
+                      "axes:", "  material:", "    zip:", *columns, f"    labels: [{labels}]"])  # fmt: skip
 
 
 def as_plain(fit: MaterialFit) -> dict[str, Any]:
@@ -108,14 +119,27 @@ def as_plain(fit: MaterialFit) -> dict[str, Any]:
         "good": found.good, "quality": found.quality, **columns_of(fit),
     }  # fmt: skip
     if fit.curve is not None:
-        told |= {"unidentified": fit.curve.unidentified, "assumed": fit.curve.assumed, "at_bound": fit.curve.at_bound}
+        told |= {
+            "law": fit.curve.law,
+            "outliers": fit.curve.outliers,
+            "unidentified": fit.curve.unidentified,
+            "assumed": fit.curve.assumed,
+            "at_bound": fit.curve.at_bound,
+        }
     return told
 
 
 def _row(name: str, value: float, interval: tuple[float, float] | None, at_bound: bool = False) -> str:
     """A coefficient with its 95 % interval; None: it was assumed."""
-    known = "assumed" if interval is None else f"95 %: {interval[0]:.4g} to {interval[1]:.4g}"
+    known = "assumed" if interval is None else _known(*interval)
     return f"  {name:9}{value:10.4g} {_UNITS.get(name, ''):11} {known}{', at its bound' if at_bound else ''}"
+
+
+def _known(low: float, high: float) -> str:
+    """A 95 % interval, as far as there is one."""
+    if math.isinf(high):
+        return f"95 %: {low:.4g} or more" if low > 0 else "not determined"
+    return f"95 %: {low:.4g} to {high:.4g}" if math.isfinite(low) else f"95 %: {high:.4g} or less"
 
 
 def _number(value: float) -> str:

@@ -61,11 +61,13 @@ def fit_materials(
     wanted: Wanted | None = None,
     columns: Sequence[Parameter] | None = None,
     same: Sequence[str] = (),
+    law: str = "stribeck",
 ) -> list[MaterialFit]:
     """A fit for each material of some files, in their order: a wide table has several.
 
     columns : CURVE_COLUMNS or AGEING_COLUMNS; None takes what each file has. Materials are named by their columns in
-    tables of several, else by their files. same : as for `join_repeats`. Raises ConfigError.
+    tables of several, else by their files. same : as for `join_repeats`. law : of curves, as for
+    `fit_curve`; repeats are fitted by the Stribeck curve. Raises ConfigError.
     """
     wanted = wanted or Wanted()
     found: list[tuple[str, str, Path, Columns, Sequence[Parameter]]] = []
@@ -82,7 +84,7 @@ def fit_materials(
     fits = [
         MaterialFit(name, path, points, ageing=_ageing(path, label, points))
         if kind is AGEING_COLUMNS
-        else MaterialFit(name, path, points, _curve(path, label, points))
+        else MaterialFit(name, path, points, _curve(path, label, points, law))
         for name, (label, _, path, points, kind) in zip(names, found, strict=True)
     ]
     return join_repeats(fits, same)
@@ -142,9 +144,9 @@ def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
     return MaterialFit(name, group[0].path, whole, _cautious(curve, whole), repeats=tuple(group))
 
 
-def _curve(path: Path, label: str, points: Columns) -> CurveFit:
+def _curve(path: Path, label: str, points: Columns, law: str = "stribeck") -> CurveFit:
     try:
-        return _cautious(fit_curve(**points, unit=points.units.get("speed") or "m/s"), points)
+        return _cautious(fit_curve(**points, unit=points.units.get("speed") or "m/s", law=law), points)
     except ValueError as error:
         raise _refused(path, label, error) from None
 

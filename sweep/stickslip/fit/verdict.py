@@ -127,7 +127,7 @@ class Verdict:
             if self.points.deviation is not None
             else 2 * variance * stats.f(2, self.freedom).ppf(0.95)
         )
-        return gained < level
+        return bool(gained < level)
 
     # --- the branch ---------------------------------------------------------------------------------------------------
 

@@ -117,7 +117,8 @@ def compare(
     ConfigError for files that will not do, TypeError or ValueError for other wrong input.
     """
     wanted = columns or Wanted()
-    load = normal_load if wanted.load is None else wanted.load  # by which friction forces are divided
+    one_load = normal_load if isinstance(normal_load, float | int | str) and not in_range(normal_load) else None
+    load = one_load if wanted.load is None else wanted.load  # by which friction forces are divided
     fits = _fits(materials, replace(wanted, unit=unit or wanted.unit, load=load))
     fits = join_repeats(fits, [same] if isinstance(same, str) else same)
     given = {"mass": mass, "stiffness": stiffness, "normal_load": normal_load,
