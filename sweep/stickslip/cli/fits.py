@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli.common import JSON, check_plot, fail, points_file, reports_wrong_input, tell_json
-
 from stickslip.vocabulary.laws import LAWS
 
 if TYPE_CHECKING:

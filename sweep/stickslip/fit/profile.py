@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -149,12 +149,17 @@ class Weighting(NamedTuple):
     slope: float
 
 
+def _left(model: Model, faces: Faces, scale: Floats) -> Floats:
+    """The weighted sum of squares left at each scale."""
+    return model.bounded(scale, faces).left
+
+
 def weightings(model: Model, faces: Faces, order: Floats | None) -> list[Weighting]:
     """The slopes of the scatter that are tried. order : (n,) over a range of 1; None: the weights are known."""
     tried = []
     for slope in [0.0] if order is None else _SLOPES:
         one = model if order is None else replace(model, weight=np.exp(-slope * order))
-        best = bottom(lambda scale, one=one: one.bounded(scale, faces).left, one.grid, _COARSE)
+        best = bottom(partial(_left, one, faces), one.grid, _COARSE)
         near = one.basis(best * np.array([1.0, 1.0 + 1e-5]))
         tangent = np.column_stack([near[0], 1e5 * (near[1] - near[0])[:, -1]])
         information = float(np.sum(np.log(np.maximum(np.linalg.svd(tangent, compute_uv=False), 1e-12))))
@@ -183,7 +188,7 @@ class Region:
         self._nodes = self._scales(reach if reach else student(freedom)) if freedom > 0 else []
 
     def _left(self, one: Weighting) -> Callable[[Floats], Floats]:
-        return lambda scale: one.model.bounded(scale, self._faces).left
+        return partial(_left, one.model, self._faces)
 
     def _raised(self, one: Weighting, left: float) -> float:
         return left if self._known else one.offset + self._freedom * math.log(left)
@@ -224,7 +229,8 @@ class Region:
 
         direction : scales (k,) to the combinations, (k, c, m).
         """
-        low, high = (np.inf, -np.inf) if self._nodes else (-np.inf, np.inf)
+        start = np.inf if self._nodes else -np.inf
+        low, high = np.asarray(start), np.asarray(-start)
         for one, allowed, (first, last) in self._nodes:
             ends = max(first, one.model.ends[0]), min(last, one.model.ends[1])
             scale = np.geomspace(*ends, _NODES)
@@ -254,7 +260,9 @@ class Region:
     def _drawn(
         self, one: Weighting, count: int, random: np.random.Generator, among: Interval | None
     ) -> tuple[Floats, Floats]:
-        free = lambda scale: one.model.solve(scale, self._faces[0][0]).left  # noqa: E731
+        def free(scale: Floats) -> Floats:
+            return one.model.solve(scale, self._faces[0][0]).left
+
         best = bottom(free, one.model.grid)
         least = float(free(np.array([best]))[0])
         variance = 1.0 if self._known else least / self._freedom
@@ -284,12 +292,12 @@ def _extremes(
     along: Floats,
     allowed: float,
     bounded: int | None,
-    so_far: tuple[Floats | float, Floats | float],
+    so_far: tuple[Floats, Floats],
 ) -> tuple[Floats, Floats]:
     """The least and greatest combinations over the ellipsoids of coefficients that leave no more than allowed."""
     usable = found.left <= allowed
     if not usable.any():
-        return np.asarray(so_far[0]), np.asarray(so_far[1])
+        return so_far
     values, covariance, along = found.values[usable], found.covariance[usable], along[usable]
     moved = np.einsum("kij,kcj->kci", covariance, along)
     spread = np.einsum("kci,kci->kc", along, moved)

@@ -117,8 +117,9 @@ def compare(
     ConfigError for files that will not do, TypeError or ValueError for other wrong input.
     """
     wanted = columns or Wanted()
-    one_load = normal_load if isinstance(normal_load, float | int | str) and not in_range(normal_load) else None
-    load = one_load if wanted.load is None else wanted.load  # by which friction forces are divided
+    load = wanted.load  # by which friction forces are divided
+    if load is None and isinstance(normal_load, float | int | str) and ".." not in str(normal_load):
+        load = normal_load
     fits = _fits(materials, replace(wanted, unit=unit or wanted.unit, load=load))
     fits = join_repeats(fits, [same] if isinstance(same, str) else same)
     given = {"mass": mass, "stiffness": stiffness, "normal_load": normal_load,
