@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.fit.allowed import Allowed, Chosen, MeasuredPoints, chosen_form
-from stickslip.fit.forms import COEFFICIENTS, STRAIGHT
+from stickslip.fit.forms import COEFFICIENTS, STRAIGHT, WEAKENING
 from stickslip.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms
 from stickslip.fit.verdict import Verdict, excess
 from stickslip.theory.shapes import SHAPES
@@ -227,21 +227,25 @@ def outliers(points: MeasuredPoints) -> tuple[int, ...]:
     rest = np.arange(points.speed.size)
     while len(out) < max(1, points.speed.size // _MOST_OUTLIERS) and points.speed.size - len(out) > _FEWEST + 2:
         inside = points.without(tuple(out))
-        position = _apart(inside, chosen_form(inside))
+        position = _apart(inside)
         if position is None:
             break
-        if inside.deviation is None and (slope := Allowed(inside, chosen_form(inside)).uneven) is not None:
-            uneven = replace(inside, slope=slope)
-            if _apart(uneven, chosen_form(uneven)) != position:
-                break
-        if np.unique(np.delete(inside.speed, position)).size < _FEWEST:
+        others = inside.without((position,))
+        if np.unique(others.speed).size < _FEWEST:
             break
+        if inside.deviation is None and (slope := Allowed(others, chosen_form(others)).uneven) is not None:
+            uneven = replace(inside, slope=slope)
+            if _apart(uneven) != position:
+                break
         out.append(int(np.delete(rest, out)[position]))
     return tuple(sorted(out))
 
 
-def _apart(points: MeasuredPoints, chosen: Chosen) -> int | None:
-    """The point that is farthest from the curve of the others, if that is no chance."""
+def _apart(points: MeasuredPoints) -> int | None:
+    """The point that is farthest from the curve of the others, if that is no chance; a branch may hide behind it."""
+    chosen = chosen_form(points)
+    if chosen.form is STRAIGHT:
+        chosen = Chosen(WEAKENING, False, points.scaled.fit(WEAKENING))
     residuals = points.residuals(chosen)
     if residuals is None:
         return None
