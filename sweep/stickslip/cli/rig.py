@@ -147,6 +147,9 @@ def rig_features(
     console.print(feature_screen_table(found, console.width))
     console.print(f"RPN: {rig.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
     warn_of_extrapolation(found, settings.risk)
+    for name, remarks in zip(records, found["remarks"].values.tolist(), strict=True):
+        for remark in filter(None, remarks.split("\n")):
+            click.echo(f"{name}: {remark}")
     if plot is not None:
         from stickslip import plots
         from stickslip.rig.report.traces import plot_records

@@ -1,8 +1,8 @@
 """What is wrong with a record: where, what it does to which features, and what to do about it.
 
-Each detector looks at arrays and says nothing of a clean record. What can be mended without inventing anything is
-mended (samples that are none are left out, a force of the wrong sign is turned); features that cannot survive are named,
-and become NaN.
+Each detector looks at arrays and says nothing of a clean record. What can be mended without inventing anything is:
+samples that are none are left out, a force of the wrong sign is turned. Features that cannot survive are named, and
+become NaN.
 """
 
 from __future__ import annotations
@@ -31,12 +31,14 @@ TOTALS = (*COUNTS, *ACCELERATION, *MOTION, "dynamic_force", "dynamic_friction", 
           "static_friction_first")  # fmt: skip
 
 _HELD = 5  # samples of the same value, at least, that are suspected
+_REPEATS = 0.02  # of the samples of a channel with noise repeat the one before
 _JUMP = 8.0  # times the steps beside it
 _MARKER = 10.0  # times the largest other magnitude
 _LOST = 0.01  # of the record: what may be missing of it before sums and maxima are unknown
 _PLAUSIBLE = (3e-3, 5.0)  # friction coefficients
 _DECADES = 30.0  # a factor from here on is one of a wrong unit
 _OFFSET = 0.1  # of the sliding force
+_FUNDAMENTAL = 130.0  # Hz: from here on a line of mains is a harmonic
 _DIFFERS = 0.05  # of a speed or a way
 
 
@@ -94,8 +96,11 @@ def _markers(values: Floats) -> NDArray[np.bool_]:
 def _held(values: Floats, acceleration: Floats) -> NDArray[np.bool_]:
     """Samples of the same value that a jump leads to and from, or a jump back to where the force was going.
 
-    A spring force does not jump: its steps beside these samples tell how fast it changes.
+    A spring force does not jump: its steps beside these samples tell how fast it changes. Where no sample repeats both
+    channels but a few, those are held as well.
     """
+    same = (np.diff(values) == 0) & (np.diff(acceleration) == 0)
+    frozen = same & (acceleration[1:] != 0) if same.mean() < _REPEATS else np.zeros(same.size, np.bool_)
     bad, last = np.zeros(values.size, np.bool_), values.size - 1
     starts, ends = runs_of(np.append(np.diff(values) == 0, False))
     ends = ends + 1
@@ -106,19 +111,22 @@ def _held(values: Floats, acceleration: Floats) -> NDArray[np.bool_]:
         before = values[start] - values[max(start - 1, 0)]
         after = values[min(end + 1, last)] - values[end]
         there, back = abs(before) > _JUMP * step, abs(after) > _JUMP * step
-        frozen = np.ptp(acceleration[start : end + 1]) == 0 and acceleration[start] != 0
         where_it_went = (
             start > 5 and abs(after - (values[start] - values[start - 5]) / 5 * (end + 1 - start)) < abs(after) / 2
         )
-        if step > 0 and ((there and back) or (back and (frozen or where_it_went))):
+        if step > 0 and ((there and back) or (back and where_it_went)):
             bad[start : end + 1] = True
+    starts, ends = runs_of(np.append(frozen, False))
+    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        bad[start + 1 : end + 2] |= end - start + 2 >= _HELD
     return bad
 
 
 def _flat(values: Floats, acceleration: Floats) -> NDArray[np.bool_]:
     """Samples at the top or bottom of a channel that cut off a signal on its way: as steep in front as further off."""
     flat = np.zeros(values.size, np.bool_)
-    noisy = noise_of(values[(values > values.min()) & (values < values.max())]) > 1e-6 * np.ptp(values)
+    inner = values[(values > values.min()) & (values < values.max())]
+    noisy = inner.size > 2 and noise_of(inner) > 1e-6 * np.ptp(values)
     quantum = float(np.abs(np.diff(values)[np.diff(values) != 0]).min(initial=np.inf))
     for extreme in (values.min(), values.max()):
         starts, ends = runs_of(values == extreme)
@@ -136,7 +144,7 @@ def _flat(values: Floats, acceleration: Floats) -> NDArray[np.bool_]:
         steep = near_in.sum() > 0.7 * far_in.sum() if entry > leave else near_out.sum() > 0.7 * far_out.sum()
         high = max(entry, leave) / starts.size > max(16.0 * quantum, 1e-6 * np.ptp(values))
         at = values == extreme
-        # steady sliding without noise is as flat; but then the specimen rests, and the force falls no faster than it rose
+        # steady sliding without noise is as flat, but then the specimen rests, and the force falls as it rose
         moves = np.abs(acceleration[at]).mean() > 0.3 * np.abs(acceleration).mean()
         if steep and high and (noisy or moves or leave > 1.5 * entry):
             flat |= at
@@ -174,15 +182,15 @@ def of_time(time: Floats, gaps: NDArray[np.intp]) -> Iterator[Defect]:
     tenth = max(1, steps.size // 10)
     first, last = float(np.median(steps[:tenth])), float(np.median(steps[-tenth:]))
     regular = np.median(np.abs(steps[:tenth] - first)) < 0.002 * first
-    if regular and abs(last / first - 1.0) > 0.01:
+    if regular and abs(last / first - 1.0) > 0.005:
         yield Defect("clock", f"its step changes from {first:.4g} to {last:.4g} s; times are taken as they are")
 
 
 # --- what contradicts itself ------------------------------------------------------------------------------------------
 
 
-def of_scales(sticks: Sticks, values: dict[str, float | Floats]) -> Iterator[Defect]:
-    """Units, stiffness and speed that cannot be true together."""
+def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Floats]) -> Iterator[Defect]:
+    """Units, stiffness and speed that cannot be true together; channels and a zero that are not those of the motion."""
     record, ratio = sticks.record, sticks.loading / sticks.expected
     force, mass, stiffness = force_of(record), condition_of(record, "mass"), condition_of(record, "stiffness")
     wrong = max(ratio, 1.0 / ratio) if np.isfinite(ratio) else 1.0
@@ -215,11 +223,11 @@ def of_scales(sticks: Sticks, values: dict[str, float | Floats]) -> Iterator[Def
     if late:
         spoils = FORCE if "spring_force" not in record else ()
         yield Defect("channels", f"the acceleration is {late:+.3g} s late of the force; do they share a clock?", spoils)
-    yield from _of_drive(record, force)
+    yield from _of_drive(samples, force_of(samples))
 
 
 def _lag(force: Floats, acceleration: Floats, step: float) -> float:
-    """How much later (s) the acceleration is than the bend of the force, which it follows; 0 within 2 ms or if unclear."""
+    """How much later (s) the acceleration is than the bend of the force; 0 within 2 ms, and where that is unclear."""
     lag = max(1, round(LAG / step))
     own, other = bend_of(force, lag, step, "force"), bend_of(acceleration, lag, step, "acceleration")
     most = min(force.size // 4, round(0.5 / step))
@@ -279,8 +287,11 @@ def of_hum(
         lines = ", ".join(f"{t.amplitude:.3g} {unit} at {t.frequency:.2f} Hz" for t in own)
         shown = [name for name in _SHOWN if name in spoils and np.isfinite(before[name]) | np.isfinite(after[name])]
         moved = ", ".join(f"{name} {before[name]:.4g} to {after[name]:.4g}" for name in shown)
-        rate = sum(2.0 * np.pi * t.frequency * t.left for t in own)
-        strong = channel == "force" and rate > 0.1 * tolerance * sticks.loading
+        rate = sum(2.0 * np.pi * t.frequency * min(t.left, t.amplitude) for t in own)
+        lasting = float(np.median(sticks.time[sticks.ends] - sticks.time[sticks.starts])) if sticks.count else np.inf
+        lowest = min(t.frequency for t in own)
+        unsure = lasting < 0.5 / lowest or lowest > _FUNDAMENTAL  # sticks are those of the hum, or more of it is there
+        strong = channel == "force" and (unsure or not rate <= 0.1 * tolerance * sticks.loading)
         text = f"{lines} in the {channel} is subtracted: {moved or 'no feature moves'}"
         text += "; it is too strong to be subtracted well enough" if strong else ""
         yield Defect("hum", text, spoils if strong else ())

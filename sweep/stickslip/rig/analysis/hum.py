@@ -1,10 +1,10 @@
 """Hum: lines in the spectrum of a channel that are not of the motion, as mains leave them in cables and amplifiers.
 
 While the contact sticks, or slides steadily, the force is a straight line for as long as a period of the hum, and its
-bend, the second difference over a few milliseconds, holds hum and noise alone. So hum is looked for where the bend is
+bend, the second difference over a few milliseconds, holds hum and noise alone. So hum is looked for where that is
 quiet: frequencies that stand out of their neighbourhood, with a phase that persists over the record, and which the
-acceleration does not follow as it follows a force of a spring, K a = F''. What passes is fitted, with an amplitude and a
-phase that may drift from second to second as those of mains do, and subtracted.
+acceleration does not follow as it follows a force of a spring, K a = F''. What passes is fitted, with an amplitude and
+a phase that may drift from second to second as those of mains do, and subtracted.
 """
 
 from __future__ import annotations
@@ -21,15 +21,19 @@ LAG = 3e-3  # s, of the second difference: passes 40 to 300 Hz, and hardly what 
 _SMOOTH = 0.02  # s, over which the bend is judged quiet: a period of mains
 _SEGMENT = 4.0  # s, of a periodogram
 _BLOCK = 1.0  # s, within which amplitude and phase are constant
-_LOWEST = 15.0  # Hz
+_LOWEST, _HIGHEST = 15.0, 400.0  # Hz: mains and their harmonics, aliased or not
+_AROUND = 20.0  # Hz, the neighbourhood of a line
+_BY_CHANCE = 1e-11  # how often noise may look like a line in a bin
 _STANDS_OUT = 8.0  # times the median power of its neighbourhood, at least
 _LEAST = {"force": 1e-4, "acceleration": 1e-3}  # of the largest magnitude: what is weaker changes nothing
-_PERSISTS = 0.7  # coherence of the phase between blocks
+_PERSISTS = 0.45  # coherence of the phase between blocks, less the scatter of the amplitude
 _APART = 3  # those blocks
 _SEEN = 0.3  # of what the bend passes at most: lines near its zeros are not
 _ROUGH = 0.05  # of a line: what may be left of it where the channel is quiet
 _WANDERS = 0.02  # of a line: what may be left of it where parts of the record are not quiet
 _NEAR = 4.0  # Hz: what is nearer to a line is a side band of it
+_UNIFORM = 0.8  # of the record, from which on quiet parts prove nothing
+_ALIKE = 0.5  # of the larger: how far two lines of one motion may differ
 _MOST = 12  # lines
 _FITS = 20  # at most
 
@@ -50,7 +54,7 @@ def subtract_hum(force: Floats, acceleration: Floats, step: float) -> tuple[Floa
     if force.size < max(8 * lag, round(0.5 / step)) or 0.5 / step < 2 * _LOWEST:
         return force, acceleration, []
     channels = [_Channel("force", force, lag, step), _Channel("acceleration", acceleration, lag, step)]
-    tones = channels[0].clean(channels[1])
+    tones = channels[0].clean(channels[1]) or channels[0].clean(channels[1], channels[1].quiet)
     tones += channels[1].clean(channels[0], channels[0].quiet)
     return channels[0].values, channels[1].values, tones
 
@@ -88,15 +92,15 @@ class _Channel:
         original, frequencies, self._within = self.values, list[float](), within
         self._look()
         while len(frequencies) < _MOST:
-            new = [f for f in self._lines() if all(abs(f - g) > _NEAR for g in frequencies) and self._is_hum(f, other)]
-            if not new:
+            lines = [f for f in self._lines() if all(abs(f - g) > _NEAR for g in frequencies)]
+            if (new := self._first_hum(lines, other, frequencies)) is None:
                 break
-            frequencies.append(new[0])
+            frequencies.append(new)
             amplitudes = self._subtract(original, frequencies)
         if not frequencies:
             return []
         fitted = self._fit(self.bend, self._phases(frequencies)) / self.gain(frequencies)
-        left = np.nanquantile(np.abs(fitted), 0.9, axis=0)
+        left = np.nanmax(np.abs(fitted), axis=0)
         if np.isnan(fitted[:, 0]).mean() > 0.2:  # between the parts that are quiet it may wander
             left = np.maximum(left, _WANDERS * amplitudes)
         rows = sorted(zip(frequencies, amplitudes.tolist(), left.tolist(), strict=True))
@@ -106,39 +110,52 @@ class _Channel:
         """Frequencies (Hz) that stand out in the quiet parts, the strongest first."""
         size = min(self.bend.size, round(_SEGMENT / self._step))
         window, padded = np.hanning(size + 2)[1:-1], fft.next_fast_len(4 * size)
-        power, weight = np.zeros(padded // 2 + 1), 0.0
-        starts = range(0, self.bend.size - size + 1, max(1, size // 2))
-        for start in starts:
+        power, weights = np.zeros(padded // 2 + 1), []
+        for start in range(0, self.bend.size - size + 1, max(1, size // 2)):
             shown = self.quiet[start : start + size] * window
             power += np.abs(fft.rfft(self.bend[start : start + size] * shown, padded)) ** 2
-            weight += float(shown.sum()) ** 2
+            weights.append(float(shown.sum()) ** 2)
+        weight, squares = max(sum(weights), 1e-300), max(sum(w**2 for w in weights), 1e-300)
+        segments = min(weight**2 / squares, self.bend.size / size)
         frequency = fft.rfftfreq(padded, self._step)
-        around = ndimage.median_filter(power, round(10.0 / frequency[1]) | 1, mode="nearest")
-        seen = np.abs(np.sin(np.pi * self._lag * self._step * frequency)) > _SEEN
-        peaks = np.flatnonzero((power >= ndimage.maximum_filter1d(power, 9)) & (frequency >= _LOWEST) & seen)
-        peaks = peaks[power[peaks] > _standing_out(self.bend.size / size) * around[peaks]]
-        amplitude = 2.0 * np.sqrt(power[peaks] / max(weight, 1e-300)) / np.abs(self.gain(frequency[peaks]))
+        around = ndimage.median_filter(power, round(_AROUND / frequency[1]) | 1, mode="nearest")
+        seen = (np.abs(np.sin(np.pi * self._lag * self._step * frequency)) > _SEEN) & (frequency >= _LOWEST)
+        seen &= frequency <= _HIGHEST
+        peaks = np.flatnonzero((power >= ndimage.maximum_filter1d(power, 9)) & seen)
+        peaks = peaks[power[peaks] > _standing_out(segments) * around[peaks]]
+        amplitude = 2.0 * np.sqrt(power[peaks] / weight) / np.abs(self.gain(frequency[peaks]))
         peaks = peaks[amplitude > self._least]
         return [_top_of(frequency, power, _mains(frequency, power, int(i))) for i in peaks[np.argsort(-power[peaks])]]
 
-    def _is_hum(self, frequency: float, other: _Channel) -> bool:
-        """Whether the phase of a line persists over the record, and the other channel does not move with it."""
-        phases = self._phases([frequency])
-        own, its = self._fit(self.bend, phases)[:, 0], self._fit(other.bend, phases)[:, 0]
-        known = np.isfinite(own)
-        own, its = own[known], its[known]
-        all_in_all = self._fit(self.bend, phases, np.ones(self.quiet.size, np.bool_))[known, 0]
-        if np.median(np.abs(all_in_all)) < 0.5 * np.median(np.abs(own)):
-            return False  # of what is cut out of a slower wave
-        product = own[_APART:] * own[:-_APART].conj()
-        size = np.abs(own)
-        if np.abs(product.sum()) < _PERSISTS * np.abs(product).sum() or size.std() > 0.5 * size.mean():
-            return False
+    def _first_hum(self, lines: list[float], other: _Channel, known: list[float]) -> float | None:
+        """The first line that persists and is no motion, nor a harmonic of one; None if there is none."""
+        moving: list[float] = []
+        for line in lines:
+            phases = self._phases([line])
+            own, its = self._fit(self.bend, phases)[:, 0], self._fit(other.bend, phases)[:, 0]
+            fitted = np.isfinite(own)
+            if any(_harmonic(f, line) for f in moving):
+                continue
+            if self._moves(own[fitted], its[fitted], other):
+                moving.append(line)
+                continue
+            # where it does not stand out all in all, it is cut out of a slower wave
+            everywhere = self._fit(self.bend, phases, np.ones(self.quiet.size, np.bool_))[fitted, 0]
+            if np.median(np.abs(everywhere)) < 0.5 * np.median(np.abs(own[fitted])):
+                continue
+            if _persists(own[fitted], any(_harmonic(*sorted([f, line])) for f in known)):
+                return line
+        return None
+
+    def _moves(self, own: NDArray[np.complex128], its: NDArray[np.complex128], other: _Channel) -> bool:
+        """Whether two lines are of one motion: the bend of the force is the stiffness times that of the motion."""
         force, motion = (self.bend, other.bend) if self.name == "force" else (other.bend, self.bend)
         loud = np.abs(motion) >= np.quantile(np.abs(motion), 0.9)
         stiffness = float(motion[loud] @ force[loud]) / max(float(motion[loud] @ motion[loud]), 1e-300)
         own, its = (own, stiffness * its) if self.name == "force" else (stiffness * own, its)
-        return bool(np.linalg.norm(own - its) > 0.5 * max(np.linalg.norm(own), np.linalg.norm(its)))
+        if self.quiet.mean() > _UNIFORM:  # nothing but this line, perhaps: the sizes alone may be those of a motion
+            own, its = np.abs(own), np.abs(its)
+        return bool(np.linalg.norm(own - its) <= _ALIKE * max(np.linalg.norm(own), np.linalg.norm(its)))
 
     def _phases(self, frequencies: list[float]) -> list[Floats]:
         """Phases (rad) of the lines at all samples."""
@@ -154,8 +171,9 @@ class _Channel:
             at = np.flatnonzero(where[start:stop]) + start
             if at.size < max(0.05 * (stop - start), 8 * len(phases)):
                 continue
-            waves = np.exp(1j * np.stack([phase[at] for phase in phases], axis=1))
-            parts = np.linalg.lstsq(np.hstack([waves.real, -waves.imag]), bend[at], rcond=1e-6)[0]
+            angles = np.stack([phase[at] for phase in phases])
+            waves = np.concatenate([np.cos(angles), -np.sin(angles)])
+            parts = np.linalg.lstsq(waves @ waves.T, waves @ bend[at], rcond=1e-10)[0]
             found[k] = parts[: len(phases)] + 1j * parts[len(phases) :]
         return found
 
@@ -173,7 +191,8 @@ class _Channel:
             before, fitted = self.quiet, self._fit(bend, phases) / self.gain(frequencies)
             self.values = original.copy()
             for phase, row in zip(phases, fitted.T, strict=True):
-                known = np.isfinite(row)
+                if not (known := np.isfinite(row)).any():
+                    continue
                 phase += _through(at, middles[known], np.unwrap(np.angle(row[known])))
                 self.values -= np.interp(at, middles[known], np.abs(row[known])) * np.cos(phase)
             self._look(
@@ -182,6 +201,20 @@ class _Channel:
             if np.count_nonzero(before != self.quiet) < 1e-3 * before.size:
                 break
         return np.asarray(np.nanmedian(np.abs(fitted), axis=0))
+
+
+def _harmonic(low: float, high: float) -> bool:
+    """Whether one frequency (Hz) is a multiple of the other."""
+    return high > 1.5 * low and abs(high - round(high / low) * low) < 0.5
+
+
+def _persists(row: NDArray[np.complex128], harmonic: bool) -> bool:
+    """Whether phase and amplitude last from block to block; the phase of a harmonic drifts several times as fast."""
+    if row.size <= _APART:
+        return True
+    product, size = row[_APART:] * row[:-_APART].conj(), np.abs(row)
+    coherence = 1.0 if harmonic else float(np.abs(product.sum()) / max(np.abs(product).sum(), 1e-300))
+    return coherence - float(size.std() / size.mean()) >= _PERSISTS
 
 
 def _turning(row: NDArray[np.complex128]) -> float:
@@ -213,12 +246,13 @@ def bend_of(values: Floats, lag: int, step: float, name: str) -> Floats:
 
 
 def _standing_out(segments: float) -> float:
-    """The power, over the median one, that a bin of noise exceeds once in 1e9: a sum of squares over the segments."""
-    return float(max(special.gammainccinv(segments, 1e-9) / special.gammaincinv(segments, 0.5), _STANDS_OUT))
+    """The power, over the median one, that a bin of noise hardly ever exceeds: a sum of squares over the segments."""
+    segments = max(segments, 1.0)
+    return float(max(special.gammainccinv(segments, _BY_CHANCE) / special.gammaincinv(segments, 0.5), _STANDS_OUT))
 
 
 def _mains(frequency: Floats, power: Floats, peak: int) -> int:
-    """The bin of a multiple of 50 or 60 Hz, if the line might as well be there: quiet parts far apart leave a choice."""
+    """The bin of a multiple of 50 or 60 Hz, if the line might be there as well: quiet parts far apart allow both."""
     for mains in (50.0, 60.0):
         multiple = mains * max(1.0, round(float(frequency[peak]) / mains))
         near = np.flatnonzero(np.abs(frequency - multiple) < 0.15)

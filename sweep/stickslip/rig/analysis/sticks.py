@@ -36,7 +36,7 @@ class Sticks:
 
     record : the samples. starts, ends : positions of the first and of the last sample of each phase.
     broke : whether the phase ended in sliding, which the last one may not. loading : rate of the force while sticking
-    (N/s), as the record shows it, and expected : as stiffness and speed of the drive say; NaN where neither is known.
+    (N/s), as the record shows it, and expected : as stiffness and speed of the drive say; NaN where that is not known.
     """
 
     record: xr.Dataset
@@ -79,7 +79,8 @@ def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> 
         if measured.is_sustained() and abs(np.log(measured.full_rate() / expected)) > np.log1p(how.tolerance):
             rates = measured
     starts, ends = rates.phases()
-    return Sticks(even, starts, ends, ends < last, rates.full_rate(), expected)
+    loading = rates.full_rate() if rates.is_known or rates.is_sustained() else np.nan
+    return Sticks(even, starts, ends, ends < last, loading, expected)
 
 
 def drive_displacement(record: xr.Dataset) -> Floats | None:

@@ -38,8 +38,8 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
     """The features of one record: variables without dimension, those of the spectrum over `peak`.
 
     NaN where a feature is not defined: no break-away, no load, no motion of the drive; and where a defect of the record
-    leaves nothing to be said of it. The coordinate `remarks` says what is wrong with the record. Raises ValueError for a
-    bandwidth that the sampling rate does not allow.
+    leaves nothing to be said of it. The coordinate `remarks` says what is wrong with the record, one line a defect.
+    Raises ValueError for a bandwidth that the sampling rate does not allow.
     """
     how = settings or FeatureSettings()
     record, wrong = defects.mended(record)
@@ -51,14 +51,14 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
         before, (found, sticks) = found, _measured(_replaced(even, force, acceleration), how)
         wrong += defects.of_hum(tones, sticks, before, found, how.tolerance)
     time = record["time"].values
-    wrong += [*defects.of_time(time, gaps_of(time)), *defects.of_scales(sticks, found)]
+    wrong += [*defects.of_time(time, gaps_of(time)), *defects.of_scales(record, sticks, found)]
     for name in {name for defect in wrong for name in defect.spoils}:
         found[name] = np.full_like(found[name], np.nan)
     variables = {
         name: xr.Variable(("peak",) if name in PER_PEAK else (), found[name], _attributes(name)) for name in FEATURES
     }
     conditions: dict[str, Any] = {name: c.variable for name, c in record.coords.items() if not c.dims}
-    conditions["remarks"] = xr.Variable((), "; ".join(map(str, wrong)), {"long_name": "what is wrong with the record"})
+    conditions["remarks"] = xr.Variable((), "\n".join(map(str, wrong)), {"long_name": "what is wrong with the record"})
     return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
 
 
@@ -193,7 +193,7 @@ def _contact(sticks: Sticks, load: float | None) -> Numbers:
 
 
 def _times_to_sliding(force: Floats, time: Floats, starts: Positions, ends: Positions, means: Floats) -> Floats:
-    """Times from break-away until the force has fallen to its mean over the slip; none of slips without such samples."""
+    """Times from break-away until the force has fallen to its mean over the slip, of the slips with such samples."""
     sizes = ends - starts + 1
     slip = np.repeat(np.arange(starts.size), sizes)
     at = np.arange(slip.size) + np.repeat(starts - np.cumsum(sizes) + sizes, sizes)
