@@ -36,9 +36,10 @@ lint: $(VENV)/.installed-test  ## lint, formatting and types
 check: lint test  ## what continuous integration runs
 
 SEED ?= $(shell date +%Y%j)
-nightly: $(VENV)/.installed-test  ## search on: all tests with fresh seeds, and 10,000 random cells against a judge
+nightly: $(VENV)/.installed-test  ## search on: all tests with fresh seeds, 10,000 random cells against a judge, 5,000 fits
 	HYPOTHESIS_PROFILE=fresh STICKSLIP_SEED=$(SEED) $(BIN)/python -m pytest -n auto --dist loadscope $(ARGS)
 	$(BIN)/python tests/adversary.py --cells 10000 --seed $(SEED)
+	PYTHONPATH=sweep:kernels $(BIN)/python tests/fit_coverage.py --fits 5000 --seed $(SEED)
 
 bench: $(VENV)/.installed-bench  ## measure speed beside other solvers into benchmarks/results/ (five minutes)
 	$(BIN)/python benchmarks/run.py $(ARGS)

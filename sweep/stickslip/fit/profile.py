@@ -25,7 +25,8 @@ from scipy import stats  # type: ignore[import-untyped]
 from stickslip.fit.uncertainty import Floats, Interval, student
 
 _ZOOMS, _COARSE, _ACROSS = 14, 3, 17  # of the search for a scale: each zoom narrows its bracket eightfold
-_NODES = 81  # scales within a region
+_FLAT = 1e-13  # of the sum of squares left: scales that differ by less are alike
+_NODES = 61  # scales within a region
 _SINGULAR = 1e-9  # columns that are closer to dependent than this determine nothing
 _SLOPES = np.linspace(-3.0, 3.0, 7)  # of the logarithm of the scatter, over the whole range of speeds
 _PRIOR = 1.5  # standard deviation of that slope: a scatter that differs by a factor of 4.5 is not unusual
@@ -115,7 +116,10 @@ def bottom(left: Callable[[Floats], Floats], grid: Floats, zooms: int = _ZOOMS) 
     low, high = (math.log(grid[min(max(i + side, 0), grid.size - 1)]) for side in (-1, 1))
     tried = np.linspace(low, high, _ACROSS)
     for _ in range(zooms):
-        i = int(np.argmin(left(np.exp(tried))))
+        values = left(np.exp(tried))
+        i = int(np.argmin(values))
+        if not np.ptp(values) > _FLAT * values[i]:
+            return float(np.exp(tried[i]))
         tried = np.linspace(tried[max(i - 1, 0)], tried[min(i + 1, _ACROSS - 1)], _ACROSS)
     return float(np.exp(tried[_ACROSS // 2]))
 

@@ -172,6 +172,15 @@ def test_hum_that_cannot_be_subtracted_leaves_no_number(dry):
     assert "hum" in str(found["remarks"].values[0])
 
 
+def test_samples_too_few_for_the_sticks_are_said(kernels):
+    """A cycle of 30 ms in 12 samples: every drop is seen, and hardly a stick."""
+    rec, exact = simulated(2)
+    coarse = rec.isel(time=slice(None, None, 5))
+    found = features(coarse)
+    assert abs(float(found["drops"]) - exact["slips_exact"]) < 0.1 * exact["slips_exact"]
+    assert np.isnan(found["sticks"]) and "sampling" in names(str(found["remarks"].values))
+
+
 def test_a_force_of_the_wrong_sign_is_turned(kernels):
     whole = simulated(0, ())[0].drop_vars(["stick", "friction_force"])
     found = features(changed(whole, lambda _, f: -f))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import signal
+from scipy import signal  # type: ignore[import-untyped]
 
 from stickslip.rig.analysis.hum import LAG, Tone, bend_of
 from stickslip.rig.analysis.sticks import Sticks, drive_displacement, runs_of
@@ -39,6 +39,8 @@ _PLAUSIBLE = (3e-3, 5.0)  # friction coefficients
 _DECADES = 30.0  # a factor from here on is one of a wrong unit
 _OFFSET = 0.1  # of the sliding force
 _FUNDAMENTAL = 130.0  # Hz: from here on a line of mains is a harmonic
+_COARSE = 40  # samples from drop to drop, in which a stick may be missed
+_ENOUGH = 1_000_000  # samples to see whether channels belong together
 _DIFFERS = 0.05  # of a speed or a way
 
 
@@ -202,7 +204,7 @@ def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Flo
             f"{sticks.expected:.4g} N/s: one of force, stiffness and speed is wrong by {wrong:.4g}; "
             "sticks are those of the measured rate"
         )
-        spoils = () if drive_displacement(record) is not None else ("travel", "impulse_rate")
+        spoils: tuple[str, ...] = () if drive_displacement(record) is not None else ("travel", "impulse_rate")
         if wrong > _DECADES and not plausible:
             text, spoils = text + " (N or mN?)", (*FORCE, *spoils)
         yield Defect("loading rate", text, spoils)
@@ -219,6 +221,12 @@ def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Flo
     if starts.size > 3 and np.median(ends - starts) < 4:
         text = f"a slip is {np.median(ends - starts):.0f} samples long: its peaks lie between them; record faster"
         yield Defect("sampling", text, (*ACCELERATION, "drop_mean", "drop_max", "time_to_sliding"))
+    drops = int(values["drops"])
+    if drops > 2 * sticks.count + 5 and force.size < _COARSE * drops:
+        text = (
+            f"{drops} drops of the force and {sticks.count} sticks: too few samples for so short sticks; record faster"
+        )
+        yield Defect("sampling", text, tuple(name for name in (*COUNTS, *FORCE) if not name.startswith("drop")))
     late = _lag(force, record["acceleration"].values, 1.0 / float(values["sample_rate"]))
     if late:
         spoils = FORCE if "spring_force" not in record else ()
@@ -228,7 +236,7 @@ def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Flo
 
 def _lag(force: Floats, acceleration: Floats, step: float) -> float:
     """How much later (s) the acceleration is than the bend of the force; 0 within 2 ms, and where that is unclear."""
-    lag = max(1, round(LAG / step))
+    lag, force, acceleration = max(1, round(LAG / step)), force[:_ENOUGH], acceleration[:_ENOUGH]
     own, other = bend_of(force, lag, step, "force"), bend_of(acceleration, lag, step, "acceleration")
     most = min(force.size // 4, round(0.5 / step))
     shared = np.abs(signal.correlate(other, own, mode="same", method="fft"))
