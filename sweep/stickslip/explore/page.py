@@ -48,7 +48,6 @@ pre {{ white-space: pre-wrap; overflow-wrap: anywhere; background: #f5f5f5; padd
   font: 12px/1.4 ui-monospace, monospace; max-height: 260px; overflow: auto; }}
 summary {{ cursor: pointer; }}
 """
-HEADS = {"stick": "from stick", "sliding": "from near sliding"}
 
 
 class Page:

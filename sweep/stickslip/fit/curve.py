@@ -84,11 +84,6 @@ class CurveFit:
         w = np.asarray(speed, np.float64)
         return np.asarray(self.a1 + self.a2 * w + self.a3 * SHAPES[self.law](w / self.a4))
 
-    def free_covariance(self) -> Floats:
-        """`covariance` with those coefficients fixed that were assumed."""
-        fixed = np.array([name in self.assumed for name in COEFFICIENTS])
-        return np.where(fixed[:, None] | fixed, 0.0, self.covariance)
-
     def band(self, speed: ArrayLike) -> tuple[Floats, Floats]:
         """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s), by profile likelihood; not
         below 0, and infinite where the points determine nothing. What was assumed is taken as it is.
