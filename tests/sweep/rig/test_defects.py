@@ -172,6 +172,13 @@ def test_hum_that_cannot_be_subtracted_leaves_no_number(dry):
     assert "hum" in str(found["remarks"].values[0])
 
 
+@pytest.mark.parametrize("every", [4, 5, 8])
+def test_samples_too_few_for_the_sticks_are_said(kernels, every):
+    """A cycle of 30 ms in 7 to 15 samples, of which the last hardly show a stick."""
+    found = features(simulated(2)[0].isel(time=slice(None, None, every)))
+    assert np.isnan(found["sticks"]) and "sampling" in names(str(found["remarks"].values))
+
+
 def test_a_force_of_the_wrong_sign_is_turned(kernels):
     whole = simulated(0, ())[0].drop_vars(["stick", "friction_force"])
     found = features(changed(whole, lambda _, f: -f))

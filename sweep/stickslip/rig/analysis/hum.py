@@ -13,13 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import fft, interpolate, ndimage, signal, special
+from scipy import fft, interpolate, ndimage, signal, special  # type: ignore[import-untyped]
 
 from stickslip.rig.records.sampling import Floats
 
 LAG = 3e-3  # s, of the second difference: passes 40 to 300 Hz, and hardly what is slower
 _SMOOTH = 0.02  # s, over which the bend is judged quiet: a period of mains
 _SEGMENT = 4.0  # s, of a periodogram
+_SEGMENTS = 200  # at most
 _BLOCK = 1.0  # s, within which amplitude and phase are constant
 _LOWEST, _HIGHEST = 15.0, 400.0  # Hz: mains and their harmonics, aliased or not
 _AROUND = 20.0  # Hz, the neighbourhood of a line
@@ -111,7 +112,7 @@ class _Channel:
         size = min(self.bend.size, round(_SEGMENT / self._step))
         window, padded = np.hanning(size + 2)[1:-1], fft.next_fast_len(4 * size)
         power, weights = np.zeros(padded // 2 + 1), []
-        for start in range(0, self.bend.size - size + 1, max(1, size // 2)):
+        for start in range(0, self.bend.size - size + 1, max(1, size // 2, self.bend.size // _SEGMENTS)):
             shown = self.quiet[start : start + size] * window
             power += np.abs(fft.rfft(self.bend[start : start + size] * shown, padded)) ** 2
             weights.append(float(shown.sum()) ** 2)
@@ -159,7 +160,8 @@ class _Channel:
 
     def _phases(self, frequencies: list[float]) -> list[Floats]:
         """Phases (rad) of the lines at all samples."""
-        return [2.0 * np.pi * f * self._step * np.arange(self.values.size) for f in frequencies]
+        time = np.arange(self.values.size, dtype=np.float64)
+        return [np.asarray(2.0 * np.pi * f * self._step * time, np.float64) for f in frequencies]
 
     def _fit(
         self, bend: Floats, phases: list[Floats], where: NDArray[np.bool_] | None = None

@@ -182,7 +182,9 @@ class _Rates:
         rates = self._rate * np.sign(moving) / max(self.full_rate(), 1e-300)
         rates = rates[np.abs(moving) > 0.95 * np.abs(moving).max()]
         loading = np.count_nonzero(rates > 0.3)
-        return np.count_nonzero(np.abs(rates - 1.0) <= 0.5 * self._tolerance) > max(0.5 * loading, 3 * self._width)
+        return bool(
+            np.count_nonzero(np.abs(rates - 1.0) <= 0.5 * self._tolerance) > max(0.5 * loading, 3 * self._width)
+        )
 
     def full_rate(self) -> float:
         """K |u| at the full speed of the drive (N/s)."""

@@ -57,7 +57,7 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
     variables = {
         name: xr.Variable(("peak",) if name in PER_PEAK else (), found[name], _attributes(name)) for name in FEATURES
     }
-    conditions: dict[str, Any] = {name: c.variable for name, c in record.coords.items() if not c.dims}
+    conditions: dict[str, Any] = {str(name): c.variable for name, c in record.coords.items() if not c.dims}
     conditions["remarks"] = xr.Variable((), "\n".join(map(str, wrong)), {"long_name": "what is wrong with the record"})
     return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
 
