@@ -172,12 +172,10 @@ def test_hum_that_cannot_be_subtracted_leaves_no_number(dry):
     assert "hum" in str(found["remarks"].values[0])
 
 
-def test_samples_too_few_for_the_sticks_are_said(kernels):
-    """A cycle of 30 ms in 12 samples: every drop is seen, and hardly a stick."""
-    rec, exact = simulated(2)
-    coarse = rec.isel(time=slice(None, None, 5))
-    found = features(coarse)
-    assert abs(float(found["drops"]) - exact["slips_exact"]) < 0.1 * exact["slips_exact"]
+@pytest.mark.parametrize("every", [4, 5, 8])
+def test_samples_too_few_for_the_sticks_are_said(kernels, every):
+    """A cycle of 30 ms in 7 to 15 samples, of which the last hardly show a stick."""
+    found = features(simulated(2)[0].isel(time=slice(None, None, every)))
     assert np.isnan(found["sticks"]) and "sampling" in names(str(found["remarks"].values))
 
 

@@ -40,6 +40,7 @@ _DECADES = 30.0  # a factor from here on is one of a wrong unit
 _OFFSET = 0.1  # of the sliding force
 _FUNDAMENTAL = 130.0  # Hz: from here on a line of mains is a harmonic
 _COARSE = 40  # samples from drop to drop, in which a stick may be missed
+_SCATTERS = 0.02  # of the largest force, from sample to sample: few samples hide drops then
 _ENOUGH = 1_000_000  # samples to see whether channels belong together
 _DIFFERS = 0.05  # of a speed or a way
 
@@ -215,18 +216,8 @@ def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Flo
     if share and not 1.0 / _DECADES < share < _DECADES:
         text = f"mass times acceleration is {share:.2g} of the force it comes from; is it m/s2, and the force N?"
         yield Defect("unit", text, ACCELERATION)
-    if mass and stiffness:
-        yield from _too_few_samples(float(values["sample_rate"]), np.sqrt(stiffness / mass) / (2.0 * np.pi))
-    starts, ends = sticks.slips()
-    if starts.size > 3 and np.median(ends - starts) < 4:
-        text = f"a slip is {np.median(ends - starts):.0f} samples long: its peaks lie between them; record faster"
-        yield Defect("sampling", text, (*ACCELERATION, "drop_mean", "drop_max", "time_to_sliding"))
-    drops = int(values["drops"])
-    if drops > 2 * sticks.count + 5 and force.size < _COARSE * drops:
-        text = (
-            f"{drops} drops of the force and {sticks.count} sticks: too few samples for so short sticks; record faster"
-        )
-        yield Defect("sampling", text, tuple(name for name in (*COUNTS, *FORCE) if not name.startswith("drop")))
+    natural = np.sqrt(stiffness / mass) / (2.0 * np.pi) if mass and stiffness and wrong == 1.0 else 0.0
+    yield from _of_sampling(force, sticks, values, natural)
     late = _lag(force, record["acceleration"].values, 1.0 / float(values["sample_rate"]))
     if late:
         spoils = FORCE if "spring_force" not in record else ()
@@ -246,10 +237,22 @@ def _lag(force: Floats, acceleration: Floats, step: float) -> float:
     return late if near.max() > 0.5 and near[most] < 0.7 * near.max() and abs(late) > 2e-3 else 0.0
 
 
-def _too_few_samples(rate: float, natural: float) -> Iterator[Defect]:
-    if rate < 4.0 * natural:
+def _of_sampling(force: Floats, sticks: Sticks, values: dict[str, float | Floats], natural: float) -> Iterator[Defect]:
+    """Too few samples for vibration at the natural frequency (Hz, 0 if not known), for slips, or for sticks."""
+    rate, scatter = float(values["sample_rate"]), noise_of(force)
+    if rate < 4.0 * natural or (rate < 10.0 * natural and scatter > _SCATTERS * np.abs(force).max()):
         text = f"{rate:.4g} samples per second, the specimen vibrates at {natural:.4g} Hz; record faster"
         yield Defect("sampling", text, (*ACCELERATION, *COUNTS, *FORCE))
+    starts, ends = sticks.slips()
+    if starts.size > 3 and np.median(ends - starts) < 4:
+        text = f"a slip is {np.median(ends - starts):.0f} samples long: its peaks lie between them; record faster"
+        yield Defect("sampling", text, (*ACCELERATION, "drop_mean", "drop_max", "time_to_sliding"))
+    drops = int(values["drops"])
+    if drops > 2 * sticks.count + 5 and force.size < _COARSE * drops:
+        text = (
+            f"{drops} drops of the force and {sticks.count} sticks: too few samples for so short sticks; record faster"
+        )
+        yield Defect("sampling", text, tuple(name for name in (*COUNTS, *FORCE) if not name.startswith("drop")))
 
 
 def _of_drive(record: xr.Dataset, force: Floats) -> Iterator[Defect]:
