@@ -80,7 +80,7 @@ def CONDITIONS(command: Callable[..., None]) -> Callable[..., None]:  # noqa: N8
 Examples:
   stickslip rig features felt.csv fluid.csv
   stickslip rig features *.csv -c rig.yaml --plot traces.png --beside -o features.nc
-  stickslip rig features *.csv -o features.csv    # with a column rpn, what stickslip rig calibrate reads
+  stickslip rig features *.csv -o features.csv    # with a column rpn, for stickslip rig calibrate
   stickslip rig features dry.csv --bandwidth "2 kHz" --plot start.png --from 0 --to "2 s" """,
 )
 @click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)

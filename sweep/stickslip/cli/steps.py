@@ -12,9 +12,9 @@ from stickslip.cli.common import reports_wrong_input
 @click.command(
     epilog="""\b
 Examples:
-  stickslip points disc.csv -o points.csv               # columns: time [s], speed [mm/s], force [N], load [N]
-  stickslip points disc.csv -o points.csv --radius "20 mm" --load "10 N"    # time [s], Drehzahl [U/min], Reibkraft [N]
-  stickslip points cof.csv -o points.csv --plan plan.csv     # begin [s], end [s], speed [mm/s], load [N]
+  stickslip points disc.csv -o points.csv     # columns: time, speed, force, load
+  stickslip points disc.csv -o points.csv --radius "20 mm" --load "10 N"
+  stickslip points cof.csv -o points.csv --plan plan.csv    # begin, end, speed, load
   stickslip fit points.csv"""
 )
 @click.argument("record", type=click.Path(path_type=Path))

@@ -1,12 +1,8 @@
 """The reader of all CSV files that people hand in: measured points, and records of a rig, which are long.
 
-People's programs write commas, semicolons or tabs, decimal points or decimal commas, UTF-8 or what came before.
-
-Columns separated by commas have decimal points. Columns separated by semicolons or tabs have either, the same in
-the whole file; a file that mixes them is refused, because "1,234" might then mean thousands. Lines that are empty,
-hold nothing but separators or start with # hold no numbers; what such remarks say is kept. Lines above the heading
-(titles, settings of the instrument) are kept apart. A first line `sep=;`, which Excel reads and writes, names the
-separator.
+Columns separated by commas have decimal points; those separated by semicolons or tabs have either, the same in all of
+the file: a file that mixes them is refused, because "1,234" might mean thousands. Lines that are empty or begin with # hold
+no numbers; such remarks are kept, as are lines above the heading. A first line `sep=;` (of Excel) names the separator.
 
 Records have ten million lines: what lies below their beginning stays bytes, of which `blocks.py` reads blocks of plain
 numbers by pandas; any other block, and all that is wrong, is read line by line.

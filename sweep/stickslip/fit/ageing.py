@@ -17,7 +17,7 @@ from stickslip.theory import static_friction
 _FEWEST = 3  # distinct waiting times; with two, nothing is left to judge the line by
 _BEYOND = 1e6  # how far outside the waiting times t0 is looked for
 _FACES = [(np.eye(2), 0)]  # mu0 and beta may have either sign
-_UNLIKELY = 0.5  # confidence at which that is left out
+_UNLIKELY = 0.8  # confidence at which that is left out
 _ASSUMED = 0.1  # of the shortest waiting time: the t0 taken where all are long against it
 
 

@@ -15,10 +15,11 @@ from stickslip.fit.uncertainty import Floats, Interval, rms
 from stickslip.vocabulary import units
 
 _SHARE = 0.5  # of the mean friction: a coefficient that moves the curve by more, within its interval, is not known
-_RATIO = 5.0  # of the ends of an interval: a3 or a4 is not determined if it is more
+_RATIO = 8.0  # of the ends of an interval: a3 or a4 is not determined if it is more
 _CHANCE = 0.005  # of residuals as regular, where the curve has the right shape
 _BETTER, _ALIKE = 6.0, 2.0  # by which the AICc of another law is lower: twenty times as likely, or hardly more
 _FEW = 4  # points to spare below which a branch that is not seen may well be there
+_TIMES = 2.0  # the largest friction measured: what is extrapolated beyond is not supported by any point
 _STRONGEST = 2.0  # a friction coefficient at break-away; those beyond are extrapolated, or of another unit
 
 
@@ -84,14 +85,15 @@ class Verdict:
             yield from self._undetermined(slowest, fastest)
         yield from self._bounds()
         if self._beyond():
-            yield f"mu_start = {self.estimates['mu_start']:.3g} is extrapolated, and more than friction reaches."
+            yield f"mu_start = {self.estimates['mu_start']:.3g} is extrapolated far beyond the points."
         if self.chosen.seen and self.r_squared < 0.5:
             yield f"The curve explains only {100 * self.r_squared:.0f} % of the variance of the points."
         yield from self._uneven()
 
     def _beyond(self) -> bool:
-        """Whether mu_start is implausible, and none of the points has it."""
-        return self.estimates["mu_start"] >= max(_STRONGEST, 1.1 * float(self.points.mu.max()))
+        """Whether mu_start is far above all points, or implausible and none of the points has it."""
+        start, most = self.estimates["mu_start"], float(self.points.mu.max())
+        return start > _TIMES * most or start >= max(_STRONGEST, 1.1 * most)
 
     # --- the points ---------------------------------------------------------------------------------------------------
 
