@@ -1,8 +1,8 @@
 """The reader of all CSV files that people hand in: measured points, and records of a rig, which are long.
 
 Columns separated by commas have decimal points; those separated by semicolons or tabs have either, the same in all of
-the file: a file that mixes them is refused, because "1,234" might mean thousands. Lines that are empty or begin with # hold
-no numbers; such remarks are kept, as are lines above the heading. A first line `sep=;` (of Excel) names the separator.
+the file: one that mixes them is refused, because "1,234" might mean thousands. Empty lines and those that begin with #
+hold no numbers; such remarks are kept, as are lines above the heading. A first line `sep=;` names the separator.
 
 Records have ten million lines: what lies below their beginning stays bytes, of which `blocks.py` reads blocks of plain
 numbers by pandas; any other block, and all that is wrong, is read line by line.
