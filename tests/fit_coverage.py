@@ -131,9 +131,9 @@ def table(trials: list[Trial]) -> Iterator[str]:
 
 def wrong(trials: list[Trial]) -> Iterator[str]:
     """Rows whose intervals hold the truth too seldom or too often, and fits that invent friction."""
-    for title in ("all", "called good"):
+    for title, names in (("all", NAMES), ("called good", (*NAMES, "border"))):
         some = [one for one in trials if ROWS[title](one)]
-        for name in (*NAMES, "border"):
+        for name in names:
             printed = [one.held[name] for one in some if name in one.held]
             if len(printed) >= ENOUGH and not LEAST <= np.mean(printed) <= MOST:
                 yield f"{title}: {name} is held in {100 * np.mean(printed):.1f} % of {len(printed)}"
