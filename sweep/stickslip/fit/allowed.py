@@ -57,6 +57,8 @@ class MeasuredPoints:
 
     def without(self, positions: tuple[int, ...]) -> MeasuredPoints:
         """The points, some left out."""
+        if not positions:
+            return self
         deviation = None if self.deviation is None else np.delete(self.deviation, positions)
         return MeasuredPoints(np.delete(self.speed, positions), np.delete(self.mu, positions), deviation, self.law)
 
@@ -110,8 +112,8 @@ def is_seen(gain: float, chi_squared: float | None, freedom: int) -> bool:
     gain : see `ScaledPoints.gain`. chi_squared : of the whole curve, where sigma is known. freedom : points left over.
     """
     if chi_squared is not None and chi_squared > 0:
-        return gain * chi_squared > float(stats.chi2(2).ppf(_CERTAIN))
-    return freedom > 0 and gain * freedom / 2.0 > float(stats.f(2, freedom).ppf(_CERTAIN))
+        return gain * chi_squared > -2.0 * math.log(1.0 - _CERTAIN)  # the quantile of chi-squared of 2 degrees
+    return freedom > 0 and gain > (1.0 - _CERTAIN) ** (-2.0 / freedom) - 1.0  # and of F(2, freedom), times 2/freedom
 
 
 def falls(speed: Floats, mu: Floats) -> bool:
@@ -124,11 +126,11 @@ class Allowed:
 
     def __init__(self, points: MeasuredPoints, chosen: Chosen) -> None:
         self._points, self._chosen = points, chosen
-        form = WEAKENING if chosen.form is STRAIGHT else chosen.form
+        form = chosen.form if chosen.form is STRENGTHENING else WEAKENING
         self._form = form
         known, spare = points.deviation is not None, points.freedom(form)
         few = not known and 0 < spare <= _FEW
-        spare = spare if known or spare >= _LEAST or form is FALLING else 0  # one tells nothing of the scatter
+        spare = spare if known or spare >= _LEAST else 0  # one tells nothing of the scatter
         even = replace(points, slope=0.0)
         self.region = Region(
             even.scaled.model, form.faces, math.inf if known and spare > 0 else float(spare),
@@ -200,7 +202,7 @@ class Allowed:
     @property
     def can_draw(self) -> bool:
         """Whether points are to spare, so that their scatter is known."""
-        least = 1 if self._points.deviation is not None or self._form is FALLING else _LEAST
+        least = 1 if self._points.deviation is not None else _LEAST
         return self._points.freedom(self._form) >= least
 
     def draw(self, count: int, random: np.random.Generator) -> Floats:

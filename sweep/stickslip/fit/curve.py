@@ -40,6 +40,7 @@ class CurveFit:
     outliers : positions of points that were left out. scatter : standard deviation at the fastest point over that at
         the slowest, by which points were weighted; 1 unless they show that it differs, or sigma was given.
     determined : whether the points tell where vibration ends; a material whose points do not is not ranked.
+    has_intervals : whether what follows from the curve has an interval: points are to spare, and follow its shape.
     good : whether the curve may be used without reservation. quality : why, or why not, in plain words.
     law : of the curve. preferred : by how much its AICc is below that of the Stribeck curve.
     allowed : the curves that the points allow, which bands and draws come from.
@@ -64,6 +65,7 @@ class CurveFit:
     outliers: tuple[int, ...]
     scatter: float
     determined: bool
+    has_intervals: bool
     good: bool
     quality: str
     law: str
@@ -137,10 +139,11 @@ def fit_curve(
         )
     if not y.any():
         raise ValueError("mu: got nothing but 0, expected friction coefficients")
-    measured = MeasuredPoints(w, y, deviation, law)
-    criteria = {name: _criterion(replace(measured, law=name)) for name in LAWS}
+    measured = MeasuredPoints(w, y, deviation, "stribeck")
+    by_law = {name: replace(measured, law=name) for name in LAWS}
+    criteria = {name: _criterion(points) for name, points in by_law.items()}
     taken = min(LAWS, key=lambda name: criteria[name]) if law == BEST else law
-    return _fitted(replace(measured, law=taken), criteria, unit)
+    return _fitted(by_law[taken], criteria, unit)
 
 
 def _criterion(points: MeasuredPoints) -> float:
@@ -176,21 +179,20 @@ def _fitted(points: MeasuredPoints, criteria: Mapping[str, float], unit: str) ->
     matrix = _covariance(points, chosen, variance)
     estimates = dict(zip(COEFFICIENTS, map(float, values), strict=True))
     estimates["mu_start"] = estimates["a1"] + estimates["a3"]
-    interval = allowed.intervals() if allowed.can_draw else dict.fromkeys(estimates, (0.0, math.inf))
     at_bound = _at_bound(estimates, chosen, points)
     share = r_squared(points.mu, residuals, (points.scaled.weight / points.scaled.weight.max()) ** 2)
+    nothing = dict.fromkeys(estimates, (0.0, math.inf))
+    interval = allowed.intervals() if allowed.can_draw else nothing
     verdict = Verdict(
         chosen, estimates, interval, at_bound, points, residuals, share, spare, unit, criteria,
         given, left_out,
     )  # fmt: skip
     doubts = [*verdict.shape(), *(excess(chi_squared, spare) if known else ())]
     findings = [*verdict.findings(), *doubts]
-    if doubts:  # intervals are those of the right curve
-        interval = dict.fromkeys(estimates, (0.0, math.inf))
     return CurveFit(
         **{name: estimates[name] for name in COEFFICIENTS},
         standard_error=_errors(matrix),
-        interval=interval,
+        interval=nothing if doubts else interval,  # intervals are those of the right curve
         covariance=matrix,
         freedom=freedom,
         speeds=(float(points.speed.min()), float(points.speed.max())),
@@ -204,6 +206,7 @@ def _fitted(points: MeasuredPoints, criteria: Mapping[str, float], unit: str) ->
         outliers=left_out,
         scatter=math.exp(points.slope),
         determined=verdict.determined(),
+        has_intervals=allowed.can_draw and not doubts,
         good=not findings,
         quality=" ".join(findings) or verdict.praise(),
         law=points.law,

@@ -62,9 +62,15 @@ class ScaledPoints:
         self.limits = (0.1 * slowest, 50.0)  # faster decay leaves e^-10 at the first point
         lines = np.column_stack([np.ones_like(speed), speed])
         self.model = Model(mu, weight, lines, lambda a4: self._shape(speed / a4[:, None]), self.limits)
+        self._best: dict[Form, Floats] = {}
 
     def fit(self, form: Form) -> Floats:
         """The best a1 to a4."""
+        if form not in self._best:
+            self._best[form] = self._fitted(form)
+        return self._best[form]
+
+    def _fitted(self, form: Form) -> Floats:
         if form is STRAIGHT:
             line, _ = self._straight(falling=False)
             return np.array([line[0], line[1], 0.0, 1.0])

@@ -27,7 +27,7 @@ from stickslip.fit.uncertainty import Floats, Interval, student
 _ZOOMS, _COARSE, _ACROSS = 14, 3, 17  # of the search for a scale: each zoom narrows its bracket eightfold
 _FLAT = 1e-13  # of the sum of squares left: scales that differ by less are alike
 _NODES = 61  # scales within a region
-_SINGULAR = 1e-9  # columns that are closer to dependent than this determine nothing
+_SINGULAR = 1e-7  # columns that are closer to dependent than this determine nothing
 _SLOPES = np.linspace(-3.0, 3.0, 7)  # of the logarithm of the scatter, over the whole range of speeds
 _PRIOR = 1.5  # standard deviation of that slope: a scatter that differs by a factor of 4.5 is not unusual
 
@@ -36,11 +36,10 @@ Faces = Sequence[tuple[Floats, int]]  # parts of a cone or one of its faces, row
 
 
 class Conditional(NamedTuple):
-    """The best coefficients for each of k scales: (k, m); their covariance for unit variance, (k, m, m); the weighted
-    sum of squares left, (k,), inf where the columns are dependent."""
+    """The best coefficients for each of k scales: (k, m); the weighted sum of squares left, (k,), inf where the columns
+    are dependent."""
 
     values: Floats
-    covariance: Floats
     left: Floats
 
 
@@ -71,42 +70,53 @@ class Model:
         """The coefficients that are sums of `parts` (p, m), for each scale."""
         return self.bounded(scale, [(parts, 0)])
 
+    def covariance(self, scale: Floats, parts: Floats) -> Floats:
+        """Of these coefficients for unit variance, (k, m, m)."""
+        columns = self.basis(scale) @ parts.T
+        size = np.linalg.norm(columns, axis=1)[:, None, :]
+        inverse = np.linalg.inv(np.swapaxes(columns / size, 1, 2) @ (columns / size))
+        return np.asarray(parts.T @ (inverse / (size * np.swapaxes(size, 1, 2))) @ parts)
+
     def bounded(self, scale: Floats, faces: Faces) -> Conditional:
         """The best for each scale with weights of the parts >= 0: the free optimum of a face of their cone."""
         basis, target = self.basis(scale), self.target * self.weight
-        size = np.linalg.norm(basis, axis=1)
-        basis = basis / np.where(size > 0, size, 1.0)[:, None, :]
-        product, moment = basis.transpose(0, 2, 1) @ basis, np.einsum("kni,n->ki", basis, target)
-        values, covariance = np.zeros_like(moment), np.zeros_like(product)
-        explained = np.full(scale.size, -np.inf)
+        product, moment = basis.transpose(0, 2, 1) @ basis, target @ basis
+        values, explained = np.zeros_like(moment), np.full(scale.size, -np.inf)
         open_ = np.arange(scale.size)  # scales whose optimum may lie on one of the faces that are left
         for rows, count in faces:
             if not open_.size:
                 break
-            weights, whole, gained = _optimum(product[open_], moment[open_], rows * size[open_, None, :])
+            weights, gained = _optimum(rows @ product[open_] @ rows.T, moment[open_] @ rows.T)
             inside = np.isfinite(gained) & (weights[:, :count] >= 0).all(axis=1)
             better = inside & (gained > explained[open_])
             at = open_[better]
             values[at], explained[at] = (weights @ rows)[better], gained[better]
-            covariance[at] = rows.T @ whole[better] @ rows
             open_ = open_[~inside] if len(rows) == len(faces[0][0]) else open_
-        residuals = target - np.einsum("kni,ki->kn", basis, values * size)
-        return Conditional(values, covariance, np.where(np.isfinite(explained), np.sum(residuals**2, axis=1), np.inf))
+        residuals = target - (basis @ values[:, :, None])[:, :, 0]
+        return Conditional(values, np.where(np.isfinite(explained), np.sum(residuals**2, axis=1), np.inf))
 
 
-def _optimum(product: Floats, moment: Floats, rows: Floats) -> tuple[Floats, Floats, Floats]:
-    """Of a quadratic form (k, m, m) with a moment (k, m), over sums of rows (k, p, m): their weights, the covariance of
-    the coefficients, and how much of the sum of squares they explain; NaN where the rows are dependent."""
-    normal, right = rows @ product @ rows.transpose(0, 2, 1), np.einsum("kpi,ki->kp", rows, moment)
-    length = np.sqrt(np.diagonal(normal, axis1=1, axis2=2))
-    length = np.where(length > 0, length, np.nan)
-    normal = normal / (length[:, :, None] * length[:, None, :])
-    lost = ~(np.abs(np.linalg.det(np.nan_to_num(normal))) > _SINGULAR**2)
-    normal[lost] = np.eye(normal.shape[1])
-    inverse = np.linalg.inv(normal)
-    weights = np.einsum("kij,kj->ki", inverse, right / length)
-    explained = np.where(lost, np.nan, np.sum(weights * right / length, axis=1))
-    return weights / length, inverse / (length[:, :, None] * length[:, None, :]), explained
+def _optimum(normal: Floats, right: Floats) -> tuple[Floats, Floats]:
+    """The weights (k, p) that solve normal equations (k, p, p) by Cholesky's factors, and how much of the sum of squares
+    they explain; NaN where the columns are dependent."""
+    size = range(right.shape[1])
+    length = np.sqrt([normal[:, i, i] for i in size])
+    lower: dict[tuple[int, int], Floats] = {}
+    along: list[Floats] = []
+    weights: dict[int, Floats] = {}
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for i in size:
+            for j in range(i):
+                rest = normal[:, i, j] / (length[i] * length[j]) - sum(lower[i, n] * lower[j, n] for n in range(j))
+                lower[i, j] = rest / lower[j, j]
+            pivot = 1.0 - sum(lower[i, n] ** 2 for n in range(i))
+            lower[i, i] = np.sqrt(np.where((pivot > _SINGULAR**2) & (length[i] > 0), pivot, np.nan))
+            rest = right[:, i] / length[i] - sum(lower[i, n] * along[n] for n in range(i))
+            along.append(rest / lower[i, i])
+        for i in reversed(size):
+            rest = along[i] - sum(lower[n, i] * weights[n] for n in size[i + 1 :])
+            weights[i] = rest / lower[i, i]
+        return np.stack([weights[i] / length[i] for i in size], axis=1), np.sum(np.square(along), axis=0)
 
 
 def bottom(left: Callable[[Floats], Floats], grid: Floats, zooms: int = _ZOOMS) -> float:
@@ -240,10 +250,10 @@ class Region:
             scale = np.geomspace(*ends, _NODES)
             along = direction(scale)
             cone = self._faces[0][0]
-            low, high = _extremes(one.model.solve(scale, cone), along, allowed, self._bounded, (low, high))
+            low, high = _extremes(one.model, scale, cone, along, allowed, self._bounded, (low, high))
             if self._bounded is not None:
                 face = cone[cone[:, self._bounded] == 0]
-                low, high = _extremes(one.model.solve(scale, face), along, allowed, None, (low, high))
+                low, high = _extremes(one.model, scale, face, along, allowed, None, (low, high))
         return np.asarray(low), np.asarray(high)
 
     def draw(self, count: int, random: np.random.Generator, among: Interval | None = None) -> tuple[Floats, Floats]:
@@ -282,7 +292,7 @@ class Region:
         below = stats.norm.cdf(root) if self._known else stats.t.cdf(root, self._freedom)
         below = np.linspace(0.0, 1.0, scale.size) if among is not None else np.maximum.accumulate(below)
         i = np.minimum(np.searchsorted(below, random.uniform(size=count)), scale.size - 1)
-        values, vectors = np.linalg.eigh(found.covariance)
+        values, vectors = np.linalg.eigh(one.model.covariance(scale, self._faces[0][0]))
         roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
         normal = np.einsum("kij,kj->ki", roots[i], random.standard_normal((count, values.shape[1])))
         if not self._known:
@@ -292,17 +302,20 @@ class Region:
 
 
 def _extremes(
-    found: Conditional,
+    model: Model,
+    scale: Floats,
+    parts: Floats,
     along: Floats,
     allowed: float,
     bounded: int | None,
     so_far: tuple[Floats, Floats],
 ) -> tuple[Floats, Floats]:
     """The least and greatest combinations over the ellipsoids of coefficients that leave no more than allowed."""
+    found = model.solve(scale, parts)
     usable = found.left <= allowed
     if not usable.any():
         return so_far
-    values, covariance, along = found.values[usable], found.covariance[usable], along[usable]
+    values, covariance, along = found.values[usable], model.covariance(scale[usable], parts), along[usable]
     moved = np.einsum("kij,kcj->kci", covariance, along)
     spread = np.einsum("kci,kci->kc", along, moved)
     step = np.sqrt((allowed - found.left[usable])[:, None] / np.where(spread > 0, spread, np.inf))

@@ -132,7 +132,9 @@ def fit_repeats(
     known = {one.name: getattr(whole, one.name) for one in fields(CurveFit)}
     known |= {
         "standard_error": dict(zip(order, errors, strict=True)),
-        "interval": dict(zip(order, map(_within, best, reach, order), strict=True)),
+        "interval": dict(zip(order, map(_within, best, reach, order), strict=True))
+        | dict.fromkeys(whole.assumed, (0.0, math.inf)),
+        "has_intervals": not whole.assumed,  # what was assumed differs from no repeat to another
         "covariance": matrix[:4, :4], "freedom": float(len(w) - 1),
         "quality": f"{quality} Two leave them wide: measure a third." if len(w) == 2 else quality,
     }  # fmt: skip

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats  # type: ignore[import-untyped]
+from scipy import special  # type: ignore[import-untyped]
 
 Floats = NDArray[np.float64]
 Interval = tuple[float, float]
@@ -35,8 +35,8 @@ def student(freedom: int | float, confidence: float = CONFIDENCE) -> float:
     """How many standard errors the confidence interval reaches to either side; freedom inf: at 95 % the normal 1.96."""
     if freedom <= 0:
         return math.inf
-    quantile = stats.norm.ppf if math.isinf(freedom) else stats.t(freedom).ppf
-    return float(quantile(0.5 + 0.5 * confidence))
+    upper = 0.5 + 0.5 * confidence
+    return float(special.ndtri(upper) if math.isinf(freedom) else special.stdtrit(freedom, upper))
 
 
 def covariance(jacobian: Floats) -> Floats:

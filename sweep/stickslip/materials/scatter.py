@@ -27,16 +27,18 @@ _MORE = 2  # measurements proposed
 
 
 def drawn_of(curve: CurveFit, question: Question) -> Drawn | None:
-    """Curves as likely as the points leave them; None where none can be drawn."""
+    """Curves as likely as the points leave them; None where none can be drawn, or the points follow no such curve."""
+    if not curve.has_intervals:
+        return None
     return draw_curves(curve, question.draws or _TO_TELL, question.seed, falling=True)
 
 
 def scatter_of(
-    curve: CurveFit, drawn: Drawn, question: Question, scan: Scan, border: float, moved: Moved | None = None
+    curve: CurveFit, drawn: Drawn | None, question: Question, scan: Scan, border: float, moved: Moved | None = None
 ) -> tuple[dict[str, float | Floats], Quiet | None]:
-    """What the scatter of the points leaves open of a border, and those of the drawn curves; nothing without draws."""
-    if not question.draws:
-        return {}, None
+    """What the scatter of the points leaves open of a border, and those of the drawn curves; nothing without any."""
+    if not question.draws or drawn is None:
+        return nothing_known(question), None
     quiet = _borders(drawn, question, scan, moved)
     least, most = quiet.between()
     low, high = np.sort(least), np.sort(most)

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from stickslip.dataset.export import Sheet
@@ -202,10 +201,12 @@ class Words:
         """Where intervals come from."""
         if "quiet_above_low" not in self.ds:
             return ""
+        without = bool((self.ds["rank"].notnull() & (self.ds["draws_used"] == 0)).any())
+        none = " Where too few points are to spare, or follow another curve, there is none." if without else ""
         return (
             f"The {self.level} intervals are quantiles of {int(self.ds.attrs['draws']):,} curves a material, drawn "
-            "from what its fit leaves open: the scatter of the points, not of specimens, temperature or the system"
-            f"{self._assumed()}.{self._between_repeats()}"
+            "from what its fit leaves open: the scatter of the points, not of specimens, temperature or the system."
+            f"{none}{self._between_repeats()}"
         )
 
     def _between_repeats(self) -> str:
@@ -215,12 +216,6 @@ class Words:
         rows = zip(self.names, self.ds["repeats"].values, self.ds["repeat_names"].values, strict=True)
         told = [f"{name} ({str(names).replace('; ', ', ')})" for name, count, names in rows if count > 1]
         return f" Of {listed(told, 'and')}, measured repeatedly, they hold what differs between the repeats as well."
-
-    def _assumed(self) -> str:
-        """The materials whose fit assumed that friction never rises."""
-        assumed = (self.ds["a2"] == 0) & np.isinf(self.ds["a2_high"])
-        names = [name for name, zero in zip(self.names, assumed.values, strict=True) if zero]
-        return f"; that a2 = 0, which the fit of {listed(names, 'and')} assumed, is taken for granted" if names else ""
 
     # --- cells ----------------------------------------------------------------------------------------------------
 
