@@ -87,7 +87,8 @@ def trial(seed: tuple[int, int]) -> Trial:
         low, high = fit.interval[name]
         if not (low <= 0 and np.isinf(high)) and not (name == "a4" and drop == 0):
             one.held[name] = low * (1 - 1e-9) <= truth[name] <= high * (1 + 1e-9)
-    if fit.determined and fit.has_intervals and drop > 0 and law == "stribeck" and (drawn := draw_curves(fit, 1000, falling=True)):
+    has_border = fit.determined and fit.has_intervals and drop > 0 and law == "stribeck"
+    if has_border and (drawn := draw_curves(fit, 1000, falling=True)):
         one.held["border"] = _holds_border(drawn.coefficients, rise, drop, a4)
     return one
 

@@ -64,7 +64,7 @@ def test_exact_points_give_back_their_curve_in_any_units(a1, rise, drop, log_spe
 @pytest.mark.parametrize("sigma", [None, 0.005], ids=["scatter from the residuals", "scatter known"])
 def test_confidence_intervals_of_the_curve_hold_what_they_promise(sigma):
     random = np.random.default_rng(7)
-    speed, trials = np.linspace(0, 1, 40), 250
+    speed, trials = np.linspace(0, 1, 40), 100
     hits, good = np.zeros(5), 0
     for _ in range(trials):
         fit = fit_curve(speed, law(speed, *ARTICLE) + random.normal(0, 0.005, speed.size), sigma)
@@ -93,7 +93,7 @@ def test_estimates_and_errors_are_those_of_scipys_curve_fit():
 def test_the_band_is_that_of_repeated_measurements_and_holds_the_curve():
     random = np.random.default_rng(11)
     speed, at = np.linspace(0, 1, 40), np.array([0.0, 0.05, 0.3, 1.0])
-    fits = [fit_curve(speed, law(speed, *ARTICLE) + random.normal(0, 0.005, speed.size), 0.005) for _ in range(120)]
+    fits = [fit_curve(speed, law(speed, *ARTICLE) + random.normal(0, 0.005, speed.size), 0.005) for _ in range(80)]
     spread = np.std([fit.predict(at) for fit in fits], axis=0)
     low, high = fits[0].band(at)
     np.testing.assert_allclose((high - low) / (2 * 1.96), spread, rtol=0.25)
@@ -146,14 +146,14 @@ def test_residuals_beyond_the_stated_deviation_are_said_plainly():
 
 def test_a_decline_is_seldom_seen_where_there_is_none():
     speed = np.linspace(0, 1, 30)
-    said = [fit_curve(speed, noisy((0.3, 0.1, 0.0, 1.0), speed, 0.01, seed)).quality for seed in range(60)]
-    assert sum("no declining branch" in quality for quality in said) >= 56
+    said = [fit_curve(speed, noisy((0.3, 0.1, 0.0, 1.0), speed, 0.01, seed)).quality for seed in range(40)]
+    assert sum("no declining branch" in quality for quality in said) >= 37
 
 
 def test_good_fits_are_seldom_called_bad():
     speed = np.linspace(0, 1, 30)
-    verdicts = [fit_curve(speed, noisy(ARTICLE, speed, 0.01, seed)).good for seed in range(100)]
-    assert sum(verdicts) >= 96
+    verdicts = [fit_curve(speed, noisy(ARTICLE, speed, 0.01, seed)).good for seed in range(50)]
+    assert sum(verdicts) >= 47
 
 
 @pytest.mark.parametrize(
@@ -221,7 +221,7 @@ def test_a_few_points_in_no_order_are_too_few_to_tell(mu):
 def test_confidence_intervals_of_a_curve_that_strengthens_hold_what_they_promise():
     random = np.random.default_rng(12)
     truth = (0.4, 0.05, -0.15, 0.1)
-    speed, trials, hits, good = np.linspace(0, 1, 40), 200, np.zeros(5), 0
+    speed, trials, hits, good = np.linspace(0, 1, 40), 80, np.zeros(5), 0
     for _ in range(trials):
         fit = fit_curve(speed, law(speed, *truth) + random.normal(0, 0.005, speed.size))
         assert fit.a3 < 0

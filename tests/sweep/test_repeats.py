@@ -40,12 +40,12 @@ def specimens(random, count, between=0.08, noise=0.02):
 def test_the_border_of_the_material_is_covered_as_often_as_its_interval_says(count):
     random, true = np.random.default_rng(count), float(border(**TRUE))
     hits = []
-    for trial in range(30):
+    for trial in range(16):
         fit = fit_repeats([SPEEDS] * count, specimens(random, count))
         drawn = draw_curves(fit, 400, trial, falling=True)
         low, high = np.quantile(border(**drawn.coefficients), (0.025, 0.975))
         hits.append(low <= true <= high)
-    assert 0.83 <= np.mean(hits) <= 1.0  # 95 %, of 30; docs/materials.md has 300
+    assert np.mean(hits) >= 0.8  # 95 %, of 16; docs/materials.md has 300
 
 
 def test_intervals_of_repeats_that_differ_are_wider_than_those_of_their_points():

@@ -10,13 +10,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.fit.profile import Model, Region, bottom
+from stickslip.fit.profile import Cone, Model, Region, bottom
 from stickslip.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms, student
 from stickslip.theory import static_friction
 
 _FEWEST = 3  # distinct waiting times; with two, nothing is left to judge the line by
 _BEYOND = 1e6  # how far outside the waiting times t0 is looked for
-_FACES = [(np.eye(2), 0)]  # mu0 and beta may have either sign
+_EITHER = Cone(np.eye(2))  # mu0 and beta may have either sign
 _UNLIKELY = 0.8  # confidence at which that is left out
 _ASSUMED = 0.1  # of the shortest waiting time: the t0 taken where all are long against it
 
@@ -113,7 +113,7 @@ def fit_ageing(time: ArrayLike, mu: ArrayLike, t0: float | None = None) -> Agein
     if t0 is not None:
         return _fit_at(t, y, float(t0), None)
     model = _model(t, y)
-    region = Region(model, _FACES, float(t.size - 3), None)
+    region = Region(model, _EITHER, float(t.size - 3), None)
     low, high = region.scale
     left = partial(_left, model)
     likeliest = bottom(left, model.grid)
@@ -126,7 +126,7 @@ def fit_ageing(time: ArrayLike, mu: ArrayLike, t0: float | None = None) -> Agein
 
 
 def _left(model: Model, t0: Floats) -> Floats:
-    return model.bounded(t0, _FACES).left
+    return model.solve(t0, _EITHER).left
 
 
 def _model(t: Floats, y: Floats) -> Model:
@@ -138,7 +138,7 @@ def _model(t: Floats, y: Floats) -> Model:
 
 def _fit_at(t: Floats, y: Floats, t0: float, region: Region | None) -> AgeingFit:
     """The straight line over log10(1 + t/t0) and its quality. region : what the points allow, None for a given t0."""
-    mu0, beta = map(float, _model(t, y).solve(np.array([t0]), np.eye(2)).values[0])
+    mu0, beta = map(float, _model(t, y).solve(np.array([t0]), _EITHER).values[0])
     residuals = y - static_friction(t, mu0, beta, t0)
     limits = (t0, t0) if region is None else region.scale
     is_free = region is not None and limits[0] > 0 and math.isfinite(limits[1])

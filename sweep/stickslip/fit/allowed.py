@@ -133,7 +133,7 @@ class Allowed:
         spare = spare if known or spare >= _LEAST else 0  # one tells nothing of the scatter
         even = replace(points, slope=0.0)
         self.region = Region(
-            even.scaled.model, form.faces, math.inf if known and spare > 0 else float(spare),
+            even.scaled.model, form.cone, math.inf if known and spare > 0 else float(spare),
             None if known else points.order, 1 if form is WEAKENING else None,
             student(spare, _WIDER if few else CONFIDENCE) if spare > 0 and not known else None,
         )  # fmt: skip

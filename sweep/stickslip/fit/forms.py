@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 from scipy.optimize import nnls  # type: ignore[import-untyped]
 
-from stickslip.fit.profile import Model, bottom
+from stickslip.fit.profile import Cone, Model, bottom
 from stickslip.fit.uncertainty import Floats
 from stickslip.theory.shapes import SHAPES
 
@@ -32,14 +30,9 @@ class Form:
     nonnegative: tuple[str, ...] = COEFFICIENTS
 
     @cached_property
-    def faces(self) -> Sequence[tuple[Floats, int]]:
-        """The cone of parts and its faces, each with the number of its rows whose weights are >= 0."""
-        sizes = range(len(self.parts), -1 if self.free else 0, -1)
-        return [
-            (np.array([*rows, *self.free], np.float64), len(rows))
-            for size in sizes
-            for rows in combinations(self.parts, size)
-        ]
+    def cone(self) -> Cone:
+        """Its a1, a2 and a3."""
+        return Cone(np.array([*self.parts, *self.free], np.float64), len(self.parts))
 
 
 WEAKENING = Form(((1, 0, 0), (0, 1, 0), (0, 0, 1)))
@@ -74,8 +67,8 @@ class ScaledPoints:
         if form is STRAIGHT:
             line, _ = self._straight(falling=False)
             return np.array([line[0], line[1], 0.0, 1.0])
-        a4 = bottom(lambda scale: self.model.bounded(scale, form.faces).left, self.model.grid)
-        return np.append(self.model.bounded(np.array([a4]), form.faces).values[0], a4)
+        a4 = bottom(lambda scale: self.model.solve(scale, form.cone).left, self.model.grid)
+        return np.append(self.model.solve(np.array([a4]), form.cone).values[0], a4)
 
     def curve(self, a: Floats) -> Floats:
         """Friction at the points."""

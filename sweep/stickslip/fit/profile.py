@@ -14,15 +14,16 @@ lie from 0 is limited by a normal prior: few points say nothing about it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from scipy import stats  # type: ignore[import-untyped]
 
-from stickslip.fit.uncertainty import Floats, Interval, student
+from stickslip.fit.uncertainty import Flags, Floats, Interval, student
 
 _ZOOMS, _COARSE, _ACROSS = 14, 3, 17  # of the search for a scale: each zoom narrows its bracket eightfold
 _FLAT = 1e-13  # of the sum of squares left: scales that differ by less are alike
@@ -32,7 +33,23 @@ _SLOPES = np.linspace(-3.0, 3.0, 7)  # of the logarithm of the scatter, over the
 _PRIOR = 1.5  # standard deviation of that slope: a scatter that differs by a factor of 4.5 is not unusual
 
 
-Faces = Sequence[tuple[Floats, int]]  # parts of a cone or one of its faces, rows of m; how many have weights >= 0
+@dataclass(frozen=True, eq=False)
+class Cone:
+    """Coefficients that are sums of `parts` (p, m), the first `bounded` of them with weights >= 0, the others free.
+
+    The best in a cone is the free optimum of one of its faces (Lawson and Hanson 1974), each with some parts left out.
+    """
+
+    parts: Floats
+    bounded: int = 0
+
+    @cached_property
+    def faces(self) -> Flags:
+        """Which parts each face has, (f, p); one at least."""
+        free = len(self.parts) - self.bounded
+        kept = np.array([*product((True, False), repeat=self.bounded)], bool).reshape(2**self.bounded, -1)
+        faces = np.hstack([kept, np.ones((len(kept), free), bool)])
+        return np.asarray(faces[faces.any(axis=1)])
 
 
 class Conditional(NamedTuple):
@@ -66,9 +83,17 @@ class Model:
         fixed = np.broadcast_to(self.fixed, (scale.size, *self.fixed.shape))
         return np.asarray(np.concatenate([fixed, self.column(scale)[:, :, None]], axis=2) * self.weight[:, None])
 
-    def solve(self, scale: Floats, parts: Floats) -> Conditional:
-        """The coefficients that are sums of `parts` (p, m), for each scale."""
-        return self.bounded(scale, [(parts, 0)])
+    def solve(self, scale: Floats, cone: Cone) -> Conditional:
+        """The best coefficients in a cone for each scale."""
+        basis, target = self.basis(scale), self.target * self.weight
+        columns = basis @ cone.parts.T
+        weights, explained = _optimum(columns.transpose(0, 2, 1) @ columns, target @ columns, cone.faces)
+        inside = np.isfinite(explained) & (weights[:, :, : cone.bounded] >= 0).all(axis=2)
+        explained = np.where(inside, explained, -np.inf)
+        best = np.arange(scale.size), np.argmax(explained, axis=1)
+        values = np.where(inside[best][:, None], weights[best], 0.0) @ cone.parts
+        residuals = target - (basis @ values[:, :, None])[:, :, 0]
+        return Conditional(values, np.where(inside[best], np.sum(residuals**2, axis=1), np.inf))
 
     def covariance(self, scale: Floats, parts: Floats) -> Floats:
         """Of these coefficients for unit variance, (k, m, m)."""
@@ -77,46 +102,31 @@ class Model:
         inverse = np.linalg.inv(np.swapaxes(columns / size, 1, 2) @ (columns / size))
         return np.asarray(parts.T @ (inverse / (size * np.swapaxes(size, 1, 2))) @ parts)
 
-    def bounded(self, scale: Floats, faces: Faces) -> Conditional:
-        """The best for each scale with weights of the parts >= 0: the free optimum of a face of their cone."""
-        basis, target = self.basis(scale), self.target * self.weight
-        product, moment = basis.transpose(0, 2, 1) @ basis, target @ basis
-        values, explained = np.zeros_like(moment), np.full(scale.size, -np.inf)
-        open_ = np.arange(scale.size)  # scales whose optimum may lie on one of the faces that are left
-        for rows, count in faces:
-            if not open_.size:
-                break
-            weights, gained = _optimum(rows @ product[open_] @ rows.T, moment[open_] @ rows.T)
-            inside = np.isfinite(gained) & (weights[:, :count] >= 0).all(axis=1)
-            better = inside & (gained > explained[open_])
-            at = open_[better]
-            values[at], explained[at] = (weights @ rows)[better], gained[better]
-            open_ = open_[~inside] if len(rows) == len(faces[0][0]) else open_
-        residuals = target - (basis @ values[:, :, None])[:, :, 0]
-        return Conditional(values, np.where(np.isfinite(explained), np.sum(residuals**2, axis=1), np.inf))
 
-
-def _optimum(normal: Floats, right: Floats) -> tuple[Floats, Floats]:
-    """The weights (k, p) that solve normal equations (k, p, p) by Cholesky's factors, and how much of the sum of squares
-    they explain; NaN where the columns are dependent."""
-    size = range(right.shape[1])
-    length = np.sqrt([normal[:, i, i] for i in size])
+def _optimum(normal: Floats, right: Floats, faces: Flags) -> tuple[Floats, Floats]:
+    """The weights (k, f, p) that solve normal equations (k, p, p) on each face by Cholesky's factors, 0 where a part is
+    left out, and how much of the sum of squares they explain, (k, f); NaN where the columns are dependent."""
+    count = range(right.shape[1])
+    length = np.sqrt([normal[:, i, i] for i in count])
     lower: dict[tuple[int, int], Floats] = {}
     along: list[Floats] = []
     weights: dict[int, Floats] = {}
     with np.errstate(divide="ignore", invalid="ignore"):
-        for i in size:
+        for i in count:
             for j in range(i):
-                rest = normal[:, i, j] / (length[i] * length[j]) - sum(lower[i, n] * lower[j, n] for n in range(j))
-                lower[i, j] = rest / lower[j, j]
-            pivot = 1.0 - sum(lower[i, n] ** 2 for n in range(i))
-            lower[i, i] = np.sqrt(np.where((pivot > _SINGULAR**2) & (length[i] > 0), pivot, np.nan))
-            rest = right[:, i] / length[i] - sum(lower[i, n] * along[n] for n in range(i))
-            along.append(rest / lower[i, i])
-        for i in reversed(size):
-            rest = along[i] - sum(lower[n, i] * weights[n] for n in size[i + 1 :])
+                rest = (normal[:, i, j] / (length[i] * length[j]))[:, None] - sum(
+                    lower[i, n] * lower[j, n] for n in range(j)
+                )
+                lower[i, j] = np.where(faces[:, i] & faces[:, j], rest / lower[j, j], 0.0)
+            pivot = np.where(length[i] > 0, 1.0, np.nan)[:, None] - sum(lower[i, n] ** 2 for n in range(i))
+            lower[i, i] = np.where(faces[:, i], np.sqrt(np.where(pivot > _SINGULAR**2, pivot, np.nan)), 1.0)
+            rest = (right[:, i] / length[i])[:, None] - sum(lower[i, n] * along[n] for n in range(i))
+            along.append(np.where(faces[:, i], rest / lower[i, i], 0.0))
+        for i in reversed(count):
+            rest = along[i] - sum(lower[n, i] * weights[n] for n in count[i + 1 :])
             weights[i] = rest / lower[i, i]
-        return np.stack([weights[i] / length[i] for i in size], axis=1), np.sum(np.square(along), axis=0)
+        found = [np.where(faces[:, i], weights[i] / length[i][:, None], 0.0) for i in count]
+    return np.stack(found, axis=2), np.sum(np.square(along), axis=0)
 
 
 def bottom(left: Callable[[Floats], Floats], grid: Floats, zooms: int = _ZOOMS) -> float:
@@ -163,17 +173,17 @@ class Weighting(NamedTuple):
     slope: float
 
 
-def _left(model: Model, faces: Faces, scale: Floats) -> Floats:
+def _left(model: Model, cone: Cone, scale: Floats) -> Floats:
     """The weighted sum of squares left at each scale."""
-    return model.bounded(scale, faces).left
+    return model.solve(scale, cone).left
 
 
-def weightings(model: Model, faces: Faces, order: Floats | None) -> list[Weighting]:
+def weightings(model: Model, cone: Cone, order: Floats | None) -> list[Weighting]:
     """The slopes of the scatter that are tried. order : (n,) over a range of 1; None: the weights are known."""
     tried = []
     for slope in [0.0] if order is None else _SLOPES:
         one = model if order is None else replace(model, weight=np.exp(-slope * order))
-        best = bottom(partial(_left, one, faces), one.grid, _COARSE)
+        best = bottom(partial(_left, one, cone), one.grid, _COARSE)
         near = one.basis(best * np.array([1.0, 1.0 + 1e-5]))
         tangent = np.column_stack([near[0], 1e5 * (near[1] - near[0])[:, -1]])
         information = float(np.sum(np.log(np.maximum(np.linalg.svd(tangent, compute_uv=False), 1e-12))))
@@ -185,24 +195,24 @@ def weightings(model: Model, faces: Faces, order: Floats | None) -> list[Weighti
 class Region:
     """The coefficients that points allow: profile likelihood over scale and scatter.
 
-    faces : the whole cone first. freedom : points to spare; inf where the
-    deviations are known. bounded : position of a coefficient that is >= 0, None for none.
+    freedom : points to spare; inf where the deviations are known. bounded : position of a coefficient that is >= 0,
+        None for none.
     """
 
     def __init__(
-        self, model: Model, faces: Faces, freedom: float, order: Floats | None,
+        self, model: Model, cone: Cone, freedom: float, order: Floats | None,
         bounded: int | None = None, reach: float | None = None,
     ) -> None:  # fmt: skip
-        self._faces, self._freedom, self._bounded = faces, freedom, bounded
+        self._cone, self._freedom, self._bounded = cone, freedom, bounded
         self._known = math.isinf(freedom)
-        self._all = weightings(model, faces, order)
+        self._all = weightings(model, cone, order)
         rounding = 1e-26 * float(np.sum((model.target * model.weight) ** 2))
         least = [max(float(self._left(one)(np.array([one.best]))[0]), rounding) for one in self._all]
         self._deviance = np.array([self._raised(one, left) for one, left in zip(self._all, least, strict=True)])
         self._nodes = self._scales(reach if reach else student(freedom)) if freedom > 0 else []
 
     def _left(self, one: Weighting) -> Callable[[Floats], Floats]:
-        return partial(_left, one.model, self._faces)
+        return partial(_left, one.model, self._cone)
 
     def _raised(self, one: Weighting, left: float) -> float:
         return left if self._known else one.offset + self._freedom * math.log(left)
@@ -249,7 +259,7 @@ class Region:
             ends = max(first, one.model.ends[0]), min(last, one.model.ends[1])
             scale = np.geomspace(*ends, _NODES)
             along = direction(scale)
-            cone = self._faces[0][0]
+            cone = self._cone.parts
             low, high = _extremes(one.model, scale, cone, along, allowed, self._bounded, (low, high))
             if self._bounded is not None:
                 face = cone[cone[:, self._bounded] == 0]
@@ -274,8 +284,10 @@ class Region:
     def _drawn(
         self, one: Weighting, count: int, random: np.random.Generator, among: Interval | None
     ) -> tuple[Floats, Floats]:
+        whole = Cone(self._cone.parts)
+
         def free(scale: Floats) -> Floats:
-            return one.model.solve(scale, self._faces[0][0]).left
+            return one.model.solve(scale, whole).left
 
         best = bottom(free, one.model.grid)
         least = float(free(np.array([best]))[0])
@@ -285,14 +297,14 @@ class Region:
         scale = np.unique(np.concatenate([np.geomspace(low, best, _NODES), np.geomspace(best, high, _NODES)]))
         if among is not None:
             scale = np.geomspace(*among, 2 * _NODES)
-        found = one.model.solve(scale, self._faces[0][0])
+        found = one.model.solve(scale, whole)
         usable = np.isfinite(found.left)
         scale, found = scale[usable], Conditional(*(part[usable] for part in found))
         root = np.sqrt(np.maximum(found.left - least, 0.0) / max(variance, 1e-300)) * np.sign(scale - best)
         below = stats.norm.cdf(root) if self._known else stats.t.cdf(root, self._freedom)
         below = np.linspace(0.0, 1.0, scale.size) if among is not None else np.maximum.accumulate(below)
         i = np.minimum(np.searchsorted(below, random.uniform(size=count)), scale.size - 1)
-        values, vectors = np.linalg.eigh(one.model.covariance(scale, self._faces[0][0]))
+        values, vectors = np.linalg.eigh(one.model.covariance(scale, whole.parts))
         roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
         normal = np.einsum("kij,kj->ki", roots[i], random.standard_normal((count, values.shape[1])))
         if not self._known:
@@ -311,7 +323,7 @@ def _extremes(
     so_far: tuple[Floats, Floats],
 ) -> tuple[Floats, Floats]:
     """The least and greatest combinations over the ellipsoids of coefficients that leave no more than allowed."""
-    found = model.solve(scale, parts)
+    found = model.solve(scale, Cone(parts))
     usable = found.left <= allowed
     if not usable.any():
         return so_far

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special  # type: ignore[import-untyped]
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 Interval = tuple[float, float]
 
 CONFIDENCE = 0.95

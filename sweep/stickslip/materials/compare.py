@@ -151,7 +151,9 @@ def compare_fits(fits: Sequence[MaterialFit], question: Question, progress: Prog
     known = {
         i: (one.curve, drawn)
         for i, one in enumerate(fits)
-        if one.curve and one.curve.determined and not doubts[i]
+        if one.curve
+        and one.curve.determined
+        and not doubts[i]
         and ((drawn := drawn_of(one.curve, question)) or not one.curve.has_intervals)
     }
     scan = _scan([fits[i] for i in known], fits, question)
