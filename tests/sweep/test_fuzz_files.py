@@ -38,8 +38,8 @@ PIECES = st.one_of(
 @pytest.mark.parametrize(
     ("kind", "count"),
     [
-        ("nc", 100),
-        ("zarr", 40),
+        ("nc", 40),
+        ("zarr", 20),
         pytest.param("nc", "every", marks=pytest.mark.slow),
         pytest.param("zarr", "every", marks=pytest.mark.slow),
     ],

@@ -369,7 +369,7 @@ def test_a_mass_thrown_on_a_belt_that_stands_still_has_its_re_stick_in_every_kin
 @pytest.mark.parametrize("law", LAWS)
 def test_strengthening_curves_are_solved_as_an_independent_judge_solves_them(law):
     rng = np.random.default_rng(14)
-    n = 40
+    n = 24
     a3 = rng.uniform(-0.3, 0.3, n)
     cells = {
         "mass": np.ones(n), "stiffness": np.ones(n), "normal_load": np.ones(n), "a1": rng.uniform(0.4, 1.0, n),
