@@ -53,7 +53,9 @@ def test_another_quantity_is_neither_a_speed_nor_friction(text):
 
 
 def test_what_is_not_understood_is_quoted_with_the_line_of_the_header(tmp_path):
-    text = "Bericht;;\nProbe;Fett;\nPrüflast;15;N\n\nNr.;Umfangsgeschw. [mm/s];Reib.-Zahl µ [-]\n1;1,0;0,14\n2;2,0;0,13\n"
+    text = (
+        "Bericht;;\nProbe;Fett;\nPrüflast;15;N\n\nNr.;Umfangsgeschw. [mm/s];Reib.-Zahl µ [-]\n1;1,0;0,14\n2;2,0;0,13\n"
+    )
     with pytest.raises(ConfigError) as caught:
         read_materials(write(tmp_path, text), CURVE_COLUMNS)
     (problem,) = caught.value.problems

@@ -348,7 +348,7 @@ def _without_bounds(ds: xr.Dataset) -> xr.Dataset:
     known = ds["quiet_state"] == QUIET_STATES.index("border")
     found = {str(name): one.where(np.isfinite(one)) for name, one in ds.data_vars.items()
              if one.dtype.kind == "f" and one.dims[:1] == ("material",)}  # fmt: skip
-    for name in ("a1", "a2", "a3", "a4", "mu_start"):  # from 0 to inf: not determined
+    for name in ("a1", "a2", "a3", "a4", "mu_start") if "a1_low" in ds else ():  # from 0 to inf: not determined
         found[f"{name}_low"] = ds[f"{name}_low"].where(np.isfinite(ds[f"{name}_high"]))
     found |= {name: ds[name].where(known) for name in ("quiet_above", "margin") if name in ds}
     for name in ("searched_from", "searched_to"):

@@ -23,7 +23,10 @@ def measurements(words: Words) -> Iterator[str]:
     for i in order:
         first, second, low, high, least, most = (float(ds[name].values[i]) for name in _NUMBERS)
         repeats = int(ds["repeats"].values[i]) if "repeats" in ds else 1
+        which = " (the least certain)" if i == order[0] and len(order) > 1 else ""
         if math.isnan(first) and math.isnan(least):
+            if which:
+                yield f"{words.names[i]}{which}: too few of the curves drawn have a border to tell what to measure."
             continue
         if most - least > _HARDLY * (high - low) and i != order[0]:
             hardly.append(words.names[i])
@@ -35,7 +38,6 @@ def measurements(words: Words) -> Iterator[str]:
             do += " (slower than any point, since no fall was seen)"
         ends = [words.bound(end) for end in (low, high, least, most)]
         shrunk = f"the interval would shrink from {ends[0]}..{ends[1]} to about {ends[2]}..{ends[3]}"
-        which = " (the least certain)" if i == order[0] and len(order) > 1 else ""
         yield f"{words.names[i]}{which}: {do}: {'its ends would stay open' if math.isnan(least) else shrunk}."
     for name in hardly:
         yield f"{name}: two more points would hardly narrow the interval."
