@@ -155,9 +155,8 @@ def _show(
     cheaper = next((change for change in levers if change.size() < words.least_cost(changes, joint)), None)
     click.echo(words.sentence(home, wanted, changes, joint, "cheapest without friction" if cheaper else "cheapest"))
     if cheaper is not None:
-        more = [word for name in _FRICTION for word in ("--parameter", name)]
         click.echo(f"friction is the cheaper lever: {cheaper.words()}, cost {cheaper.size():.3g}; look closer with "
-                   f"{shlex.join([*command, *more])}")  # fmt: skip
+                   f"{shlex.join([*command, '--parameter', cheaper.name])}")  # fmt: skip
     table = Table("change", "border", "by", "into", "1 % past it", box=None, pad_edge=False, header_style="bold")
     for change in changes:
         table.add_row(*change.row())

@@ -135,7 +135,8 @@ def joint_change(ds: xr.Dataset, regime: Callable[[dict[str, float]], int], want
         changed = {name: np.array(value) for name, value in cell.items()} | {
             n: np.array(v[1]) for n, v in values.items()
         }
-        checked = REGIMES[regime({name: float(value) for name, value in without_measured(changed).items()})]
+        there = {name: float(value) for name, value in without_measured(changed).items()}
+        checked = "failed" if isnan(there["a1"]) else REGIMES[regime(there)]  # NaN: rounded to what no curve has
         if checked in wanted:
             break
     return Joint(

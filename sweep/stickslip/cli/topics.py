@@ -46,7 +46,8 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
     """
     from stickslip.cli.manual import about, closest, contents, page_about, pages
 
-    known, word = pages(), " ".join(topic).removeprefix("docs/")
+    known, word = pages(), " ".join(topic)
+    word = word.rpartition("/")[2] if word.endswith(".md") else word
     if not word:
         return _list(list(contents(known)))
     assert context.parent is not None

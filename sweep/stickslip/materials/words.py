@@ -104,7 +104,12 @@ class Words:
 
     def remarks(self) -> list[str]:
         """What the table does not say by itself."""
-        return [*self._bounds(), *self.limits(), *self._only_the_product(), *measurements(self)]
+        return [
+            *self._bounds(),
+            *self.limits(),
+            *self._only_the_product(),
+            *measurements(self.ds, self.unit, self.speed, self.bound),
+        ]
 
     def limits(self) -> list[str]:
         """What keeps the table from being certain."""
@@ -131,7 +136,7 @@ class Words:
 
     def _answer_at(self, ds: xr.Dataset, head: str) -> str:
         """What is quiet at a belt speed, or throughout a range, and what is not."""
-        verdicts: dict[str, list[str]] = {}
+        verdicts: dict[tuple[str, str], list[str]] = {}
         for i, name in enumerate(self.names):
             chance = float(ds["quiet_probability"].values[i]) if "quiet_probability" in ds else math.nan
             verdict, sure = self._verdict(ds, i), chance
