@@ -28,7 +28,7 @@ def main(cases: int) -> None:
     ds = stickslip.compare(points, **SYSTEM, **OPTIONS).sortby("material")
     width = (ds["quiet_above_high"] - ds["quiet_above_low"]).where(np.isfinite(ds["quiet_above_high"])).values
     expected = (ds["next_high"] - ds["next_low"]).values / width
-    ends = np.log(0.2 * ds["slowest_point"].values), np.log(3 * ds["fastest_point"].values)
+    ends = np.log(ds["slowest_point"].values), np.log(ds["fastest_point"].values)
     proposed = np.stack([ds["next_speed_1"], ds["next_speed_2"]], axis=1)
     anywhere = np.exp(random.uniform(*(end[:, None] for end in ends), (cases, 2)))
     found = [again(random, truth, points, speeds) / width for speeds in (proposed, anywhere)]

@@ -1,6 +1,7 @@
 """The commands `contours` and `advise`, and what is said of their files."""
 
 import re
+import shlex
 
 import numpy as np
 import pytest
@@ -167,3 +168,34 @@ def test_a_goal_for_a_range_of_speeds_holds_at_all_of_them(here):
         (("--speed-range", "0..0.9"), "expected speeds above 0"),
     ):
         assert why in said("advise", "pair.yaml", *AT[:2], *words, code=2)
+
+
+SQUEAK = """\
+system: {mass: 100 g, stiffness: 12 N/mm, damping: 0.3 N s/m, normal_load: 10 N}
+friction: {a1: 0.12, a2: 0.1, a3: 0.08, a4: 20 mm/s}
+axes:
+  belt_speed: {start: 1 mm/s, stop: 300 mm/s, num: 4, spacing: log}
+"""
+
+
+def test_friction_is_named_where_it_is_the_cheaper_lever(here):
+    (here / "squeak.yaml").write_text(SQUEAK)
+    told = CliRunner().invoke(main, ["advise", "squeak.yaml", "--at", "belt_speed=10 mm/s"]).stdout
+    (line,) = (one for one in told.splitlines() if one.startswith("friction is the cheaper lever"))
+    assert "mu_start below" in line and "--at 'belt_speed=10 mm/s' --parameter mu_start" in line
+    assert "cheapest:" not in told and "cheapest without friction:" in told
+    command = line.partition("look closer with ")[2]
+    done = CliRunner().invoke(main, shlex.split(command)[1:])
+    assert done.exit_code == 0 and "mu_start" in done.stdout
+
+
+def test_border_takes_the_values_of_axes_as_advise_does(here):
+    at = CliRunner().invoke(main, ["border", "pair.yaml", "--along", "belt_speed", "--at", "stiffness=1 N/m", "--at",
+                                   "damping=0.05 N s/m", "-o", "at.nc"])  # fmt: skip
+    assert at.exit_code == 0, at.output
+    ds = stickslip.open("at.nc")
+    cell = {"mass": 1, "normal_load": 1, "a1": 1, "a2": 0.1, "a3": 0.3, "a4": 0.1, "stiffness": 1, "damping": 0.05}
+    alone = stickslip.border(cell, "belt_speed", (0.3, 1))
+    assert float(ds["border"].max()) == pytest.approx(float(alone["border"].max()), rel=1e-8)
+    wrong = CliRunner().invoke(main, ["border", "pair.yaml", "--along", "belt_speed", "--at", "stifness=1"])
+    assert wrong.exit_code == 2 and "did you mean stiffness" in wrong.stderr

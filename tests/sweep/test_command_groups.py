@@ -226,7 +226,11 @@ def test_help_lists_pages_and_shows_each():
     ("stiffness", "a stiffness above 0 N/m; it must be given"), ("period", "period of the limit cycle, s"),
     ("mu_stop", "none unless given"), ("k", "spring stiffness"), ("resume", "stopped by anything"), ("run", "Usage: "),
     ("settled", "a status: the motion came into the settling band"), ("units", "is asked about"),
-    ("completion", "The shell can complete"),
+    ("completion", "The shell can complete"), ("draws_used", "curves drawn whose verdict is known"),
+    ("quiet_probability", "probability of being quiet"), ("next_speed_1", "would narrow the interval most"),
+    ("smallest_drop", "in the section `features`"), ("impulse_rate", "over the total travel of the drive"),
+    ("rig", "`stickslip help rig.md`"), ("rig.md", "`stickslip rig --help`"), ("docs/rig.md", "# The test rig"),
+    ("advise", "`stickslip help advise.md`"),
 ])  # fmt: skip
 def test_help_about_a_word_says_what_it_means(word, said):
     done = call("help", *word.split())

@@ -125,7 +125,12 @@ def test_a_range_counts_its_worst_speed():
     alone = compared(FILES, belt_speed="25 mm/s")
     np.testing.assert_array_equal(ds["quiet_probability"], alone["quiet_probability"])
     said = Words(ds, "mm/s").answer()
-    assert said.startswith("From 25 to 60 mm/s grease_b") and "is quiet throughout" in said
+    assert (
+        said.startswith("From 25 to 60 mm/s grease_b")
+        and "is probably quiet throughout" in said
+        and "vibrates throughout" in said
+    )
+    assert float(ds["vibrating_share"][0]) == 0 and float(ds["vibrating_share"][2]) == 1
     same = compared(FILES, belt_speed="25..60 mm/s")
     np.testing.assert_array_equal(same["worst_speed"], ds["worst_speed"])
 

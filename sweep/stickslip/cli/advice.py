@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -15,6 +17,7 @@ from stickslip.cli.common import (
     incomplete,
     prepare_kernels,
     reports_wrong_input,
+    settings_again,
 )
 from stickslip.cli.progress import progress_bar
 from stickslip.cli.trajectories import recipe_in
@@ -27,6 +30,7 @@ if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.files.locations import Location
 
+_FRICTION = ("mu_start", "mu_reversal")  # another material may be the cheaper change
 VIBRATING, QUIET = ("stick_slip", "sustained"), ("damped", "creep", "stuck")
 
 
@@ -84,11 +88,17 @@ def advise(
         wanted = into or (QUIET if home in VIBRATING else VIBRATING)
         with progress_bar(1, " searched") as move:
             ds = designing.margins(one, **asked, into=wanted, progress=move)  # type: ignore[arg-type]
+        friction = None
+        if not parameters and home in VIBRATING:
+            with suppress(ValueError):  # a law whose curve has no such quantities
+                friction = designing.margins(one, _FRICTION, within=within, into=wanted, speed_range=ends, joint=False)
     except Interrupted as error:
         incomplete(error)
     except (TypeError, ValueError) as error:  # bad input, said before anything is computed
         fail(f"{config}: {error}")
-    _show(ds, one, home, wanted, within, speeds)
+    ranges = () if speed_range is None else ("--speed-range", speed_range)
+    options = [*(word for setting in at for word in ("--at", setting)), *ranges, *settings_again()]
+    _show(ds, one, home, wanted, within, speeds, friction, ["stickslip", "advise", str(config), *options])
     if output is not None:
         writing.write(ds, output)
         click.echo(f"written  {output} ({screen.size_of(output)})")
@@ -128,8 +138,11 @@ def _show(
     wanted: tuple[str, ...],
     within: float,
     speeds: Sequence[float],
+    friction: xr.Dataset | None,
+    command: list[str],
 ) -> None:
-    """The sentence, the table, and what was looked at."""
+    """The sentence, the table, and what was looked at. friction : what changes of friction alone do, if they count too.
+    command : that of this call, to which a line adds what to look at more closely."""
     from rich.table import Table
 
     from stickslip.cli import advice_words as words
@@ -138,7 +151,12 @@ def _show(
         click.echo(f"range    {ds.attrs['margin_speeds']} counts")
     changes = words.single_changes(ds, wanted)
     joint = words.joint_change(ds, lambda cell: _regime(config, cell, speeds), wanted)
-    click.echo(words.sentence(home, wanted, changes, joint))
+    levers = [] if friction is None else [change for change in words.single_changes(friction, wanted) if change.holds]
+    cheaper = next((change for change in levers if change.size() < words.least_cost(changes, joint)), None)
+    click.echo(words.sentence(home, wanted, changes, joint, "cheapest without friction" if cheaper else "cheapest"))
+    if cheaper is not None:
+        click.echo(f"friction is the cheaper lever: {cheaper.words()}, cost {cheaper.size():.3g}; look closer with "
+                   f"{shlex.join([*command, '--parameter', cheaper.name])}")  # fmt: skip
     table = Table("change", "border", "by", "into", "1 % past it", box=None, pad_edge=False, header_style="bold")
     for change in changes:
         table.add_row(*change.row())
@@ -150,5 +168,5 @@ def _show(
     if missing := [name for name in words.without_border(ds) if name not in absent]:
         click.echo(f"no border within reach along {', '.join(missing)}: look further with --within {10 * within:g}")
     if joint is not None:
-        click.echo(joint.told())
+        click.echo(joint.told("cheapest without friction" if cheaper else "cheapest"))
     click.echo(f"looked   at {ds.attrs['margin_within']}; {ds.attrs['margin_scan']}")

@@ -74,10 +74,10 @@ class Joint:
             told.append(f"{_plain(name)} {unit.told(new, _DIGITS)} ({by(old, new, unit)})")
         return " and ".join(filter(None, [", ".join(told[:-1]), *told[-1:]]))
 
-    def told(self) -> str:
-        """The line under the table."""
+    def told(self, which: str = "cheapest") -> str:
+        """The line under the table. which : of all, or of those looked at."""
         past = f"{self.checked}" if self.holds else f"{self.checked}: does not hold, and is no cure"
-        return f"cheapest {self.words()}, simulated: {past}; cost {self.cost:.3g}"
+        return f"{which} {self.words()}, simulated: {past}; cost {self.cost:.3g}"
 
 
 def by(value: float, border: float, unit: Unit) -> str:
@@ -135,7 +135,8 @@ def joint_change(ds: xr.Dataset, regime: Callable[[dict[str, float]], int], want
         changed = {name: np.array(value) for name, value in cell.items()} | {
             n: np.array(v[1]) for n, v in values.items()
         }
-        checked = REGIMES[regime({name: float(value) for name, value in without_measured(changed).items()})]
+        there = {name: float(value) for name, value in without_measured(changed).items()}
+        checked = "failed" if isnan(there["a1"]) else REGIMES[regime(there)]  # NaN: rounded to what no curve has
         if checked in wanted:
             break
     return Joint(
@@ -143,13 +144,21 @@ def joint_change(ds: xr.Dataset, regime: Callable[[dict[str, float]], int], want
     )
 
 
-def sentence(home: str, wanted: Sequence[str], changes: Sequence[Change], joint: Joint | None) -> str:
+def least_cost(changes: Sequence[Change], joint: Joint | None) -> float:
+    """The cost of the cheapest change that holds; infinite where none does."""
+    costs = [change.size() for change in changes if change.holds]
+    return min([*costs, *([joint.cost] if joint is not None and joint.holds else [])], default=inf)
+
+
+def sentence(
+    home: str, wanted: Sequence[str], changes: Sequence[Change], joint: Joint | None, which: str = "cheapest"
+) -> str:
     """`in stick_slip; leaves it above 0.83 m/s (+66 %), ...; cheapest: ...`. What does not hold is no cure."""
     cures = [change.words() for change in changes if change.holds]
     verb = "leaves it" if home in ("stick_slip", "sustained") else f"enters {' or '.join(wanted)}"
     told = f"in {home}; {verb} with {', '.join(cures)}" if cures else f"in {home}; no single change within reach {verb}"
     if joint is not None and joint.holds:
-        told += f"; cheapest: {joint.words()}"
+        told += f"; {which}: {joint.words()}"
     return told
 
 

@@ -19,9 +19,11 @@ if TYPE_CHECKING:
     epilog="""\b
 Examples:
   stickslip border configs/quickstart.yaml --along belt_speed
+  stickslip border configs/quickstart.yaml --along belt_speed --at stiffness="5 N/mm"
   stickslip border configs/quickstart.yaml --along belt_speed --between 1 "1.2 m/s" -o top.nc"""
 )
 @CONFIG
+@click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
 @click.option("--along", required=True, metavar="NAME", help="Parameter to search along.")
 @click.option(
     "--between", nargs=2, metavar="LOW HIGH", help="Range to search: SI, or with units.  [default: that of the axis]"
@@ -38,6 +40,7 @@ Examples:
 @reports_wrong_input
 def border(
     config: Path,
+    at: tuple[str, ...],
     along: str,
     between: tuple[str, str] | None,
     tolerance: float,
@@ -50,19 +53,23 @@ def border(
 ) -> None:
     """Find where along a parameter the regime changes.
 
-    The other axes of CONFIG are the lines that are searched. With an output the search survives interruption as a run
-    does, and `stickslip run` does the same for a configuration with a section `border`.
+    The other axes of CONFIG are the lines that are searched, but those that --at gives a value. With an output the
+    search survives interruption as a run does, and `stickslip run` does the same for a configuration with a section
+    `border`.
     """
+    from stickslip.config.pick import config_at
     from stickslip.config.sections import Output
     from stickslip.config.studies import Border, alone
     from stickslip.runs.request import Request
 
     ends = _ends(along, between) if between else None
     asked = Border.model_construct(along=along, between=ends, tolerance=tolerance, scan=scan)
-    one = configuration(config).model_copy(
+    one = configuration(config)
+    one = (config_at(one, at, in_part=True) if at else one).model_copy(
         update={**alone("border", asked), "output": Output.model_construct(file=None, plot=None)}
     )
-    again = ["border", str(config), "--along", along, "-o", "borders.nc"]
+    again = ["border", str(config), *(word for one_at in at for word in ("--at", one_at)), "--along", along]
+    again += ["-o", "borders.nc"]
     try:
         run_request(Request(one, output, fresh=fresh, dask=dask), plot, again, Extras(map_file))
     except (TypeError, ValueError) as error:  # bad input, said before anything is computed

@@ -92,7 +92,8 @@ def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str,
     from stickslip.runs.request import Outcome
 
     api.check_in_memory(request.config, request.dask)
-    notice(f"no output is named: the {study.name} will be shown and then discarded; to keep it: {keep}")
+    them = "it" if study.name == "map" else "them"
+    notice(f"no output is named: the {study.name} will be shown and then discarded; to keep {them}: {keep}")
     for law in study.kernels:
         prepare_kernels(law)
     began = finished = perf_counter()
@@ -111,7 +112,7 @@ def _run_in_memory(request: Request, study: Study, plot: Path | None, keep: str,
     drawn = plot if save_plot(ds, plot, extras) else None
     shown.show(ds, done, None, drawn)
     _write(extras, ds)
-    news(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep it: {keep}")
+    news(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep {them}: {keep}")
     outcome = Outcome(prod(study.shape), computed=prod(study.shape))
     return answers.of_run(request, study, outcome, finished - began) | answers.of_result(ds, drawn)
 

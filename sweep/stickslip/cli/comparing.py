@@ -113,6 +113,7 @@ Examples:
     help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.",
 )  # fmt: skip
 @click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--title", help="Of plot and page.")
 @click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html, .pdf): ranks, plot, fits.")
 @JSON
 @reports_wrong_input
@@ -121,7 +122,7 @@ def compare(
     speed: tuple[str, ...], scale_friction: tuple[str, ...],
     between: tuple[str, str] | None, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
     same: tuple[str, ...], level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None,
-    report: Path | None, decimal_comma: bool, as_json: bool,
+    title: str | None, report: Path | None, decimal_comma: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Rank materials by the belt speed above which each is quiet.
 
@@ -157,6 +158,7 @@ def compare(
         ds = with_units(
             ds, {str(name): unit_shown for name, one in ds.variables.items() if one.attrs.get("units") == "m s-1"}
         )
+    ds = ds if title is None else ds.assign_attrs(title=title)
     words = Words(ds)
     if not as_json:
         _show(words)
@@ -164,7 +166,8 @@ def compare(
     if as_json:
         from stickslip.fit.described import columns_of
 
-        read = {one.name: {"file": str(one.path), **columns_of(one)} for one in fits}
+        every = [each for one in fits for each in one.repeats or (one,)]
+        read = {one.name: {"file": str(one.path), **columns_of(one)} for one in every}
         tell_json(_answer(ds, words, written) | {"read": read})
 
 
@@ -208,8 +211,9 @@ def _show(words: Words) -> None:
     """The table of ranks, and remarks."""
     from stickslip.materials.varied import varied
 
+    click.echo(f"system   {', '.join(f'{name} {value}' for name, value in words.conditions())}\n")
     _print_table(words.columns())
-    if len(words.speeds) > 1:
+    if words.speeds:
         click.echo(words.answer())
     for remark in words.remarks():
         click.echo(f"note     {remark}")

@@ -147,13 +147,17 @@ def _somebody_sits_there() -> bool:
 
 
 def tell_columns(fits: Sequence[MaterialFit]) -> None:
-    """Say what the columns of each file were taken for, where they are not plainly called so."""
+    """Say what the columns of each file were taken for, where they are not plainly called so; of files alike once."""
     from stickslip.fit import described
 
-    for path in dict.fromkeys(one.path for one in fits):
-        of_file = [one for one in fits if one.path == path]
+    every = [each for one in fits for each in one.repeats or (one,)]
+    alike: dict[str, list[str]] = {}
+    for path in dict.fromkeys(one.path for one in every):
+        of_file = [one for one in every if one.path == path]
         if not all(map(described.is_plain, of_file)):
-            click.echo(f"{path}: {described.describe_columns(of_file)}\n")
+            alike.setdefault(described.describe_columns(of_file), []).append(str(path))
+    for columns_are, paths in alike.items():
+        click.echo(f"{', '.join(paths)}: {columns_are}\n")
 
 
 def _answer(fits: Sequence[MaterialFit], ageing: dict[str, Any], at: float, plot: Path | None) -> dict[str, Any]:

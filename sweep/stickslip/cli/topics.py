@@ -14,6 +14,8 @@ from stickslip.cli.common import fail
 
 if TYPE_CHECKING:
     from stickslip.cli.manual import Page
+    from stickslip.vocabulary.parameter import Parameter
+    from stickslip.vocabulary.results import Variable
 
 _WIDEST = 100  # characters of a line of prose
 _ABOUT = "Also any quantity, result, regime or command:  stickslip help stiffness"
@@ -45,6 +47,7 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
     from stickslip.cli.manual import about, closest, contents, page_about, pages
 
     known, word = pages(), " ".join(topic)
+    word = word.rpartition("/")[2] if word.endswith(".md") else word
     if not word:
         return _list(list(contents(known)))
     assert context.parent is not None
@@ -52,9 +55,13 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
     if word in commands:
         command = commands[word]
         click.echo(command.get_help(click.Context(command, info_name=word, parent=context.parent)))
-        if page := page_about(word, known):
+        if word in known:
+            click.echo(f"\nThe page of that name: `stickslip help {word}.md` ({known[word].title})")
+        elif page := page_about(word, known):
             click.echo(f"\nMore to read: `stickslip help {page}` ({known[page].title})")
         return None
+    if (name := word.removesuffix(".md")) in commands and name != word and name in known:
+        click.echo(f"The page; the command of that name: `stickslip {name} --help`\n")
     parts = [text for text in (_beyond(word, known), _declared(word), about(word, known)) if text]
     if not parts:
         meant = closest(word, known, [*commands, *_names()])
@@ -78,9 +85,25 @@ def _names() -> list[str]:
     """Names in configurations and results that are explained."""
     from stickslip.vocabulary.flags import REGIMES
     from stickslip.vocabulary.quantities import QUANTITIES
-    from stickslip.vocabulary.results import MAP_VARIABLES
 
-    return [*QUANTITIES, *MAP_VARIABLES, *REGIMES]
+    return [*QUANTITIES, *_settings(), *_results(), *REGIMES]
+
+
+def _settings() -> dict[str, Parameter]:
+    """What sections of configurations hold besides quantities of cells, by name."""
+    from stickslip.vocabulary.settings import SETTINGS
+
+    return {name: declared for section in SETTINGS.values() for name, declared in section.items()}
+
+
+def _results() -> dict[str, Variable]:
+    """What results of every kind hold, by name; of a name that several have, that of maps or of comparisons."""
+    from stickslip.vocabulary import results as of
+
+    tables = (of.MARGIN_VARIABLES, of.CONTOUR_VARIABLES, of.BORDER_VARIABLES, of.ATTRACTOR_VARIABLES,
+              of.UNCERTAIN_VARIABLES, of.TRACE_VARIABLES, of.LEVEL_VARIABLES, of.MATERIAL_VARIABLES,
+              of.MAP_VARIABLES)  # fmt: skip
+    return {name: declared for one in tables for name, declared in one.items()}
 
 
 def _beyond(word: str, known: Mapping[str, Page]) -> str | None:
@@ -97,12 +120,15 @@ def _declared(word: str) -> str | None:
     from stickslip.vocabulary import units
     from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES
     from stickslip.vocabulary.quantities import QUANTITIES
-    from stickslip.vocabulary.results import MAP_VARIABLES
     from stickslip.vocabulary.synonyms import synonym_of
 
-    name = word.replace(" ", "_").replace("-", "_")
-    known = (*QUANTITIES, *MAP_VARIABLES, *REGIME_MESSAGES, *STATUS_MESSAGES)
+    name, settings, results = word.replace(" ", "_").replace("-", "_"), _settings(), _results()
+    known = (*QUANTITIES, *settings, *results, *REGIME_MESSAGES, *STATUS_MESSAGES)
     name = name if name in known else synonym_of(word, QUANTITIES) or name
+    if name not in known:  # the room of the rig takes a second to load
+        from stickslip.rig.quantities import EXACT, FEATURES
+
+        results = FEATURES | EXACT
     said = []
     if declared := QUANTITIES.get(name):
         default = (
@@ -111,8 +137,10 @@ def _declared(word: str) -> str | None:
         said.append(
             f"**{name}** in `{declared.section}` or `axes`: {declared.long_name}; {declared.expected}; {default}."
         )
-    if variable := MAP_VARIABLES.get(name):
-        unit = units.spelled(variable.units)
+    elif setting := settings.get(name):
+        said.append(f"**{name}** in the section `{setting.section}`: {setting.long_name}; {setting.expected}.")
+    if variable := results.get(name):
+        unit = "" if variable.units in ("parameter", "flag") else units.spelled(variable.units)
         said.append(
             f"**{name}** in results: {variable.long_name}{f', {unit}' if unit else ''}. {variable.comment}".strip()
         )

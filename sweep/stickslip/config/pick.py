@@ -39,8 +39,8 @@ def cell_of(config: Config) -> dict[str, float]:
     return {name: float(values[0]) for name, values in build_grid(config).cells(0, 1).items()}
 
 
-def config_at(recipe: Recipe, settings: Iterable[str], option: str = _SOURCE) -> Config:
-    """The configuration of one cell.
+def config_at(recipe: Recipe, settings: Iterable[str], option: str = _SOURCE, in_part: bool = False) -> Config:
+    """The configuration of one cell; in_part : or of fewer axes, those that have no setting.
 
     settings : texts like ``stiffness=5 N/mm``, ``velocity=sticking`` or, for quantities that vary together,
         ``lubricant=grease`` (a label, or a position counted from 0). Every axis needs one, other quantities may have
@@ -61,8 +61,8 @@ def config_at(recipe: Recipe, settings: Iterable[str], option: str = _SOURCE) ->
     axes = {name: axis for name, axis in axes.items() if not _is_settled(axis, given)}
     for study in STUDIES:
         data.pop(study, None)
-    data["axes"] = {}
-    if axes:
+    data["axes"] = {name: data["axes"][name] for name in axes} if in_part else {}
+    if axes and not in_part:
         raise ConfigError(option, [_missing(axis, option) for axis in axes.values()])
     made = make_config(data, option)
     numbers = {name: _number_or_text(value) for name, value in given.items()}

@@ -34,6 +34,8 @@ _COUNTS = (
     "node_count",
     "rank",
     "points",
+    "draws_used",
+    "fit_good",
 )  # whole numbers defined in every cell; other counts are NaN where nothing was counted
 _NO_FILL = {"_FillValue": None}
 _AS_KNOWN = {slot for kind in xr.Variable.__mro__ for slot in getattr(kind, "__slots__", ())} == {

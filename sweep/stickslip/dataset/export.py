@@ -150,6 +150,8 @@ def _write_csv(table: Table, path: Path, decimal: str, moved: Move | None) -> No
     separator = ";" if decimal == "," else ","
     with path.open("w", encoding="utf-8-sig", newline="") as file:  # without the mark Excel reads Windows-1252
         for number, frame in enumerate(_frames(table, moved)):
+            if decimal == "," and "fit_quality" in frame:  # sentences with numbers
+                frame["fit_quality"] = frame["fit_quality"].str.replace(r"(?<=\d)\.(?=\d)", ",", regex=True)
             for place in (i for i, kind in enumerate(frame.dtypes) if kind.kind not in "biuf"):
                 codes, texts = pd.factorize(frame.iloc[:, place])
                 frame.isetitem(place, np.array([*map(inert, map(str, texts)), ""], object)[codes])
@@ -341,10 +343,14 @@ def _by_node(ds: xr.Dataset) -> xr.Dataset:
 
 def _without_bounds(ds: xr.Dataset) -> xr.Dataset:
     """Materials compared, where a bound of a border does not stand for one: it is empty, beside its state, and the ends
-    of the range that was searched have columns of their own."""
+    of the range that was searched have columns of their own. Ends of intervals that are open are empty too."""
     speed = {name: ds["quiet_above"].attrs[name] for name in ("units", DISPLAY) if name in ds["quiet_above"].attrs}
     known = ds["quiet_state"] == QUIET_STATES.index("border")
-    found = {name: ds[name].where(known) for name in ("quiet_above", "margin") if name in ds}
+    found = {str(name): one.where(np.isfinite(one)) for name, one in ds.data_vars.items()
+             if one.dtype.kind == "f" and one.dims[:1] == ("material",)}  # fmt: skip
+    for name in ("a1", "a2", "a3", "a4", "mu_start") if "a1_low" in ds else ():  # from 0 to inf: not determined
+        found[f"{name}_low"] = ds[f"{name}_low"].where(np.isfinite(ds[f"{name}_high"]))
+    found |= {name: ds[name].where(known) for name in ("quiet_above", "margin") if name in ds}
     for name in ("searched_from", "searched_to"):
         ends = np.full(ds.sizes["material"], float(ds.attrs[name]))
         told = f"{'slowest' if name.endswith('from') else 'fastest'} belt speed searched"

@@ -72,7 +72,8 @@ def material_dataset(
         variables["repeats"] = xr.Variable("material", counts, {"units": "1", "long_name": "repeats of the material"})
         texts = ["; ".join(each.name for each in one.fit.repeats) for one in materials]
         variables["repeat_names"] = _text(texts, "names of the repeats")
-    variables["file"] = _text([str(one.fit.path) for one in materials], "file of the measured points")
+    files = [dict.fromkeys(str(each.path) for each in one.fit.repeats or (one.fit,)) for one in materials]
+    variables["file"] = _text(["; ".join(paths) for paths in files], "files of the measured points")
     curves, grid = _curves(materials)
     points, coordinates = _points(materials, names)
     coordinates |= {

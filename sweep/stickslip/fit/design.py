@@ -12,7 +12,6 @@ from stickslip.theory import stribeck
 
 _FEWEST = 100  # curves drawn, from which covariances are known well enough
 _CANDIDATES = 40  # speeds, by equal ratios
-_SLOWER, _FASTER = 0.2, 3.0  # how far beyond the measured speeds another point is likely to be had
 
 
 class Design(NamedTuple):
@@ -23,7 +22,7 @@ class Design(NamedTuple):
 
 
 def best_measurements(
-    target: Floats, curves: Mapping[str, Floats], measured: tuple[float, float], sigma: float
+    target: Floats, curves: Mapping[str, Floats], between: tuple[float, float], sigma: float
 ) -> Design | None:
     """The two speeds at which another point each would narrow the target most.
 
@@ -33,8 +32,7 @@ def best_measurements(
     Parameters
     ----------
     target : (n,), what follows from each of n drawn curves. curves : a1 to a4 by name, each (n,).
-    measured : the slowest speed measured, above 0, and the fastest, m/s; a fifth of the one to three times the other
-        are tried. sigma : standard deviation of a point.
+    between : the slowest speed tried, above 0, and the fastest, m/s. sigma : standard deviation of a point.
 
     Returns
     -------
@@ -42,7 +40,7 @@ def best_measurements(
     """
     if target.size < _FEWEST or not np.ptp(target) > 0:
         return None
-    tried = np.geomspace(_SLOWER * measured[0], _FASTER * measured[1], _CANDIDATES)
+    tried = np.geomspace(*between, _CANDIDATES)
     friction = stribeck(tried[:, None], *(curves[name] for name in ("a1", "a2", "a3", "a4")))
     together = np.cov(np.vstack([target, friction]))
     variance, with_target, among = together[0, 0], together[0, 1:], together[1:, 1:]

@@ -2,40 +2,43 @@
 
 A heading is a name with the unit in brackets (`v [mm/s]`, `v / (mm/s)`) or behind it (`v in mm/s`, `Speed, mm s-1`).
 Names are compared without regard to case, accents, points, hyphens and underscores. One table of words serves measured
-points and records of a rig. What stands behind the name of a physical quantity and is no known qualifier (`set`,
-`soll`) is taken for its unit, so that a unit nobody understands is refused rather than left out.
+points and records of a rig, and says how far each word may be cut short (`Gleitgeschw.`, `Reib.-Zahl`). What stands
+behind the name of a physical quantity and is no known qualifier (`set`, `soll`) is taken for its unit, so that a unit
+nobody understands is refused rather than left out.
 """
 
 from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import product
 
 from stickslip.errors import QuantityError
 from stickslip.files.tables import NUMBER, Table, first_cells
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import is_column_unit
 
-_WORDS = {  # by kind of column
-    "speed": "speed, velocity, v, w, v rel, vrel, v gleit, sliding speed, sliding velocity, slip speed, slip velocity, "
-    "relative speed, relative velocity, drive speed, drive velocity, geschwindigkeit, gleitgeschwindigkeit, "
-    "relativgeschwindigkeit, vitesse, vitesse de glissement, vitesse relative",
+# By kind of column. What follows a bar may be cut short; parts of a word joined by a plus sign may stand apart.
+_WORDS = {
+    "speed": "speed, spd, vel|ocity, v, w, v rel, v gleit, v slip, v sliding, slid|ing speed, slid|ing vel|ocity, "
+    "slip speed, slip vel|ocity, rel|ative speed, rel|ative vel|ocity, drive speed, drive vel|ocity, geschw|indigkeit, "
+    "gl|eit+geschw|indigkeit, rel|ativ+geschw|indigkeit, vit|esse, vit|esse de gliss|ement, vit|esse gliss|ement, "
+    "vit|esse rel|ative",
     "time": "time, t, waiting time, wait, hold time, dwell time, dwell, contact time, elapsed time, zeit, wartezeit, "
     "haltezeit, kontaktzeit, messzeit, prüfzeit, versuchszeit, temps, durée, temps de contact, temps d'attente",
-    "mu": "mu, μ, cof, friction, friction coefficient, coefficient of friction, friction coeff, coeff of friction, "
-    "traction, traction coefficient, coefficient of traction, reibung, reibwert, reibzahl, reibungszahl, reibungswert, "
-    "reibungskoeffizient, reibkoeffizient, frottement, coefficient de frottement, coef de frottement, "
-    "coeff de frottement",
-    "friction_force": "friction force, frictional force, force of friction, f friction, fr, f r, f reib, reibkraft, "
-    "reibungskraft, tangential force, tangentialkraft, traction force, force de frottement, force tangentielle",
-    "load": "load, normal load, normal force, applied load, test load, fn, f n, last, normalkraft, normallast, "
-    "auflast, prüflast, prueflast, prüfkraft, pruefkraft, belastung, anpresskraft, andruckkraft, charge, "
-    "force normale, charge normale, effort normal",
+    "mu": "mu, mue, μ, cof, friction, fric|tion coef|ficient, coef|ficient of fric|tion, traction, "
+    "traction coef|ficient, coef|ficient of traction, reibung, reib|ungs+wert, reib|ungs+beiwert, reib|ungs+z|ahl, "
+    "reib|ungs+koef|fizient, frottement, coef|ficient de frot|tement, coef|ficient frot|tement",
+    "friction_force": "fric|tion force, frictional force, force of fric|tion, f friction, f r, f reib, "
+    "reib|ungs+kr|aft, tang|ential force, tang|ential+kr|aft, traction force, force de frot|tement, force tangentielle",
+    "load": "load, norm|al load, norm|al force, applied load, test load, f n, last, norm|al+kr|aft, norm|al+last, "
+    "auflast, prüfl|ast, pruefl|ast, prüfkr|aft, pruefkr|aft, belast|ung, anpresskr|aft, andruckkr|aft, charge, "
+    "force norm|ale, charge norm|ale, effort norm|al",
     "force": "f, force, kraft, spring force, federkraft, messkraft, horizontal force, effort",
-    "acceleration": "acceleration, accel, acc, a, beschleunigung, beschl, accélération",
+    "acceleration": "acceleration, accel, acc, a, beschl|eunigung, accélération",
     "displacement": "displacement, drive displacement, drive position, position, weg, verschiebung, déplacement",
     "stick": "stick",
     "sigma": "sigma, σ",
@@ -47,11 +50,18 @@ RECORD = ("time", "force", "friction_force", "acceleration", "speed", "displacem
 _FORCE_TOO = frozenset(("friction", "reibung", "frottement", "traction"))  # words for the coefficient and the force
 _PHYSICAL = {"speed": "m s-1", "time": "s", "friction_force": "N", "load": "N", "force": "N", "acceleration": "m s-2",
              "displacement": "m"}  # fmt: skip
-_LONG_SPEED = re.compile(r"(.*(?:speed|velocity|geschwindigkeit|vitesse)\b[.)]?)(.*)", re.IGNORECASE)  # Motor speed
+_LONG_SPEED = re.compile(  # Motor speed
+    r"(.*(?:speed|velocity|(?<![^\W_])vel|geschw\w*|vitesse)\b[.)]?)(.*)", re.IGNORECASE
+)
+_NOT_OF_SLIDING = re.compile(  # speeds of rotation, rolling, wear, vibration, of one of two bodies: which, nobody knows
+    r"umfang|circumf|periph|(?<!t)roll|roul|walz|entrain|summe|dreh|winkel|rotat|angul|wear|usure|verschlei|abras"
+    r"|abtrag|abtast|vibr|schwing|sound|schall"
+)
 _UNIT_BEHIND = re.compile(r"(.+?)(?:(?:\s+in\s+|\s*,\s*|\s+/\s+)([^,]+)|[\s_]*(%))")
 _END = re.compile(r"[\s,_:/]*(?:\bin)?[\s,_:/]*$")  # between a name and its unit
 _QUALIFIERS = frozenset(
-    "mean avg average mittel mittelwert mittlere mittlerer mw median moyen moyenne moy ø value wert valeur "
+    "mean avg average mittel mittelw mittelwert mittl mittlere mittlerer durchschn durchschnittl mw median "
+    "moyen moyenne moy ø value wert valeur "
     "measured gemessen set setpoint soll sollwert nominal nom target consigne ist istwert actual act real rel "
     "relative in en the of der des von".split()
 )
@@ -60,7 +70,7 @@ _KINETIC = frozenset(
     "kinetic dynamic kin dyn k d g gleit sliding dynamisch dynamische kinetisch kinetische dynamique cinétique".split()
 )
 _SIGMA = re.compile(
-    r"\b(?:std ?dev(?:iation)?|st ?dev|std ?abw(?:eichung)?|stabw|standard ?(?:deviation|abweichung|error|fehler)|sdev"
+    r"\b(?:std ?dev(?:iation)?|st ?dev|std ?abw(?:eichung)?|stabw|standard ?(?:dev\w*|abw\w*|error|fehler)|sdev"
     r"|std|sd|sem?|ecart type|erreur (?:type|standard)|sigma|σ)(?!\w)|\b(?:s|sd|std|σ|sigma) ?\( ?(?=[\w ]+\))"
     r"|^s (?=(?:mu|μ|cof)$)"
 )
@@ -146,6 +156,8 @@ def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Headi
     if kind == "material" and not set(_tokens(rest)) <= _NUMBERED:
         kind, rest = "", ""  # grease A
     if not kind and "speed" in kinds and (longer := _LONG_SPEED.fullmatch(name)):
+        if _NOT_OF_SLIDING.search(plain(longer[1])):
+            return Heading(text, name, unit, "other")
         behind = _rest(longer[2], "speed", kinds)
         if not behind or not unit and is_column_unit(behind):
             return Heading(text, longer[1], unit or behind, "speed", longer[1])
@@ -169,8 +181,9 @@ def trailing_unit(text: str, of: str) -> str:
 
 
 def words_for(kinds: Collection[str]) -> list[str]:
-    """Every name of some kinds of columns."""
-    return [word for kind in kinds for word in (kind, *_WORDS.get(kind, "").split(", ")) if word]
+    """Every name of some kinds of columns, in full."""
+    words = (word for kind in kinds for word in (kind, *_WORDS.get(kind, "").split(", ")) if word)
+    return [word.replace("|", "").replace("+", "") for word in words]
 
 
 @lru_cache(maxsize=4096)
@@ -231,7 +244,7 @@ def _is_unit(text: str, in_round: bool = False) -> bool:
     """Whether a text in brackets is a unit of something; a capital letter in round ones rather names a material."""
     if text in PURE or plain(text) in PERCENT or is_column_unit(text):
         return True
-    if plain(text) in _QUALIFIERS | _index()["mu"] or in_round and re.fullmatch("[A-Z]", text):
+    if plain(text) in _QUALIFIERS or _joined(text) in _index()["mu"] or in_round and re.fullmatch("[A-Z]", text):
         return False
     try:
         units.si_value(f"1 {text}", "m s-1")
@@ -270,7 +283,8 @@ def _known(name: str, kinds: tuple[str, ...]) -> tuple[str, str]:
 
 def _kind_of(word: str, kinds: tuple[str, ...]) -> str:
     """The kind of column that is called so."""
-    found = next((kind for kind in kinds if word in _index()[kind]), "")
+    joined, index = _joined(word), _index()
+    found = next((kind for kind in kinds if joined in index[kind]), "")
     if found or not word or "mu" not in kinds:
         return found
     parts = word.split()
@@ -278,11 +292,11 @@ def _kind_of(word: str, kinds: tuple[str, ...]) -> str:
         if word in words and len(word) > 3:
             return kind
         for i, part in enumerate(parts):
-            if part in words and " ".join([*parts[:i], *parts[i + 1 :]]) in _index()["mu"]:
+            if part in words and "".join([*parts[:i], *parts[i + 1 :]]) in index["mu"]:
                 return kind
         glued = (word.removeprefix(start) for start in ("mu", "μ") if word.startswith(start))
         if any(end in words for end in glued) or any(
-            word.startswith(w) and word.removeprefix(w) in _index()["mu"] for w in ("haft", "gleit") if w in words
+            joined.startswith(w) and joined.removeprefix(w) in index["mu"] for w in ("haft", "gleit") if w in words
         ):
             return kind
     return ""
@@ -314,7 +328,22 @@ def _tokens(name: str) -> Sequence[str]:
 
 @lru_cache(maxsize=1)
 def _index() -> dict[str, frozenset[str]]:
-    return {kind: frozenset(map(plain, words.split(", "))) for kind, words in _WORDS.items()}
+    """What each kind of column is called, cut short or not, without spaces."""
+    return {
+        kind: frozenset(_joined(one) for word in words.split(", ") for one in _cut_short(word))
+        for kind, words in _WORDS.items()
+    }
+
+
+def _cut_short(word: str) -> Iterator[str]:
+    """A word of the table, and all ways of writing less of it."""
+    parts = [part.partition("|") for part in re.split("[ +]", word)]
+    return map("".join, product(*([begin + rest[:n] for n in range(len(rest) + 1)] for begin, _, rest in parts)))
+
+
+def _joined(word: str) -> str:
+    """A name as it is compared, whether its parts stand apart or not."""
+    return plain(word).replace(" ", "")
 
 
 @lru_cache(maxsize=1)

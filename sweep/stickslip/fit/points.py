@@ -13,14 +13,16 @@ its heading, and may have gaps. A column called material, lubricant or sample te
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.errors import ConfigError, Problem, QuantityError
+from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning
 from stickslip.files.tables import (
     DECIMAL_COMMA,
     MOST_PROBLEMS,
@@ -34,7 +36,8 @@ from stickslip.files.tables import (
     thousands,
     wrong_count,
 )
-from stickslip.fit.headings import POINTS, Heading, heading, with_units_below
+from stickslip.fit.headings import POINTS, PURE, Heading, heading, with_units_below
+from stickslip.fit.loads import load_above, newtons
 from stickslip.fit.roles import GAPS, MOST_FRICTION, MU, WHOLE, Role, Search, Wanted, example, titled
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import is_column_unit
@@ -44,6 +47,7 @@ from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 _FORCE = Parameter("friction_force", "N", "friction force", "points", at_least=0)
 _LOAD = Parameter("load", "N", "normal load", "points", above=0)
 _MOST_EVER = 5.0  # rubber, and clean metals in vacuum, reach it
+_SAME_LOAD = 0.01  # share by which two loads that are the same may differ
 _SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; measurements are not beyond, and squares must stay finite
 
 
@@ -98,7 +102,7 @@ def kind_of(path: Path, wanted: Wanted) -> tuple[Parameter, ...]:
     if wanted.speed or wanted.time:
         return CURVE_COLUMNS if wanted.speed else AGEING_COLUMNS
     either = ("speed", "time", MU)
-    table = read_table(path, example(CURVE_COLUMNS), "points", lambda names: _may_be_headings(names, either, wanted))
+    table = _table(path, CURVE_COLUMNS, either, wanted)
     found = [heading(cell.text) for cell in table.heading]
     has_speed = any(one.kind == "speed" or is_column_unit(one.unit, "m s-1") for one in found)
     return AGEING_COLUMNS if not has_speed and any(one.kind == "time" for one in found) else CURVE_COLUMNS
@@ -111,7 +115,7 @@ def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wante
     """
     wanted = wanted or Wanted()
     names = tuple(column.name for column in columns)
-    table = read_table(Path(path), example(columns), "points", lambda cells: _may_be_headings(cells, names, wanted))
+    table = _table(Path(path), columns, names, wanted)
     others = () if MU in names else names
     headings, has_units = with_units_below(
         table, [heading(cell.text, POINTS if not others else (), others) for cell in table.heading],
@@ -122,6 +126,7 @@ def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wante
     used = {role.position for role in roles} | ({group} if group is not None else set())
     used |= {role.load[0] for role in roles if isinstance(role.load, tuple)}
     found = _Numbers(table, rows, roles, group).materials()
+    _ask_about_load(table, wanted)
     for role in roles:
         _check_friction(table, headings[role.position], role, found)
     if missing := [role for role in roles if role.column.units != "1" and not role.unit]:
@@ -135,6 +140,23 @@ def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wante
         points.notes = notes
         points.above = (table.above[0][0].place.line, table.above[-1][0].place.line) if table.above else None
     return found
+
+
+def _table(path: Path, columns: Sequence[Parameter], names: Collection[str], wanted: Wanted) -> Table:
+    """The parts of a file; where no line has headings that are known, the names of columns stand over the numbers.
+
+    Raises ConfigError.
+    """
+    table = read_table(path, example(columns), "points", lambda cells: _may_be_headings(cells, names, wanted))
+    if _may_be_headings([cell.text for cell in table.heading], names, wanted):
+        return table
+    return read_table(path, example(columns), "points", _are_words)
+
+
+def _are_words(cells: Sequence[str]) -> bool:
+    """Whether none of the cells is a number or a unit, as in a line of units below the names."""
+    plain = (cell.replace(",", ".").strip("[]() ") for cell in cells)
+    return not any(NUMBER.fullmatch(cell) or cell in PURE[1:] or is_column_unit(cell) for cell in plain)
 
 
 def _may_be_headings(cells: Sequence[str], names: Collection[str], wanted: Wanted) -> bool:
@@ -157,6 +179,16 @@ def _check_units_above(table: Table, role: Role) -> None:
                 message = f"got the unit {cell.text!r} above the heading, expected it behind {role.column.name}"
                 hint = f"write '{role.column.name} [{cell.text}]', or say --unit {cell.text}"
                 raise ConfigError(table.name, [Problem((), message, cell.place, hint)])
+
+
+def _ask_about_load(table: Table, wanted: Wanted) -> None:
+    """Warns where a line above the heading gives another load than the caller."""
+    with suppress(ConfigError):  # several loads, of which this may be one
+        if wanted.load is not None and (above := load_above(table)) is not None:
+            own, given = above[0], newtons(wanted.load)
+            if abs(own - given) > _SAME_LOAD * given:
+                asked = f"measured with {own:g} N, and the load given is {given:g} N: is that meant?"
+                warnings.warn(f"{table.name}:{above[1]}: {asked}", UnitWarning, stacklevel=2)
 
 
 def _check_friction(table: Table, one: Heading, role: Role, found: dict[str, Columns]) -> None:

@@ -9,15 +9,7 @@ from typing import NamedTuple
 
 from stickslip.errors import ConfigError, Place, Problem, QuantityError
 from stickslip.files.tables import DECIMAL_COMMA, NUMBER, Cell, Table
-from stickslip.fit.headings import (
-    PERCENT,
-    PURE,
-    Heading,
-    heading,
-    plain,
-    trailing_unit,
-    words_for,
-)
+from stickslip.fit.headings import PERCENT, PURE, Heading, heading, plain, trailing_unit, words_for
 from stickslip.fit.loads import load_above, newtons
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import column_unit, is_column_unit
@@ -367,11 +359,16 @@ class Search:
         if all_of_them and others and (MU not in self._known or _may_be_number(self._headings[others[0]].text)):
             return self._problem(others[0], self._unknown(self._headings[others[0]].name))
         lacking = listed([f"{c.name} ({c.long_name})" for c in missing], "and")
-        options = [f"--{'friction' if c.name == MU else c.name}-column" for c in missing]
+        unknown = f"; not understood: {listed([repr(self._headings[i].text) for i in others], 'and')}" if others else ""
+        likely = [i for i in others if is_column_unit(self._headings[i].unit, missing[0].units)]
         hint = f"the first line that is not a comment says, for instance, '{example([*self._known.values()])}'"
-        if others:
-            hint += f"; stickslip fit takes columns of other names by {listed(options, 'and')}"
-        return Problem((), f"no column is called {lacking}", self._first(), hint)
+        if MU in self._known and others:
+            word = self._headings[likely[0]].text if len(likely) == 1 else "HEADING"
+            options = [
+                "--friction-column 'HEADING'" if c.name == MU else f"--{c.name}-column '{word}'" for c in missing
+            ]
+            hint = f"columns of other names are taken by {listed(options, 'and')}"
+        return Problem((), f"no column is called {lacking}{unknown}", self._first(), hint)
 
 
 _NAME_ONE = "remove one of the two columns, or name the one to take, such as --friction-column 'mu_k'"

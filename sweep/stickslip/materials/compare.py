@@ -296,7 +296,7 @@ def _motion(curves: Mapping[str, Floats], question: Question, scan: Scan) -> dic
     vibrates = np.isin(motion["regime"], VIBRATING_CODES)
     worst = np.argmax(np.where(vibrates, 1.0 + amplitude, 0.0), axis=1)[:, None]
     motion = {name: np.take_along_axis(values, worst, 1) for name, values in motion.items()}
-    return motion | {"worst_speed": places[worst]}
+    return motion | {"worst_speed": places[worst], "vibrating_share": vibrates.mean(axis=1, keepdims=True)}
 
 
 def _rank_key(found: Quiet, i: int) -> tuple[int, float]:
@@ -331,7 +331,7 @@ def _undetermined(fit: MaterialFit, doubt: str | None, question: Question) -> Ma
     found = {"rank": np.nan, "quiet_above": np.nan, "quiet_state": float(NOT_DETERMINED), "tendency": at_speed}
     if question.speeds.values:
         found |= dict.fromkeys(("regime", "frequency", "stick_fraction", "margin"), at_speed)
-        found |= {"worst_speed": np.nan} if question.speeds.is_range else {}
+        found |= {"worst_speed": np.nan, "vibrating_share": np.nan} if question.speeds.is_range else {}
     return Material(fit, found | nothing_known(question), reason)
 
 

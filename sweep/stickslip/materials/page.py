@@ -32,6 +32,7 @@ from stickslip.vocabulary.results import MATERIAL_VARIABLES
 _COEFFICIENTS = ("a1", "a2", "a3", "a4", "mu_start")
 _MOST_DIGITS = 6
 _ONLY_SCATTER = "Other specimens, another temperature and what is not known of the system are in no number here."
+_SMALL_PRINT = ("tendency", "mu_start")  # columns of ranks that decide nothing; mu_start is among the fits
 _VARIABLES = {"fit": "fit_good"}  # shown under other names
 
 
@@ -42,9 +43,9 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     """
     words = Words(ds, unit)
     alt = f"Friction over slip speed of {', '.join(words.names)}, and the belt speeds above which they are quiet"
-    ranks, fits = [*words.columns()], _fits(ds, words)
+    ranks, fits = [one for one in words.columns() if one.name not in _SMALL_PRINT], _fits(ds, words)
     others = words.remarks()
-    first = next((text for text in others if _limits(text, words.names)), _ONLY_SCATTER)
+    first = next((text for text in words.limits() if _limits(text, words.names)), _ONLY_SCATTER)
     system = paragraph(f"The system: {', '.join(f'{name} {value}' for name, value in words.conditions())}.")
     small = [
         ("The fitted curves", _curves(ds, fits)),
@@ -75,7 +76,7 @@ def _method(words: Words) -> list[str]:
 
 
 def _table(columns: list[Shown]) -> str:
-    rows = zip(*(column.cells for column in columns), strict=True)
+    rows = zip(*([cell.replace("stick_slip", "stick-slip") for cell in one.cells] for one in columns), strict=True)
     return table([Column(column.name, column.unit, column.is_text) for column in columns], [list(row) for row in rows])
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 
 from stickslip.dataset.export import Sheet
 from stickslip.dataset.materials import speeds_of
+from stickslip.materials.next_measurements import measurements
 from stickslip.materials.system import VARIED, critical_damping
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, VIBRATING, flag_label
@@ -81,7 +82,7 @@ class Words:
         elif "regime" in ds:
             yield from self._at_speed(ds, "")
         if ds["tendency"].ndim == 1:
-            yield Shown("tendency", "Eq. (3)", False, tuple(map(_three, ds["tendency"].values)))
+            yield Shown("tendency", "", False, tuple(map(_three, ds["tendency"].values)))
         yield Shown("mu_start", "", False, tuple(map(_three, ds["mu_start"].values)))
         yield Shown("fit", "", True, tuple(map(self._fit, count)))
 
@@ -104,14 +105,15 @@ class Words:
         """What the table does not say by itself."""
         return [
             *self._bounds(),
-            *self._damping(),
+            *self.limits(),
             *self._only_the_product(),
-            *self._extrapolated(),
-            *self._order(),
-            *self._falling(),
-            *self._fits(),
-            *self._next(),
+            *measurements(self.ds, self.unit, self.speed, self.bound),
         ]
+
+    def limits(self) -> list[str]:
+        """What keeps the table from being certain."""
+        told = (self._undecided, self._damping, self._fits, self._extrapolated, self._order, self._falling)
+        return [text for one in told for text in one()]
 
     def answer(self) -> str:
         """The decision: what is quiet at the belt speeds that were asked for, else from which speed on the best is."""
@@ -133,30 +135,43 @@ class Words:
 
     def _answer_at(self, ds: xr.Dataset, head: str) -> str:
         """What is quiet at a belt speed, or throughout a range, and what is not."""
-        verdicts: dict[str, list[str]] = {}
+        verdicts: dict[tuple[str, str], list[str]] = {}
         for i, name in enumerate(self.names):
-            chance = ds["quiet_probability"].values[i] if "quiet_probability" in ds else math.nan
-            told = name if math.isnan(chance) else f"{name} (P(quiet) {_share(chance)})"
-            verdicts.setdefault(self._verdict(ds, i), []).append(told)
+            chance = float(ds["quiet_probability"].values[i]) if "quiet_probability" in ds else math.nan
+            verdict, sure = self._verdict(ds, i), chance
+            told = [] if math.isnan(chance) else [f"P(quiet) {_share(chance)}"]
+            if verdict == "partly":
+                told = [f"above {self._quiet(i)} {self.unit}"]
+            elif verdict == "vibrates":
+                sure = 1.0 - chance
+            if sure < _CERTAIN and verdict != "partly":
+                told.append(f"P(vibrates) {_share(1.0 - chance - float(ds['undecided_probability'].values[i]))}")
+            adverb = "probably " if sure < _CERTAIN else ""
+            verdicts.setdefault((verdict, "perhaps " if sure < 0.5 else adverb), []).append(
+                f"{name} ({', '.join(told)})" if told else name
+            )
         throughout = " throughout" if self._is_range else ""
         phrases = {
-            "quiet": (f"is quiet{throughout}", f"are quiet{throughout}"), "vibrates": ("vibrates", "vibrate"),
-            "window": ("is quiet, but vibrates at higher speeds",) * 2,
+            "quiet": ("is {}quiet" + throughout, "are {}quiet" + throughout),
+            "partly": ("is quiet in a part of it",) + ("are quiet in a part of it",),
+            "vibrates": ("{}vibrates" + throughout, "{}vibrate" + throughout),
+            "window": ("is {}quiet, but vibrates at higher speeds", "are {}quiet, but vibrate at higher speeds"),
             "unknown": ("is not determined", "are not determined"),
         }  # fmt: skip
-        said = [f"{listed(verdicts[kind], 'and')} {words[len(verdicts[kind]) > 1]}"
-                for kind, words in phrases.items() if kind in verdicts]  # fmt: skip
+        said = [f"{listed(names, 'and')} {words[len(names) > 1].format(adverb)}" for kind, words in phrases.items()
+                for (verdict, adverb), names in verdicts.items() if verdict == kind]  # fmt: skip
         return f"{head} {'; '.join(said)}."
 
     def _verdict(self, ds: xr.Dataset, i: int) -> str:
-        """What a material does at a belt speed: vibrate, be quiet there and above, be quiet there, or nobody knows."""
+        """What a material does at a belt speed: vibrate, be quiet there and above, be quiet there, or nobody knows; in
+        a range also be quiet in a part of it."""
         state, regime = self._state(i), REGIMES[int(ds["regime"].values[i])]
         if state == "not_determined" or (
             state == "unresolved" and regime not in VIBRATING and not ds["margin"].values[i] > 1
         ):
             return "unknown"
         if regime in VIBRATING:
-            return "vibrates"
+            return "partly" if self._is_range and ds["vibrating_share"].values[i] < 1 else "vibrates"
         return "quiet" if ds["margin"].values[i] > 1 and state != "vibrates_throughout" else "window"
 
     def conditions(self) -> list[tuple[str, str]]:
@@ -168,7 +183,8 @@ class Words:
             if name == "damping" and "damping_in_percent" in self.ds.attrs:
                 written = f"{value:.4g} N s/m, {100.0 * value / critical_damping(self.ds):.3g} % of critical"
             assumed = " (assumed)" if name == "damping" and "damping_assumed" in self.ds.attrs else ""
-            varies = " (ranked there, of several)" if name in self.varied else ""
+            varies = f" ({'least' if name == 'damping' else 'largest'} of several: ranks are those there)"
+            varies = varies if name in self.varied else ""
             found.append((row.long_name, f"{written}{assumed}{varies}"))
         if "friction_scale" in self.ds.attrs:
             found.append(("scale of friction", f"{float(self.ds.attrs['friction_scale']):g}"))
@@ -221,8 +237,17 @@ class Words:
 
     def _fit(self, i: int) -> str:
         if not self.ds["fit_good"].values[i] or self._state(i) == "not_determined":
-            return "see below"
+            return self._doubt(i)
         return "a2 open" if self.ds["a2"].values[i] > 0 and self.ds["a2_low"].values[i] == 0 else "good"
+
+    def _doubt(self, i: int) -> str:
+        """In two words why a fit is not good; a remark says it in full."""
+        if self._state(i) == "not_determined":
+            return "not determined"
+        if self.ds["a3"].values[i] == 0:
+            return "no fall"
+        names = [name for name in ("a1", "a2", "a3", "a4") if math.isinf(self.ds[f"{name}_high"].values[i])]
+        return f"{listed(names, 'and')} open" if names else "doubtful"
 
     def _state(self, i: int) -> str:
         return QUIET_STATES[int(self.ds["quiet_state"].values[i])]
@@ -244,7 +269,8 @@ class Words:
         if math.isnan(value):
             return "-"
         sign = {"vibrates_throughout": "< ", "unresolved": ">= "}.get(self._state(i), "")
-        return f"{sign}x {value:.3g}" if math.isfinite(value) else "> 1"
+        bound = self.speeds[0] / float(self.ds.attrs["searched_from"])  # nothing vibrates down to there
+        return f"{sign}x {value:.3g}" if math.isfinite(value) else f"> x {bound:.3g}"
 
     # --- remarks --------------------------------------------------------------------------------------------------
 
@@ -267,6 +293,18 @@ class Words:
                     "the damping of the system, or measure at higher speed."
                 )
 
+    def _undecided(self) -> Iterator[str]:
+        """Materials of whose drawn curves some have no verdict at the belt speed."""
+        if "undecided_probability" not in self.ds:
+            return
+        shares = self.ds["undecided_probability"].values.reshape(len(self.names), -1).max(axis=1)
+        for name, share in zip(self.names, shares, strict=True):
+            if share > 0:
+                yield (
+                    f"{name}: {_share(share)} of the curves drawn have no verdict at the belt speed (step limit); they "
+                    "are not in P(quiet), and need not vibrate."
+                )
+
     def _damping(self) -> Iterator[str]:
         """The damper that nobody told of."""
         if "damping_assumed" in self.ds.attrs:
@@ -282,21 +320,6 @@ class Words:
                 "Only friction times load counts: twice the load moves a border as twice the friction coefficient at "
                 "every speed does."
             )
-
-    def _next(self) -> Iterator[str]:
-        """What to measure next."""
-        if "next_speed_1" not in self.ds:
-            return
-        names = ("next_speed_1", "next_speed_2", "quiet_above_low", "quiet_above_high", "next_low", "next_high")
-        for i, name in enumerate(self.names):
-            numbers = [float(self.ds[one].values[i]) for one in names]
-            if math.isnan(numbers[0]):
-                continue
-            first, second, low, high, least, most = map(self.speed, numbers)
-            places = f"at {first} and {second} {self.unit}" if first != second else f"twice at {first} {self.unit}"
-            shrunk = f"the interval would shrink from {low}..{high} to about {least}..{most}"
-            gain = shrunk if math.isfinite(numbers[4]) else "that would narrow the interval most"
-            yield f"{name}: measure {places}: {gain}."
 
     def _extrapolated(self) -> Iterator[str]:
         """A belt speed and borders outside of what was measured."""

@@ -113,7 +113,7 @@ def position(axis: MapAxis, value: Any) -> float:
 
 
 def entries(marks: Sequence[Mark], ds: xr.Dataset, line: bool = False) -> list[Line2D]:
-    """Legend entries: what each label stands for; of a lone mark only where it is, for its label stands beside it.
+    """Legend entries: what each label stands for.
 
     line : the marks are lines, over a single axis.
     """
@@ -121,7 +121,7 @@ def entries(marks: Sequence[Mark], ds: xr.Dataset, line: bool = False) -> list[L
     for mark, key in zip(marks, _keys(marks), strict=True):
         axes = {name: MapAxis(ds, name) for name in mark.at}
         told = ", ".join(_told(ds, name, axis, mark.at[name]) for name, axis in axes.items())
-        told = told if len(marks) == 1 else f"{key}: {told if key == mark.label else mark.label}"
+        told = f"{key}: {told if key == mark.label else mark.label}"
         told += f" ({flag_label(mark.regime).replace('stick_slip', 'stick-slip')})" if mark.regime else ""
         found.append(Line2D([], [], label=told, **(LINE if line else _ring(mark) | {"markersize": 6})))
     return found

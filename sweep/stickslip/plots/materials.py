@@ -21,6 +21,7 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES
 
 _ROOM = 1.6  # factor by which the axis of speeds reaches beyond what is on it
+_INSET = 0.015  # of the axis of speeds
 _LOUD, _CALM = FLAG_COLOURS["regime"]["stick_slip"], FLAG_COLOURS["regime"]["damped"]
 
 
@@ -75,8 +76,9 @@ def _draw_borders(ax: Axes, ds: xr.Dataset, unit: str) -> None:
         if "quiet_above_low" in ds:
             _draw_interval(ax, i, [factor * float(ds[f"quiet_above_{end}"].values[i]) for end in ("low", "high")], ends)
         mark = {"quiet_throughout": "<", "vibrates_throughout": ">"}.get(state, look["marker"])
-        place = min(max(border, ends[0]), ends[1])
-        ax.plot(place, i, **look | {"marker": mark}, markersize=6, zorder=3, clip_on=False)
+        inset = (ends[1] / ends[0]) ** _INSET  # an arrow at the edge of the axes points out of it, and stays whole
+        place = min(max(border, ends[0] * inset), ends[1] / inset)
+        ax.plot(place, i, **look | {"marker": mark}, markersize=6, zorder=5 if mark in "<>" else 3)
     for speed in speeds_of(ds):
         ax.axvline(factor * speed, color=BLACK, linestyle="dashdot", linewidth=1.2)
     ax.set_yticks([])
