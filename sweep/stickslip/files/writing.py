@@ -7,8 +7,8 @@ Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memo
 In netCDF they are rows of characters, ``pad(pad, pad_letters)``: CF wants a variable of one dimension and its name to
 hold numbers. (Earlier versions wrote ``pad_label``, which `open` reads.)
 
-Every chunk carries a checksum, and a seal covers the rest and where chunks belong (`seal.py`). `reading.py` is the other
-half.
+Every chunk carries a checksum, and a seal covers the rest, and where chunks belong (`seal.py`). `reading.py` is the
+other half.
 """
 
 from __future__ import annotations
