@@ -77,18 +77,8 @@ def objection(found: os.stat_result, is_kind: Callable[[int], bool] = stat.S_ISR
     if os.name == "nt":
         return None
     if found.st_uid not in (os.geteuid(), 0):
-        return f"owned by another user ({user_name(found.st_uid)})"
+        return f"owned by another user (number {found.st_uid})"
     return "others may write it" if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH) else None
-
-
-def user_name(uid: int) -> str:
-    """Name of a user, by number where the system knows none."""
-    import pwd
-
-    try:
-        return pwd.getpwuid(uid).pw_name
-    except KeyError:
-        return f"user {uid}"
 
 
 CACHE_FOLDER, NO_CACHE = _usable_folder()

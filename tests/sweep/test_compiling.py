@@ -2,11 +2,15 @@
 
 import hashlib
 import os
+import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
+import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -120,7 +124,7 @@ def test_an_object_of_another_user_is_not_loaded(cached, monkeypatch):
     good = cached.read_bytes()
     os.chown(cached, 65534, 65534)
     made = stand_in_for_compiling(monkeypatch, good)
-    with pytest.warns(RuntimeWarning, match=r"owned by another user \((nobody|user 65534)\)"):
+    with pytest.warns(RuntimeWarning, match=r"owned by another user \(number 65534\)"):
         compiling.compile_apart("stribeck", False)
     assert len(made) == 1 and cached.stat().st_uid == os.geteuid() and cached.stat().st_mode & 0o777 == 0o600
 
@@ -248,7 +252,7 @@ def test_who_waits_for_a_compiler_is_told_for_whom(cached, monkeypatch, caplog, 
     cached.unlink()
     stand_in_for_compiling(monkeypatch, good)
     path = tmp_path / f"stickslip-compiling-{os.getuid()}"
-    path.write_bytes(b"process 4711 of ada\x1b[31m, since 12:00:00")
+    path.write_bytes(b"process 4711\x1b[31m, since 12:00:00")
     path.chmod(0o600)
     with open(path) as held:
         fcntl.flock(held, fcntl.LOCK_EX)
@@ -256,8 +260,8 @@ def test_who_waits_for_a_compiler_is_told_for_whom(cached, monkeypatch, caplog, 
         waiting.start()
         until(lambda: caplog.messages)
     waiting.join()
-    assert caplog.messages == ["waiting for process 4711 of ada[31m, since 12:00:00, which compiles the kernels"]
-    assert path.read_text().startswith(f"process {os.getpid()} of ") and cached.exists()
+    assert caplog.messages == ["waiting for process 4711[31m, since 12:00:00, which compiles the kernels"]
+    assert path.read_text().startswith(f"process {os.getpid()}, since ") and cached.exists()
 
 
 @posix
@@ -323,6 +327,53 @@ def test_two_processes_that_start_at_once_both_compute(tmp_path):
     said = [process.communicate()[0] for process in both]
     assert said[0] == said[1] != "" and [process.returncode for process in both] == [0, 0]
     assert len(list(tmp_path.glob("kernels-*/*.o"))) == 1 == len(list(tmp_path.glob("kernels-*/*")))
+
+
+@posix
+@pytest.mark.slow
+@pytest.mark.parametrize("whom", ["who waits", "the compiler"])
+def test_compilers_that_are_killed_leave_nothing_that_is_loaded(tmp_path, whom):
+    """At random moments: the process that waits for the object, or the one that compiles it."""
+    chance = random.Random(f"{os.environ.get('STICKSLIP_SEED', '1')} {whom}")
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(ROOTS), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    for name in ("TMPDIR", "XDG_CACHE_HOME"):
+        environment[name] = str(tmp_path)
+    whole = in_process(DIGEST)
+    for _ in range(4):
+        process = subprocess.Popen([sys.executable, "-c", DIGEST], env=environment, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)  # fmt: skip
+        until(lambda process=process: process.poll() is not None or children(process.pid))
+        time.sleep(chance.uniform(0.0, 12.0))
+        for pid in [process.pid] if whom == "who waits" else children(process.pid):
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        said, errors = process.communicate(timeout=600)
+        if process.returncode == 0:
+            assert said.split()[0] == whole[0] and (said.split() == whole or "killed by signal 9" in errors)
+        else:
+            assert process.returncode == -signal.SIGKILL
+    assert in_process(DIGEST, NUMBA_CACHE_DIR=environment["NUMBA_CACHE_DIR"]) == whole
+    assert len(list(tmp_path.glob("cache/kernels-*/*.o"))) == 1
+
+
+def children(pid):
+    """Processes that a process has started."""
+    return [int(child) for task in Path(f"/proc/{pid}/task").glob("*/children") for child in task.read_text().split()]
+
+
+@posix
+@pytest.mark.slow
+def test_a_cache_on_a_full_disk_keeps_nothing_and_the_numbers_are_those_of_others(tmp_path):
+    import resource
+
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(ROOTS), "NUMBA_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", DIGEST], env=environment, capture_output=True, text=True, check=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)),
+    )  # fmt: skip
+    assert done.stdout.split() == in_process(DIGEST)
+    assert "not kept" in done.stderr and "File too large" in done.stderr and "NUMBA_CACHE_DIR" in done.stderr
+    assert not list(tmp_path.glob("*/*"))
 
 
 @pytest.mark.slow

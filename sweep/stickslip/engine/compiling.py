@@ -115,7 +115,7 @@ def _lock(file: IO[bytes]) -> None:
         fcntl.flock(file, fcntl.LOCK_EX)
     file.truncate(0)
     file.seek(0)
-    file.write(f"process {os.getpid()} of {objects.user_name(os.getuid())}, since {strftime('%H:%M:%S')}".encode())
+    file.write(f"process {os.getpid()}, since {strftime('%H:%M:%S')}".encode())  # of this user, whose lock it is
 
 
 def _lock_file() -> int | None:

@@ -238,7 +238,7 @@ def _remove_leftovers(folder: Folder, request: Request) -> None:
         store = parts.find(folder)
         if store.manifest.fingerprint != fingerprint(request.config):
             return
-        if store.manifest.fresh:
+        if store.manifest.fresh and not store.is_complete():
             return request.notice(f"{store.where} holds a fresh run that was interrupted: the same command resumes it")
         with held(folder, None, lambda: None, request.notice):
             store.delete()
