@@ -44,7 +44,7 @@ SEAM = "engine"  # the only package of sweep/ that knows the kernels
 MAY_PRINT = {"cli"}
 KERNEL_IMPORTS = {"numpy", "numba", "llvmlite", "stickslip_kernels"} | {
     "__future__", "collections", "ctypes", "dataclasses", "functools", "gc", "hashlib", "importlib", "json", "math",
-    "os", "pathlib", "sys", "tempfile", "typing",
+    "os", "pathlib", "stat", "sys", "tempfile", "typing",
 }  # fmt: skip
 
 

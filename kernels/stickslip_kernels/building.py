@@ -13,7 +13,6 @@ from __future__ import annotations
 import gc
 import os
 from functools import partial
-from pathlib import Path
 
 # Intel's vector functions are not in every process that may load the object.
 os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
@@ -57,10 +56,12 @@ class Parts(codegen.JITCPUCodegen):
         """Nothing of the interpreter is needed."""
 
 
-def main(law: str, signals: bool, path: str) -> None:
-    """Compile a machine into the object file `path`."""
+def main(law: str, signals: bool) -> None:
+    """Compile a machine, and write its object to standard output; whatever else is printed goes to standard error."""
     gc.disable()  # an eighth of the time; this process is soon over
-    objects.write(Path(path), *build(law, signals))
+    with open(os.dup(1), "wb") as out:
+        os.dup2(2, 1)
+        out.write(objects.packed(objects.name_of(law, signals), *build(law, signals)))
 
 
 def build(law: str, signals: bool) -> tuple[list[str], bytes]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import layout as at
-from .blank import NO_STOPS
+from .blank import NO_STOPS, new_regimes, new_signals
 
 # The functions of an object (`doors.py`) by the kinds of their arguments, all of 64 bits: f, i a number, F, I the
 # address of an array of them. They return an integer that means nothing.
@@ -39,7 +39,7 @@ _loaded: list[Any] = []  # what holds the code; it is never given back, since a 
 
 
 class UnknownSymbolError(Exception):
-    """An object expects a function that this process does not have."""
+    """An object expects a function that this process does not have, or lacks one that is called."""
 
 
 def doors(signals: bool) -> dict[str, str]:
@@ -58,7 +58,10 @@ def load(symbols: list[str], code: bytes, signals: bool) -> Addresses:
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     _loaded.append(engine)
-    return {name: engine.get_function_address(name) for name in doors(signals)}
+    addresses = {name: engine.get_function_address(name) for name in doors(signals)}
+    if lacking := [name for name, address in addresses.items() if not address]:
+        raise UnknownSymbolError(f"no function {', '.join(lacking)} in the object")
+    return addresses
 
 
 class Machine:
@@ -115,6 +118,18 @@ class Machine:
         found, n = np.empty(speeds.size), speeds.size
         self._functions["friction"](_at(cells, (at.CELL_ROWS, n)), n, _at(speeds, (n,)), found.ctypes.data)
         return found
+
+
+def try_out(symbols: list[str], code: bytes, signals: bool) -> None:
+    """Load an object and let it compute a cell. What is no code of this machine may end the process."""
+    run = Machine(load(symbols, code, signals), signals)
+    cells, stop = np.ones((at.CELL_ROWS, 1)), np.zeros(1, np.int64)
+    if signals:
+        drive, samples = (np.array([[1.0, 1.0, 0.0]]), np.array([[0.0, 1.0]])), np.zeros((at.SIGNAL_ROWS, 1))
+        run.run_signals(cells, 1e-3, 100, stop, drive, new_signals(1), np.zeros((1, at.RUN_COLUMNS)), samples)
+    else:
+        run.run_regimes(cells, 1e-3, 100, stop, new_regimes(1), True)
+        run.friction(cells, np.ones(1))
 
 
 def _lanes() -> Floats:

@@ -3,6 +3,9 @@
 An object holds the kernels of one friction law, for maps or for signals, as `building.py` makes them and `machine.py`
 loads them. Its folder is named by the digest of all kernel sources, so that any edit anywhere gives a fresh one, its
 file by whatever else decides about the code: processor, compiler, Python. A file begins with the digest of the rest.
+
+A digest says that a file is whole, not whose it is. So code is loaded only from files of this user or of root, in a
+folder of theirs in which nobody else may write.
 """
 
 from __future__ import annotations
@@ -10,8 +13,10 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import stat
 import sys
 import tempfile
+from collections.abc import Callable
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -20,6 +25,8 @@ import llvmlite.binding as llvm
 
 _HERE = Path(__file__).parent
 _DIGEST_BYTES = hashlib.sha256().digest_size
+_TRIED = b"tried"  # ends what is digested of an object that a process has loaded
+_AS_IT_IS = ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY")  # no link, no waiting at a pipe, no conversion of lines
 _SETTINGS = ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")  # of the environment: Numba compiles for another processor
 
 
@@ -32,28 +39,49 @@ def source_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-def _cache_root() -> Path:
-    """Folder for compiled code: NUMBA_CACHE_DIR, else XDG_CACHE_HOME, else the user's cache folder."""
+def _cache_root() -> Path | None:
+    """Folder for compiled code: NUMBA_CACHE_DIR, else XDG_CACHE_HOME, else that of the user; None without home."""
     if named := os.environ.get("NUMBA_CACHE_DIR"):
         return Path(named)
     if windows := os.environ.get("LOCALAPPDATA"):
         return Path(windows) / "stickslip"
-    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    return Path(base) / "stickslip"
+    home = os.path.expanduser("~")  # stays "~" for a user whom the system does not know
+    base = os.environ.get("XDG_CACHE_HOME") or (os.path.join(home, ".cache") if os.path.isabs(home) else None)
+    return Path(base) / "stickslip" if base else None
 
 
-def _usable_folder() -> Path | None:
-    """The cache folder of these sources, or None where none can be written (the kernels then compile each time)."""
-    folder = _cache_root() / f"kernels-{source_digest()}"
+def _usable_folder() -> tuple[Path | None, str]:
+    """The cache folder of these sources, or None and the reason: the kernels are then compiled by each process."""
+    root = _cache_root()
+    if root is None:
+        return None, "no home folder is known"
+    folder = root / f"kernels-{source_digest()}"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        root.mkdir(mode=0o700, parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        mode = root.stat().st_mode
+        if os.name != "nt" and mode & stat.S_IWOTH and not mode & stat.S_ISVTX:
+            return None, f"{root}: others may write there"
+        if why := objection(folder.lstat(), stat.S_ISDIR):
+            return None, f"{folder}: {why}"
         with tempfile.TemporaryFile(dir=folder):
-            return folder
-    except OSError:
+            return folder, ""
+    except OSError as error:
+        return None, f"{folder}: {error.strerror}"
+
+
+def objection(found: os.stat_result, is_kind: Callable[[int], bool] = stat.S_ISREG) -> str | None:
+    """Why a file or folder, not followed if it is a link, must not be trusted with code; None if it may be."""
+    if not is_kind(found.st_mode):
+        return "a link, or something else that does not belong there"
+    if os.name == "nt":
         return None
+    if found.st_uid not in (os.geteuid(), 0):
+        return f"owned by another user (number {found.st_uid})"
+    return "others may write it" if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH) else None
 
 
-CACHE_FOLDER = _usable_folder()
+CACHE_FOLDER, NO_CACHE = _usable_folder()
 
 
 @cache
@@ -71,25 +99,57 @@ def name_of(law: str, signals: bool) -> str:
     return f"{law}{'-signals' if signals else ''}-{_host()}.o"
 
 
-def write(path: Path, symbols: list[str], code: bytes) -> None:
-    """Put an object into a file, whole or not at all. symbols : the functions it expects to find in the process."""
-    content = json.dumps(symbols).encode() + b"\n" + code
-    fresh = path.with_name(f"{path.name}.{os.getpid()}")
+def packed(name: str, symbols: list[str], code: bytes, tried: bool = False) -> bytes:
+    """An object as the bytes of its file. symbols : the functions it expects to find in the process.
+
+    tried : whether it was compiled just now, or a process of its own has loaded it.
+    """
+    content = json.dumps({"name": name, "symbols": symbols}).encode() + b"\n" + code
+    return hashlib.sha256(content + _TRIED * tried).digest() + content
+
+
+def unpacked(name: str, data: bytes) -> tuple[list[str], bytes] | None:
+    """What `packed` was given; None for what is damaged, or the object of another name: such code must not run."""
+    content = data[_DIGEST_BYTES:]
+    if data[:_DIGEST_BYTES] not in (hashlib.sha256(content + end).digest() for end in (_TRIED, b"")):
+        return None
+    head, _, code = content.partition(b"\n")
     try:
-        fresh.write_bytes(hashlib.sha256(content).digest() + content)
+        plain = json.loads(head)
+        symbols = [str(symbol) for symbol in plain["symbols"]]
+        return (symbols, code) if plain["name"] == name else None
+    except (ValueError, TypeError, KeyError, RecursionError):
+        return None
+
+
+def write(path: Path, symbols: list[str], code: bytes, tried: bool = False) -> None:
+    """Put an object into a file that nobody else may read or write, whole or not at all."""
+    descriptor, fresh = tempfile.mkstemp(prefix=f"{path.name}.", dir=path.parent)
+    try:
+        with open(descriptor, "wb") as file:
+            file.write(packed(path.name, symbols, code, tried))
         os.replace(fresh, path)
     finally:
-        fresh.unlink(missing_ok=True)
+        Path(fresh).unlink(missing_ok=True)
 
 
 def read(path: Path) -> tuple[list[str], bytes] | None:
-    """What `write` put into a file; None where there is none, or it is damaged: such code must not run."""
+    """What `write` put into a file; None where there is none, or it is damaged or may be somebody else's."""
+    data = _bytes(path)
+    return None if data is None else unpacked(path.name, data)
+
+
+def is_tried(path: Path) -> bool:
+    """Whether a file was written with `tried`."""
+    data = _bytes(path) or b""
+    return data[:_DIGEST_BYTES] == hashlib.sha256(data[_DIGEST_BYTES:] + _TRIED).digest()
+
+
+def _bytes(path: Path) -> bytes | None:
+    """The content of a file that may be trusted with code."""
     try:
-        content = path.read_bytes()
+        descriptor = os.open(path, os.O_RDONLY | sum(getattr(os, flag, 0) for flag in _AS_IT_IS))
     except OSError:
         return None
-    digest, content = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
-    if hashlib.sha256(content).digest() != digest:
-        return None
-    symbols, _, code = content.partition(b"\n")
-    return json.loads(symbols), code
+    with open(descriptor, "rb") as file:
+        return None if objection(os.fstat(descriptor)) else file.read()

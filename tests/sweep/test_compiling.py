@@ -1,9 +1,16 @@
 """Compiling by a process of its own, and running what it left."""
 
+import hashlib
 import os
+import random
+import re
 import shutil
+import signal
 import subprocess
 import sys
+import threading
+import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +18,7 @@ import pytest
 
 import stickslip
 import stickslip_kernels
+from helpers.runs import until
 from stickslip.engine import compiled, compiling
 from stickslip_kernels import objects
 
@@ -48,6 +56,7 @@ def cached(kernels, tmp_path, monkeypatch):
     folder.mkdir()
     objects.write(folder / name, *made)
     monkeypatch.setattr(objects, "CACHE_FOLDER", folder)
+    monkeypatch.setattr(compiling.tempfile, "gettempdir", lambda: str(tmp_path))  # of the lock, which others may hold
     return folder / name
 
 
@@ -67,8 +76,9 @@ def test_a_damaged_object_is_compiled_anew(cached, monkeypatch):
     content[len(content) // 2] ^= 4
     cached.write_bytes(content)
     made = stand_in_for_compiling(monkeypatch, good)
-    assert compiling.compile_apart("stribeck", False) == objects.read(cached)
-    assert made == [cached]
+    with pytest.warns(RuntimeWarning, match="damaged; the kernels are compiled again"):
+        assert compiling.compile_apart("stribeck", False) == objects.read(cached)
+    assert len(made) == 1 and objects.is_tried(cached)
 
 
 def test_an_object_for_something_else_is_not_looked_at(cached, monkeypatch):
@@ -76,14 +86,201 @@ def test_an_object_for_something_else_is_not_looked_at(cached, monkeypatch):
     cached.rename(cached.with_name(cached.name.replace("python", "anaconda")))
     made = stand_in_for_compiling(monkeypatch, good)
     compiling.compile_apart("stribeck", False)
-    assert made == [cached]
+    assert len(made) == 1 and cached.exists()
 
 
-def test_without_a_cache_the_object_passes_through_a_temporary_file(cached, monkeypatch):
+def test_without_a_cache_nothing_is_kept_and_that_is_said(cached, monkeypatch):
     made = stand_in_for_compiling(monkeypatch, cached.read_bytes())
     monkeypatch.setattr(objects, "CACHE_FOLDER", None)
-    assert compiled.machine.load(*compiling.compile_apart("stribeck", False), False)
-    assert len(made) == 1 and not made[0].parent.exists()
+    monkeypatch.setattr(objects, "NO_CACHE", "/scratch: others may write there")
+    with pytest.warns(RuntimeWarning, match="not kept.*/scratch: others may write there.*NUMBA_CACHE_DIR"):
+        assert compiled.machine.load(*compiling.compile_apart("stribeck", False), False)
+    assert len(made) == 1 and not compiled.is_cached("stribeck")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX limits")
+def test_a_full_disk_under_the_cache_costs_what_is_kept_and_nothing_else(cached, monkeypatch):
+    good = cached.read_bytes()
+    cached.unlink()
+    stand_in_for_compiling(monkeypatch, good)
+
+    def full(*args, **options):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(objects.tempfile, "mkstemp", full)
+    with pytest.warns(RuntimeWarning, match="not kept.*No space left on device"):
+        assert compiling.compile_apart("stribeck", False) == objects.unpacked(cached.name, good)
+    assert list(cached.parent.iterdir()) == []
+
+
+# --- objects of others, and those that would end the process ----------------------------------------------------------
+
+posix = pytest.mark.skipif(os.name == "nt", reason="owners and modes of POSIX")
+
+
+@posix
+@pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() != 0, reason="only root gives files to others")
+def test_an_object_of_another_user_is_not_loaded(cached, monkeypatch):
+    good = cached.read_bytes()
+    os.chown(cached, 65534, 65534)
+    made = stand_in_for_compiling(monkeypatch, good)
+    with pytest.warns(RuntimeWarning, match=r"owned by another user \(number 65534\)"):
+        compiling.compile_apart("stribeck", False)
+    assert len(made) == 1 and cached.stat().st_uid == os.geteuid() and cached.stat().st_mode & 0o777 == 0o600
+
+
+@posix
+@pytest.mark.parametrize("how", ["writable", "link"])
+def test_an_object_that_others_may_write_and_a_link_are_not_loaded(cached, monkeypatch, how, tmp_path):
+    good = cached.read_bytes()
+    if how == "link":
+        cached.rename(tmp_path / "elsewhere.o")
+        cached.symlink_to(tmp_path / "elsewhere.o")
+    else:
+        cached.chmod(0o666)
+    made = stand_in_for_compiling(monkeypatch, good)
+    with pytest.warns(RuntimeWarning, match="others may write it|a link"):
+        compiling.compile_apart("stribeck", False)
+    assert len(made) == 1 and not cached.is_symlink() and objects.read(cached)
+
+
+def malformed(good):
+    """Objects with a seal that is right, and what they are."""
+    symbols, code = good
+    return {
+        "no object": ([], b"not an object"),
+        "cut off": (symbols, code[: len(code) // 2]),
+        "no code": (
+            symbols,
+            code[:64] + b"\x0f\x0b" * ((len(code) - 64) // 4) + code[64 + (len(code) - 64) // 4 * 2 :],
+        ),
+        "zeros": (symbols, code[:64] + bytes(len(code) - 64)),
+        "without the symbols it needs": ([], code.replace(b"exp\0", b"exq\0").replace(b"log\0", b"loq\0")),
+        "other functions": (symbols, code.replace(b"run_regimes", b"run_regimez")),
+        "nothing": ([], b""),
+    }
+
+
+KINDS = ("no object", "cut off", "no code", "zeros", "without the symbols it needs", "other functions",
+         "nothing")  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_malformed_object_with_a_seal_is_compiled_again(cached, monkeypatch, kind):
+    good = objects.read(cached)
+    objects.write(cached, *malformed(good)[kind])
+    made = stand_in_for_compiling(monkeypatch, objects.packed(cached.name, *good))
+    with pytest.warns(RuntimeWarning, match="cannot be loaded; the kernels are compiled again"):
+        assert compiling.compile_apart("stribeck", False) == good
+    assert len(made) == 1 and objects.read(cached) == good
+
+
+@pytest.mark.parametrize("head", [b"", b"nonsense\n", b'["exp"]\n', b'{"name": 1}\n', b"[" * 9999 + b"\n"])
+def test_a_head_that_is_none_is_damage(cached, head):
+    content = head + b"code"
+    cached.write_bytes(hashlib.sha256(content).digest() + content)
+    assert objects.read(cached) is None
+
+
+def test_the_object_of_another_processor_under_our_name_is_not_loaded(cached):
+    cached.write_bytes(objects.packed("stribeck-z80.o", *objects.read(cached)))
+    assert objects.read(cached) is None
+
+
+FOLDER = "from stickslip_kernels import objects; print(objects.CACHE_FOLDER is not None, objects.NO_CACHE)"
+
+
+@posix
+def test_a_folder_is_made_for_its_user_alone(tmp_path):
+    assert in_process(FOLDER, NUMBA_CACHE_DIR=str(tmp_path / "new"), XDG_CACHE_HOME="")[0] == "True"
+    (inner,) = (tmp_path / "new").iterdir()
+    assert inner.stat().st_mode & 0o777 == inner.parent.stat().st_mode & 0o777 == 0o700
+
+
+@posix
+@pytest.mark.parametrize("how", ["root writable", "writable", "link", "other user", "file"])
+def test_a_folder_in_which_others_may_write_is_not_used(tmp_path, how):
+    root = tmp_path / "cache"
+    inner = root / f"kernels-{objects.source_digest()}"
+    if how == "file":
+        root.write_text("a file where the folder should be")
+    else:
+        inner.mkdir(mode=0o700, parents=True)
+    if how == "root writable":
+        root.chmod(0o777)
+    elif how == "writable":
+        inner.chmod(0o770)
+    elif how == "link":
+        inner.rename(tmp_path / "elsewhere")
+        inner.symlink_to(tmp_path / "elsewhere")
+    elif how == "other user":
+        if os.geteuid() != 0:
+            pytest.skip("only root gives folders to others")
+        os.chown(inner, 65534, 65534)
+    said = " ".join(in_process(FOLDER, NUMBA_CACHE_DIR=str(root)))
+    why = {"root writable": "others may write there", "writable": "others may write it", "link": "a link",
+           "other user": "owned by another user", "file": "Not a directory|exists"}[how]  # fmt: skip
+    assert re.search(rf"^False {re.escape(str(root))}.*({why})", said)
+
+
+@posix
+def test_a_sticky_folder_of_all_users_holds_one_of_our_own(tmp_path):
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache").chmod(0o1777)
+    assert in_process(FOLDER, NUMBA_CACHE_DIR=str(tmp_path / "cache"))[0] == "True"
+
+
+@posix
+def test_without_a_home_nothing_is_made_in_the_folder_one_is_in(tmp_path, monkeypatch):
+    """`~` of a user whom the system does not know stays `~`."""
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("os.path.expanduser", lambda path: path)
+    monkeypatch.chdir(tmp_path)
+    assert objects._usable_folder() == (None, "no home folder is known")
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- the lock of those who compile ------------------------------------------------------------------------------------
+
+
+@posix
+def test_who_waits_for_a_compiler_is_told_for_whom(cached, monkeypatch, caplog, tmp_path):
+    import fcntl
+
+    good = cached.read_bytes()
+    cached.unlink()
+    stand_in_for_compiling(monkeypatch, good)
+    path = tmp_path / f"stickslip-compiling-{os.getuid()}"
+    path.write_bytes(b"process 4711\x1b[31m, since 12:00:00")
+    path.chmod(0o600)
+    with open(path) as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        waiting = threading.Thread(target=compiling.compile_apart, args=("stribeck", False))
+        waiting.start()
+        until(lambda: caplog.messages)
+    waiting.join()
+    assert caplog.messages == ["waiting for process 4711[31m, since 12:00:00, which compiles the kernels"]
+    assert path.read_text().startswith(f"process {os.getpid()}, since ") and cached.exists()
+
+
+@posix
+@pytest.mark.parametrize("how", ["link", "pipe", "writable"])
+def test_a_lock_that_somebody_else_may_have_put_there_is_not_waited_for(cached, monkeypatch, caplog, tmp_path, how):
+    good = cached.read_bytes()
+    cached.unlink()
+    stand_in_for_compiling(monkeypatch, good)
+    path, victim = tmp_path / f"stickslip-compiling-{os.getuid()}", tmp_path / "victim"
+    victim.write_text("untouched")
+    if how == "link":
+        path.symlink_to(victim)
+    elif how == "pipe":
+        os.mkfifo(path, 0o600)
+    else:
+        path.touch()
+        path.chmod(0o666)
+    compiling.compile_apart("stribeck", False)
+    assert cached.exists() and "compiling without this lock" in caplog.text and victim.read_text() == "untouched"
 
 
 def test_a_compiler_that_fails_says_why(tmp_path, monkeypatch):
@@ -93,17 +290,17 @@ def test_a_compiler_that_fails_says_why(tmp_path, monkeypatch):
 
 
 def stand_in_for_compiling(monkeypatch, content):
-    """Instead of compiling, write this; the files asked for."""
-    paths = []
+    """Instead of compiling, this comes of it; what was asked for."""
+    asked, python = [], compiling._python
 
-    def run(command, **options):
-        path = Path(command[-1].split("main(")[1].rstrip(")").split(", ", 2)[2].strip("'"))
-        paths.append(path)
-        path.write_bytes(content)
-        return subprocess.CompletedProcess(command, 0, "", "")
+    def compile(script):
+        if "building" not in script:
+            return python(script)
+        asked.append(script)
+        return subprocess.CompletedProcess(script, 0, content, b"")
 
-    monkeypatch.setattr(compiling.subprocess, "run", run)
-    return paths
+    monkeypatch.setattr(compiling, "_python", compile)
+    return asked
 
 
 def test_arrays_that_the_kernels_would_misread_are_refused(kernels):
@@ -132,10 +329,59 @@ def test_two_processes_that_start_at_once_both_compute(tmp_path):
     assert len(list(tmp_path.glob("kernels-*/*.o"))) == 1 == len(list(tmp_path.glob("kernels-*/*")))
 
 
+@posix
+@pytest.mark.slow
+@pytest.mark.parametrize("whom", ["who waits", "the compiler"])
+def test_compilers_that_are_killed_leave_nothing_that_is_loaded(tmp_path, whom):
+    """At random moments: the process that waits for the object, or the one that compiles it."""
+    chance = random.Random(f"{os.environ.get('STICKSLIP_SEED', '1')} {whom}")
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(ROOTS), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    for name in ("TMPDIR", "XDG_CACHE_HOME"):
+        environment[name] = str(tmp_path)
+    whole = in_process(DIGEST)
+    for _ in range(4):
+        process = subprocess.Popen([sys.executable, "-c", DIGEST], env=environment, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)  # fmt: skip
+        until(lambda process=process: process.poll() is not None or children(process.pid))
+        time.sleep(chance.uniform(0.0, 12.0))
+        for pid in [process.pid] if whom == "who waits" else children(process.pid):
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        said, errors = process.communicate(timeout=600)
+        if process.returncode == 0:
+            assert said.split()[0] == whole[0] and (said.split() == whole or "killed by signal 9" in errors)
+        else:
+            assert process.returncode == -signal.SIGKILL
+    assert in_process(DIGEST, NUMBA_CACHE_DIR=environment["NUMBA_CACHE_DIR"]) == whole
+    assert len(list(tmp_path.glob("cache/kernels-*/*.o"))) == 1
+
+
+def children(pid):
+    """Processes that a process has started."""
+    return [int(child) for task in Path(f"/proc/{pid}/task").glob("*/children") for child in task.read_text().split()]
+
+
+@posix
+@pytest.mark.slow
+def test_a_cache_on_a_full_disk_keeps_nothing_and_the_numbers_are_those_of_others(tmp_path):
+    import resource
+
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(ROOTS), "NUMBA_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", DIGEST], env=environment, capture_output=True, text=True, check=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)),
+    )  # fmt: skip
+    assert done.stdout.split() == in_process(DIGEST)
+    assert "not kept" in done.stderr and "File too large" in done.stderr and "NUMBA_CACHE_DIR" in done.stderr
+    assert not list(tmp_path.glob("*/*"))
+
+
 @pytest.mark.slow
 def test_a_folder_that_cannot_be_written_costs_a_compilation_each_time(tmp_path):
     (tmp_path / "cache").write_text("a file where the folder should be")
-    assert in_process(DIGEST, NUMBA_CACHE_DIR=str(tmp_path / "cache"))[1] == "False"
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(ROOTS), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    done = subprocess.run([sys.executable, "-c", DIGEST], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.split()[1] == "False" and "not kept" in done.stderr and "NUMBA_CACHE_DIR" in done.stderr
 
 
 @pytest.mark.slow

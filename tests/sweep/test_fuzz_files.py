@@ -19,6 +19,7 @@ from stickslip.fit import fit_materials
 from stickslip.fit.described import as_yaml, describe, describe_columns
 
 TESTS = Path(__file__).parents[1]
+SEED = os.environ.get("STICKSLIP_SEED", "1")
 
 CSV = [
     "# felt\nspeed [mm/s], mu\n0.5, 0.61\n1, 0.58\n10, 0.5\n20, 0.45\n100, 0.4\n300, 0.41\n500, 0.43\n",
@@ -49,7 +50,7 @@ def test_damaged_results_are_refused_or_read_as_they_were_written(kind, count):
         pytest.importorskip("zarr")
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(TESTS), *sys.path])}
     examples = count if count == "every" else min(EXAMPLES, 5000) or count
-    command = [sys.executable, str(TESTS / "fuzz_files.py"), kind, str(examples), "1"]
+    command = [sys.executable, str(TESTS / "fuzz_files.py"), kind, str(examples), SEED]
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
 

@@ -41,9 +41,10 @@ def run_request(request: Request, plot: Path | None, keep: list[str], extras: Ex
     from stickslip.runs import session
     from stickslip.runs.work import Work
 
-    if request.output is not None:
+    whole = session.finished(request) is not None
+    if request.output is not None and not whole:
         files.check_writable(request.output)
-    if plot is not None:
+    if plot is not None and not (whole and plot.exists()):
         check_plot(plot)
     if extras is not None and extras.page is not None:
         check_page(extras.page)

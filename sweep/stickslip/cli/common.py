@@ -295,7 +295,8 @@ def prepare_kernels(law: str, signals: bool = False) -> None:
     with console.status(notice):
         engine.warm_up(law, signals)
     seconds = screen.duration_text(perf_counter() - began)
-    console.print(f"Compiled the kernels in {seconds}; later runs load them.")
+    loads = "; later runs load them" * engine.is_cached(law, signals)  # a warning has said why not
+    console.print(f"Compiled the kernels in {seconds}{loads}.")
 
 
 def kept_output(context: click.Context, output: Location | None) -> Location | None:

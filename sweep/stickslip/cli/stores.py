@@ -26,6 +26,7 @@ from stickslip.cli.common import (
     tell_json,
     write_table_asked_for,
 )
+from stickslip.errors import printable
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -109,12 +110,14 @@ def status(config_or_store: str, store: str | None, as_json: bool) -> None:
     """
     from stickslip.runs import collecting
     from stickslip.runs.request import request_for
+    from stickslip.runs.workdir.parts import is_empty
 
     request = request_for(config_or_store, None, store, settings())
-    if request.place is None and request.output is not None and _is_finished(request.output, request.folder().names()):
-        click.echo(f"map      {request.output} is there, and no unfinished run beside it")
+    output = request.output if request.place is None else None
+    if output is not None and output.exists() and is_empty(request.folder()):
+        click.echo(f"map      {output} is there, and no unfinished run beside it")
         if as_json:
-            tell_json(answers.of_finished(request.config, request.output))
+            tell_json(answers.of_finished(request.config, output))
         return
     found = collecting.status(request)
     _show(found)
@@ -122,18 +125,13 @@ def status(config_or_store: str, store: str | None, as_json: bool) -> None:
         tell_json(answers.of_status(found))
 
 
-def _is_finished(output: Location, names: list[str]) -> bool:
-    return output.exists() and not names
-
-
 def _show(found: Status) -> None:
     missing = found.blocks - found.blocks_finished - len(found.failures)
     share = f"{found.cells_finished:,} of {found.cells:,} {found.counted}"
     share += f" ({found.cells_finished / max(found.cells, 1):.1%})"
-    click.echo(found.title)
-    click.echo(
-        f"store     {found.where} ({screen.memory(found.size)}), begun {found.begun} by stickslip {found.version}"
-    )
+    click.echo(printable(found.title))
+    begun = printable(f"{found.begun} by stickslip {found.version}")
+    click.echo(f"store     {found.where} ({screen.memory(found.size)}), begun {begun}")
     click.echo(f"finished  {share}")
     click.echo(
         f"blocks    {found.blocks_finished:,} finished, {missing:,} missing, {len(found.failures):,} failed, "
@@ -154,9 +152,10 @@ def _show(found: Status) -> None:
         whole = found.blocks_finished == found.blocks
         click.echo(f"held      by no process: stickslip {'collect writes the result' if whole else 'run resumes it'}")
     for failure in found.failures:
-        click.echo(f"failed    block {failure.block}: {failure.message}")
+        click.echo(f"failed    block {failure.block}: {printable(failure.message)}")
     if found.failures and found.failures[0].traceback:
-        click.echo(f"\nWhat happened in block {found.failures[0].block}:\n{found.failures[0].traceback}")
+        lines = map(printable, found.failures[0].traceback.splitlines())
+        click.echo("\n".join([f"\nWhat happened in block {found.failures[0].block}:", *lines]))
 
 
 @click.command("retry-failed")

@@ -6,7 +6,7 @@ knows what is in the cache.
 """
 
 from stickslip.engine.cells import blank_results, blocks, bytes_per_cell, columns, compute, compute_range
-from stickslip.engine.compiled import kernels_digest, processor, warm_up, will_compile
+from stickslip.engine.compiled import is_cached, kernels_digest, processor, warm_up, will_compile
 from stickslip.engine.curves import friction_at_belt_speed
 from stickslip.engine.exponents import kernels_for
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
@@ -21,6 +21,6 @@ __all__ = [
     "Computed", "NotReachedError", "Options", "Progress", "Results", "RigRuns",
     "Sampling", "StopFlag", "blank_results", "blocks", "bytes_per_cell", "columns", "compute",
     "compute_range", "compute_rigs", "flows", "friction_at_belt_speed",
-    "in_order", "kernels_digest", "kernels_for", "processor", "processors", "sampled", "spread",
+    "in_order", "is_cached", "kernels_digest", "kernels_for", "processor", "processors", "sampled", "spread",
     "stop_flag", "to_kernel", "to_si", "trajectory", "warm_up", "will_compile",
 ]  # fmt: skip

@@ -30,9 +30,13 @@ def will_compile(law: str = "stribeck", signals: bool = False) -> bool:
 
     signals : for trajectories and rigs rather than for regimes.
     """
-    if (law, signals) in _machines:
-        return False
-    return objects.CACHE_FOLDER is None or not (objects.CACHE_FOLDER / objects.name_of(law, signals)).exists()
+    return (law, signals) not in _machines and not is_cached(law, signals)
+
+
+def is_cached(law: str, signals: bool = False) -> bool:
+    """Whether other processes will find the kernels of a law compiled."""
+    folder = objects.CACHE_FOLDER
+    return folder is not None and objects.read(folder / objects.name_of(law, signals)) is not None
 
 
 def warm_up(law: str = "stribeck", signals: bool = False) -> None:

@@ -6,53 +6,130 @@ load, so that all of them run the same instructions.
 
 from __future__ import annotations
 
+import logging
 import os
 import subprocess
 import sys
 import tempfile
+import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from time import strftime
+from typing import IO
 
 from stickslip_kernels import objects
 
 Object = tuple[list[str], bytes]
+_log = logging.getLogger("stickslip")  # of what has to be known while it lasts; Python writes it to standard error
+_OWN_FOLDER = "name a folder of your own by the environment variable NUMBA_CACHE_DIR"
+_TRY = (
+    "from pathlib import Path; from stickslip_kernels import machine, objects\n"
+    "machine.try_out(*objects.read(Path({path!r})), {signals})"
+)
 
 
 def compile_apart(law: str, signals: bool) -> Object:
-    """The object with the kernels of a law: from the cache, or from another process that puts it there.
+    """The object with the kernels of a law: from the cache, or from another process, and then put there.
 
-    One process at a time on this machine compiles. Where no cache can be written, the object passes through a temporary
-    file. Raises RuntimeError with what that process says if it fails.
+    One process of this user at a time on this machine compiles. Warns, once the kernels are there, where they could not
+    be kept. Raises RuntimeError with what the other process says if it fails.
     """
-    name = objects.name_of(law, signals)
     if objects.CACHE_FOLDER is None:
-        with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
-            return _compile(law, signals, Path(folder) / name)
-    path = objects.CACHE_FOLDER / name
-    if found := objects.read(path):
+        made = _compile(law, signals)
+        _warn_not_kept(objects.NO_CACHE)
+        return made
+    path = objects.CACHE_FOLDER / objects.name_of(law, signals)
+    if found := _cached(path, signals):
         return found
     with _alone():
-        return objects.read(path) or _compile(law, signals, path)  # another process may have been first
+        if found := _cached(path, signals):  # another process may have been first
+            return found
+        made = _compile(law, signals)
+    try:
+        objects.write(path, *made, tried=True)
+    except OSError as error:
+        _warn_not_kept(f"{path.parent}: {error.strerror}")
+    return made
 
 
-def _compile(law: str, signals: bool, path: Path) -> Object:
-    call = f"from stickslip_kernels.building import main; main({law!r}, {signals}, {str(path)!r})"
-    command = [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; {call}"]
-    done = subprocess.run(command, check=False, capture_output=True, text=True)
-    if made := objects.read(path):
+def _warn_not_kept(why: str) -> None:
+    text = f"the compiled kernels were not kept, and each process compiles them again ({why}): {_OWN_FOLDER}"
+    warnings.warn(text, RuntimeWarning, stacklevel=6)
+
+
+def _cached(path: Path, signals: bool) -> Object | None:
+    """The object in a file, if it can be loaded: one that cannot might end this process, so another one tries."""
+    found = objects.read(path)
+    if found is None:
+        with suppress(OSError):
+            why = objects.objection(path.lstat()) or "damaged"
+            warnings.warn(f"{path}: {why}; the kernels are compiled again", RuntimeWarning, stacklevel=6)
+        return None
+    if objects.is_tried(path):
+        return found
+    if _python(_TRY.format(path=str(path), signals=signals)).returncode:
+        warnings.warn(f"{path}: cannot be loaded; the kernels are compiled again", RuntimeWarning, stacklevel=6)
+        return None
+    with suppress(OSError):
+        objects.write(path, *found, tried=True)
+    return found
+
+
+def _compile(law: str, signals: bool) -> Object:
+    done = _python(f"from stickslip_kernels.building import main; main({law!r}, {signals})")
+    if made := objects.unpacked(objects.name_of(law, signals), done.stdout):
         return made
-    raise RuntimeError(f"no object of the kernels came of compiling them\n{done.stderr.strip()[-2000:]}")
+    end = f"killed by signal {-done.returncode}" if done.returncode < 0 else done.stderr.decode(errors="replace")
+    raise RuntimeError(f"no object of the kernels came of compiling them\n{end.strip()[-2000:]}")
+
+
+def _python(script: str) -> subprocess.CompletedProcess[bytes]:
+    """A script run by another process, with the modules of this one."""
+    command = [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; {script}"]
+    return subprocess.run(command, check=False, capture_output=True)
 
 
 @contextmanager
 def _alone() -> Iterator[None]:
     """One process of this user and machine at a time, where the system has such locks; they end with their process."""
-    try:
-        import fcntl
-    except ModuleNotFoundError:  # Windows
+    descriptor = _lock_file()
+    if descriptor is None:
         yield
         return
-    with open(Path(tempfile.gettempdir()) / f"stickslip-compiling-{os.getuid()}", "a") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
+    with open(descriptor, "r+b", buffering=0) as file:
+        with suppress(OSError):  # a file system without locks
+            _lock(file)
         yield
+
+
+def _lock(file: IO[bytes]) -> None:
+    """Wait for the lock, saying for whom, and put this process into the file."""
+    import fcntl
+
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        holder = "".join(filter(str.isprintable, file.read(200).decode(errors="replace"))) or "another process"
+        _log.warning("waiting for %s, which compiles the kernels", holder)
+        fcntl.flock(file, fcntl.LOCK_EX)
+    file.truncate(0)
+    file.seek(0)
+    file.write(f"process {os.getpid()}, since {strftime('%H:%M:%S')}".encode())  # of this user, whose lock it is
+
+
+def _lock_file() -> int | None:
+    """The file of the lock, open; None where there is none to be had."""
+    if not hasattr(os, "O_NOFOLLOW"):  # Windows
+        return None
+    path = Path(tempfile.gettempdir()) / f"stickslip-compiling-{os.getuid()}"
+    try:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o600)
+    except OSError as error:
+        _log.warning("%s: %s; compiling without this lock", path, error.strerror)
+        return None
+    if why := objects.objection(os.fstat(descriptor)):
+        _log.warning("%s: %s; compiling without this lock", path, why)
+        os.close(descriptor)
+        return None
+    return descriptor

@@ -19,9 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.files import machine
+from stickslip.files.seal import content_of
 
 Packed = Any  # bytes, or an array or view of them
 Origin = tuple[int, ...]
+Contents = dict[tuple[str, Origin], bytes]  # what identifies chunks (`seal.content_of`), by variable and number
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,7 @@ class Chunks(ABC):
     def __init__(self, threads: int | None = None) -> None:
         self._threads = threads or machine.processors()
         self._layouts: dict[str, Layout] = {}
+        self._contents: Contents = {}
         self._waiting: deque[Future[Callable[[], None]]] = deque()
         self._pool = ThreadPoolExecutor(self._threads)
 
@@ -67,6 +70,8 @@ class Chunks(ABC):
         try:
             while self._waiting and not error:
                 self._finish_first()
+            if not error:
+                self._mark(self._contents)
         finally:
             self._pool.shutdown(cancel_futures=True)
             self._layouts.clear()
@@ -83,17 +88,30 @@ class Chunks(ABC):
         layout = self.layout(name)
         for place, part in _cut(values, layout.chunks):
             origin = tuple(map(sum, zip(place, start, strict=True))) if start else place
-            self._submit(layout, origin, layout.ready, part)
+            self._submit(self.fill, name, origin, part)
 
-    def put(self, name: str, origin: Sequence[int], data: Packed) -> None:
-        """A chunk that is packed as the file has it."""
-        self._submit(self.layout(name), tuple(origin), _as_it_is, data)
+    def put(self, name: str, origin: Sequence[int], data: Packed, content: bytes) -> None:
+        """A chunk that is packed as the file has it. content : of its values, by `seal.content_of`."""
+        self.layout(name)
+        self._submit(self._put, name, tuple(origin), data, content)
 
     def __getitem__(self, name: str) -> _Target:
-        return _Target(self.layout(name), self._place)
+        self.layout(name)
+        return _Target(name, self.fill)
 
-    def _submit(self, layout: Layout, origin: Origin, pack: Callable[[Any], Packed], values: Any) -> None:
-        self._waiting.append(self._pool.submit(lambda: self._place(layout, origin, pack(values))))
+    def fill(self, name: str, origin: Origin, values: NDArray[Any]) -> Callable[[], None]:
+        """Store the values of a chunk, by any thread; what is left to be done is as for `_place`."""
+        layout = self._layouts[name]
+        return self._put(name, origin, layout.ready(values), content_of(np.asarray(values, layout.dtype)))
+
+    def _put(self, name: str, origin: Origin, data: Packed, content: bytes) -> Callable[[], None]:
+        layout = self._layouts[name]
+        number = tuple(first // length for first, length in zip(origin, layout.chunks, strict=True))
+        self._contents[name, number] = content
+        return self._place(layout, origin, data)
+
+    def _submit(self, store: Callable[..., Callable[[], None]], *chunk: Any) -> None:
+        self._waiting.append(self._pool.submit(store, *chunk))
         if len(self._waiting) > 2 * self._threads:
             self._finish_first()
 
@@ -109,6 +127,10 @@ class Chunks(ABC):
         """Store a chunk, by any thread; what is left to be done in the order in which chunks were given."""
 
     @abstractmethod
+    def _mark(self, contents: Contents) -> None:
+        """Have the seal of the file cover the chunks that were stored."""
+
+    @abstractmethod
     def _close(self) -> None:
         """Close the file."""
 
@@ -117,15 +139,11 @@ class Chunks(ABC):
 class _Target:
     """A variable as `dask.array.store` fills it, from threads of its own: a chunk at a time."""
 
-    layout: Layout
-    place: Callable[[Layout, Origin, Packed], Callable[[], None]]
+    name: str
+    fill: Callable[[str, Origin, NDArray[Any]], Callable[[], None]]
 
     def __setitem__(self, region: tuple[slice, ...], values: NDArray[Any]) -> None:
-        self.place(self.layout, tuple(side.start for side in region), self.layout.ready(values))()
-
-
-def _as_it_is(data: Packed) -> Packed:
-    return data
+        self.fill(self.name, tuple(side.start for side in region), values)()
 
 
 def _cut(values: NDArray[Any], chunks: tuple[int, ...]) -> Iterator[tuple[Origin, NDArray[Any]]]:

@@ -23,9 +23,11 @@ def is_alive(pid: int) -> bool:
     """Whether a process of this machine runs; True where that cannot be asked without harm (Windows)."""
     if os.name == "nt":
         return True
+    if pid <= 0:  # to the system a group of processes
+        return False
     try:
         os.kill(pid, 0)
-    except ProcessLookupError:
+    except (ProcessLookupError, OverflowError):
         return False
     except OSError:
         return True

@@ -15,10 +15,11 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.files.chunks import Chunks, Layout, Origin, Packed
+from stickslip.files.chunks import Chunks, Contents, Layout, Origin, Packed
 from stickslip.files.filters import Bytes, Filter, filtered
 from stickslip.files.netcdf_lock import NETCDF_LOCK, hold_while_forking
 from stickslip.files.packing import NETCDF, netcdf_filters
+from stickslip.files.seal import GROUP, SEAL, TABLE, marks_of
 
 hold_while_forking()  # h5py takes its own lock then, and ours is always taken before that
 
@@ -44,6 +45,18 @@ class NetcdfChunks(Chunks):
 
     def _place(self, layout: Layout, origin: Origin, data: Packed) -> Callable[[], None]:
         return lambda: _store(layout.target, origin, data)
+
+    def _mark(self, contents: Contents) -> None:
+        with NETCDF_LOCK:
+            if GROUP not in self._file:
+                return
+            arrays = {name: found for name, found in self._file.items() if getattr(found, "chunks", None)}
+            layouts = {name: (a.shape, a.chunks) for name, a in arrays.items() if a.dtype.kind in "fiu"}
+            table, seal = self._file[GROUP][TABLE], np.bytes_(self._file.attrs[SEAL]).decode()  # text or bytes
+            marks = marks_of(seal, layouts, table[...])
+            for (name, number), content in contents.items():
+                marks.note(name, number, content)
+            table[...] = marks.table
 
     def _close(self) -> None:
         with NETCDF_LOCK:

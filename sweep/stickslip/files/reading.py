@@ -2,7 +2,7 @@
 
 Data variables come back as dask arrays with the chunks of the file; a chunk is read when it is used, and a corrupt one
 is a StoreError that names file, variable and place. Chunks carry checksums and the rest of the file is sealed
-(`seal.py`), so a flipped bit or a missing piece is refused, not drawn.
+(`seal.py`), so a flipped bit, a missing piece, or a chunk that belongs elsewhere is refused, not drawn.
 
 Threads: netCDF files are opened, read and closed under one lock (`netcdf_lock.py`); Zarr needs none.
 """
@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -32,12 +33,14 @@ from stickslip.files.duck_arrays import import_no_more
 from stickslip.files.locations import Url, location
 from stickslip.files.mistaken import RESULTS_HERE, names_in, no_result
 from stickslip.files.netcdf_lock import NETCDF_LOCK
-from stickslip.files.seal import SEAL, digest, is_unwritten
+from stickslip.files.seal import GROUP, MARKED, SEAL, TABLE, Marks, digest, is_unwritten, marks_of
 
 import_no_more()
 
 _LABEL = "_label"
 _REMEDY = "hint: copy it again, or compute it again"
+_ELSEWHERE = "is not what was written there: it belongs to another place, variable or file"
+_UNSEAL = f"remove the global attribute {SEAL}"
 _UNCACHED = {"use_listings_cache": False}  # of fsspec: what is behind a URL may have been replaced
 Lazily = Callable[[xr.Variable, "_Guarded"], xr.Variable]
 
@@ -69,20 +72,38 @@ def _checked(path: str | os.PathLike[str], source: Path | str, engine: str, lazi
     with ExitStack() as to_close:
         try:
             opened = _opened(source, engine, to_close)
-            objection = _objection(source, opened, engine)
-            ds = _labels_as_index(_with_plain_flags(_in_chunks(opened, str(path), lazily)))
+            marks = _marks(source, opened, engine)
+            objection = _objection(source, opened, engine, marks)
+            ds = _labels_as_index(_with_plain_flags(_in_chunks(opened, str(path), lazily, marks)))
         except Exception as error:  # a damaged file can make these libraries raise whatever there is
             kind = "Zarr" if engine == "zarr" else "netCDF"
             raise StoreError(f"{path}: cannot be read as {kind} ({reason(error)})") from error
         if objection:
             raise StoreError(f"{path}: {objection}")
         to_close.pop_all()
-    ds.attrs = {name: value for name, value in opened.attrs.items() if name != SEAL}
+    ds.attrs = {name: value for name, value in opened.attrs.items() if name not in (SEAL, MARKED)}
     ds.set_close(opened.close)
     return ds
 
 
-def _objection(source: Path | str, ds: xr.Dataset, engine: str) -> str | None:
+def _marks(source: Path | str, ds: xr.Dataset, engine: str) -> Marks | None:
+    """The marks of the chunks; None for files of earlier versions, and where the seal has been removed on purpose."""
+    if MARKED not in ds.attrs or SEAL not in ds.attrs:
+        return None
+    layouts = {
+        str(name): (variable.shape, _chunk_lengths(variable))
+        for name, variable in ds.variables.items()
+        if variable.ndim and variable.dtype.kind in "fiu"
+    }
+    try:
+        with _as_stored(source, engine, GROUP) as group:
+            table = group[TABLE].values
+    except (OSError, KeyError):  # no such group, or nothing in it
+        table = np.zeros(0, np.uint64)
+    return marks_of(ds.attrs[SEAL], layouts, table)
+
+
+def _objection(source: Path | str, ds: xr.Dataset, engine: str, marks: Marks | None) -> str | None:
     """Why this is not a file to work with; None if it is one."""
     if not str(ds.attrs.get("source", "")).startswith("stickslip "):
         return "not written by stickslip (its attribute `source` does not say so)"
@@ -93,7 +114,16 @@ def _objection(source: Path | str, ds: xr.Dataset, engine: str) -> str | None:
         return None
     if ds.attrs[SEAL] != digest(ds):
         changed = "names, units, parameters or configuration are not those that were written"
-        return f"damaged or changed, {changed}\nhint: if it was changed on purpose, remove the global attribute {SEAL}"
+        return f"damaged or changed, {changed}\nhint: if it was changed on purpose, {_UNSEAL}"
+    if marks is not None and sum(places.size for places in marks.places.values()) > marks.table.size:
+        return f"damaged or written by another program, {MARKED} is not there\nhint: if that was on purpose, {_UNSEAL}"
+    for name in ds.coords if marks is not None else ():
+        variable = ds.variables[name]
+        if name in marks.places and not all(
+            marks.fit(str(name), number, variable.values[part])
+            for number, part in _chunks_in(variable.shape, _chunk_lengths(variable))
+        ):
+            return f"damaged, {name} {_ELSEWHERE}\n{_REMEDY}"
     return _missing_chunks(source, ds) if engine == "zarr" else None
 
 
@@ -120,12 +150,7 @@ def _is_zarr(source: Path | str) -> bool:
 
 def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
     """The dataset as stored in the file, coordinates and single numbers loaded, the rest waiting."""
-    options: dict[str, Any] = {"consolidated": False} if engine == "zarr" else {"lock": NETCDF_LOCK}
-    if engine == "zarr" and isinstance(source, str):
-        options["storage_options"] = _UNCACHED
-    ds = xr.open_dataset(
-        source, engine=engine, decode_times=False, decode_timedelta=False, chunks=None, cache=False, **options
-    )
+    ds = _as_stored(source, engine)
     to_close.callback(ds.close)
     if engine == "zarr":
         ds = _in_order(ds, source)
@@ -134,6 +159,16 @@ def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
             values = variable.values
             ds[name] = xr.Variable(variable.dims, values.astype(_native(values.dtype), copy=False), variable.attrs)
     return ds
+
+
+def _as_stored(source: Path | str, engine: str, group: str | None = None) -> xr.Dataset:
+    options: dict[str, Any] = {"consolidated": False} if engine == "zarr" else {"lock": NETCDF_LOCK}
+    if engine == "zarr" and isinstance(source, str):
+        options["storage_options"] = _UNCACHED
+    return xr.open_dataset(
+        source, engine=engine, group=group, decode_times=False, decode_timedelta=False, chunks=None, cache=False,
+        **options,
+    )  # fmt: skip
 
 
 def _in_order(ds: xr.Dataset, source: Path | str) -> xr.Dataset:
@@ -165,9 +200,9 @@ def _native(dtype: np.dtype[Any]) -> np.dtype[Any]:
 class _Guarded(BackendArray):
     """A variable of a file as dask and xarray read it: a part at a time, errors in the words of StoreError."""
 
-    def __init__(self, variable: xr.Variable, name: str, path: str) -> None:
+    def __init__(self, variable: xr.Variable, name: str, path: str, marks: Marks | None) -> None:
         self.shape, self.dtype = variable.shape, _native(variable.dtype)
-        self._variable, self._name, self._path = variable, name, path
+        self._variable, self._name, self._path, self._marks = variable, name, path, marks
 
     def __getitem__(self, key: tuple[slice | int, ...] | ExplicitIndexer) -> NDArray[Any]:
         if isinstance(key, ExplicitIndexer):
@@ -178,13 +213,32 @@ class _Guarded(BackendArray):
     def _read(self, key: tuple[slice | int, ...]) -> NDArray[Any]:
         # Steps are taken in memory: the HDF5 library takes them one value at a time.
         whole, inside = zip(*(_hull(part, length) for part, length in zip(key, self.shape, strict=True)), strict=True)
+        values = self._values(whole) if self._marks is None else self._marked(whole, self._marks)
+        return values[inside].astype(self.dtype, copy=False)
+
+    def _marked(self, whole: tuple[slice, ...], marks: Marks) -> NDArray[Any]:
+        """Chunk after chunk, each compared with its mark, which is that of all its values."""
+        found = np.empty([side.stop - side.start for side in whole], self._variable.dtype)
+        for number, part in _chunks_in(self.shape, _chunk_lengths(self._variable), whole):
+            values = self._values(part)
+            if not marks.fit(self._name, number, values):
+                raise self._damaged(part, _ELSEWHERE)
+            common = [(max(a.start, b.start), min(a.stop, b.stop)) for a, b in zip(part, whole, strict=True)]
+            of_part, of_whole = (
+                tuple(slice(start - of.start, stop - of.start) for (start, stop), of in zip(common, sides, strict=True))
+                for sides in (part, whole)
+            )
+            found[of_whole] = values[of_part]
+        return found
+
+    def _values(self, whole: tuple[slice, ...]) -> NDArray[Any]:
         try:
             values: NDArray[Any] = self._variable[whole].values
         except Exception as error:  # damage shows up in many guises: HDF5, zlib, codecs, JSON
             raise self._damaged(whole, f"cannot be read ({reason(error)})") from error
         if is_unwritten(values):
             raise self._damaged(whole, "is not there, or not all of it")
-        return values[inside].astype(self.dtype, copy=False)
+        return values
 
     def _damaged(self, whole: tuple[slice, ...], what: str) -> StoreError:
         place = ", ".join(f"{part.start}:{part.stop}" for part in whole)
@@ -202,10 +256,23 @@ def _hull(part: slice | int, length: int) -> tuple[slice, slice | int]:
     return slice(start, stop + 1), slice(None, None, chosen.step)
 
 
-def _in_chunks(ds: xr.Dataset, path: str, lazily: Lazily) -> xr.Dataset:
+def _chunks_in(
+    shape: tuple[int, ...], lengths: tuple[int, ...], whole: tuple[slice, ...] | None = None
+) -> Iterator[tuple[tuple[int, ...], tuple[slice, ...]]]:
+    """The chunks of an array that a part of it touches: their numbers along each dimension, and their slices."""
+    sides = whole or tuple(slice(0, length) for length in shape)
+    touched = (range(s.start // n, -(-s.stop // n)) for s, n in zip(sides, lengths, strict=True))
+    for number in product(*touched):
+        yield (
+            number,
+            tuple(slice(i * n, min((i + 1) * n, end)) for i, n, end in zip(number, lengths, shape, strict=True)),
+        )
+
+
+def _in_chunks(ds: xr.Dataset, path: str, lazily: Lazily, marks: Marks | None) -> xr.Dataset:
     """The dataset with what reads values when they are needed in place of what waits in the file."""
     guarded = {
-        name: lazily(variable, _Guarded(variable, str(name), path))
+        name: lazily(variable, _Guarded(variable, str(name), path, marks))
         for name, variable in ((name, ds.variables[name]) for name in ds.data_vars)
         if variable.ndim
     }

@@ -4,6 +4,10 @@ Chunks carry a checksum each (Fletcher-32 in netCDF, CRC-32C in Zarr), but names
 stored without. The seal is a digest over those, kept in a global attribute: a flipped bit in the configuration or in
 the mass of all cells is found when the file is opened. History, title and the like may be edited freely.
 
+A checksum says that a chunk is whole, not that it is where it belongs. So a table of the file, in a group of its own,
+holds a mark of every chunk: a digest of its values, of their variable and place, and of the seal, which covers the
+configuration and the version that computed it. Files of earlier versions have no such table, and are read without.
+
 What no checksum can detect is a chunk that is not there, because its place in the file's table of chunks was damaged:
 it reads as fill values. So these differ from all values that are written.
 """
@@ -11,6 +15,9 @@ it reads as fill values. So these differ from all values that are written.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -18,20 +25,26 @@ import xarray as xr
 from numpy.typing import NDArray
 
 SEAL = "header_sha256"
+MARKED = "chunk_marks"  # global attribute of files that have the table of marks, which says where it is
+GROUP, TABLE = "seal", "chunk_marks"
 NOBODY_WROTE = np.array(0x7FF8_0000_0571_C511, np.uint64).view(np.float64)[()]  # a NaN no computation ends with
 _NETCDF_FILL = {"i1": -127, "i4": -2147483647, "f8": 9.969209968386869e36}  # where a variable has no fill value
 _SEALED_ATTRIBUTES = ("units", "axis_spacing", "flag_values", "flag_meanings")
+Layout = tuple[tuple[int, ...], tuple[int, ...]]  # of a variable: its shape, that of its chunks
 
 
 def sealed(ds: xr.Dataset) -> xr.Dataset:
     """The dataset as it goes into a file, with its seal."""
-    return ds.assign_attrs({SEAL: digest(ds)})
+    marked = ds.assign_attrs({MARKED: f"{GROUP}/{TABLE}"})
+    return marked.assign_attrs({SEAL: digest(marked)})
 
 
 def digest(ds: xr.Dataset) -> str:
     """Digest of the configuration, of names, dimensions and units of all variables, and of values without chunks."""
     found = hashlib.sha256()
     found.update(_text(ds.attrs.get("configuration", "")))
+    if MARKED in ds.attrs:
+        found.update(_text(MARKED, ds.attrs[MARKED], ds.attrs.get("source", "")))
     for name in sorted(map(str, ds.variables)):
         variable = ds.variables[name]
         found.update(_text(name, *variable.dims, *variable.shape, _type(variable)))
@@ -41,6 +54,45 @@ def digest(ds: xr.Dataset) -> str:
         if has_bare_values(variable):
             found.update(_values(variable))
     return found.hexdigest()
+
+
+@dataclass(frozen=True)
+class Marks:
+    """The marks of all chunks of a file. seal : of the file. places : by variable, where in `table` those of its chunks
+    are, an array with an element for each chunk.
+    """
+
+    seal: str
+    places: Mapping[str, NDArray[np.intp]]
+    table: NDArray[np.uint64]
+
+    def note(self, name: str, number: tuple[int, ...], content: bytes) -> None:
+        """Put the mark of a chunk into the table. number : of the chunk along each dimension."""
+        self.table[self.places[name][number]] = self._mark(name, number, content)
+
+    def fit(self, name: str, number: tuple[int, ...], values: NDArray[Any]) -> bool:
+        """Whether these values were written as this chunk of this file."""
+        at = self.places[name][number]
+        return at < self.table.size and self.table[at] == self._mark(name, number, content_of(values))
+
+    def _mark(self, name: str, number: tuple[int, ...], content: bytes) -> np.uint64:
+        digest = hashlib.sha256(_text(self.seal, name, *number) + content).digest()
+        return np.uint64(int.from_bytes(digest[:8], "little"))
+
+
+def marks_of(seal: str, layouts: Mapping[str, Layout], table: NDArray[np.uint64] | None = None) -> Marks:
+    """The marks of the variables of these shapes and chunks; without a table, an empty one."""
+    places, first = dict[str, NDArray[np.intp]](), 0
+    for name in sorted(layouts):
+        counts = [-(-length // chunk) for length, chunk in zip(*layouts[name], strict=True)]
+        places[name] = np.arange(first, first + prod(counts)).reshape(counts)
+        first += prod(counts)
+    return Marks(seal, places, np.zeros(max(first, 1), np.uint64) if table is None else table)
+
+
+def content_of(values: NDArray[Any]) -> bytes:
+    """What identifies the values of a chunk, without those that fill it up at an edge: SHA-256 of them in C order."""
+    return hashlib.sha256(np.ascontiguousarray(values, values.dtype.newbyteorder("<"))).digest()
 
 
 def has_bare_values(variable: xr.Variable) -> bool:

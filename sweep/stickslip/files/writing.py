@@ -7,7 +7,8 @@ Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memo
 In netCDF they are rows of characters, ``pad(pad, pad_letters)``: CF wants a variable of one dimension and its name to
 hold numbers. (Earlier versions wrote ``pad_label``, which `open` reads.)
 
-Every chunk carries a checksum, and a seal covers the rest (`seal.py`). `reading.py` is the other half.
+Every chunk carries a checksum, and a seal covers the rest, and where chunks belong (`seal.py`). `reading.py` is the
+other half.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from stickslip.files.chunks import Chunks, Packed
 from stickslip.files.locations import ROOT, Location, Url, location
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.reading import open, require_zarr
-from stickslip.files.seal import NOBODY_WROTE, sealed
+from stickslip.files.seal import GROUP, NOBODY_WROTE, TABLE, marks_of, sealed
 
 if TYPE_CHECKING:
     from stickslip.files.zarr_chunks import NewZarr
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 __all__ = ["StoreError", "check_writable", "open", "write", "write_netcdf", "write_zarr"]
 
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
+_MARKS = "digests that bind each chunk to its place, variable and file"
 _ZARR_MARKERS = (ROOT, ".zgroup")
 Fill = Callable[[Any], None]
 Check = Callable[[], None]
@@ -144,6 +146,11 @@ def _create_netcdf(ds: xr.Dataset, encoding: Encoding, later: _Later, path: Path
     try:
         with NETCDF_LOCK:
             ds.dump_to_store(file, writer=later, encoding=encoding)
+            layouts = {name: (ds[name].shape, options["chunksizes"]) for name, options in encoding.items()
+                       if "chunksizes" in options}  # fmt: skip
+            group = file.ds.createGroup(GROUP)
+            group.createDimension("chunk", marks_of("", layouts).table.size)
+            group.createVariable(TABLE, "u8", ("chunk",)).long_name = _MARKS
     finally:
         file.close()
 

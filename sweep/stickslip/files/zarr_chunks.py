@@ -20,8 +20,9 @@ from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
 
 from stickslip.files import machine
-from stickslip.files.chunks import Chunks, Layout, Origin, Packed
+from stickslip.files.chunks import Chunks, Contents, Layout, Origin, Packed
 from stickslip.files.locations import ROOT
+from stickslip.files.seal import GROUP, SEAL, TABLE, marks_of
 
 LEVEL = 3  # of zstd: 5 takes nearly three times as long, for stores that are 7 % smaller
 _AT_ONCE = 8  # objects that are put while others wait for an answer
@@ -39,6 +40,7 @@ class NewZarr:
 
     put: Callable[[str, Packed], None]
     waits: bool = False
+    contents: Contents = field(default_factory=dict)
     _said: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -48,11 +50,21 @@ class NewZarr:
 
     def finish(self, names: Iterable[str]) -> None:
         """Put what is left. names : of the arrays, in the order in which libraries are to list them."""
+        self._mark()
         self._consolidate(names)
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             for _ in pool.map(self._put_said, [key for key in self._said if key != ROOT]):
                 pass
         self._put_said(ROOT)
+
+    def _mark(self) -> None:
+        """Add the table that binds chunks to their places."""
+        group: Any = zarr.open_group(self.said, mode="r+")
+        arrays = {name: a for name, a in group.arrays() if a.ndim and a.dtype.kind in "fiu"}
+        marks = marks_of(group.attrs[SEAL], {name: (a.shape, a.chunks) for name, a in arrays.items()})
+        for (name, number), content in self.contents.items():
+            marks.note(name, number, content)
+        group.create_group(GROUP).create_array(TABLE, data=marks.table, dimension_names=("chunk",))
 
     def _consolidate(self, names: Iterable[str]) -> None:
         """Have the root say what its arrays say of themselves, as xarray looks for it first, and warns where it is not.
@@ -76,7 +88,7 @@ class ZarrChunks(Chunks):
 
     def __init__(self, store: NewZarr, threads: int | None = None) -> None:
         super().__init__(max(threads or machine.processors(), _AT_ONCE) if store.waits else threads)
-        self._group, self._put = zarr.open_group(store.said, mode="r"), store.put
+        self._group, self._store = zarr.open_group(store.said, mode="r"), store
 
     def _declared(self, name: str) -> Layout:
         array = self._group[name]
@@ -86,8 +98,11 @@ class ZarrChunks(Chunks):
 
     def _place(self, layout: Layout, origin: Origin, data: Packed) -> Callable[[], None]:
         numbers = (str(first // length) for first, length in zip(origin, layout.chunks, strict=True))
-        self._put("/".join((layout.target, "c", *numbers)), data)
+        self._store.put("/".join((layout.target, "c", *numbers)), data)
         return _nothing
+
+    def _mark(self, contents: Contents) -> None:
+        self._store.contents.update(contents)
 
     def _close(self) -> None:
         """There is nothing open."""

@@ -222,9 +222,9 @@ def _copy_blocks(
         origin = [side.start for side in region]
         for name, stored in gathered.columns(number, found).items():
             if stored.is_one_value():
-                target.put(name, origin, of_one_value(name, bytes(stored.data)))
+                target.put(name, origin, of_one_value(name, bytes(stored.data)), stored.content())
             elif stored.packing == target.layout(name).packing:
-                target.put(name, origin, stored.data)
+                target.put(name, origin, stored.data, stored.content())
             else:
                 target.write(name, stored.values().reshape(extent(region)), origin)
         if progress:

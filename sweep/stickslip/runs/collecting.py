@@ -44,7 +44,7 @@ def collect(request: Request) -> Collected:
     if request.output is None:
         raise StoreError("collect needs a file to write", hint="name it with {output}")
     folder = request.folder()
-    if not folder.names() and (whole := _whole(request, request.output)):
+    if parts.is_empty(folder) and (whole := _whole(request, request.output)):
         return whole
     store = parts.find(folder)
     parts.check_same(store, Work(request.config), no_fresh=True)
@@ -61,7 +61,8 @@ def collect(request: Request) -> Collected:
                 "hint: collect again if cells are missing"
             )
 
-    with earlier.result(request.output, request.config, request.fresh, _OTHER) as old:
+    anew = store.manifest.fresh and store.is_complete()  # as the run would replace it
+    with earlier.result(request.output, request.config, anew, _OTHER) as old:
         work = Work(request.config, old.known if old else None, store.blocks)
         gathered = Gathered(store, work, None, request.notice)
         with writing_alone(request.output, request.notice):
@@ -74,7 +75,6 @@ def collect(request: Request) -> Collected:
             store.delete()
     except StoreError:  # another run works there; the last one removes it
         return Collected(request.output, store.blocks.size, 0, store.where, work.study)
-    folder.vanish()
     return Collected(request.output, store.blocks.size, 0, None, work.study)
 
 

@@ -26,7 +26,8 @@ from stickslip.runs.workdir.lock import Notice, writing_alone
 from stickslip.runs.workdir.parts import START_OVER, refuse, same_major
 from stickslip.vocabulary.words import listed
 
-_FRESH = "{fresh} computes it anew and replaces it; {output} names another file"
+_ANEW = "{fresh} computes it anew and replaces it; "
+_OTHER_FILE = "{output} names another file"
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,9 @@ def finish(output: Location | None, notice: Notice) -> None:
 
 @contextmanager
 def result(output: Location | None, config: Config, fresh: bool, remedy: str = START_OVER) -> Iterator[Earlier | None]:
-    """The result at `output`, open; None if there is none or it does not matter. remedy : as for `refuse`.
+    """The result at `output`, open; None if there is none or it does not matter.
+
+    remedy : as for `refuse`; other than the usual one from who cannot begin anew.
 
     Raises StoreError for what this run would destroy: results of another configuration or major version, results whose
     cells are not all part of the new map, and what stickslip has not written.
@@ -55,22 +58,23 @@ def result(output: Location | None, config: Config, fresh: bool, remedy: str = S
     if output is None or fresh or not output.exists():
         yield None
         return
+    hint = _ANEW * (remedy == START_OVER) + _OTHER_FILE
     try:
         dataset = reading.open(output)
     except StoreError as error:
-        raise StoreError(str(error), hint=_FRESH) from error
+        raise StoreError(str(error), hint=hint) from error
     with dataset:
-        yield _compared(output, dataset, config, remedy)
+        yield _compared(output, dataset, config, remedy, hint)
 
 
-def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str) -> Earlier:
+def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str, hint: str) -> Earlier:
     version = str(dataset.attrs["source"]).split()[1].rstrip(",")
     if not same_major(version):
-        raise StoreError(f"{output}: made by stickslip {version}, and this is {__version__}", hint=_FRESH)
+        raise StoreError(f"{output}: made by stickslip {version}, and this is {__version__}", hint=hint)
     study = study_of(config)
     if isinstance(study, MapStudy) and "regime" not in dataset:
-        raise StoreError(f"{output}: exists and is not a map", hint=_FRESH)
-    there = _config_of(output, dataset)
+        raise StoreError(f"{output}: exists and is not a map", hint=hint)
+    there = _config_of(output, dataset, hint)
     differing = differences(there, config)
     if not isinstance(study, MapStudy):
         if differing:
@@ -88,23 +92,23 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str
     lost = old.size - int(np.prod([np.unique(place[place >= 0]).size for place in points], dtype=np.int64))
     if lost:
         if apart := rounded(old, new):
-            raise _only_rounded(output, apart)
+            raise _only_rounded(output, apart, hint)
         if lost == old.size:
             refuse(str(output), there, config, remedy)
         raise StoreError(
-            f"{output}: holds {lost:,} cells that are not part of the new map and would be lost", hint=_FRESH
+            f"{output}: holds {lost:,} cells that are not part of the new map and would be lost", hint=hint
         )
     whole = not differing and there.title == config.title and _missing(dataset) == 0
     return Earlier(new.size, whole, None if whole else KnownCells(dataset, new.shape, points))
 
 
-def _only_rounded(output: Location, apart: Mapping[str, float]) -> StoreError:
+def _only_rounded(output: Location, apart: Mapping[str, float], hint: str) -> StoreError:
     """Cells are taken over where all values are equal, and never by guessing that they were meant to be."""
     names = listed(apart, "and")
     values = ", ".join(f"{name} by at most {by:.1g}" for name, by in apart.items())
     return StoreError(
         f"{output}: made from the same values of {names} but for rounding ({values}), so that its cells are others",
-        hint=f"give {names} as there: by the same expression, or with the values in the file; {_FRESH}",
+        hint=f"give {names} as there: by the same expression, or with the values in the file; {hint}",
     )
 
 
@@ -112,11 +116,11 @@ def _number(dims: tuple[str, ...], dim: str) -> int:
     return dims.index(dim)
 
 
-def _config_of(output: Location, dataset: xr.Dataset) -> Config:
+def _config_of(output: Location, dataset: xr.Dataset, hint: str) -> Config:
     try:
         return parse_config(str(dataset.attrs["configuration"]), str(output))
     except (ConfigError, KeyError):
-        raise StoreError(f"{output}: exists, and its configuration cannot be read", hint=_FRESH) from None
+        raise StoreError(f"{output}: exists, and its configuration cannot be read", hint=hint) from None
 
 
 def _missing(dataset: xr.Dataset) -> int:

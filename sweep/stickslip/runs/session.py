@@ -41,25 +41,36 @@ def run(request: Request) -> Outcome:
     """
     folder = request.folder()
     parts.check_ours(folder)
+    if done := finished(request):
+        _remove_leftovers(folder, request)
+        return done
     if request.output is not None:
         check_writable(request.output)
-    earlier.finish(request.output, request.notice)
-    with earlier.result(request.output, request.config, request.fresh) as old:
-        if old and old.complete:
-            _remove_leftovers(folder, request)
-            return Outcome(old.cells, output=request.output, up_to_date=True)
     if not request.fresh:
         parts.check_before(folder, Work(request.config), request.shard is not None)
     with _machines(request, folder) as machines:
-        return _locked(request, folder, _missing, machines)
+        return _locked(request, folder, _missing, machines, request.fresh)
+
+
+def finished(request: Request) -> Outcome | None:
+    """The outcome where the result is there and whole, so that nothing is left to be done or written; else None.
+
+    Raises StoreError for a result of another configuration or version.
+    """
+    if request.output is None or request.fresh:
+        return None
+    earlier.finish(request.output, request.notice)
+    with earlier.result(request.output, request.config, request.fresh) as old:
+        whole = old is not None and old.complete
+        return Outcome(old.cells, output=request.output, up_to_date=True) if old and whole else None
 
 
 def retry_failed(request: Request) -> Outcome:
     """Compute the blocks that failed again, and write the result if nothing is missing then. Raises as `run` does."""
     folder = request.folder()
-    parts.find(folder)
+    anew = parts.find(folder).manifest.fresh  # as the run that began it
     with _machines(request, folder) as machines:
-        return _locked(request, folder, _forgiven, machines)
+        return _locked(request, folder, _forgiven, machines, anew)
 
 
 @contextmanager
@@ -79,7 +90,7 @@ def _has_all_blocks(request: Request, folder: Folder) -> bool:
         store = parts.find(folder)
     except StoreError:
         return False
-    return not request.fresh and len(store.finished()) == store.blocks.count
+    return store.is_complete() and (not request.fresh or parts.goes_on_fresh(store.manifest, Work(request.config)))
 
 
 def _missing(store: Parts, request: Request) -> set[int]:
@@ -100,29 +111,35 @@ def _asked(store: Parts, request: Request) -> set[int]:
     return set(request.shard.blocks(store.blocks, store.manifest.deal) if request.shard else all_blocks)
 
 
-def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines) -> Outcome:
-    """Compute the blocks that `choose` names, and write the result, while no other run works on the store."""
+def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines, anew: bool) -> Outcome:
+    """Compute the blocks that `choose` names, and write the result, while no other run works on the store.
+
+    anew : whether the result replaces whatever is there.
+    """
     stop = stop_flag()
 
     def lost() -> None:
         stop[0] = 1
 
     with held(folder, request.shard, lost, request.notice) as lock:
-        with earlier.result(request.output, request.config, request.fresh) as old:
+        with earlier.result(request.output, request.config, anew) as old:
             work = Work(request.config, old.known if old else None)
             store = parts.prepare(folder, work, request.fresh, request.notice, work.packing(request.output))
             work = replace(work, cut=store.blocks)
             outcome = _computed(request, store, work, choose, machines, stop)
         _require_lock(lock, store, work)
         _require_none_failed(store, work, _asked(store, request) & store.failed())
-        if request.shard or request.output is None or len(store.finished()) < store.blocks.count:
+        if request.shard or not store.is_complete():
             return outcome
-        _assembled(request, store, request.output)
+        if request.output is not None:
+            _assembled(request, store, request.output)
+        store.no_longer_fresh()
+        if request.output is None:
+            return outcome
         if request.keep:
             return replace(outcome, output=request.output)
         _require_lock(lock, store, work)
         store.delete()
-    folder.vanish()
     return replace(outcome, output=request.output, where=None)
 
 
@@ -215,11 +232,15 @@ def _remove_leftovers(folder: Folder, request: Request) -> None:
     if request.keep or request.shard is not None or not folder.names():
         return
     try:
+        if parts.is_empty(folder):
+            with held(folder, None, lambda: None, request.notice):
+                return parts.sweep(folder)
         store = parts.find(folder)
         if store.manifest.fingerprint != fingerprint(request.config):
             return
+        if store.manifest.fresh and not store.is_complete():
+            return request.notice(f"{store.where} holds a fresh run that was interrupted: the same command resumes it")
         with held(folder, None, lambda: None, request.notice):
             store.delete()
-    except StoreError:  # not ours to remove, or in use
+    except StoreError:  # not ours to remove, in use, or in a folder that is read-only
         return
-    folder.vanish()

@@ -2,14 +2,18 @@
 
 import json
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import stickslip
 from helpers.runs import FEW, block_files, same, stop_early, with_axes
+from stickslip.cli import main
 from stickslip.errors import StoreError
-from stickslip.runs import work
+from stickslip.runs import session, work
+from stickslip.runs.request import request_for
 from stickslip.runs.workdir.folder import folder_at
 from stickslip.runs.workdir.manifest import _checksum as checksum
 
@@ -171,8 +175,57 @@ def test_a_map_without_the_blocks_that_failed_can_be_collected(config, output, f
         assert int((ds["regime"] == 0).sum()) == 120
 
 
-def test_on_error_stop_ends_the_run_at_the_first(config, output, fragile):
+def test_on_error_stop_ends_the_run_at_the_first(config, output, fragile, monkeypatch):
+    """After the one that fails none is begun; which have been before it is up to the threads that take turns."""
     config.write_text(config.read_text().replace("block: 4096", "threads: 1"))
+    begun, failing = [], work.Work.compute
+
+    def noted(self, number, *rest):
+        begun.append(number)
+        return failing(self, number, *rest)
+
+    monkeypatch.setattr(work.Work, "compute", noted)
     with pytest.raises(stickslip.IncompleteError, match="1 block "):
         stickslip.run(config, output, on_error="stop")
-    assert len(block_files(f"{output}.parts")) == 2
+    assert begun[-1] in (2, 5)
+    assert block_files(f"{output}.parts") == sorted(f"block-{number:08}" for number in begun[:-1])
+
+
+def test_a_block_that_was_computed_after_it_failed_is_no_failure(config, output, whole, fragile):
+    """As a store has it whose process was killed between the two."""
+    with pytest.raises(stickslip.IncompleteError):
+        stickslip.run(config, output)
+    folder = output.with_name("map.nc.parts")
+    records = {path: path.read_bytes() for path in folder.glob("failed-*")}
+    del fragile[:]
+    session.retry_failed(replace(request_for(folder), keep=True))
+    output.unlink()
+    for path, record in records.items():
+        path.write_bytes(record)
+    assert stickslip.status(folder).failures == ()
+    same(stickslip.run(config, output), whole)
+    assert not folder.exists()
+
+
+def test_a_store_that_was_being_removed_hinders_nobody(config, output, whole):
+    """Killed between removing the manifest and the lock."""
+    stickslip.run(config, output).close()
+    folder = output.with_name("map.nc.parts")
+    lock = {"token": "x", "host": "elsewhere", "space": "", "pid": 1, "user": "Ada", "since": 1e9, "seen": 1e9}
+    config.write_text(config.read_text() + f"output: {{file: {output}}}\n")
+    for command in ("status", "collect", "run"):
+        folder.mkdir(exist_ok=True)
+        (folder / "lock.json").write_text(json.dumps(lock))
+        done = CliRunner().invoke(main, [command, str(config)])
+        assert done.exit_code == 0, done.output
+    assert not folder.exists()
+    same(stickslip.open(output), whole)
+
+
+def test_collect_names_no_option_it_has_not(config, output):
+    stickslip.run_shard(config, "1/3", f"{output}.parts")
+    output.write_bytes(b"something else")
+    with pytest.raises(StoreError) as refused:
+        stickslip.collect(config, output)
+    told = refused.value.on_command_line
+    assert "fresh" not in told and "--output names another file" in told

@@ -45,6 +45,46 @@ def test_a_stale_lock_is_taken_over(config, output, whole):
         assert len(said) == 1 and "took over from a run that has died: Ada on" in said[0]
 
 
+@pytest.mark.parametrize("changes", [
+    {"seen": time.time() + 1e6}, {"seen": float("nan")}, {"since": 1e18}, {"since": -1e18}, {"seen": 1e300},
+    {"host": machine.host(), "space": machine.space(), "pid": 2**70},
+    {"host": machine.host(), "space": machine.space(), "pid": -1},
+    {"host": machine.host(), "space": machine.space(), "pid": 0},
+])  # fmt: skip
+def test_a_lock_of_no_time_or_process_holds_nobody_up(config, output, whole, changes):
+    holding(output, **changes)
+    assert stickslip.run(config, output, notice=lambda text: None)["regime"].equals(whole["regime"])
+
+
+def test_what_a_lock_says_cannot_command_the_terminal(config, output):
+    holding(output, user="Ada\x1b]0;owned\x07\n\udc80", host="h" * 5000)
+    told = r"another run works there: Ada\\x1b\]0;owned\\x07\\n\\udc80 on h{100}, process 1"
+    with pytest.raises(StoreError, match=told):
+        stickslip.run(config, output)
+
+
+@pytest.mark.parametrize("name", ["lock-1-of-0.json", "lock-9-of-3.json", "locksmith.txt"])
+def test_what_is_called_like_a_lock_and_is_none_is_left_alone(config, output, name):
+    stickslip.run_shard(config, "1/3", f"{output}.parts")
+    stranger = output.with_name("map.nc.parts") / name
+    stranger.write_text("{}")
+    assert stickslip.status(f"{output}.parts").holders == ()
+    stickslip.run(config, output).close()
+    assert [path.name for path in stranger.parent.iterdir()] == [name]
+
+
+def test_a_run_that_is_refused_leaves_no_folder(config, output, monkeypatch):
+    """Of what goes wrong once the store is locked."""
+
+    def full(*_):
+        raise StoreError("no space left")
+
+    monkeypatch.setattr("stickslip.runs.session.parts.prepare", full)
+    with pytest.raises(StoreError, match="no space left"):
+        stickslip.run(config, output)
+    assert not output.with_name("map.nc.parts").exists()
+
+
 def test_a_lock_that_is_not_whole_is_nobodys(config, output, whole):
     folder = output.with_name("map.nc.parts")
     folder.mkdir()

@@ -2,6 +2,7 @@
 
 import json
 import os
+import random
 import re
 import shutil
 import signal
@@ -17,6 +18,7 @@ from helpers.configs import write_config
 from helpers.runs import until
 
 ROOT = Path(__file__).parents[3]
+SEED = os.environ.get("STICKSLIP_SEED", "5")
 COMMAND = (sys.executable, "-m", "stickslip")
 pytestmark = pytest.mark.usefixtures("kernels")  # what is watched should not compile
 posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals, limits and users")
@@ -56,7 +58,7 @@ def slow_config(folder, num=300):
 def test_killed_at_twenty_moments_a_run_ends_with_the_same_bits_and_computes_nothing_twice(tmp_path, kept):
     config = write_config(tmp_path, num=250, more=f"solver: {{rtol: 0.01}}\n{kept}")  # 62,500 cells in 16 blocks
     output = tmp_path / "a map µ.nc"
-    command = [sys.executable, Path(__file__).with_name("kills.py"), config, output, "20", "5"]
+    command = [sys.executable, Path(__file__).with_name("kills.py"), config, output, "20", SEED]
     done = subprocess.run(command, env=environment(), text=True, capture_output=True, timeout=600)
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
@@ -84,6 +86,26 @@ def test_a_second_run_is_refused_while_the_first_computes_and_ctrl_c_leaves_it_r
     _, errors = first.communicate(timeout=60)
     assert first.returncode == 1 and "are safe in" in errors
     assert not (folder / "lock.json").exists() and list(folder.glob("block-*"))
+
+
+@posix
+@pytest.mark.slow
+def test_disks_that_are_full_at_any_moment_leave_a_store_that_is_resumed(tmp_path, monkeypatch):
+    """Limits at random, between no room for the first lock and room for all."""
+    import resource
+
+    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)  # it would have no room either, and say so
+    chance, config = random.Random(SEED), write_config(tmp_path, num=200)
+    whole = stickslip.run(config)
+    for suffix in ("nc", "zarr"):
+        for number in range(6):
+            output, limit = tmp_path / f"{number}.{suffix}", int(10 ** chance.uniform(1.5, 6.2))
+            code, _, errors = called("run", config, "-o", output, "--no-plot", preexec_fn=lambda limit=limit:
+                                     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))  # fmt: skip
+            assert code in (0, 1, 2), limit
+            assert (code == 0) == output.exists() and (code == 0 or "cannot be written" in errors), (limit, errors)
+            stickslip.run(config, output).close()
+            same_bits(output, whole)
 
 
 @posix

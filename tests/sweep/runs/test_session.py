@@ -4,15 +4,20 @@ import json
 import os
 import pickle
 import re
+import shutil
 import sys
+import tempfile
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import stickslip
 from helpers.configs import write_config
 from helpers.runs import block_files, same, stop_early
+from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files import netcdf_chunks, writing
 from stickslip.runs import work
@@ -360,3 +365,112 @@ def test_a_truncated_manifest_does_not_let_another_configuration_in(config, outp
     config.write_text(config.read_text().replace("mass: 1", "mass: 2"))
     with pytest.raises(StoreError, match="damaged.*not one of this configuration"):
         stickslip.run(config, output)
+
+
+# --- a fresh run ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def older(output, tmp_path, small_blocks):
+    """A map of another configuration where the run will write."""
+    other = write_config(tmp_path, num=5, name="other.yaml")
+    stickslip.run(other, output).close()
+    return other
+
+
+def test_a_fresh_run_that_was_interrupted_goes_on_by_the_same_command(config, output, older, whole, computed):
+    stopped = stop_early(config, output, fresh=True)
+    with pytest.raises(StoreError, match="would be lost"):
+        stickslip.run(config, output)
+    assert len(block_files(f"{output}.parts")) * 60 == stopped.done > 0
+    del computed[:]
+    same(stickslip.run(config, output, fresh=True), whole)
+    assert sum(computed) == 900 - stopped.done
+
+
+def test_a_fresh_run_that_is_finished_begins_again(config, output, whole, computed):
+    for _ in range(2):
+        same(stickslip.run(config, output, fresh=True, keep_parts=True), whole)
+    assert sum(computed) == 1800
+
+
+def test_a_fresh_run_of_another_configuration_begins_again(config, output, older, computed):
+    stop_early(config, output, fresh=True)
+    del computed[:]
+    stickslip.run(older, output, fresh=True).close()
+    assert sum(computed) == 25
+
+
+def test_a_fresh_run_by_other_kernels_begins_again(config, output, older, computed, monkeypatch):
+    stop_early(config, output, fresh=True)
+    monkeypatch.setattr("stickslip.engine.kernels_digest", lambda: "others")
+    del computed[:]
+    stickslip.run(config, output, fresh=True).close()
+    assert sum(computed) == 900
+
+
+def test_a_whole_map_beside_a_fresh_run_leaves_its_blocks(config, output, whole):
+    stickslip.run(config, output).close()
+    stop_early(config, output, fresh=True)
+    blocks, said = block_files(f"{output}.parts"), []
+    same(stickslip.run(config, output, notice=said.append), whole)
+    assert block_files(f"{output}.parts") == blocks != [] and "fresh run that was interrupted" in said[0]
+
+
+def test_blocks_of_a_fresh_run_that_failed_are_retried_and_its_map_replaces_the_older(
+    config, output, older, whole, monkeypatch
+):
+    compute, bad = work.Work.compute, [2]
+
+    def failing(self, number, *rest):
+        if number in bad:
+            raise ZeroDivisionError
+        return compute(self, number, *rest)
+
+    monkeypatch.setattr(work.Work, "compute", failing)
+    with pytest.raises(stickslip.IncompleteError, match="ZeroDivisionError"):
+        stickslip.run(config, output, fresh=True)
+    del bad[:]
+    stickslip.retry_failed(f"{output}.parts")
+    same(stickslip.open(output), whole)
+
+
+# --- what is damaged or must not be touched ---------------------------------------------------------------------------
+
+
+def test_a_damaged_manifest_beside_a_damaged_block_is_mended(config, output, whole, computed):
+    stop_early(config, output, cells=600)
+    folder = output.with_name("map.nc.parts")
+    (folder / "manifest.json").write_bytes(b"{")
+    first = folder / block_files(folder)[0]
+    first.write_bytes(first.read_bytes()[:-40])
+    said = []
+    del computed[:]
+    finished = 60 * (len(block_files(folder)) - 1)
+    same(stickslip.run(config, output, notice=said.append), whole)
+    assert sum(computed) == 900 - finished
+    assert "manifest.json was damaged" in said[0] and any("is damaged" in line for line in said[1:])
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX users")
+def test_a_finished_map_in_a_folder_that_is_read_only_is_finished(config):
+    """Root may write everywhere, so it becomes nobody for a moment."""
+    folder = Path(tempfile.mkdtemp(prefix="read only "))  # outside tmp_path, whose parents are private
+    text, user = config.read_text(), os.geteuid()
+    config = folder / "a.yaml"
+    config.write_text(text)
+    command = ["run", str(config), "-o", str(folder / "map.nc"), "--no-plot"]
+    try:
+        for _ in range(2):  # all modules are imported by who may read them
+            assert CliRunner().invoke(main, command).exit_code == 0
+        folder.chmod(0o555)
+        if user == 0:
+            os.seteuid(65534)
+        done = CliRunner().invoke(main, command)
+    finally:
+        if user == 0:
+            os.seteuid(0)
+        folder.chmod(0o755)
+        shutil.rmtree(folder)
+    assert done.exit_code == 0, done.output
+    assert "is complete already" in done.output

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from stickslip.errors import DamagedBlockError
 from stickslip.files.packing import PLAIN, packed, unpacked
+from stickslip.files.seal import content_of
 
 MAGIC = b"stickslip block 2\n"
 _FIRST = b"stickslip block 1\n"
@@ -35,16 +36,24 @@ Columns = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Column:
-    """A column as it is stored. packing : of `data`, which may hold more than the values of its `cells`."""
+    """A column as it is stored. packing : of `data`, which may hold more than the values of its `cells`.
+
+    sha256 : of the values, as `content` gives it; empty in blocks of earlier versions.
+    """
 
     dtype: np.dtype[Any]
     cells: int
     packing: str
     data: memoryview
+    sha256: str = ""
 
     def is_one_value(self) -> bool:
         """Whether all cells share one value, and `data` is that."""
         return self.packing == _ONE
+
+    def content(self) -> bytes:
+        """What identifies the values (`files/seal.py`), without unpacking them if whoever packed them noted it."""
+        return bytes.fromhex(self.sha256) if self.sha256 else content_of(self.values())
 
     def values(self) -> NDArray[Any]:
         """One value per cell. Raises ValueError for data that are not of that kind."""
@@ -73,9 +82,10 @@ def encode(
     """The bytes of a block file: `header` as JSON, `columns`, packed as chunks of `length` cells."""
     stored = {name: column(values, packing, length) for name, values in columns.items()}
     described = [
-        {"name": name, "type": c.dtype.str, "cells": c.cells, "packing": c.packing, "bytes": c.data.nbytes}
+        {"name": name, "type": c.dtype.str, "cells": c.cells, "packing": c.packing, "bytes": c.data.nbytes,
+         "sha256": content_of(columns[name]).hex()}
         for name, c in stored.items()
-    ]
+    ]  # fmt: skip
     text = json.dumps({**header, "columns": described}).encode()
     whole = b"".join([MAGIC, _LENGTH.pack(len(text)), text, *(c.data for c in stored.values())])
     return whole + hashlib.sha256(whole).digest()
@@ -119,7 +129,9 @@ def _columns(described: list[Header], data: memoryview) -> dict[str, Column]:
         dtype, end = np.dtype(told["type"]), place + int(told["bytes"])
         if not place <= end <= len(data):
             raise ValueError("more columns than data")
-        columns[str(told["name"])] = Column(dtype, int(told["cells"]), str(told["packing"]), data[place:end])
+        columns[str(told["name"])] = Column(
+            dtype, int(told["cells"]), str(told["packing"]), data[place:end], str(told.get("sha256", ""))
+        )
         place = end
     if place != len(data):
         raise ValueError("more data than columns")

@@ -19,7 +19,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from datetime import datetime
 
-from stickslip.errors import StoreError
+from stickslip.errors import StoreError, printable
 from stickslip.files.locations import Location, Url
 from stickslip.files.machine import host, is_alive, space
 from stickslip.runs.blocks import Shard
@@ -28,6 +28,7 @@ from stickslip.runs.workdir.folder import Folder
 PREFIX = "lock"
 WHOLE = "lock.json"
 REFRESH, PATIENCE = 10.0, 120.0  # s
+_LONGEST = 100  # characters of a name that is shown
 Notice = Callable[[str], None]
 
 
@@ -47,12 +48,13 @@ class Holder:
     def stale(self) -> bool:
         """Whether no process can be working under this lock any more."""
         here = (self.host, self.space) == (host(), space())
-        return (here and not is_alive(self.pid)) or time.time() - self.seen > PATIENCE
+        return (here and not is_alive(self.pid)) or abs(time.time() - self.seen) > PATIENCE
 
     def __str__(self) -> str:
         since = datetime.fromtimestamp(self.since).astimezone().strftime("%Y-%m-%d %H:%M:%S")
         age = max(0.0, time.time() - self.seen)
-        return f"{self.user} on {self.host}, process {self.pid}, since {since} (last seen {age:.0f} s ago)"
+        who = f"{self.user!s:.{_LONGEST}} on {self.host!s:.{_LONGEST}}"
+        return printable(f"{who}, process {self.pid}, since {since} (last seen {age:.0f} s ago)")
 
 
 def lock_name(shard: Shard | None) -> str:
@@ -63,12 +65,19 @@ def lock_name(shard: Shard | None) -> str:
 def shard_of(name: str) -> Shard | None:
     """The shard whose lock has this name; None for a whole run."""
     found = re.fullmatch(rf"{PREFIX}-(\d+)-of-(\d+)\.json", name)
-    return Shard(int(found[1]), int(found[2])) if found else None
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        return None
+    return Shard(int(found[1]), int(found[2]))
+
+
+def is_lock(name: str) -> bool:
+    """Whether a file of this name is a lock."""
+    return name == WHOLE or shard_of(name) is not None
 
 
 def holders(folder: Folder) -> dict[str, Holder]:
     """Who holds what, stale locks included."""
-    found = {name: _read(folder, name) for name in folder.names() if name.startswith(PREFIX)}
+    found = {name: _read(folder, name) for name in folder.names() if is_lock(name)}
     return {name: holder for name, holder in found.items() if holder}
 
 
@@ -91,6 +100,7 @@ def held(folder: Folder, shard: Shard | None, lost: Callable[[], None], notice: 
             yield lock
     finally:
         lock.release()
+        folder.vanish()  # nothing is left of a run that was refused
 
 
 @contextmanager
@@ -149,7 +159,7 @@ class Lock:
 
 def _make_room(folder: Folder, lock: Lock, notice: Notice) -> None:
     """Refuse if others work there that exclude this lock; remove stale locks."""
-    for name in [name for name in folder.names() if name.startswith(PREFIX)]:
+    for name in filter(is_lock, folder.names()):
         if name == lock.name and lock.ours:
             continue
         if name == lock.name or WHOLE in (name, lock.name):
@@ -176,8 +186,12 @@ def _read(folder: Folder, name: str) -> Holder | None:
     try:
         plain = json.loads(folder.read(name))
         numbers = {"pid": int(plain["pid"]), "since": float(plain["since"]), "seen": float(plain["seen"])}
+        for name in ("since", "seen"):
+            datetime.fromtimestamp(numbers[name]).astimezone()  # raises for what is no time
         return Holder(**{**plain, **numbers})
-    except (FileNotFoundError, ValueError, TypeError, KeyError, ArithmeticError, RecursionError):
+    except StoreError:
+        raise
+    except (OSError, ValueError, TypeError, KeyError, ArithmeticError, RecursionError):
         return None
 
 

@@ -22,7 +22,7 @@ from stickslip.runs.settings import fingerprint
 
 NAME = "manifest.json"
 FORMAT = 1
-_ADDED = ("plane", "written_in", "deal")  # what stores of earlier versions lack
+_ADDED = ("plane", "written_in", "deal", "fresh")  # what stores of earlier versions lack
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,7 @@ class Manifest:
     plane: int = 0  # of `Blocks`; 0 for all of them, which is what stores had before
     written_in: Mapping[str, str] = field(default_factory=dict)  # units of the configuration; stores had none before
     deal: Deal = EVERY_NTH  # how shards get their blocks
+    fresh: bool = False  # begun to replace whatever result there is, and not finished
     format: int = FORMAT
 
     @property
@@ -58,12 +59,12 @@ class Manifest:
         return parse_config(self.configuration, f"{where}/{NAME}").shown_in(self.written_in)
 
 
-def make(config: Config, shape: tuple[int, ...], blocks: Blocks, kernels: str, software: str) -> Manifest:
+def make(config: Config, shape: tuple[int, ...], blocks: Blocks, kernels: str, software: str, fresh: bool) -> Manifest:
     """The manifest of a new store."""
     created = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return Manifest(
         fingerprint(config), config.to_yaml(), shape, blocks.size, blocks.length, blocks.count, (kernels,),
-        __version__, software, created, blocks.plane, config.written_in, SPREAD,
+        __version__, software, created, blocks.plane, config.written_in, SPREAD, fresh,
     )  # fmt: skip
 
 

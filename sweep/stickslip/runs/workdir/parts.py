@@ -17,7 +17,7 @@ from stickslip import engine
 from stickslip._version import __version__
 from stickslip.config.model import Config
 from stickslip.dataset.provenance import software
-from stickslip.errors import ConfigError, DamagedBlockError, DamagedManifestError, StoreError
+from stickslip.errors import ConfigError, DamagedBlockError, DamagedManifestError, ForeignBlockError, StoreError
 from stickslip.files.locations import Location
 from stickslip.files.packing import PLAIN
 from stickslip.runs.settings import differences, fingerprint, told
@@ -25,7 +25,7 @@ from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir import manifest as manifests
 from stickslip.runs.workdir.encoding import Column, encode, opened
 from stickslip.runs.workdir.folder import TEMPORARY, Folder
-from stickslip.runs.workdir.lock import PREFIX, Notice
+from stickslip.runs.workdir.lock import Notice, is_lock
 from stickslip.runs.workdir.manifest import Manifest
 
 SUFFIX = ".parts"
@@ -65,8 +65,8 @@ class Parts:
         return self._numbers(_BLOCK)
 
     def failed(self) -> set[int]:
-        """Numbers of the blocks that failed."""
-        return self._numbers(_FAILED)
+        """Numbers of the blocks that failed, and have not been computed since."""
+        return self._numbers(_FAILED) - self.finished()
 
     def cells(self, numbers: Iterable[int]) -> int:
         """How many cells these blocks have."""
@@ -98,10 +98,10 @@ class Parts:
         cells = self.blocks.cells(number)
         wanted = {"run": self.manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
         if wrong := [name for name, value in wanted.items() if header.get(name) != value]:
-            raise DamagedBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
+            raise ForeignBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
         types = {name: column.dtype for name, column in columns.items()}
         if not work.fits(number, types, [column.cells for column in columns.values()]):
-            raise DamagedBlockError("its columns are not those of this run")
+            raise ForeignBlockError("its columns are not those of this run")
         return columns
 
     def drop(self, number: int) -> None:
@@ -130,6 +130,16 @@ class Parts:
     def forgive(self, number: int) -> None:
         """Forget that a block failed."""
         self.folder.remove(_failed_name(number))
+
+    def is_complete(self) -> bool:
+        """Whether no block is missing."""
+        return len(self.finished()) == self.blocks.count
+
+    def no_longer_fresh(self) -> None:
+        """Note that a fresh run is finished: another one begins again."""
+        if self.manifest.fresh:
+            self.manifest = replace(self.manifest, fresh=False)
+            self.folder.write(manifests.NAME, manifests.encode(self.manifest))
 
     def delete(self) -> None:
         """Remove everything that is ours except the locks, and the folder if nothing else is left in it."""
@@ -183,12 +193,17 @@ def _is_temporary(name: str) -> bool:
 def check_ours(folder: Folder) -> None:
     """Raise StoreError for a folder that holds other things and no manifest: it is not touched."""
     names = folder.names()
-    ours = (manifests.NAME in names, *(bool(_BLOCK.fullmatch(n) or n.startswith(PREFIX)) for n in names))
+    ours = (manifests.NAME in names, *(bool(_BLOCK.fullmatch(n) or is_lock(n)) for n in names))
     if names and not any(ours) and not all(map(_is_temporary, names)):
         raise StoreError(
             f"{folder.where}: holds other things ({names[0]}, ...) and no working store, so it is left alone",
             hint="name another place with {store}",
         )
+
+
+def is_empty(folder: Folder) -> bool:
+    """Whether a folder holds nothing but what a run leaves that is killed while it removes its store."""
+    return all(is_lock(name) or _is_temporary(name) for name in folder.names())
 
 
 def find(folder: Folder) -> Parts:
@@ -201,7 +216,7 @@ def find(folder: Folder) -> Parts:
     except DamagedManifestError as damaged:
         raise StoreError(
             f"{folder.where}/{manifests.NAME}: damaged, {damaged}",
-            hint="{run} with the configuration writes it again; {fresh} starts over",
+            hint="{run} with the configuration writes it again; {run} with {fresh} starts over",
         ) from None
     _check_version(folder, manifest)
     return Parts(folder, manifest)
@@ -209,6 +224,8 @@ def find(folder: Folder) -> Parts:
 
 def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice, packing: str = PLAIN) -> Parts:
     """The store of this work in a folder that is locked: created, resumed, or begun again if `fresh`.
+
+    A fresh run marks its store, and goes on with one that is marked so; with other kernels it begins again.
 
     packing : of the blocks that are computed now. The blocks of a store that is resumed are cut as it says.
 
@@ -220,42 +237,57 @@ def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice, packing: st
 
 
 def _prepared(folder: Folder, work: Work, fresh: bool, notice: Notice) -> Parts:
-    if fresh:
-        clear(folder)
-        return _new(folder, work)
     try:
         manifest = manifests.decode(folder.read(manifests.NAME))
     except FileNotFoundError:
-        return _new(folder, work)
+        return _new(folder, work, fresh)
     except DamagedManifestError as damaged:
-        return _mended(folder, work, damaged, notice)
+        return _new(folder, work, fresh) if fresh else _mended(folder, work, damaged, notice)
+    if fresh and not goes_on_fresh(manifest, work):
+        return _new(folder, work, fresh)
     _check_version(folder, manifest)
     return _gone_on_with(Parts(folder, manifest), work, notice)
 
 
-def _new(folder: Folder, work: Work) -> Parts:
-    parts = Parts(folder, manifest_of(work))
+def goes_on_fresh(manifest: Manifest, work: Work) -> bool:
+    """Whether a store is that of the same fresh run, which was interrupted."""
+    same = (fingerprint(work.config), work.size, engine.kernels_digest(), manifests.FORMAT)
+    return manifest.fresh and same == (manifest.fingerprint, manifest.size, manifest.kernels[-1], manifest.format)
+
+
+def _new(folder: Folder, work: Work, fresh: bool) -> Parts:
+    if fresh:
+        clear(folder)
+    parts = Parts(folder, manifest_of(work, fresh))
     folder.write(manifests.NAME, manifests.encode(parts.manifest))
     return parts
 
 
-def manifest_of(work: Work) -> Manifest:
+def manifest_of(work: Work, fresh: bool = False) -> Manifest:
     """The manifest of a store that this process begins."""
-    return manifests.make(work.config, work.study.shape, work.blocks, engine.kernels_digest(), software())
+    return manifests.make(work.config, work.study.shape, work.blocks, engine.kernels_digest(), software(), fresh)
 
 
 def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: Notice) -> Parts:
-    """The store with its manifest written again, unless its blocks say that they belong to something else."""
-    parts = Parts(folder, manifest_of(work))
-    for number in sorted(parts.finished())[:_LOOKED_AT]:
+    """The store with its manifest written again, unless its blocks say that they belong to something else.
+
+    A damaged block says nothing, and will be computed again.
+    """
+    parts, looked_at = Parts(folder, manifest_of(work)), 0
+    for number in sorted(parts.finished()):
+        if looked_at == _LOOKED_AT:
+            break
         try:
             parts.stored(number, work)
-        except DamagedBlockError as other:
+            looked_at += 1
+        except ForeignBlockError as other:
             raise StoreError(
                 f"{folder.where}/{manifests.NAME}: damaged, {damaged}; and block {number} is not one of this "
                 f"configuration: {other}",
                 hint="{fresh} starts over, or name another place with {store}",
             ) from None
+        except (DamagedBlockError, FileNotFoundError):
+            continue
     notice(f"{manifests.NAME} was damaged ({damaged}) and is written again from the configuration")
     folder.write(manifests.NAME, manifests.encode(parts.manifest))
     return parts
@@ -317,7 +349,7 @@ def _check_version(folder: Folder, manifest: Manifest) -> None:
     if manifest.format != manifests.FORMAT or not same_major(manifest.stickslip):
         raise StoreError(
             f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}",
-            hint="resume with that version, or start over with {fresh}",
+            hint="resume with that version, or start over: {run} with {fresh}",
         )
 
 
