@@ -33,7 +33,7 @@ from stickslip.files.duck_arrays import import_no_more
 from stickslip.files.locations import Url, location
 from stickslip.files.mistaken import RESULTS_HERE, names_in, no_result
 from stickslip.files.netcdf_lock import NETCDF_LOCK
-from stickslip.files.seal import GROUP, MARKED, SEAL, TABLE, Marks, digest, is_unwritten, marks_of
+from stickslip.files.seal import GROUP, MARKED, SEAL, TABLE, Marks, digest, has_bare_values, is_unwritten, marks_of
 
 import_no_more()
 
@@ -272,7 +272,7 @@ def _chunks_in(
 def _in_chunks(ds: xr.Dataset, path: str, lazily: Lazily, marks: Marks | None) -> xr.Dataset:
     """The dataset with what reads values when they are needed in place of what waits in the file."""
     guarded = {
-        name: lazily(variable, _Guarded(variable, str(name), path, marks))
+        name: lazily(variable, _Guarded(variable, str(name), path, None if has_bare_values(variable) else marks))
         for name, variable in ((name, ds.variables[name]) for name in ds.data_vars)
         if variable.ndim
     }
