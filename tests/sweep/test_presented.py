@@ -115,7 +115,9 @@ def test_what_is_said_of_the_best_material_limits_the_decision_first(ten, monkey
     from stickslip.materials.words import Words
 
     best = str(ten["material"].values[0])
-    monkeypatch.setattr(Words, "remarks", lambda _: ["PTFE: far.", f"{best}: near.", "Damping 0 was assumed."])
+    said = ["PTFE: far.", f"{best}: near.", "Damping 0 was assumed."]
+    monkeypatch.setattr(Words, "limits", lambda _: said)
+    monkeypatch.setattr(Words, "remarks", lambda _: [f"{best}: no vibration lasts.", *said])
     box = material_page(ten).partition("What limits this")[2]
     assert box.index("near") < box.index("<table>") < box.index("far")
 
