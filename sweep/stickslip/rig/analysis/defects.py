@@ -42,7 +42,7 @@ _FUNDAMENTAL = 130.0  # Hz: from here on a line of mains is a harmonic
 _COARSE = 40  # samples from drop to drop, in which a stick may be missed
 _SCATTERS = 0.02  # of the largest force, from sample to sample: few samples hide drops then
 _ENOUGH = 1_000_000  # samples to see whether channels belong together
-SAME_FORCE = 0.03  # how far the sliding force may depend on where the drive rests
+SAME_FORCE = 0.02  # how far the sliding force may depend on where the drive rests
 _DIFFERS = 0.05  # of a speed or a way
 
 

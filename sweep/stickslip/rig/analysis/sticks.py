@@ -34,7 +34,10 @@ Positions = NDArray[np.intp]
 _NARROWEST = 5  # samples of a window
 _WIDEST = 1 / 20  # of the record
 _CLEAR = 0.05  # of the largest force, beyond which its sign is that of the stroke
-_LEVEL = 0.01  # of a force: how far a constant one may wander
+_RARE = 0.2  # of the time between sticks: a drive does not rest for all but that
+_LEVEL = 0.02  # of a force, and of its rate in a stick: how far a constant one may wander
+_LOADED = 0.9  # of the median force of a stroke, from where on it may slide
+_FAST = 1.5  # of the loading rate in a stick: what changes faster is no stick
 _QUIET = 0.25  # of the tolerance: how much of it the noise of the slope may use up
 
 
@@ -85,6 +88,8 @@ class Sticks:
         weights = np.cumsum(inside[:-1]) * steps
         clear = weights if self.unclear is None else np.where(self.unclear[1:], 0.0, weights)
         means = 0.5 * (force[1:] + force[:-1])
+        if clear.sum() < _RARE * weights.sum():
+            clear = weights
         return tuple(float(means @ w / w.sum()) if w.any() else np.nan for w in (weights, clear))
 
 
@@ -280,22 +285,28 @@ class _Rates:
             a + int(np.argmax(force[a : b + 1] <= force[b] + 4.0 * noise))
             for a, b in zip(drops.starts.tolist(), drops.ends.tolist(), strict=True)
         ], np.intp)  # fmt: skip
-        other = ~_within(starts, ends, size) & (np.abs(self._rate) <= (1.0 + self._tolerance) * self._full)
+        other = ~_within(starts, ends, size) & (np.abs(self._rate) <= _FAST * self._full)
         for a, b in zip(drops.starts.tolist(), bottoms.tolist(), strict=True):
             other[a : b + 1] = False
         other[: ends[0]] = False
         begins, stops = runs_of(other)
         between = np.isin(begins - 1, ends) & np.isin(stops + 1, starts)
-        lasting = between | (stops - begins >= self._width)
+        brief = max(self._width, int(np.median(bottoms - drops.starts)) if bottoms.size else 0)
+        lasting = between | (stops - begins >= brief)
         begins, stops = begins[lasting], stops[lasting]
         known = self._follow_drops(begins, drops, bottoms, starts)
-        unclear = self._level_ends(begins[~known], stops[~known], starts, noise)
+        unclear = self._unclear(_within(begins[~known], stops[~known], size), noise)
         order = np.argsort(np.concatenate([starts, begins[known]]), kind="stable")
         slow = order >= starts.size
         starts = np.concatenate([starts, begins[known]])[order]
         ends = np.concatenate([ends, stops[known]])[order]
-        touching = (starts[1:] - ends[:-1] <= 1) & (slow[1:] | slow[:-1])
-        return *_joined(starts, ends, touching), unclear
+        apart = starts[1:] - ends[:-1]
+        steady = np.abs(self._force[starts[1:]] - self._force[ends[:-1]]) <= (
+            _FAST * self._full * self._step * apart + 6.0 * noise
+        )
+        last = np.append(bottoms, -1)[np.searchsorted(drops.starts, starts[1:]) - 1]  # of the drops before
+        together = (apart <= self._width) & steady & (last <= ends[:-1]) | (apart <= 1) & (slow[1:] | slow[:-1])
+        return *_joined(starts, ends, together), unclear
 
     def _follow_drops(
         self, begins: Positions, drops: Drops, bottoms: Positions, starts: Positions
@@ -320,21 +331,29 @@ class _Rates:
         turns = clear[1:][np.diff(np.sign(self._force[clear])) != 0]
         return np.searchsorted(turns, np.arange(self._force.size), "right")
 
-    def _level_ends(self, begins: Positions, stops: Positions, starts: Positions, noise: float) -> NDArray[np.bool_]:
-        """Where the force is constant up to a reversal of the drive, or to the end of the record."""
-        level = np.zeros(self._force.size, np.bool_)
-        resting = np.abs(self._rate) <= self._tolerance * self._full
-        for begin, stop in zip(begins.tolist(), stops.tolist(), strict=True):
-            quiet = np.flatnonzero(resting[begin : stop + 1])
-            if quiet.size <= self._width:
+    def _unclear(self, inside: NDArray[np.bool_], noise: float) -> NDArray[np.bool_]:
+        """Where the force is constant up to a reversal of the drive or the end of the record, and rises after one."""
+        unclear = np.zeros(inside.size, np.bool_)
+        turns = np.flatnonzero(np.diff(self._strokes())) + 1
+        inside[turns] = False
+        lasting = min(4 * self._width + 1, inside.size - 2) | 1
+        resting = np.abs(slope(self._force, self._step, lasting)) <= _LEVEL * self._full
+        starts, ends = runs_of(inside)
+        for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+            part = np.abs(self._force[start : end + 1])
+            if start - 1 in turns:
+                rising = int(np.argmax(part >= _LOADED * np.median(part)))
+                unclear[start - 1 : start + rising] = True
+            quiet = np.flatnonzero(resting[start : end + 1])
+            if quiet.size <= lasting:
                 continue
-            part = np.abs(self._force[begin : begin + int(quiet[-1]) + 1])
-            value = float(np.median(part[-self._width :]))
+            part = part[: int(quiet[-1]) + 1]
+            value = float(np.median(part[-lasting:]))
             away = np.flatnonzero(np.abs(part - value) > max(5.0 * noise, _LEVEL * value))
             first = int(away[-1]) + 1 if away.size else 0
-            if part.size - first > self._width:
-                level[begin + first : begin + part.size] = True
-        return level
+            if part.size - first > lasting:
+                unclear[start + first : end + 1] = True
+        return unclear
 
 
 def _top(rates: Floats) -> float:
