@@ -155,7 +155,7 @@ def rig_features(
         from stickslip.rig.report.traces import plot_records
 
         numbers = dict(zip(records, found["model_rpn"].values.tolist(), strict=True))
-        plots.save(plot_records(records, shifted=beside, numbers=numbers, window=window), plot)
+        plots.save(plot_records(records, beside=beside, numbers=numbers, window=window), plot)
         click.echo(f"plot      {plot}")
     if sound is not None:
         rig_sounds.write_records(sound, records)
@@ -300,7 +300,7 @@ def _feature_table(found: xr.Dataset, columns: Sequence[tuple[str, str, float, s
     from rich.table import Table
     from rich.text import Text
 
-    from stickslip.rig.risk import band_of
+    from stickslip.rig.risk import band_of, number_text
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("record", overflow="fold", max_width=name_width)
@@ -309,8 +309,8 @@ def _feature_table(found: xr.Dataset, columns: Sequence[tuple[str, str, float, s
         table.add_column(heading, justify="right", no_wrap=True)
     for i, name in enumerate(map(str, found["record"].values.tolist())):
         row = found.isel(record=i)
-        number = int(row["model_rpn"])
-        cells = [Text(name), Text(f" {number or '?'} ", style=_COLOURS[band_of(number)])]
+        number = float(row["model_rpn"])
+        cells = [Text(name), Text(f" {number_text(number)} ", style=_COLOURS[band_of(number)])]
         for feature, _, factor, form in columns:
             value = float(_best(row, feature)) * factor
             cells.append(Text("-" if np.isnan(value) else format(value, form)))

@@ -65,7 +65,7 @@ class Calibration:
     @property
     def number(self) -> Floats:
         """The fitted number, pair by pair."""
-        return number_of(self.level).astype(np.float64)
+        return number_of(self.level)
 
     @property
     def error(self) -> float:
@@ -116,8 +116,8 @@ class Calibration:
 
     def _bands(self, level: Floats) -> int:
         """How many pairs come out in their band."""
-        number = number_of(level)
-        return sum(band_of(int(a)) == band_of(int(b + 0.5)) for a, b in zip(number, self.rpn, strict=True))
+        numbers = zip(number_of(level).tolist(), number_of(self.rpn).tolist(), strict=True)
+        return sum(band_of(a) == band_of(b) for a, b in numbers)
 
     def _remark(self, name: str) -> str:
         if name.startswith(("lowest_", "highest_")):

@@ -24,7 +24,7 @@ from stickslip.rig.records.sampling import (
     sample_rate,
     spectrum_peaks,
 )
-from stickslip.rig.risk import BANDS, FORMULA, INPUTS, RPN_NAME, UNDEFINED, Risk, band_of, number_of
+from stickslip.rig.risk import BANDS, FORMULA, INPUTS, RPN_NAME, Risk, band_of, number_of
 from stickslip.rig.settings import FeatureSettings, Settings
 
 PEAKS = 3  # of the spectrum
@@ -115,8 +115,8 @@ def rate(found: xr.Dataset, risk: Risk) -> xr.Dataset:
     number = number_of(level)
     comment = f"{RPN_NAME}: {FORMULA}"
     bands = ("unknown", *BANDS)
-    band = np.asarray([bands.index(band_of(int(n))) for n in number.ravel()], np.int8).reshape(number.shape)
-    rpn = {"units": "1", "long_name": RPN_NAME, "comment": f"1 to 10; {UNDEFINED} where a feature is not known"}
+    band = np.asarray([bands.index(band_of(n)) for n in number.ravel().tolist()], np.int8).reshape(number.shape)
+    rpn = {"units": "1", "long_name": RPN_NAME, "comment": "1 to 10; missing where a feature is not known"}
     flags = {"units": "1", "long_name": f"traffic light of the {RPN_NAME}", "flag_meanings": " ".join(bands),
              "flag_values": np.arange(len(bands), dtype=np.int8)}  # fmt: skip
     dims = found["sticks"].dims
@@ -127,7 +127,7 @@ def rate(found: xr.Dataset, risk: Risk) -> xr.Dataset:
         found = found.assign(model_rpn_extrapolated=xr.Variable(dims, outside, extrapolated, _NO_FILL))
     return found.assign(
         model_rpn_level=(dims, level, {"units": "1", "long_name": f"level of the {RPN_NAME}", "comment": comment}),
-        model_rpn=xr.Variable(dims, number, rpn, _NO_FILL),
+        model_rpn=xr.Variable(dims, number, rpn),
         model_rpn_band=xr.Variable(dims, band, flags, _NO_FILL),
     )
 
