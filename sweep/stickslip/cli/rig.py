@@ -42,6 +42,7 @@ _COLUMNS = (
     ("dynamic_friction", "mu_d", 1.0, ".3f"),
 )
 _FASTEST = {"drive_speed": 1.0}  # SI; a plate moves no faster, and what does so lacks its unit
+_NEEDED = {"normal_load": "no normal_load (no friction coefficients)", "drive_speed": "no drive_speed"}
 _MOST_NAMES = 5  # of records in a warning
 _COLUMN_WIDTH = 9  # characters with the gap, at most
 _COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "white on red", "unknown": ""}
@@ -139,6 +140,7 @@ def rig_features(
         if left := record.attrs["not_used"]:
             click.echo(f"note      {file}: columns not used: {', '.join(map(repr, left))}")
         records[_called(name, file, record, records)] = record
+    _tell_understood(records)
     try:
         found = rig.feature_table(records, settings)
     except ValueError as error:
@@ -148,8 +150,8 @@ def rig_features(
     console.print(f"RPN: {rig.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
     warn_of_extrapolation(found, settings.risk)
     for name, remarks in zip(records, found["remarks"].values.tolist(), strict=True):
-        for remark in filter(None, remarks.split("\n")):
-            click.echo(f"{name}: {remark}")
+        if remarks:
+            click.echo(f"{name}: " + remarks.replace("\n", "\n  "))
     if plot is not None:
         from stickslip import plots
         from stickslip.rig.report.traces import plot_records
@@ -255,6 +257,21 @@ def _tell_overruled(file: Path, record: xr.Dataset, given: Mapping[str, str], se
         if held != settings.conditions[name]:
             unit = units.spelled(CONDITIONS[name].units)
             click.echo(f"{file}: its remark {name} = {held:g} {unit} holds, not the {text} of the option", err=True)
+
+
+def _tell_understood(records: Mapping[str, xr.Dataset]) -> None:
+    """Say which conditions and columns were understood, once for all records in which they are the same."""
+    from stickslip.rig.words import quantity
+    from stickslip.vocabulary.settings import CONDITIONS
+
+    names: dict[str, list[str]] = {}
+    for name, record in records.items():
+        known = [f"{c} {quantity(float(record[c]), CONDITIONS[c].units)}" for c in CONDITIONS if c in record.coords]
+        lacking = [word for c, word in _NEEDED.items() if c not in record.coords]
+        names.setdefault("; ".join([", ".join(known + lacking), record.attrs["columns"]]), []).append(name)
+    for understood, some in names.items():
+        more = f" and {len(some) - _MOST_NAMES:,} more" * (len(some) > _MOST_NAMES)
+        click.echo(f"read      {', '.join(some[:_MOST_NAMES])}{more}: {understood}")
 
 
 def warn_of_extrapolation(found: xr.Dataset, risk: Risk) -> None:

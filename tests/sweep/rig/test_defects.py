@@ -90,7 +90,7 @@ CASES = {
 def unguarded(rec):
     """What the samples give by themselves: sticks, the first static friction, and the acceleration."""
     even = evenly(rec)
-    _, ends, _ = _Rates(even, FeatureSettings()).phases()
+    _, ends, *_ = _Rates(even, FeatureSettings()).phases()
     first = abs(force_of(even)[ends[0]]) / float(rec["normal_load"]) if ends.size else np.nan
     size = np.abs(rec["acceleration"].values)
     return ends.size, first, size.max(), np.trapezoid(size, rec["time"].values)

@@ -49,6 +49,7 @@ class Sticks:
     broke : whether the phase ended in sliding, which the last one may not. loading : rate of the force while sticking
     (N/s), as the record shows it, and expected : as stiffness and speed of the drive say; NaN where that is not known.
     unclear : samples after which the drive reverses, of a constant force: sliding, or a drive at rest. None if none.
+    rest : how long (s) the drive is known to rest, where its motion is not recorded.
     """
 
     record: xr.Dataset
@@ -58,6 +59,7 @@ class Sticks:
     loading: float = np.nan
     expected: float = np.nan
     unclear: NDArray[np.bool_] | None = None
+    rest: float = 0.0
 
     @property
     def time(self) -> Floats:
@@ -105,9 +107,9 @@ def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> 
         measured, expected = _Rates(even.drop_vars("stiffness"), how), rates.full_rate()
         if measured.is_sustained() and abs(np.log(measured.full_rate() / expected)) > np.log1p(how.tolerance):
             rates = measured
-    starts, ends, unclear = rates.phases()
+    starts, ends, unclear, rest = rates.phases()
     loading = rates.full_rate() if rates.is_known or rates.is_sustained() else np.nan
-    return Sticks(even, starts, ends, ends < last, loading, expected, unclear)
+    return Sticks(even, starts, ends, ends < last, loading, expected, unclear, rest)
 
 
 def drive_displacement(record: xr.Dataset) -> Floats | None:
@@ -153,8 +155,9 @@ class _Rates:
         self._known = self._stiffness * speed if self._stiffness and speed else None  # N/s, without direction
         self._choose_width(how.window)
 
-    def phases(self) -> tuple[Positions, Positions, NDArray[np.bool_] | None]:
-        """First and last positions of the stick phases, and the samples that are unclear."""
+    def phases(self) -> tuple[Positions, Positions, NDArray[np.bool_] | None, float]:
+        """First and last positions of the stick phases, the samples that are unclear, and how long (s) the drive rested
+        in those phases, as far as it would have loaded the spring more."""
         starts, ends = runs_of(self._sticking())
         starts, ends = _joined(starts, ends, starts[1:] - ends[:-1] - 1 < max(2, self._width // 2))
         long_enough = ends - starts + 1 >= self._width
@@ -164,7 +167,7 @@ class _Rates:
         starts, ends = self._sharpened(starts, ends)
         if self._velocity is None and starts.size:
             return self._with_slow_sticks(starts, ends)
-        return starts, ends, None
+        return starts, ends, None, 0.0
 
     # --- the rate -----------------------------------------------------------------------------------------------------
 
@@ -277,8 +280,8 @@ class _Rates:
 
     def _with_slow_sticks(
         self, starts: Positions, ends: Positions
-    ) -> tuple[Positions, Positions, NDArray[np.bool_] | None]:
-        """The phases with those under a slow drive or one at rest, and the samples that are unclear."""
+    ) -> tuple[Positions, Positions, NDArray[np.bool_] | None, float]:
+        """The phases with those under a slow drive or one at rest; for the rest see `phases`."""
         size, force, noise = self._force.size, np.abs(self._force), noise_of(self._force)
         drops = find_drops(self._force, self._smallest_drop)
         bottoms = np.array([  # the first sample as low as the trough: that may lie anywhere on a noisy plateau
@@ -296,6 +299,8 @@ class _Rates:
         begins, stops = begins[lasting], stops[lasting]
         known = self._follow_drops(begins, drops, bottoms, starts)
         unclear = self._unclear(_within(begins[~known], stops[~known], size), noise)
+        lasting_s, loaded = self._step * (stops - begins), self._force[stops] - self._force[begins]
+        rest = float(np.maximum(lasting_s - np.abs(loaded) / self._full, 0.0)[known].sum())
         order = np.argsort(np.concatenate([starts, begins[known]]), kind="stable")
         slow = order >= starts.size
         starts = np.concatenate([starts, begins[known]])[order]
@@ -306,7 +311,7 @@ class _Rates:
         )
         last = np.append(bottoms, -1)[np.searchsorted(drops.starts, starts[1:]) - 1]  # of the drops before
         together = (apart <= self._width) & steady & (last <= ends[:-1]) | (apart <= 1) & (slow[1:] | slow[:-1])
-        return *_joined(starts, ends, together), unclear
+        return *_joined(starts, ends, together), unclear, rest
 
     def _follow_drops(
         self, begins: Positions, drops: Drops, bottoms: Positions, starts: Positions
@@ -319,7 +324,9 @@ class _Rates:
             return np.zeros(begins.size, np.bool_)
         usual = drops.sizes >= 0.5 * float(np.median(drops.sizes[sticks_again]))
         stroke, after = self._strokes(), np.searchsorted(drops.starts, begins, "right")
-        own = np.concatenate([[-1], stroke[drops.starts], [-1]])  # of each drop, none before the first and after the last
+        own = np.concatenate(
+            [[-1], stroke[drops.starts], [-1]]
+        )  # of each drop, none before the first and after the last
         usual = np.concatenate([[False], usual, [False]])
         here = stroke[begins]
         before = own[after] == here

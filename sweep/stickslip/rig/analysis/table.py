@@ -38,7 +38,7 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
     """The features of one record: variables without dimension, those of the spectrum over `peak`.
 
     NaN where a feature is not defined: no break-away, no load, no motion of the drive; and where a defect of the record
-    leaves nothing to be said of it. The coordinate `remarks` says what is wrong with the record, one line a defect.
+    leaves nothing to be said of it. The coordinate `remarks` says what is wrong with the record: a verdict, and a line for each fact.
     Raises ValueError for a bandwidth that the sampling rate does not allow.
     """
     how = settings or FeatureSettings()
@@ -58,7 +58,7 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
         name: xr.Variable(("peak",) if name in PER_PEAK else (), found[name], _attributes(name)) for name in FEATURES
     }
     conditions: dict[str, Any] = {str(name): c.variable for name, c in record.coords.items() if not c.dims}
-    conditions["remarks"] = xr.Variable((), "\n".join(map(str, wrong)), {"long_name": "what is wrong with the record"})
+    conditions["remarks"] = xr.Variable((), defects.remarks_of(wrong), {"long_name": "what is wrong with the record"})
     return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
 
 
@@ -176,9 +176,7 @@ def _contact(sticks: Sticks, load: float | None) -> Numbers:
     work = cumulative(force, time)
     lasting, means = time[ends] - time[starts], np.full(starts.size, np.nan)
     np.divide(work[ends] - work[starts], lasting, out=means, where=lasting > 0)
-    whole, dynamic = sticks.sliding_forces()
-    if not abs(whole - dynamic) <= defects.SAME_FORCE * dynamic:
-        dynamic = np.nan
+    dynamic = sticks.sliding_forces()[1]
     found: Numbers = {
         "sticks": float(sticks.count),
         "slips": float(starts.size),
@@ -218,7 +216,7 @@ def _motion(record: xr.Dataset, sticks: Sticks) -> Numbers:
     time, way = record["time"].values, drive_displacement(record)
     duration = float(time[-1] - time[0])
     speed = condition_of(record, "drive_speed")
-    travel = speed * duration if speed else np.nan
+    travel = speed * (duration - sticks.rest) if speed else np.nan
     strokes = energy = np.nan
     if way is not None and np.ptp(way) > 0:
         turns = turning_points(way, _STROKE * float(np.ptp(way)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -49,6 +50,7 @@ def plot_records(
     twins = [panel.twinx() for panel in panels]
     handles = []
     for i, (name, part) in enumerate(zip(map(_plain, looks), parts, strict=True)):
+        name += " (shaded: no samples)" * bool(gaps_of(part["time"].values).size)
         force, acceleration = panels[i * beside], twins[i * beside]
         colour = SERIES[i % len(SERIES)]
         _draw(force, part, force_of(part), color=colour, linewidth=1.3)
@@ -89,7 +91,7 @@ def _part(record: xr.Dataset, window: tuple[float, float] | None) -> xr.Dataset:
     return record.isel(time=inside) if inside.sum() > 1 else record
 
 
-def _draw(ax: Axes, record: xr.Dataset, values: Floats, **looks: object) -> None:
+def _draw(ax: Axes, record: xr.Dataset, values: Floats, **looks: Any) -> None:
     """A line since the start, broken at gaps; of more samples than pixels, the smallest and largest of each pixel."""
     time = record["time"].values - record.attrs["start"]
     gaps = gaps_of(time)
@@ -100,9 +102,9 @@ def _draw(ax: Axes, record: xr.Dataset, values: Floats, **looks: object) -> None
             edges = np.linspace(0, x.size, whole, endpoint=False).astype(np.intp)
             x = np.repeat(x[edges], 2)
             y = np.stack([np.minimum.reduceat(y, edges), np.maximum.reduceat(y, edges)], axis=1).ravel()
-        ax.plot(x, y, **looks)  # type: ignore[arg-type]
+        ax.plot(x, y, **looks)
     for gap in gaps.tolist():
-        ax.axvspan(time[gap], time[gap + 1], color=GREY, alpha=0.15, linewidth=0)
+        ax.axvspan(time[gap], time[gap + 1], color=looks["color"], alpha=0.12, linewidth=0)
 
 
 def _name_axes(panels: Sequence[Axes], twins: Sequence[Axes], record: xr.Dataset, columns: int) -> None:
