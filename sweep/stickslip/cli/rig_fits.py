@@ -54,6 +54,9 @@ def calibrate(
 ) -> None:  # fmt: skip
     """Fit the risk model to measured pairs of features, or records, and RPN.
 
+    At least five pairs of different features are needed, eight with --scales. Records of which a feature is not
+    determined are left out.
+
     Prints the parameters ready to paste into a configuration; how well the model predicts pairs it has not seen, and
     the quality of the fit, go to standard error.
     """
@@ -61,6 +64,8 @@ def calibrate(
 
     how = record_settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
     found = calibrate_file(file, how, scales)
+    for pair in found.omitted:
+        click.echo(f"left out  {pair}", err=True)
     click.echo(found.prediction(), err=True)
     click.echo(found.text())
     width = max(6, *map(len, found.names))
@@ -74,7 +79,7 @@ def calibrate(
         tell_json({"risk": found.risk.known, "interval": found.interval, "unidentified": found.unidentified,
                    "leave_one_out_error": found.error, "default_error": found.default_error,
                    "is_better_than_default": found.is_better, "noise": found.noise,
-                   "pairs": {name: getattr(found, name) for name in columns}})  # fmt: skip
+                   "omitted": found.omitted, "pairs": {name: getattr(found, name) for name in columns}})  # fmt: skip
 
 
 @click.command(

@@ -63,7 +63,7 @@ class Defect:
 
 
 def remarks_of(defects: Sequence[Defect]) -> str:
-    """A verdict, and a line for each fact; nothing of a clean record."""
+    """A verdict, what is not determined, and a line for each fact; nothing of a clean record."""
     if not defects:
         return ""
     lost = {name: None for defect in defects for name in defect.spoils}
@@ -74,9 +74,14 @@ def remarks_of(defects: Sequence[Defect]) -> str:
         rest = lost.keys() - {name for names in groups.values() for name in names}
         again = any(defect.again for defect in defects)
         verdict = "record it again" if again else "correct it, or use the other numbers"
-        verdict += f"; not determined: {', '.join([*groups, *(name for name in lost if name in rest)])}"
+        verdict += f"\nnot determined: {', '.join([*groups, *(name for name in lost if name in rest)])}"
     facts = [f"{defect.name}: {fact}" for defect in defects for fact in defect.text.split("; ")]
     return "\n".join([verdict, *facts])
+
+
+def reason_of(remarks: str) -> str:
+    """Why features are not determined, in one line."""
+    return "; ".join(line for line in remarks.splitlines() if not line.startswith("not determined"))
 
 
 # --- the samples ------------------------------------------------------------------------------------------------------
@@ -241,10 +246,11 @@ def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Flo
     yield from _of_sampling(force, sticks, values, natural)
     whole, clear = sticks.sliding_forces()
     if not abs(whole - clear) <= SAME_FORCE * clear and np.isfinite(clear):
+        low, high = sorted((whole, clear))
         text = (
-            f"the force while sliding is {min(whole, clear):.3g} or {max(whole, clear):.3g} N, depending on whether the "
-            "drive rests before it reverses; a column of its speed or displacement tells"
+            f"the sliding force is {low:.3g} or {high:.3g} N, depending on whether the drive rests before it reverses; "
         )
+        text += "a column of its speed or displacement tells"
         yield Defect("drive", text, ("dynamic_force", "dynamic_friction"))
     late = _lag(force, record["acceleration"].values, 1.0 / float(values["sample_rate"]))
     if late:
@@ -294,7 +300,7 @@ def _of_drive(record: xr.Dataset, force: Floats) -> Iterator[Defect]:
         up, down = float(np.median(forward)), float(np.median(backward))
         offset, level = 0.5 * (up + down), 0.5 * (up - down)
         if abs(offset) > _OFFSET * level > 0:
-            text = f"the force is {up:.3g} N forward and {down:.3g} N backward; that is an offset or drift of {offset:.3g} N"
+            text = f"the force is {up:.3g} N forward and {down:.3g} N backward; its offset or drift is {offset:.3g} N"
             yield Defect("zero", text, tuple(name for name in FORCE if name.startswith("static")))
     if velocity is None:
         return
@@ -305,7 +311,7 @@ def _of_drive(record: xr.Dataset, force: Floats) -> Iterator[Defect]:
         way = float(np.ptp(record["drive_displacement"].values))
         moved = float(np.ptp(cumulative(velocity, record["time"].values)))
         if way > 0 and abs(moved / way - 1.0) > _DIFFERS:
-            text = f"the drive moves {moved:.4g} m by its velocity, {way:.4g} m by its displacement; is it the clock, or a unit?"
+            text = f"the drive moves {moved:.4g} m by its velocity and {way:.4g} m by its displacement; clock or unit?"
             yield Defect("clock", text, MOTION)
 
 

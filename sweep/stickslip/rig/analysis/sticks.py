@@ -12,8 +12,8 @@ while sticking only where it falls through zero, after a reversal.
 
 Without the motion of the drive a stick under a slow drive, or one at rest, loads the spring slowly or not at all, as
 steady sliding does. Between sticks, sliding is certain only where the force drops. What follows a drop such as those
-after which the contact sticks is a stick as well (`_Rates._with_slow_sticks`); a constant force that follows none, before a
-reversal, is `unclear`: sliding, or a drive at rest.
+after which the contact sticks is a stick as well; a constant force that follows none, before a reversal, is `unclear`:
+sliding, or a drive at rest.
 """
 
 from __future__ import annotations
@@ -299,8 +299,6 @@ class _Rates:
         begins, stops = begins[lasting], stops[lasting]
         known = self._follow_drops(begins, drops, bottoms, starts)
         unclear = self._unclear(_within(begins[~known], stops[~known], size), noise)
-        lasting_s, loaded = self._step * (stops - begins), self._force[stops] - self._force[begins]
-        rest = float(np.maximum(lasting_s - np.abs(loaded) / self._full, 0.0)[known].sum())
         order = np.argsort(np.concatenate([starts, begins[known]]), kind="stable")
         slow = order >= starts.size
         starts = np.concatenate([starts, begins[known]])[order]
@@ -311,7 +309,15 @@ class _Rates:
         )
         last = np.append(bottoms, -1)[np.searchsorted(drops.starts, starts[1:]) - 1]  # of the drops before
         together = (apart <= self._width) & steady & (last <= ends[:-1]) | (apart <= 1) & (slow[1:] | slow[:-1])
-        return *_joined(starts, ends, together), unclear, rest
+        starts, ends = _joined(starts, ends, together)
+        return starts, ends, unclear, self._rest(_within(starts, ends, size))
+
+    def _rest(self, sticking: NDArray[np.bool_]) -> float:
+        """How much less time (s) a drive at full speed would have taken to load the spring as far."""
+        share = np.abs(self._rate) / self._full
+        starts, ends = runs_of(sticking & (share < 1.0 - self._tolerance))
+        long = ends - starts > 2 * self._width
+        return self._step * float(np.sum(1.0 - share[_within(starts[long], ends[long], share.size)]))
 
     def _follow_drops(
         self, begins: Positions, drops: Drops, bottoms: Positions, starts: Positions

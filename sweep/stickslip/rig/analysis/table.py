@@ -38,8 +38,8 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
     """The features of one record: variables without dimension, those of the spectrum over `peak`.
 
     NaN where a feature is not defined: no break-away, no load, no motion of the drive; and where a defect of the record
-    leaves nothing to be said of it. The coordinate `remarks` says what is wrong with the record: a verdict, and a line for each fact.
-    Raises ValueError for a bandwidth that the sampling rate does not allow.
+    leaves nothing to be said of it. The coordinate `remarks` says what is wrong with the record: a verdict, and a line
+    for each fact. Raises ValueError for a bandwidth that the sampling rate does not allow.
     """
     how = settings or FeatureSettings()
     record, wrong = defects.mended(record)
