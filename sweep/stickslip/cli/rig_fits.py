@@ -134,6 +134,8 @@ def identify(
     except KeyboardInterrupt:
         incomplete("interrupted: nothing was identified")
     _show(found)
+    for remark in filter(None, str(rig.features(record, judged)["remarks"].item()).splitlines()):
+        click.echo(f"{file}: {remark}")
     if as_json:
         tell_json(asdict(found))
     if not found.converged:
@@ -193,6 +195,10 @@ def _show(found: Identification) -> None:
         low, high = found.interval[name]
         ends = f"{low:14.5g}{high:12.5g}" if isfinite(high) and high < 1e6 * value else f"{'not determined':>26}"
         click.echo(f"{name:16}{value:12.5g}{ends}  {units.spelled(QUANTITIES[name].units)}".rstrip())
+    for section in dict.fromkeys(QUANTITIES[name].section for name in found.estimates):
+        values = {n: v for n, v in found.estimates.items() if QUANTITIES[n].section == section}
+        written = (f"{n}: {v:.5g} {units.spelled(QUANTITIES[n].units)}".rstrip() for n, v in values.items())
+        click.echo(f"{section}: {{{', '.join(written)}}}  # ready to paste")
     click.echo(f"\n{'feature':20}{'measured':>12}{'simulated':>12}{'difference':>12}")
     for name, value in found.measured.items():
         got, unit = found.simulated[name], units.spelled(FEATURES[name].units)

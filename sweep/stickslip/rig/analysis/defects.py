@@ -67,13 +67,15 @@ def remarks_of(defects: Sequence[Defect]) -> str:
     if not defects:
         return ""
     lost = {name: None for defect in defects for name in defect.spoils}
-    doubtful = any(defect.name in _CONTRADICTIONS for defect in defects)
-    verdict = "check this before you use the numbers" if doubtful else "use the numbers"
+    if any(defect.again for defect in defects):
+        verdict = "record it again"
+    elif any(defect.name in _CONTRADICTIONS for defect in defects):
+        verdict = "check this before you use the numbers"
+    else:
+        verdict = "use the other numbers" if lost else "use the numbers"
     if lost:
         groups = {label: names for label, names in _GROUPS.items() if lost.keys() >= set(names)}
         rest = lost.keys() - {name for names in groups.values() for name in names}
-        again = any(defect.again for defect in defects)
-        verdict = "record it again" if again else "correct it, or use the other numbers"
         verdict += f"\nnot determined: {', '.join([*groups, *(name for name in lost if name in rest)])}"
     facts = [f"{defect.name}: {fact}" for defect in defects for fact in defect.text.split("; ")]
     return "\n".join([verdict, *facts])

@@ -291,7 +291,6 @@ class _Rates:
         other = ~_within(starts, ends, size) & (np.abs(self._rate) <= _FAST * self._full)
         for a, b in zip(drops.starts.tolist(), bottoms.tolist(), strict=True):
             other[a : b + 1] = False
-        other[: ends[0]] = False
         begins, stops = runs_of(other)
         between = np.isin(begins - 1, ends) & np.isin(stops + 1, starts)
         brief = max(self._width, int(np.median(bottoms - drops.starts)) if bottoms.size else 0)
