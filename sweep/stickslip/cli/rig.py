@@ -140,7 +140,6 @@ def rig_features(
         if left := record.attrs["not_used"]:
             click.echo(f"note      {file}: columns not used: {', '.join(map(repr, left))}")
         records[_called(name, file, record, records)] = record
-    _tell_understood(records)
     try:
         found = rig.feature_table(records, settings)
     except ValueError as error:
@@ -148,6 +147,7 @@ def rig_features(
     console = screen.terminal()
     console.print(feature_screen_table(found, console.width))
     console.print(f"RPN: {rig.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
+    _tell_understood(records)
     warn_of_extrapolation(found, settings.risk)
     for name, remarks in zip(records, found["remarks"].values.tolist(), strict=True):
         if remarks:
@@ -268,7 +268,7 @@ def _tell_understood(records: Mapping[str, xr.Dataset]) -> None:
     for name, record in records.items():
         known = [f"{c} {quantity(float(record[c]), CONDITIONS[c].units)}" for c in CONDITIONS if c in record.coords]
         lacking = [word for c, word in _NEEDED.items() if c not in record.coords]
-        names.setdefault("; ".join([", ".join(known + lacking), record.attrs["columns"]]), []).append(name)
+        names.setdefault("\n          ".join([", ".join(known + lacking), record.attrs["columns"]]), []).append(name)
     for understood, some in names.items():
         more = f" and {len(some) - _MOST_NAMES:,} more" * (len(some) > _MOST_NAMES)
         click.echo(f"read      {', '.join(some[:_MOST_NAMES])}{more}: {understood}")

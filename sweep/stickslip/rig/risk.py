@@ -115,8 +115,8 @@ def number_of(level: ArrayLike) -> NDArray[np.float64]:
 
 
 def number_text(number: float) -> str:
-    """A number as it is shown: "?" where it is not known."""
-    return "?" if math.isnan(number) else f"{number:.0f}"
+    """A number as it is shown: "?" where it is not known, which was 0 in older files."""
+    return f"{number:.0f}" if number >= LOWEST else "?"
 
 
 def band_of(number: float) -> str:

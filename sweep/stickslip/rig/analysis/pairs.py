@@ -59,13 +59,13 @@ def _pairs(table: Table, folder: Path, how: Settings) -> tuple[dict[str, Floats]
     if not rows:
         raise ConfigError(table.name, [Problem((RPN,), "no row has a number in this column, and features")])
     rpn = numbers(table, [at[RPN]])[at[RPN]]
-    _check(table, at[RPN], rpn, LOWEST, HIGHEST, f"{LOWEST} to {HIGHEST}")
+    _check(table.name, [row[at[RPN]] for row in rows], rpn, LOWEST, HIGHEST)
     names = [] if column is None else [row[column].text for row in rows]
     if has_features:
         used = [_filled(table, rows, at, f"{name}_limited") or name for name in INPUTS]
         read = numbers(table, [at[name] for name in used])
         for name in used:
-            _check(table, at[name], read[at[name]], 0.0, np.inf, "a number >= 0")
+            _check(table.name, [row[at[name]] for row in rows], read[at[name]], 0.0, np.inf)
         factors = [_factor(table, at[name], FEATURES[name].units) for name in used]
         return {n: read[at[u]] * f for n, u, f in zip(INPUTS, used, factors, strict=True)}, rpn, names, omitted
     if column is None or any(name in at for name in INPUTS):
@@ -105,13 +105,12 @@ def _name(row: Sequence[Cell], column: int | None, i: int) -> str:
     return f"row {i + 1}" if column is None else row[column].text
 
 
-def _check(table: Table, column: int, values: Floats, low: float, high: float, expected: str) -> None:
-    """Raises ConfigError at the first number outside of its bounds."""
+def _check(name: str, cells: Sequence[Cell], values: Floats, low: float, high: float) -> None:
+    """Raises ConfigError at the first number outside of its bounds. name : of the table."""
     wrong = np.flatnonzero(~((values >= low) & (values <= high)))
     if wrong.size:
-        cell, row = table.heading[column], int(wrong[0])
-        place = cell.place._replace(line=table.lines[row][0])
-        raise ConfigError(table.name, [Problem((cell.text,), f"got {values[row]:g}, expected {expected}", place)])
+        cell, bounds = cells[int(wrong[0])], f">= {low:g}" if np.isinf(high) else f"from {low:g} to {high:g}"
+        raise ConfigError(name, [Problem((), f"got {cell.text}, expected a number {bounds}", cell.place)])
 
 
 def _positions(table: Table) -> dict[str, int]:

@@ -96,9 +96,10 @@ def read_record(
     signals = {name: found[position] * factor for name, (position, factor) in columns.items()}
     time = signals.pop(TIME.name)
     _check_time(table, time, columns[TIME.name][0])
+    remarks = _conditions(table)
     load = load_above(table)
     above = ({"normal_load": load[0]} if load else {}) | _speed_above(table)
-    said = {MATERIAL: Path(path).stem} | dict(conditions or {}) | above | _conditions(table)
+    said = {MATERIAL: Path(path).stem} | dict(conditions or {}) | above | remarks
     record = make_record(time, signals, said)
     used = {position for position, _ in columns.values()}
     left = [one.text for i, one in enumerate(headings) if i not in used and one.text]
