@@ -38,7 +38,7 @@ def test_dynamic_friction_is_that_of_a_known_drive_or_not_determined(records):
             assert "drive: the sliding force is" in str(found["remarks"].values), name
             assert not name.startswith(STICK_SLIP), name
         else:
-            assert value == pytest.approx(float(known["dynamic_friction"]), rel=0.03), name
+            assert value == pytest.approx(float(known["dynamic_friction"]), rel=0.05), name
     assert lost <= len(records) // 2
 
 

@@ -79,13 +79,13 @@ def _pairs(table: Table, folder: Path, how: Settings) -> tuple[dict[str, Floats]
     records = [read_record(folder / name, how.record, how.conditions) for name in names]
     found = [features(record, how.features) for record in records]
     inputs = {name: np.array([float(risk_inputs(one)[name]) for one in found]) for name in INPUTS}
-    known = np.isfinite([*inputs.values()]).all(axis=0)
+    known = np.isfinite(np.stack([*inputs.values()])).all(axis=0)
     omitted = [
         f"{name} ({reason_of(str(one['remarks'].item()))})"
-        for name, one, good in zip(names, found, known, strict=True)
+        for name, one, good in zip(names, found, known.tolist(), strict=True)
         if not good
     ]
-    names = [name for name, good in zip(names, known, strict=True) if good]
+    names = [name for name, good in zip(names, known.tolist(), strict=True) if good]
     return {name: values[known] for name, values in inputs.items()}, rpn[known], names, omitted
 
 

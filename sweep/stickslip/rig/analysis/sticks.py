@@ -92,7 +92,8 @@ class Sticks:
         means = 0.5 * (force[1:] + force[:-1])
         if clear.sum() < _RARE * weights.sum():
             clear = weights
-        return tuple(float(means @ w / w.sum()) if w.any() else np.nan for w in (weights, clear))
+        whole, sure = (float(means @ w / w.sum()) if w.any() else np.nan for w in (weights, clear))
+        return whole, sure
 
 
 def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> Sticks:

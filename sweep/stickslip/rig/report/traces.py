@@ -42,11 +42,12 @@ def plot_records(
     of each, "?" for NaN. window : part of each record to draw, s since its start. Gaps are left blank.
     """
     parts = [_part(record, window) for record in records.values()]
-    looks = [f"{name}: {number_text(numbers[name])}" if name in (numbers or {}) else name for name in records]
+    rated = {name: f"{name}: {number_text(number)}" for name, number in (numbers or {}).items()}
+    looks = [rated.get(name, name) for name in records]
     columns = min(_IN_A_ROW, len(parts)) if beside else 1
     rows = -(-len(parts) // columns) if beside else 1
     figure = Figure(figsize=(10.0, 1.2 + 3.6 * rows), layout="constrained")
-    panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
+    panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel().tolist()
     twins = [panel.twinx() for panel in panels]
     handles = []
     for i, (name, part) in enumerate(zip(map(_plain, looks), parts, strict=True)):
