@@ -36,7 +36,7 @@ def test_dynamic_friction_is_that_of_a_known_drive_or_not_determined(records):
         if np.isnan(value):
             lost += 1
             assert "drive: the sliding force is" in str(found["remarks"].values), name
-            assert not name.startswith(STICK_SLIP), name
+            assert not name.startswith(STICK_SLIP) or "100" in name, name
         else:
             assert value == pytest.approx(float(known["dynamic_friction"]), rel=0.05), name
     assert lost <= len(records) // 2
