@@ -42,6 +42,7 @@ _COLUMNS = (
     ("dynamic_friction", "mu_d", 1.0, ".3f"),
 )
 _FASTEST = {"drive_speed": 1.0}  # SI; a plate moves no faster, and what does so lacks its unit
+_NEEDED = {"normal_load": "no normal_load (no friction coefficients)", "drive_speed": "no drive_speed"}
 _MOST_NAMES = 5  # of records in a warning
 _COLUMN_WIDTH = 9  # characters with the gap, at most
 _COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "white on red", "unknown": ""}
@@ -146,16 +147,17 @@ def rig_features(
     console = screen.terminal()
     console.print(feature_screen_table(found, console.width))
     console.print(f"RPN: {rig.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
+    _tell_understood(records)
     warn_of_extrapolation(found, settings.risk)
     for name, remarks in zip(records, found["remarks"].values.tolist(), strict=True):
-        for remark in filter(None, remarks.split("\n")):
-            click.echo(f"{name}: {remark}")
+        if remarks:
+            click.echo(f"{name}: " + remarks.replace("\n", "\n  "))
     if plot is not None:
         from stickslip import plots
         from stickslip.rig.report.traces import plot_records
 
         numbers = dict(zip(records, found["model_rpn"].values.tolist(), strict=True))
-        plots.save(plot_records(records, shifted=beside, numbers=numbers, window=window), plot)
+        plots.save(plot_records(records, beside=beside, numbers=numbers, window=window), plot)
         click.echo(f"plot      {plot}")
     if sound is not None:
         rig_sounds.write_records(sound, records)
@@ -257,6 +259,21 @@ def _tell_overruled(file: Path, record: xr.Dataset, given: Mapping[str, str], se
             click.echo(f"{file}: its remark {name} = {held:g} {unit} holds, not the {text} of the option", err=True)
 
 
+def _tell_understood(records: Mapping[str, xr.Dataset]) -> None:
+    """Say which conditions and columns were understood, once for all records in which they are the same."""
+    from stickslip.rig.words import quantity
+    from stickslip.vocabulary.settings import CONDITIONS
+
+    names: dict[str, list[str]] = {}
+    for name, record in records.items():
+        known = [f"{c} {quantity(float(record[c]), CONDITIONS[c].units)}" for c in CONDITIONS if c in record.coords]
+        lacking = [word for c, word in _NEEDED.items() if c not in record.coords]
+        names.setdefault("\n          ".join([", ".join(known + lacking), record.attrs["columns"]]), []).append(name)
+    for understood, some in names.items():
+        more = f" and {len(some) - _MOST_NAMES:,} more" * (len(some) > _MOST_NAMES)
+        click.echo(f"read      {', '.join(some[:_MOST_NAMES])}{more}: {understood}")
+
+
 def warn_of_extrapolation(found: xr.Dataset, risk: Risk) -> None:
     """Say which records (dimension `record`) have features outside the pairs of the calibration."""
     from stickslip.rig.analysis.table import risk_inputs
@@ -300,7 +317,7 @@ def _feature_table(found: xr.Dataset, columns: Sequence[tuple[str, str, float, s
     from rich.table import Table
     from rich.text import Text
 
-    from stickslip.rig.risk import band_of
+    from stickslip.rig.risk import band_of, number_text
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("record", overflow="fold", max_width=name_width)
@@ -309,8 +326,8 @@ def _feature_table(found: xr.Dataset, columns: Sequence[tuple[str, str, float, s
         table.add_column(heading, justify="right", no_wrap=True)
     for i, name in enumerate(map(str, found["record"].values.tolist())):
         row = found.isel(record=i)
-        number = int(row["model_rpn"])
-        cells = [Text(name), Text(f" {number or '?'} ", style=_COLOURS[band_of(number)])]
+        number = float(row["model_rpn"])
+        cells = [Text(name), Text(f" {number_text(number)} ", style=_COLOURS[band_of(number)])]
         for feature, _, factor, form in columns:
             value = float(_best(row, feature)) * factor
             cells.append(Text("-" if np.isnan(value) else format(value, form)))

@@ -54,6 +54,9 @@ def calibrate(
 ) -> None:  # fmt: skip
     """Fit the risk model to measured pairs of features, or records, and RPN.
 
+    At least five pairs of different features are needed, eight with --scales. Records of which a feature is not
+    determined are left out.
+
     Prints the parameters ready to paste into a configuration; how well the model predicts pairs it has not seen, and
     the quality of the fit, go to standard error.
     """
@@ -61,6 +64,8 @@ def calibrate(
 
     how = record_settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
     found = calibrate_file(file, how, scales)
+    for pair in found.omitted:
+        click.echo(f"left out  {pair}", err=True)
     click.echo(found.prediction(), err=True)
     click.echo(found.text())
     width = max(6, *map(len, found.names))
@@ -74,7 +79,7 @@ def calibrate(
         tell_json({"risk": found.risk.known, "interval": found.interval, "unidentified": found.unidentified,
                    "leave_one_out_error": found.error, "default_error": found.default_error,
                    "is_better_than_default": found.is_better, "noise": found.noise,
-                   "pairs": {name: getattr(found, name) for name in columns}})  # fmt: skip
+                   "omitted": found.omitted, "pairs": {name: getattr(found, name) for name in columns}})  # fmt: skip
 
 
 @click.command(
@@ -129,6 +134,8 @@ def identify(
     except KeyboardInterrupt:
         incomplete("interrupted: nothing was identified")
     _show(found)
+    for remark in filter(None, str(rig.features(record, judged)["remarks"].item()).splitlines()):
+        click.echo(f"{file}: {remark}")
     if as_json:
         tell_json(asdict(found))
     if not found.converged:
@@ -188,6 +195,10 @@ def _show(found: Identification) -> None:
         low, high = found.interval[name]
         ends = f"{low:14.5g}{high:12.5g}" if isfinite(high) and high < 1e6 * value else f"{'not determined':>26}"
         click.echo(f"{name:16}{value:12.5g}{ends}  {units.spelled(QUANTITIES[name].units)}".rstrip())
+    for section in dict.fromkeys(QUANTITIES[name].section for name in found.estimates):
+        values = {n: v for n, v in found.estimates.items() if QUANTITIES[n].section == section}
+        written = (f"{n}: {v:.5g} {units.spelled(QUANTITIES[n].units)}".rstrip() for n, v in values.items())
+        click.echo(f"{section}: {{{', '.join(written)}}}  # ready to paste")
     click.echo(f"\n{'feature':20}{'measured':>12}{'simulated':>12}{'difference':>12}")
     for name, value in found.measured.items():
         got, unit = found.simulated[name], units.spelled(FEATURES[name].units)

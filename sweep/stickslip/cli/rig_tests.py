@@ -178,8 +178,8 @@ def _draw(
         from stickslip.rig.report.traces import plot_records
 
         rpn = found["model_rpn"].values.ravel()
-        numbers = {tests.name(n): int(rpn[n]) for n in drawn}
-        figure = plot_records(records, shifted=beside, numbers=numbers, window=window, heading=tests.rig.config.title)
+        numbers = {tests.name(n): float(rpn[n]) for n in drawn}
+        figure = plot_records(records, beside=beside, numbers=numbers, window=window, heading=tests.rig.config.title)
     else:
         from stickslip.rig.report.matrix import plot_matrix
 

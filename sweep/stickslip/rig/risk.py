@@ -26,7 +26,7 @@ LOWEST, HIGHEST = 1, 10
 BANDS = {"green": (1, 3), "yellow": (4, 5), "red": (6, 10)}  # the article's, page 4
 INPUTS = ("sticks", "acceleration_max", "acceleration_integral")
 _ROUNDED = 1e-5  # relative: a range is written with six digits
-UNDEFINED = 0  # the number and the band where a feature is not known
+UNDEFINED = 0  # the code of the band where a feature is not known; the number is NaN
 
 _DEFAULTS = {name: float(row.default) for name, row in RISK.items() if row.default is not None}
 
@@ -87,8 +87,8 @@ class Risk:
             total = total + weight * decades(inputs[name], scale)
         return np.asarray(total)
 
-    def number(self, inputs: Mapping[str, ArrayLike]) -> NDArray[np.int8]:
-        """The model RPN, a whole number from 1 to 10; 0 where a feature is not known."""
+    def number(self, inputs: Mapping[str, ArrayLike]) -> NDArray[np.float64]:
+        """The model RPN, a whole number from 1 to 10; NaN where a feature is not known."""
         return number_of(self.level(inputs))
 
     def outside(self, inputs: Mapping[str, ArrayLike]) -> dict[str, NDArray[np.bool_]]:
@@ -109,12 +109,16 @@ def decades(values: ArrayLike, scale: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(np.log1p(np.asarray(values, np.float64) / np.asarray(scale)) / math.log(10.0))
 
 
-def number_of(level: ArrayLike) -> NDArray[np.int8]:
-    """Levels rounded (halves up) and held within 1 to 10; 0 for NaN."""
-    rounded = np.clip(np.floor(np.asarray(level, np.float64) + 0.5), LOWEST, HIGHEST)
-    return np.where(np.isnan(rounded), UNDEFINED, np.nan_to_num(rounded)).astype(np.int8)
+def number_of(level: ArrayLike) -> NDArray[np.float64]:
+    """Levels rounded (halves up) and held within 1 to 10; NaN stays."""
+    return np.asarray(np.clip(np.floor(np.asarray(level, np.float64) + 0.5), LOWEST, HIGHEST))
 
 
-def band_of(number: int) -> str:
-    """The traffic light of a number: green, yellow or red; "unknown" for what is none."""
+def number_text(number: float) -> str:
+    """A number as it is shown: "?" where it is not known, which was 0 in older files."""
+    return f"{number:.0f}" if number >= LOWEST else "?"
+
+
+def band_of(number: float) -> str:
+    """The traffic light of a number: green, yellow or red; "unknown" for NaN."""
     return next((band for band, (low, high) in BANDS.items() if low <= number <= high), "unknown")

@@ -266,4 +266,3 @@ def test_a_table_holds_every_record_with_its_conditions_and_units():
     assert table["peak_frequency"].dims == ("record", "peak")
     assert all(array.attrs["units"] for array in table.data_vars.values())
     assert "not the rig maker's" in table["model_rpn"].attrs["long_name"]
-    assert table["model_rpn"].dtype == np.int8

@@ -50,7 +50,7 @@ def test_records_stand_in_one_table_one_file_and_one_plot(tmp_path, files):
     assert plot.stat().st_size > 10_000
     with reading.open(output) as ds:
         assert ds["record"].values.tolist() == ["dry", "felt"]
-        assert (ds["model_rpn"] >= 1).all() and ds["model_rpn"].dtype == np.int8
+        assert (ds["model_rpn"] >= 1).all()
         assert RPN_NAME in ds["model_rpn"].attrs["long_name"]
         assert ds["static_friction"].values == pytest.approx([0.5, 0.15], rel=0.01)
         assert "weight_sticks" in ds.attrs["configuration"] and "rig-features" in ds.attrs["history"]
@@ -130,7 +130,7 @@ def test_calibrate_says_what_is_wrong_with_the_pairs(tmp_path):
     done = invoke("calibrate", pairs)
     assert done.exit_code == 2 and "no column is called acceleration_integral" in done.output
     pairs.write_text("sticks, acceleration_max, acceleration_integral, rpn\n" + "1, 1, 1, 12\n" * 9)
-    assert "got the RPN 12, expected 1 to 10" in invoke("calibrate", pairs).output
+    assert "pairs.csv:2:10: got 12, expected a number from 1 to 10" in invoke("calibrate", pairs).output
 
 
 # --- plots ------------------------------------------------------------------------------------------------------------
@@ -144,18 +144,29 @@ def two_records():
 
 
 def test_zero_is_at_one_height_and_no_acceleration_is_cut_off():
-    for shifted in (False, True):
-        force, acceleration = plot_records(two_records(), shifted=shifted, numbers={"a": 7, "b": 2}).axes
-        (low, high), (least, most) = force.get_ylim(), acceleration.get_ylim()
-        assert low / high == pytest.approx(least / most)
-        assert least <= -1.0 and most >= 1.0
-        assert high >= 5.0
+    for beside in (False, True):
+        axes = plot_records(two_records(), beside=beside, numbers={"a": 7, "b": 2}).axes
+        for force, acceleration in zip(axes[: len(axes) // 2], axes[len(axes) // 2 :], strict=True):
+            (low, high), (least, most) = force.get_ylim(), acceleration.get_ylim()
+            assert low / high == pytest.approx(least / most)
+            assert least <= -1.0 and most >= 1.0
+            assert high >= 5.0
 
 
-def test_records_beside_each_other_do_not_overlap_in_time():
-    force, _ = plot_records(two_records(), shifted=True).axes
-    first, second = (line.get_xdata() for line in force.get_lines())
-    assert first[-1] < second[0]
+def test_records_beside_each_other_have_names_and_their_own_times():
+    axes = plot_records(two_records(), beside=True, numbers={"a": 7, "b": np.nan}, window=(1.0, 2.0)).axes[:2]
+    assert [panel.get_title() for panel in axes] == ["a: 7", "b: ?"]
+    for panel in axes:
+        assert panel.get_lines()[0].get_xdata()[[0, -1]] == pytest.approx([1.0, 2.0], abs=1e-3)
+
+
+def test_nothing_is_drawn_across_a_gap():
+    whole = two_records()["a"]
+    part = whole.isel(time=(whole.time < 1.0) | (whole.time > 1.5))
+    force, _ = plot_records({"a": part}).axes
+    pieces = [line.get_xdata() for line in force.get_lines()]
+    assert len(pieces) == 2 and pieces[0][-1] < 1.0 and pieces[1][0] > 1.5
+    assert len(force.patches) == 1 and "no samples" in force.figure.legends[0].get_texts()[0].get_text()
 
 
 def test_a_window_and_many_samples_keep_peaks():
@@ -269,7 +280,7 @@ FEATURES = "sticks, acceleration_max [m/s2], acceleration_integral [m/s]"
     "heading, row, expected",
     [
         (f"{FEATURES}, model_rpn", "#, #, #, 3", "model_rpn is computed by this program"),
-        (f"{FEATURES}, rpn", "#, #, #, 11", "got the RPN 11"),
+        (f"{FEATURES}, rpn", "#, #, #, 11", "got 11, expected a number from 1 to 10"),
         (f"{FEATURES}, rpn, rpn", "#, #, #, 3, 4", "got the column rpn twice"),
         ("sticks, acceleration_max [N], acceleration_integral [m/s], rpn", "#, #, #, 3", "acceleration_max [N]"),
         ("sticks, acceleration_max [furlong], acceleration_integral, rpn", "#, #, #, 3", "acceleration_max [furlong]"),
@@ -283,6 +294,61 @@ FEATURES = "sticks, acceleration_max [m/s2], acceleration_integral [m/s]"
 def test_tables_that_are_no_pairs_are_refused(tmp_path, heading, row, expected):
     done = invoke("rig", "calibrate", pairs_table(tmp_path, heading, row))
     assert done.exit_code == 2 and expected in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize(
+    "bad, place",
+    [("9, 9, 9, 0.5", ":9:10: got 0.5"), ("9, -1, 9, 5", ":9:4: got -1"), ("9, 9, , 5", ":9:")],
+)
+def test_a_wrong_number_of_a_pair_has_its_line_and_column(tmp_path, bad, place):
+    path = pairs_table(tmp_path, f"{FEATURES}, rpn", "#, #, #, 3", 7)
+    path.write_text(path.read_text() + f"\n{bad}")
+    done = invoke("rig", "calibrate", path)
+    assert done.exit_code == 2 and place in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("by_file", [False, True], ids=["features", "records"])
+def test_a_record_without_the_features_is_left_out_of_the_pairs_and_named(rated, files, by_file):
+    gap = rated / "gap.csv"
+    lines = (rated / "records" / "test3.csv").read_text().splitlines(keepends=True)
+    gap.write_text("".join(lines[:600] + lines[900:]))
+    pairs = rated / "gap_pairs.csv"
+    records = [rated / "records" / f"test{i}.csv" for i in range(6)]
+    if by_file:
+        rows = [f"{path}, {i + 2}" for i, path in enumerate([*records, gap])]
+        pairs.write_text("\n".join(["file, rpn", *rows]))
+    else:
+        invoke("rig", "features", *records, gap, "-o", rated / "gap_features.csv")
+        table = pd.read_csv(rated / "gap_features.csv")
+        assert table["model_rpn"].isna().sum() == 1
+        table.assign(rpn=range(2, 9)).to_csv(pairs, index=False)
+    done = invoke("rig", "calibrate", pairs)
+    assert done.exit_code == 0, done.stderr
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("left out")]
+    assert "gap" in line and "record it again" in line and "6 pairs" in done.stderr
+
+
+def test_the_fewest_pairs_are_in_the_help():
+    assert "At least five pairs" in invoke("rig", "calibrate", "--help").stdout
+
+
+def test_what_was_understood_of_files_is_said_once_for_those_alike(tmp_path):
+    for name, unit, scale in (("a", "N", 1), ("b", "N", 1), ("c", "mN", 1000)):
+        rows = [f"{i};{round(scale * (i % 50) / 10, 3)};0,1".replace(".", ",") for i in range(400)]
+        head = ["Normalkraft;10;N", "Geschwindigkeit;10;mm/s", "", f"Zeit [ms];Kraft [{unit}];Beschleunigung [m/s2]"]
+        (tmp_path / f"{name}.csv").write_text("\n".join([*head, *rows]))
+    done = invoke("rig", "features", *(tmp_path / f"{name}.csv" for name in "abc"))
+    first, second = done.stdout.partition("read ")[2].split("read ")
+    assert "a, b:" in first and "drive_speed 10 mm/s" in first and "spring_force in N" in first
+    assert "c:" in second and "normal_load 10 N" in second and "spring_force in mN" in second
+
+
+def test_a_speed_above_the_heading_that_nobody_understands_is_refused(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"{i};1;0" for i in range(40)]
+    path.write_text("\n".join(["Geschwindigkeit;10;N", "Zeit [ms];Kraft [N];Beschleunigung [m/s2]", *rows]))
+    done = invoke("rig", "features", path)
+    assert done.exit_code == 2 and "a.csv:1:1" in done.stderr, done.stderr
 
 
 def test_records_without_a_number_are_left_out_of_the_pairs(tmp_path):

@@ -42,7 +42,8 @@ def test_the_bands_are_those_of_the_article():
 
 
 def test_levels_are_rounded_halves_up_and_held_at_the_ends():
-    assert number_of([-3, 0.4, 1.49, 1.5, 5.5, 9.5, 12, np.nan]).tolist() == [1, 1, 1, 2, 6, 10, 10, 0]
+    assert number_of([-3, 0.4, 1.49, 1.5, 5.5, 9.5, 12]).tolist() == [1, 1, 1, 2, 6, 10, 10]
+    assert np.isnan(number_of(np.nan))
 
 
 def test_without_any_signal_the_number_is_one():

@@ -42,7 +42,7 @@ class Calibration:
     are as they were. interval : of the fitted ones, 95 %; without pairs it would be that of the prior, +- 1.96.
     unidentified : of those, the ones of which the pairs say little. noise : standard deviation of a number, levels.
     level, rpn : fitted and measured, pair by pair. left_out : the level of each pair from a fit to the others.
-    default : its level without calibration. names : of the pairs.
+    default : its level without calibration. names : of the pairs. omitted : pairs without the features, and why.
     """
 
     risk: Risk
@@ -56,6 +56,7 @@ class Calibration:
     default: Floats
     rpn: Floats
     names: tuple[str, ...] = ()
+    omitted: tuple[str, ...] = ()
 
     @property
     def residuals(self) -> Floats:
@@ -65,7 +66,7 @@ class Calibration:
     @property
     def number(self) -> Floats:
         """The fitted number, pair by pair."""
-        return number_of(self.level).astype(np.float64)
+        return number_of(self.level)
 
     @property
     def error(self) -> float:
@@ -116,8 +117,8 @@ class Calibration:
 
     def _bands(self, level: Floats) -> int:
         """How many pairs come out in their band."""
-        number = number_of(level)
-        return sum(band_of(int(a)) == band_of(int(b + 0.5)) for a, b in zip(number, self.rpn, strict=True))
+        numbers = zip(number_of(level).tolist(), number_of(self.rpn).tolist(), strict=True)
+        return sum(band_of(a) == band_of(b) for a, b in numbers)
 
     def _remark(self, name: str) -> str:
         if name.startswith(("lowest_", "highest_")):
@@ -264,7 +265,8 @@ def _misfit(level: Floats, rpn: Floats) -> Floats:
 def _check(columns: Floats, rpn: Floats, parameters: int) -> None:
     for name, values in zip(INPUTS, columns, strict=True):
         if not (np.isfinite(values) & (values >= 0)).all():
-            raise ValueError(f"{name}: expected finite numbers >= 0")
+            i = int(np.argmin(np.isfinite(values) & (values >= 0)))
+            raise ValueError(f"pair {i + 1}: got {name} = {values[i]:g}, expected a finite number >= 0")
     wrong = ~((rpn >= LOWEST) & (rpn <= HIGHEST))
     if wrong.any():
         i = int(np.argmax(wrong))

@@ -7,7 +7,7 @@ become NaN.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,9 @@ COUNTS = ("sticks", "slips", "drops", "impulse_rate", "stick_fraction", "time_to
 LIMITED = ("acceleration_max_limited", "acceleration_integral_limited")
 ACCELERATION = ("acceleration_max", "acceleration_integral", *LIMITED, "peak_frequency", "peak_acceleration")
 MOTION = ("energy_per_stroke", "strokes", "travel", "impulse_rate")
+_CONTRADICTIONS = ("loading rate", "unit", "channels", "zero", "speed", "clock")
+_GROUPS = {"counts": COUNTS, "accelerations": ACCELERATION, "forces and friction": FORCE, "strokes and travel": MOTION,
+           "friction": FRICTION, "static friction": FRICTION[:2]}  # fmt: skip
 TOTALS = (*COUNTS, *ACCELERATION, *MOTION, "dynamic_force", "dynamic_friction", "drop_max", "static_force_first",
           "static_friction_first")  # fmt: skip
 
@@ -42,20 +45,45 @@ _FUNDAMENTAL = 130.0  # Hz: from here on a line of mains is a harmonic
 _COARSE = 40  # samples from drop to drop, in which a stick may be missed
 _SCATTERS = 0.02  # of the largest force, from sample to sample: few samples hide drops then
 _ENOUGH = 1_000_000  # samples to see whether channels belong together
+SAME_FORCE = 0.02  # how far the sliding force may depend on where the drive rests
 _DIFFERS = 0.05  # of a speed or a way
 
 
 @dataclass(frozen=True)
 class Defect:
-    """What is wrong, in words (where, what it does, the remedy), and the features that do not survive it."""
+    """What is wrong: facts in words, a semicolon between them, and the features that do not survive it.
+
+    again : whether only another record has those features.
+    """
 
     name: str
     text: str
     spoils: tuple[str, ...] = ()
+    again: bool = False
 
-    def __str__(self) -> str:
-        lost = f"; not determined: {', '.join(self.spoils)}" if self.spoils else ""
-        return f"{self.name}: {self.text}{lost}"
+
+def remarks_of(defects: Sequence[Defect]) -> str:
+    """A verdict, what is not determined, and a line for each fact; nothing of a clean record."""
+    if not defects:
+        return ""
+    lost = {name: None for defect in defects for name in defect.spoils}
+    if any(defect.again for defect in defects):
+        verdict = "record it again"
+    elif any(defect.name in _CONTRADICTIONS for defect in defects):
+        verdict = "check this before you use the numbers"
+    else:
+        verdict = "use the other numbers" if lost else "use the numbers"
+    if lost:
+        groups = {label: names for label, names in _GROUPS.items() if lost.keys() >= set(names)}
+        rest = lost.keys() - {name for names in groups.values() for name in names}
+        verdict += f"\nnot determined: {', '.join([*groups, *(name for name in lost if name in rest)])}"
+    facts = [f"{defect.name}: {fact}" for defect in defects for fact in defect.text.split("; ")]
+    return "\n".join([verdict, *facts])
+
+
+def reason_of(remarks: str) -> str:
+    """Why features are not determined, in one line."""
+    return "; ".join(line for line in remarks.splitlines() if not line.startswith("not determined"))
 
 
 # --- the samples ------------------------------------------------------------------------------------------------------
@@ -70,7 +98,7 @@ def mended(record: xr.Dataset) -> tuple[xr.Dataset, list[Defect]]:
         bad = _markers(values) | (_held(values, signals["acceleration"]) if name == force else False)
         if bad.any():
             lost |= bad
-            text = f"{name} shows a marker or a value held in {_spans(record, bad)}; these samples are left out"
+            text = f"{name} shows a marker or a value held in {_spans(record, bad)}; those samples are left out"
             found.append(Defect("dropout", text))
     if lost.any() and lost.mean() < 0.9:
         record = record.isel(time=~lost)
@@ -78,11 +106,11 @@ def mended(record: xr.Dataset) -> tuple[xr.Dataset, list[Defect]]:
         values = record[name].values
         if np.ptp(values) == 0:
             found.append(
-                Defect("dead channel", f"{name} is {values[0]:g} throughout; is the sensor connected?", spoils)
+                Defect("dead channel", f"{name} is {values[0]:g} throughout: is the sensor connected?", spoils, True)
             )
         elif (flat := _flat(values, record["acceleration"].values)).any():
-            text = f"{name} is cut off in {_spans(record, flat)}: its peaks are higher than the range of the sensor"
-            found.append(Defect("saturation", text, spoils))
+            text = f"{name} is cut off in {_spans(record, flat)}; its peaks are higher than the range of the sensor"
+            found.append(Defect("saturation", text, spoils, True))
     return _turned(record, force, found), found
 
 
@@ -163,7 +191,7 @@ def _turned(record: xr.Dataset, force: str, found: list[Defect]) -> xr.Dataset:
     work = 0.5 * (values[1:] + values[:-1]) * steps
     if work.sum() > -0.5 * np.abs(work).sum() or not work.any():
         return record
-    found.append(Defect("sign", f"{force} is opposite to the motion of the drive, and is turned; check the signs"))
+    found.append(Defect("sign", f"{force} is opposite to the motion of the drive; it is turned"))
     return record.assign({name: -record[name] for name in FORCES if name in record})
 
 
@@ -177,11 +205,11 @@ def of_time(time: Floats, gaps: NDArray[np.intp]) -> Iterator[Defect]:
         missing = float(steps[gaps].sum())
         where = ", ".join(f"{time[g]:.4g} to {time[g + 1]:.4g} s" for g in gaps[:3])
         more = " ..." if gaps.size > 3 else ""
-        text = f"{missing / duration:.2g} of the time is missing, in {gaps.size} gaps ({where}{more}); "
+        text = f"{100.0 * missing / duration:.2g} % of the time is missing ({where}{more})"
         if missing < _LOST * duration:
-            yield Defect("gap", text + "counts and integrals are of what was recorded, and at least that")
+            yield Defect("gap", text + "; counts and integrals are of what was recorded, and at least that")
         else:
-            yield Defect("gap", text + "counts, sums and maxima of the test are unknown; record it again", TOTALS)
+            yield Defect("gap", text, TOTALS, True)
     tenth = max(1, steps.size // 10)
     first, last = float(np.median(steps[:tenth])), float(np.median(steps[-tenth:]))
     regular = np.median(np.abs(steps[:tenth] - first)) < 0.002 * first
@@ -202,26 +230,34 @@ def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Flo
     if wrong > 1.0:
         text = (
             f"the force rises by {sticks.loading:.4g} N/s where it sticks, stiffness times speed are "
-            f"{sticks.expected:.4g} N/s: one of force, stiffness and speed is wrong by {wrong:.4g}; "
+            f"{sticks.expected:.4g} N/s; one of force, stiffness and speed is wrong by a factor of {wrong:.4g}; "
             "sticks are those of the measured rate"
         )
         spoils: tuple[str, ...] = () if drive_displacement(record) is not None else ("travel", "impulse_rate")
         if wrong > _DECADES and not plausible:
-            text, spoils = text + " (N or mN?)", (*FORCE, *spoils)
+            text, spoils = text + "; is the force in N or mN?", (*FORCE, *spoils)
         yield Defect("loading rate", text, spoils)
     elif known and not plausible:
         yield Defect("unit", f"a friction coefficient of {max(known):.3g}: are force (N or mN?) and load right?", FORCE)
     drop, top = values["drop_max"], float(np.quantile(np.abs(record["acceleration"].values), 0.9999))
     share = 2.0 * mass * top / float(drop) if mass and np.isfinite(drop) and wrong < _DECADES else 0.0
     if share and not 1.0 / _DECADES < share < _DECADES:
-        text = f"mass times acceleration is {share:.2g} of the force it comes from; is it m/s2, and the force N?"
+        text = f"mass times acceleration is {share:.2g} of the force it comes from: is it in m/s2, and the force in N?"
         yield Defect("unit", text, ACCELERATION)
     natural = np.sqrt(stiffness / mass) / (2.0 * np.pi) if mass and stiffness and wrong == 1.0 else 0.0
     yield from _of_sampling(force, sticks, values, natural)
+    whole, clear = sticks.sliding_forces()
+    if not abs(whole - clear) <= SAME_FORCE * clear and np.isfinite(clear):
+        low, high = sorted((whole, clear))
+        text = (
+            f"the sliding force is {low:.3g} or {high:.3g} N, depending on whether the drive rests before it reverses; "
+        )
+        text += "a column of its speed or displacement tells"
+        yield Defect("drive", text, ("dynamic_force", "dynamic_friction"))
     late = _lag(force, record["acceleration"].values, 1.0 / float(values["sample_rate"]))
     if late:
         spoils = FORCE if "spring_force" not in record else ()
-        yield Defect("channels", f"the acceleration is {late:+.3g} s late of the force; do they share a clock?", spoils)
+        yield Defect("channels", f"the acceleration is {late:+.3g} s late of the force: do they share a clock?", spoils)
     yield from _of_drive(samples, force_of(samples))
 
 
@@ -242,17 +278,18 @@ def _of_sampling(force: Floats, sticks: Sticks, values: dict[str, float | Floats
     rate, scatter = float(values["sample_rate"]), noise_of(force)
     if rate < 4.0 * natural or (rate < 10.0 * natural and scatter > _SCATTERS * np.abs(force).max()):
         text = f"{rate:.4g} samples per second, the specimen vibrates at {natural:.4g} Hz; record faster"
-        yield Defect("sampling", text, (*ACCELERATION, *COUNTS, *FORCE))
+        yield Defect("sampling", text, (*ACCELERATION, *COUNTS, *FORCE), True)
     starts, ends = sticks.slips()
     if starts.size > 3 and np.median(ends - starts) < 4:
         text = f"a slip is {np.median(ends - starts):.0f} samples long: its peaks lie between them; record faster"
-        yield Defect("sampling", text, (*ACCELERATION, "drop_mean", "drop_max", "time_to_sliding"))
+        yield Defect("sampling", text, (*ACCELERATION, "drop_mean", "drop_max", "time_to_sliding"), True)
     drops = int(values["drops"])
     if drops > 2 * sticks.count + 5 and force.size < _COARSE * drops:
         text = (
             f"{drops} drops of the force and {sticks.count} sticks: too few samples for so short sticks; record faster"
         )
-        yield Defect("sampling", text, tuple(name for name in (*COUNTS, *FORCE) if not name.startswith("drop")))
+        spoils = tuple(name for name in (*COUNTS, *FORCE) if not name.startswith("drop"))
+        yield Defect("sampling", text, spoils, True)
 
 
 def _of_drive(record: xr.Dataset, force: Floats) -> Iterator[Defect]:
@@ -265,7 +302,7 @@ def _of_drive(record: xr.Dataset, force: Floats) -> Iterator[Defect]:
         up, down = float(np.median(forward)), float(np.median(backward))
         offset, level = 0.5 * (up + down), 0.5 * (up - down)
         if abs(offset) > _OFFSET * level > 0:
-            text = f"the force is {up:.3g} N forward and {down:.3g} N backward: an offset or drift of {offset:.3g} N"
+            text = f"the force is {up:.3g} N forward and {down:.3g} N backward; its offset or drift is {offset:.3g} N"
             yield Defect("zero", text, tuple(name for name in FORCE if name.startswith("static")))
     if velocity is None:
         return
@@ -276,7 +313,7 @@ def _of_drive(record: xr.Dataset, force: Floats) -> Iterator[Defect]:
         way = float(np.ptp(record["drive_displacement"].values))
         moved = float(np.ptp(cumulative(velocity, record["time"].values)))
         if way > 0 and abs(moved / way - 1.0) > _DIFFERS:
-            text = f"the drive moves {moved:.4g} m by its velocity and {way:.4g} m by its displacement: clock or units"
+            text = f"the drive moves {moved:.4g} m by its velocity and {way:.4g} m by its displacement; clock or unit?"
             yield Defect("clock", text, MOTION)
 
 
@@ -297,15 +334,16 @@ def of_hum(
             continue
         lines = ", ".join(f"{t.amplitude:.3g} {unit} at {t.frequency:.2f} Hz" for t in own)
         shown = [name for name in _SHOWN if name in spoils and np.isfinite(before[name]) | np.isfinite(after[name])]
-        moved = ", ".join(f"{name} {before[name]:.4g} to {after[name]:.4g}" for name in shown)
+        moved = [f"{name} from {before[name]:.4g} to {after[name]:.4g}" for name in shown
+                 if f"{before[name]:.4g}" != f"{after[name]:.4g}"]  # fmt: skip
         rate = sum(2.0 * np.pi * t.frequency * min(t.left, t.amplitude) for t in own)
         lasting = float(np.median(sticks.time[sticks.ends] - sticks.time[sticks.starts])) if sticks.count else np.inf
         lowest = min(t.frequency for t in own)
         unsure = lasting < 0.5 / lowest or lowest > _FUNDAMENTAL  # sticks are those of the hum, or more of it is there
-        strong = channel == "force" and (unsure or not rate <= 0.1 * tolerance * sticks.loading)
-        text = f"{lines} in the {channel} is subtracted: {moved or 'no feature moves'}"
-        text += "; it is too strong to be subtracted well enough" if strong else ""
-        yield Defect("hum", text, spoils if strong else ())
+        too_strong = channel == "force" and (unsure or not rate <= 0.1 * tolerance * sticks.loading)
+        strong = ["it is too strong to be subtracted well enough"] * too_strong
+        facts = [f"{lines} in the {channel}, subtracted", f"that changes {', '.join(moved)}" if moved else "", *strong]
+        yield Defect("hum", "; ".join(filter(None, facts)), spoils if strong else (), bool(strong))
 
 
 def _spans(record: xr.Dataset, inside: NDArray[np.bool_]) -> str:

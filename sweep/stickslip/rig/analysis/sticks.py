@@ -9,6 +9,11 @@ long enough to keep the noise of the slope at a quarter of the tolerance.
 K u is taken from what the record holds: the motion of the drive, the conditions stiffness and drive_speed, or else from
 the force itself, as its fastest loading rate. Then the direction of the drive is not known either, and the force falls
 while sticking only where it falls through zero, after a reversal.
+
+Without the motion of the drive a stick under a slow drive, or one at rest, loads the spring slowly or not at all, as
+steady sliding does. Between sticks, sliding is certain only where the force drops. What follows a drop such as those
+after which the contact sticks is a stick as well; a constant force that follows none, before a reversal, is `unclear`:
+sliding, or a drive at rest.
 """
 
 from __future__ import annotations
@@ -19,6 +24,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stickslip.rig.analysis.turning import Drops, find_drops
 from stickslip.rig.records.record import condition_of, force_of
 from stickslip.rig.records.sampling import Floats, cumulative, evenly, noise_of, sample_rate, slope, slope_noise
 from stickslip.rig.settings import FeatureSettings
@@ -27,6 +33,11 @@ Positions = NDArray[np.intp]
 
 _NARROWEST = 5  # samples of a window
 _WIDEST = 1 / 20  # of the record
+_CLEAR = 0.05  # of the largest force, beyond which its sign is that of the stroke
+_RARE = 0.2  # of the time between sticks: a drive does not rest for all but that
+_LEVEL = 0.02  # of a force, and of its rate in a stick: how far a constant one may wander
+_LOADED = 0.9  # of the median force of a stroke, from where on it may slide
+_FAST = 1.5  # of the loading rate in a stick: what changes faster is no stick
 _QUIET = 0.25  # of the tolerance: how much of it the noise of the slope may use up
 
 
@@ -37,6 +48,8 @@ class Sticks:
     record : the samples. starts, ends : positions of the first and of the last sample of each phase.
     broke : whether the phase ended in sliding, which the last one may not. loading : rate of the force while sticking
     (N/s), as the record shows it, and expected : as stiffness and speed of the drive say; NaN where that is not known.
+    unclear : samples after which the drive reverses, of a constant force: sliding, or a drive at rest. None if none.
+    rest : how long (s) the drive is known to rest, where its motion is not recorded.
     """
 
     record: xr.Dataset
@@ -45,6 +58,8 @@ class Sticks:
     broke: NDArray[np.bool_]
     loading: float = np.nan
     expected: float = np.nan
+    unclear: NDArray[np.bool_] | None = None
+    rest: float = 0.0
 
     @property
     def time(self) -> Floats:
@@ -65,6 +80,21 @@ class Sticks:
         after = np.append(self.starts[1:], self.time.size - 1)[: self.count]
         return self.ends[self.broke], after[self.broke]
 
+    def sliding_forces(self) -> tuple[float, float]:
+        """The mean magnitude of the force (N) over all slips, and without what is unclear; NaN where nothing slides."""
+        starts, ends = self.slips()
+        force, steps = np.abs(force_of(self.record)), np.diff(self.time)
+        inside = np.zeros(steps.size + 1)
+        np.add.at(inside, starts, 1.0)
+        np.add.at(inside, ends, -1.0)
+        weights = np.cumsum(inside[:-1]) * steps
+        clear = weights if self.unclear is None else np.where(self.unclear[1:], 0.0, weights)
+        means = 0.5 * (force[1:] + force[:-1])
+        if clear.sum() < _RARE * weights.sum():
+            clear = weights
+        whole, sure = (float(means @ w / w.sum()) if w.any() else np.nan for w in (weights, clear))
+        return whole, sure
+
 
 def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> Sticks:
     """The stick phases of a record: those of its flag `stick`, or found in the force."""
@@ -78,9 +108,9 @@ def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> 
         measured, expected = _Rates(even.drop_vars("stiffness"), how), rates.full_rate()
         if measured.is_sustained() and abs(np.log(measured.full_rate() / expected)) > np.log1p(how.tolerance):
             rates = measured
-    starts, ends = rates.phases()
+    starts, ends, unclear, rest = rates.phases()
     loading = rates.full_rate() if rates.is_known or rates.is_sustained() else np.nan
-    return Sticks(even, starts, ends, ends < last, loading, expected)
+    return Sticks(even, starts, ends, ends < last, loading, expected, unclear, rest)
 
 
 def drive_displacement(record: xr.Dataset) -> Floats | None:
@@ -117,7 +147,7 @@ class _Rates:
     """The rate of the force of one record, and what it says."""
 
     def __init__(self, record: xr.Dataset, how: FeatureSettings) -> None:
-        self._tolerance = how.tolerance
+        self._tolerance, self._smallest_drop = how.tolerance, how.smallest_drop
         self._force = force_of(record)
         self._step = 1.0 / sample_rate(record["time"].values)
         self._drive = record["drive_velocity"].values if "drive_velocity" in record else None
@@ -126,15 +156,19 @@ class _Rates:
         self._known = self._stiffness * speed if self._stiffness and speed else None  # N/s, without direction
         self._choose_width(how.window)
 
-    def phases(self) -> tuple[Positions, Positions]:
-        """First and last positions of the stick phases."""
+    def phases(self) -> tuple[Positions, Positions, NDArray[np.bool_] | None, float]:
+        """First and last positions of the stick phases, the samples that are unclear, and how long (s) the drive rested
+        in those phases, as far as it would have loaded the spring more."""
         starts, ends = runs_of(self._sticking())
         starts, ends = _joined(starts, ends, starts[1:] - ends[:-1] - 1 < max(2, self._width // 2))
         long_enough = ends - starts + 1 >= self._width
         starts, ends = starts[long_enough], ends[long_enough]
         if self._velocity is None:
             starts, ends = _joined(starts, ends, self._turns_while_sticking(starts, ends))
-        return self._sharpened(starts, ends)
+        starts, ends = self._sharpened(starts, ends)
+        if self._velocity is None and starts.size:
+            return self._with_slow_sticks(starts, ends)
+        return starts, ends, None, 0.0
 
     # --- the rate -----------------------------------------------------------------------------------------------------
 
@@ -244,6 +278,95 @@ class _Rates:
                 sharp_starts[i] = low + int(np.argmin(np.sign(middle) * force[low : start + 1]))
             sharp_ends[i] = end + int(np.argmax(np.sign(middle) * force[end : high + 1]))
         return sharp_starts, sharp_ends
+
+    def _with_slow_sticks(
+        self, starts: Positions, ends: Positions
+    ) -> tuple[Positions, Positions, NDArray[np.bool_] | None, float]:
+        """The phases with those under a slow drive or one at rest; for the rest see `phases`."""
+        size, force, noise = self._force.size, np.abs(self._force), noise_of(self._force)
+        drops = find_drops(self._force, self._smallest_drop)
+        bottoms = np.array([  # the first sample as low as the trough: that may lie anywhere on a noisy plateau
+            a + int(np.argmax(force[a : b + 1] <= force[b] + 4.0 * noise))
+            for a, b in zip(drops.starts.tolist(), drops.ends.tolist(), strict=True)
+        ], np.intp)  # fmt: skip
+        other = ~_within(starts, ends, size) & (np.abs(self._rate) <= _FAST * self._full)
+        for a, b in zip(drops.starts.tolist(), bottoms.tolist(), strict=True):
+            other[a : b + 1] = False
+        begins, stops = runs_of(other)
+        between = np.isin(begins - 1, ends) & np.isin(stops + 1, starts)
+        brief = max(self._width, int(np.median(bottoms - drops.starts)) if bottoms.size else 0)
+        lasting = between | (stops - begins >= brief)
+        begins, stops = begins[lasting], stops[lasting]
+        known = self._follow_drops(begins, drops, bottoms, starts)
+        unclear = self._unclear(_within(begins[~known], stops[~known], size), noise)
+        order = np.argsort(np.concatenate([starts, begins[known]]), kind="stable")
+        slow = order >= starts.size
+        starts = np.concatenate([starts, begins[known]])[order]
+        ends = np.concatenate([ends, stops[known]])[order]
+        apart = starts[1:] - ends[:-1]
+        steady = np.abs(self._force[starts[1:]] - self._force[ends[:-1]]) <= (
+            _FAST * self._full * self._step * apart + 6.0 * noise
+        )
+        last = np.append(bottoms, -1)[np.searchsorted(drops.starts, starts[1:]) - 1]  # of the drops before
+        together = (apart <= self._width) & steady & (last <= ends[:-1]) | (apart <= 1) & (slow[1:] | slow[:-1])
+        starts, ends = _joined(starts, ends, together)
+        return starts, ends, unclear, self._rest(_within(starts, ends, size))
+
+    def _rest(self, sticking: NDArray[np.bool_]) -> float:
+        """How much less time (s) a drive at full speed would have taken to load the spring as far."""
+        share = np.abs(self._rate) / self._full
+        starts, ends = runs_of(sticking & (share < 1.0 - self._tolerance))
+        long = ends - starts > 2 * self._width
+        return self._step * float(np.sum(1.0 - share[_within(starts[long], ends[long], share.size)]))
+
+    def _follow_drops(
+        self, begins: Positions, drops: Drops, bottoms: Positions, starts: Positions
+    ) -> NDArray[np.bool_]:
+        """Whether what begins at these positions follows, or precedes as the first of a stroke, a drop of usual size:
+        at least half as large as those after which the contact sticks."""
+        next_stick = np.append(starts, 2 * self._force.size)[np.searchsorted(starts, drops.starts + 1)]
+        sticks_again = next_stick - bottoms <= self._width
+        if np.count_nonzero(sticks_again) < 2:
+            return np.zeros(begins.size, np.bool_)
+        usual = drops.sizes >= 0.5 * float(np.median(drops.sizes[sticks_again]))
+        stroke, after = self._strokes(), np.searchsorted(drops.starts, begins, "right")
+        own = np.concatenate(
+            [[-1], stroke[drops.starts], [-1]]
+        )  # of each drop, none before the first and after the last
+        usual = np.concatenate([[False], usual, [False]])
+        here = stroke[begins]
+        before = own[after] == here
+        return np.where(before, usual[after], (own[after + 1] == here) & usual[after + 1])
+
+    def _strokes(self) -> NDArray[np.intp]:
+        """For each sample, how often the force had changed its sign, by more than noise."""
+        clear = np.flatnonzero(np.abs(self._force) > _CLEAR * np.abs(self._force).max())
+        turns = clear[1:][np.diff(np.sign(self._force[clear])) != 0]
+        return np.searchsorted(turns, np.arange(self._force.size), "right")
+
+    def _unclear(self, inside: NDArray[np.bool_], noise: float) -> NDArray[np.bool_]:
+        """Where the force is constant up to a reversal of the drive or the end of the record, and rises after one."""
+        unclear = np.zeros(inside.size, np.bool_)
+        turns = np.flatnonzero(np.diff(self._strokes())) + 1
+        inside[turns] = False
+        lasting = min(4 * self._width + 1, inside.size - 2) | 1
+        resting = np.abs(slope(self._force, self._step, lasting)) <= _LEVEL * self._full
+        starts, ends = runs_of(inside)
+        for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+            part = np.abs(self._force[start : end + 1])
+            if start - 1 in turns:
+                rising = int(np.argmax(part >= _LOADED * np.median(part)))
+                unclear[start - 1 : start + rising] = True
+            quiet = np.flatnonzero(resting[start : end + 1])
+            if quiet.size <= lasting:
+                continue
+            part = part[: int(quiet[-1]) + 1]
+            value = float(np.median(part[-lasting:]))
+            away = np.flatnonzero(np.abs(part - value) > max(5.0 * noise, _LEVEL * value))
+            first = int(away[-1]) + 1 if away.size else 0
+            if part.size - first > lasting:
+                unclear[start + first : end + 1] = True
+        return unclear
 
 
 def _top(rates: Floats) -> float:

@@ -24,7 +24,7 @@ from stickslip.rig.records.sampling import (
     sample_rate,
     spectrum_peaks,
 )
-from stickslip.rig.risk import BANDS, FORMULA, INPUTS, RPN_NAME, UNDEFINED, Risk, band_of, number_of
+from stickslip.rig.risk import BANDS, FORMULA, INPUTS, RPN_NAME, Risk, band_of, number_of
 from stickslip.rig.settings import FeatureSettings, Settings
 
 PEAKS = 3  # of the spectrum
@@ -38,8 +38,8 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
     """The features of one record: variables without dimension, those of the spectrum over `peak`.
 
     NaN where a feature is not defined: no break-away, no load, no motion of the drive; and where a defect of the record
-    leaves nothing to be said of it. The coordinate `remarks` says what is wrong with the record, one line a defect.
-    Raises ValueError for a bandwidth that the sampling rate does not allow.
+    leaves nothing to be said of it. The coordinate `remarks` says what is wrong with the record: a verdict, and a line
+    for each fact. Raises ValueError for a bandwidth that the sampling rate does not allow.
     """
     how = settings or FeatureSettings()
     record, wrong = defects.mended(record)
@@ -58,7 +58,7 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
         name: xr.Variable(("peak",) if name in PER_PEAK else (), found[name], _attributes(name)) for name in FEATURES
     }
     conditions: dict[str, Any] = {str(name): c.variable for name, c in record.coords.items() if not c.dims}
-    conditions["remarks"] = xr.Variable((), "\n".join(map(str, wrong)), {"long_name": "what is wrong with the record"})
+    conditions["remarks"] = xr.Variable((), defects.remarks_of(wrong), {"long_name": "what is wrong with the record"})
     return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
 
 
@@ -115,8 +115,8 @@ def rate(found: xr.Dataset, risk: Risk) -> xr.Dataset:
     number = number_of(level)
     comment = f"{RPN_NAME}: {FORMULA}"
     bands = ("unknown", *BANDS)
-    band = np.asarray([bands.index(band_of(int(n))) for n in number.ravel()], np.int8).reshape(number.shape)
-    rpn = {"units": "1", "long_name": RPN_NAME, "comment": f"1 to 10; {UNDEFINED} where a feature is not known"}
+    band = np.asarray([bands.index(band_of(n)) for n in number.ravel().tolist()], np.int8).reshape(number.shape)
+    rpn = {"units": "1", "long_name": RPN_NAME, "comment": "1 to 10; missing where a feature is not known"}
     flags = {"units": "1", "long_name": f"traffic light of the {RPN_NAME}", "flag_meanings": " ".join(bands),
              "flag_values": np.arange(len(bands), dtype=np.int8)}  # fmt: skip
     dims = found["sticks"].dims
@@ -127,7 +127,7 @@ def rate(found: xr.Dataset, risk: Risk) -> xr.Dataset:
         found = found.assign(model_rpn_extrapolated=xr.Variable(dims, outside, extrapolated, _NO_FILL))
     return found.assign(
         model_rpn_level=(dims, level, {"units": "1", "long_name": f"level of the {RPN_NAME}", "comment": comment}),
-        model_rpn=xr.Variable(dims, number, rpn, _NO_FILL),
+        model_rpn=xr.Variable(dims, number, rpn),
         model_rpn_band=xr.Variable(dims, band, flags, _NO_FILL),
     )
 
@@ -176,8 +176,7 @@ def _contact(sticks: Sticks, load: float | None) -> Numbers:
     work = cumulative(force, time)
     lasting, means = time[ends] - time[starts], np.full(starts.size, np.nan)
     np.divide(work[ends] - work[starts], lasting, out=means, where=lasting > 0)
-    sliding = float(lasting.sum())
-    dynamic = float((work[ends] - work[starts]).sum()) / sliding if sliding > 0 else np.nan
+    dynamic = sticks.sliding_forces()[1]
     found: Numbers = {
         "sticks": float(sticks.count),
         "slips": float(starts.size),
@@ -217,7 +216,7 @@ def _motion(record: xr.Dataset, sticks: Sticks) -> Numbers:
     time, way = record["time"].values, drive_displacement(record)
     duration = float(time[-1] - time[0])
     speed = condition_of(record, "drive_speed")
-    travel = speed * duration if speed else np.nan
+    travel = speed * (duration - sticks.rest) if speed else np.nan
     strokes = energy = np.nan
     if way is not None and np.ptp(way) > 0:
         turns = turning_points(way, _STROKE * float(np.ptp(way)))

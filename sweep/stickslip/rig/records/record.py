@@ -98,11 +98,14 @@ def read_record(
     _check_time(table, time, columns[TIME.name][0])
     remarks = _conditions(table)
     load = load_above(table)
-    said = {MATERIAL: Path(path).stem} | dict(conditions or {}) | ({"normal_load": load[0]} if load else {}) | remarks
+    above = ({"normal_load": load[0]} if load else {}) | _speed_above(table)
+    said = {MATERIAL: Path(path).stem} | dict(conditions or {}) | above | remarks
     record = make_record(time, signals, said)
     used = {position for position, _ in columns.values()}
     left = [one.text for i, one in enumerate(headings) if i not in used and one.text]
-    return record.assign_attrs(title=str(said[MATERIAL]), record_file=Path(path).name, not_used=left)
+    return record.assign_attrs(
+        title=str(said[MATERIAL]), record_file=Path(path).name, not_used=left, columns=_understood(columns, headings)
+    )
 
 
 def write_record(record: xr.Dataset, path: Path) -> None:
@@ -242,6 +245,32 @@ def _conditions(table: Table) -> dict[str, Condition]:
     if problems:
         raise ConfigError(table.name, problems)
     return found
+
+
+def _speed_above(table: Table) -> dict[str, Condition]:
+    """The speed of the drive that lines above the heading give, `Geschwindigkeit;10;mm/s`. Raises ConfigError."""
+    found: dict[str, Condition] = {}
+    for line in table.above:
+        words = [cell.text for cell in line if cell.text]
+        one = heading(words[0].strip(" :=")) if len(words) > 1 else None
+        if one is None or one.kind != "speed" or one.label or not words[1][:1].isdigit():
+            continue
+        try:
+            number = words[1].replace(",", ".")
+            value = condition("drive_speed", f"{number} {' '.join(words[2:]) or one.unit}".strip())
+            if found.get("drive_speed", value) != value:
+                raise QuantityError("one speed")
+            found["drive_speed"] = value
+        except QuantityError as error:
+            message = f"got {' '.join(words)!r}, expected {error.expected}"
+            raise ConfigError(table.name, [Problem((), message, line[0].place, error.hint)]) from None
+    return found
+
+
+def _understood(columns: Mapping[str, tuple[int, float]], headings: Sequence[Heading]) -> str:
+    """Which columns were read, in which units: `time in ms, spring_force in mN`."""
+    units_read = {name: headings[position].unit for name, (position, _) in columns.items()}
+    return ", ".join(f"{name} in {unit}" if unit else name for name, unit in units_read.items())
 
 
 def _number_or_text(name: str, text: str) -> float | str:

@@ -21,7 +21,7 @@ from stickslip.pages import Cell, Column, Section
 from stickslip.rig.quantities import FEATURES
 from stickslip.rig.report.matrix import MEANINGS, plot_matrix
 from stickslip.rig.report.traces import LIGHTS, plot_records
-from stickslip.rig.risk import BANDS, RPN_NAME
+from stickslip.rig.risk import BANDS, RPN_NAME, number_text
 from stickslip.rig.simulate.config import RigConfig
 from stickslip.rig.simulate.simulation import RigTests
 from stickslip.rig.words import Along, along, name_of, number, quantity
@@ -175,7 +175,7 @@ def _rows(ds: xr.Dataset, dims: list[Along]) -> Iterator[list[str | Cell]]:
         at = np.unravel_index(n, lengths) if dims else ()
         where = (d.points[int(i)] for d, i in zip(dims, at, strict=True))
         found = (number(float(column[n])) for column in values)
-        yield [str(n), *where, Cell(str(rpn[n] or "?"), lights[bands[n]]), *found]
+        yield [str(n), *where, Cell(number_text(rpn[n]), lights[bands[n]]), *found]
 
 
 def _is_limited(ds: xr.Dataset, feature: str) -> bool:
@@ -198,7 +198,7 @@ def _maps(ds: xr.Dataset) -> str:
     return pages.side_by_side(rated, pages.embedded(plot_matrix(ds, shown), largest))
 
 
-def _known(ds: xr.Dataset, rig: RigConfig) -> dict[str, tuple[str, int]]:
+def _known(ds: xr.Dataset, rig: RigConfig) -> dict[str, tuple[str, float]]:
     """By the names that records have: those of the report, and the model RPN."""
     tests, rpn = RigTests(rig), ds["model_rpn"].values.ravel().tolist()
     if tests.grid.size != len(rpn):
@@ -207,7 +207,7 @@ def _known(ds: xr.Dataset, rig: RigConfig) -> dict[str, tuple[str, int]]:
     return {tests.name(n): (name_of(dims, n) or tests.name(n), rpn[n]) for n in range(len(rpn))}
 
 
-def _traces(records: Mapping[str, xr.Dataset], known: Mapping[str, tuple[str, int]]) -> str:
+def _traces(records: Mapping[str, xr.Dataset], known: Mapping[str, tuple[str, float]]) -> str:
     """Records over each other, as many as colours tell apart, and the first stroke in detail."""
     names, found = list(records), []
     for first in range(0, len(names), _MOST_TOGETHER):

@@ -28,7 +28,7 @@ from stickslip.plots.figure import Figure
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, paint
 from stickslip.rig.quantities import EXACT, FEATURES
 from stickslip.rig.report.traces import LIGHTS
-from stickslip.rig.risk import BANDS, RPN_NAME, UNDEFINED
+from stickslip.rig.risk import BANDS, RPN_NAME, UNDEFINED, number_text
 from stickslip.rig.words import Along, along, number, unit_for
 
 RPN = "model_rpn"
@@ -106,7 +106,7 @@ def _lights(ds: xr.Dataset, shape: tuple[int, ...]) -> _Look:
     bands = ("unknown", *BANDS)
     band = ds[BAND].values.reshape(shape)
     rpn = ds[RPN].values.reshape(shape)
-    texts = np.where(rpn == UNDEFINED, "?", rpn.astype(str))
+    texts = np.array([number_text(n) for n in rpn.ravel().tolist()]).reshape(shape)
     shown = [*BANDS, *(["unknown"] if (band == UNDEFINED).any() else [])]
     legend = [Patch(facecolor=LIGHTS[name], edgecolor="white", label=_band_words(name)) for name in shown]
     norm = BoundaryNorm(np.arange(len(bands) + 1) - 0.5, len(bands))
