@@ -178,12 +178,14 @@ def _margins(asked: Asked, size: int, question: Question) -> Results:
     within = within_of(question.within, question.parameters)
     reaches = [reach_of(name, cells, within[name]) for name in question.parameters]
     table: Results = {"regime": home}
-    for reach in reaches:
+    cheapest_single = np.full(size, np.inf)
+    for reach, cost in zip(reaches, question.of_each, strict=True):
         found = nearest(asked, reach, home, into, question.scan, question.tolerance)
         table |= _single(asked, reach, found, question)
+        cheapest_single = np.fmin(cheapest_single, cost * np.fmin(*np.abs(found.change.T)))
     if question.joint:
         tolerance = max(question.tolerance, _OF_JOINT)
-        best = cheapest(asked, reaches, question.of_each, home, into, question.scan, tolerance)
+        best = cheapest(asked, reaches, question.of_each, home, into, question.scan, tolerance, cheapest_single)
         table |= _joint(asked, reaches, best, question)
     return table
 

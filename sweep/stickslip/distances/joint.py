@@ -77,9 +77,13 @@ class _Space:
 
 def cheapest(
     asked: Asked, reaches: Sequence[Reach], costs: Floats, home: Labels, into: list[int] | None, points: int,
-    tolerance: float,
+    tolerance: float, single: Floats,
 ) -> Cheapest:  # fmt: skip
-    """The cheapest joint change of each cell; arguments as in `single.nearest`, costs (k,) per unit of change."""
+    """The cheapest joint change of each cell; arguments as in `single.nearest`, costs (k,) per unit of change.
+
+    single : cost (n,) of the cheapest change of one parameter, inf where there is none. No joint change costs more, so
+    nothing is looked at beyond.
+    """
     rooms = [reach.room for reach in reaches]
     down, up = (np.stack([room[i] for room in rooms], axis=1) for i in (0, 1))
     space = _Space(asked, reaches, costs, into, down, up)
@@ -88,7 +92,7 @@ def cheapest(
     best = Cheapest(np.full(size, np.inf), np.full((size, k), np.nan))
     if not cell.size:
         return best
-    start_cell, direction, cost = _starts(space, cell, points)
+    start_cell, direction, cost = _starts(space, cell, points, single)
     cost, direction = _refined(space, start_cell, direction, cost, tolerance)
     for one in np.argsort(-cost, kind="stable"):  # the cheapest of each cell is written last
         if np.isfinite(cost[one]):
@@ -97,18 +101,23 @@ def cheapest(
     return best
 
 
-def _starts(space: _Space, cell: Integers, points: int) -> tuple[Integers, Floats, Floats]:
+def _starts(space: _Space, cell: Integers, points: int, single: Floats) -> tuple[Integers, Floats, Floats]:
     """The best few directions of each cell out of many: cells, directions, costs."""
     k = len(space.reaches)
-    many = 2 ** min(_RAYS + k // 2, _MOST_RAYS)
-    spread = qmc.MultivariateNormalQMC(np.zeros(k), seed=14).random(many) if k > 1 else np.zeros((0, k))
-    rays = np.concatenate([np.eye(k), -np.eye(k), spread])
-    cells = np.repeat(cell, len(rays))
-    directions = space.allowed(cells, np.tile(rays, (cell.size, 1)))
+    rays = 2 ** min(_RAYS + k // 2, _MOST_RAYS)
+    spread = qmc.MultivariateNormalQMC(np.zeros(k), seed=14).random(rays) if k > 1 else np.zeros((0, k))
+    towards = np.concatenate([np.eye(k), -np.eye(k), spread])
+    cells = np.repeat(cell, len(towards))
+    directions = space.allowed(cells, np.tile(towards, (cell.size, 1)))
     real = np.any(directions != 0, axis=1)
     found = np.full(cells.size, np.inf)
-    lengths = space.longest(cells[real], directions[real])
-    found[real] = space.entries(cells[real], directions[real], lengths, points, _COARSE)
+    longest = space.longest(cells[real], directions[real])
+    lengths = np.minimum(longest, single[cells[real]] * (1 + _COARSE))
+    many = np.exp2(np.ceil(np.log2(np.maximum(points * lengths / longest, _INNER))))  # as close as over the whole ray
+    for one in np.unique(many):
+        some = many == one
+        at = np.flatnonzero(real)[some]
+        found[at] = space.entries(cells[at], directions[at], lengths[some], min(int(one), points), _COARSE)
     costs = found.reshape(cell.size, -1)
     order = np.argsort(costs, axis=1, kind="stable")[:, : _STARTS if k > 1 else 2]
     rows = np.arange(cell.size)[:, np.newaxis]
