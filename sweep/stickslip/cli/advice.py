@@ -151,4 +151,6 @@ def _show(
         click.echo(f"no border within reach along {', '.join(missing)}: look further with --within {10 * within:g}")
     if joint is not None:
         click.echo(joint.told())
+    if "joint_ended" in ds.attrs:
+        click.echo(ds.attrs["joint_ended"])
     click.echo(f"looked   at {ds.attrs['margin_within']}; {ds.attrs['margin_scan']}")

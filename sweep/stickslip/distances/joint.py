@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import qmc  # type: ignore[import-untyped]
 
 from stickslip.borders.search import Looked, Scan, search_lines
@@ -18,6 +19,7 @@ from stickslip.distances.reach import Reach
 from stickslip.distances.regimes import Asked, Floats, Integers, Labels, decided
 from stickslip.distances.single import first_entries
 
+MOST_STEPS = 2e7  # of integration for a cell, some ten seconds: where damping is weak, each of 20,000 takes 30,000
 _RAYS, _MOST_RAYS = 5, 9  # powers of two: rays for one parameter, and twice as many for every two more
 _STARTS = 3  # directions per cell from which the search goes on
 _FIRST, _SHRINK, _GROW = 0.3, 0.4, 1.5  # steps of direction (radians), and how they change
@@ -25,15 +27,18 @@ _COARSE = 1e-3  # tolerance of the first rays
 _LAST = 3e-5  # the cost is stationary in the direction: its error is the square of this
 _OF_STEP = 0.01  # of the square of a step of direction, which the cost may change by: how exactly it is looked for
 _ROUNDS = 60
+_AT_ONCE = 16  # rays looked along together, after which the best few are known better
 _INNER = 8  # places of a ray looked at first, inside the best cost known
 
 
 @dataclass(frozen=True, eq=False)
 class Cheapest:
-    """Of n cells: cost (n,), inf where no ray met a border; the changes of each parameter there (n, k)."""
+    """Of n cells: cost (n,), inf where no ray met a border; the changes of each parameter there (n, k); whether the
+    search ended before it was done, so that there may be a cheaper change."""
 
     cost: Floats
     changes: Floats
+    ended: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,18 +87,20 @@ def cheapest(
     """The cheapest joint change of each cell; arguments as in `single.nearest`, costs (k,) per unit of change.
 
     single : cost (n,) of the cheapest change of one parameter, inf where there is none. No joint change costs more, so
-    nothing is looked at beyond.
+    nothing is looked at beyond. The search of a cell ends after `MOST_STEPS` of integration.
     """
     rooms = [reach.room for reach in reaches]
     down, up = (np.stack([room[i] for room in rooms], axis=1) for i in (0, 1))
     space = _Space(asked, reaches, costs, into, down, up)
     cell = np.flatnonzero(decided(home) & ((down > 0) | (up > 0)).any(axis=1))
     size, k = home.size, len(reaches)
-    best = Cheapest(np.full(size, np.inf), np.full((size, k), np.nan))
+    best = Cheapest(np.full(size, np.inf), np.full((size, k), np.nan), np.zeros(size, np.bool_))
     if not cell.size:
         return best
-    start_cell, direction, cost = _starts(space, cell, points, single)
-    cost, direction = _refined(space, start_cell, direction, cost, tolerance)
+    ends = asked.steps + MOST_STEPS
+    start_cell, direction, cost = _starts(space, cell, points, single, ends)
+    cost, direction = _refined(space, start_cell, direction, cost, tolerance, ends)
+    best.ended[:] = asked.steps >= ends
     for one in np.argsort(-cost, kind="stable"):  # the cheapest of each cell is written last
         if np.isfinite(cost[one]):
             best.cost[start_cell[one]] = cost[one]
@@ -101,45 +108,64 @@ def cheapest(
     return best
 
 
-def _starts(space: _Space, cell: Integers, points: int, single: Floats) -> tuple[Integers, Floats, Floats]:
-    """The best few directions of each cell out of many: cells, directions, costs."""
+def _starts(
+    space: _Space, cell: Integers, points: int, single: Floats, ends: Floats
+) -> tuple[Integers, Floats, Floats]:
+    """The best few directions of each cell out of many: cells, directions, costs.
+
+    Rays are as long as may still be among the best: no longer than the cheapest change of one parameter, nor than the
+    last of the best few so far.
+    """
     k = len(space.reaches)
     rays = 2 ** min(_RAYS + k // 2, _MOST_RAYS)
     spread = qmc.MultivariateNormalQMC(np.zeros(k), seed=14).random(rays) if k > 1 else np.zeros((0, k))
     towards = np.concatenate([np.eye(k), -np.eye(k), spread])
-    cells = np.repeat(cell, len(towards))
-    directions = space.allowed(cells, np.tile(towards, (cell.size, 1)))
-    real = np.any(directions != 0, axis=1)
-    found = np.full(cells.size, np.inf)
-    longest = space.longest(cells[real], directions[real])
-    lengths = np.minimum(longest, single[cells[real]] * (1 + _COARSE))
-    many = np.exp2(np.ceil(np.log2(np.maximum(points * lengths / longest, _INNER))))  # as close as over the whole ray
+    wanted = _STARTS if k > 1 else 2
+    directions = space.allowed(np.repeat(cell, len(towards)), np.tile(towards, (cell.size, 1)))
+    directions = directions.reshape(cell.size, -1, k)
+    costs = np.full(directions.shape[:2], np.inf)
+    for first in range(0, len(towards), _AT_ONCE):
+        least = np.partition(costs, wanted - 1, axis=1)[:, wanted - 1]
+        longest = np.minimum(single[cell] * (1 + _COARSE), least)
+        some = np.any(directions[:, first : first + _AT_ONCE] != 0, axis=2)
+        row, ray = np.nonzero(some & (space.asked.steps[cell] < ends[cell])[:, np.newaxis])
+        ray += first
+        costs[row, ray] = _scanned(space, cell[row], directions[row, ray], longest[row], points)
+    order = np.argsort(costs, axis=1, kind="stable")[:, :wanted]
+    rows = np.arange(cell.size)[:, np.newaxis]
+    return np.repeat(cell, order.shape[1]), directions[rows, order].reshape(-1, k), costs[rows, order].ravel()
+
+
+def _scanned(space: _Space, cell: Integers, direction: Floats, longest: Floats, points: int) -> Floats:
+    """Where rays up to some length first enter another regime; places as close as `points` over all there is room for,
+    or closer."""
+    room = space.longest(cell, direction)
+    length, found = np.minimum(room, longest), np.full(cell.size, np.inf)
+    many = np.exp2(np.ceil(np.log2(np.maximum(points * length / room, _INNER))))
     for one in np.unique(many):
         some = many == one
-        at = np.flatnonzero(real)[some]
-        found[at] = space.entries(cells[at], directions[at], lengths[some], min(int(one), points), _COARSE)
-    costs = found.reshape(cell.size, -1)
-    order = np.argsort(costs, axis=1, kind="stable")[:, : _STARTS if k > 1 else 2]
-    rows = np.arange(cell.size)[:, np.newaxis]
-    kept = directions.reshape(cell.size, -1, k)[rows, order].reshape(-1, k)
-    return np.repeat(cell, order.shape[1]), kept, costs[rows, order].ravel()
+        found[some] = space.entries(cell[some], direction[some], length[some], min(int(one), points), _COARSE)
+    return found
 
 
-def _refined(space: _Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> tuple[Floats, Floats]:
+def _refined(
+    space: _Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float, ends: Floats
+) -> tuple[Floats, Floats]:
     """Steps of direction to all sides, to wherever it is cheaper; smaller ones where it is nowhere."""
     k = direction.shape[1]
-    met = np.isfinite(cost)
+    met = np.isfinite(cost) & (space.asked.steps[cell] < ends[cell])
     cost[met] = _exact(space, cell[met], direction[met], cost[met], tolerance)
-    step = np.where(np.isfinite(cost) & (k > 1), _FIRST, 0.0)
+    step = np.where(met & np.isfinite(cost) & (k > 1), _FIRST, 0.0)
     random = np.random.default_rng(14)
     for _ in range(_ROUNDS):
         turns = random.standard_normal((k, k))  # the same for all, so that no cell depends on its neighbours in a block
-        active = np.flatnonzero(step > _LAST)
+        active = np.flatnonzero((step > _LAST) & (space.asked.steps[cell] < ends[cell]))
         if not active.size:
             break
         fine = _fineness(step[active], tolerance)
         for one in np.unique(fine):
             _step(space, cell, direction, cost, step, active[fine == one], turns, float(one))
+    met &= space.asked.steps[cell] < ends[cell]
     cost[met] = _exact(space, cell[met], direction[met], cost[met], tolerance)
     return cost, direction
 
