@@ -57,7 +57,7 @@ class Problem:
         where = source if self.place is None else self.place.text(source)
         message = self.message if len(self.message) <= _LONGEST_MESSAGE else f"{self.message[:_LONGEST_MESSAGE]}..."
         parts = [*([where] if where else []), *([dotted(self.path)] if self.path else []), message]
-        return _printable(": ".join(parts)) + (f"\n  hint: {_printable(self.hint)}" if self.hint else "")
+        return printable(": ".join(parts)) + (f"\n  hint: {printable(self.hint)}" if self.hint else "")
 
 
 class ConfigError(ValueError):
@@ -96,7 +96,7 @@ def _word(key: str) -> str:
     return short if short.isprintable() else repr(short)
 
 
-def _printable(text: str) -> str:
+def printable(text: str) -> str:
     """The text with characters that a terminal might obey written out."""
     return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 

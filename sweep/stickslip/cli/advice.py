@@ -73,8 +73,6 @@ def advise(
     if speeds and any(setting.partition("=")[0].strip() == "belt_speed" for setting in at):
         fail("--speed-range: got one and --at belt_speed, expected one of them")
     one = config_at(recipe_in(config), at if ends is None else (*at, f"belt_speed={ends[0]}"))
-    if output is not None:
-        writing.check_writable(output)
     asked = {"parameters": parameters or None, "costs": _costs(costs), "within": within, "speed_range": ends}
     prepare_kernels(one.friction.law)
     try:

@@ -18,7 +18,7 @@ import click
 
 from stickslip.cli import answers, screen, shown
 from stickslip.cli.backdrop import Extras
-from stickslip.cli.common import check_page, check_plot, fail, incomplete, prepare_kernels, settings_again
+from stickslip.cli.common import drawing, fail, incomplete, prepare_kernels, settings_again
 from stickslip.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -37,16 +37,9 @@ def run_request(request: Request, plot: Path | None, keep: list[str], extras: Ex
 
     keep : the words of the command that writes such a result to a file. extras : of borders.
     """
-    from stickslip.files import writing as files
     from stickslip.runs import session
     from stickslip.runs.work import Work
 
-    if request.output is not None:
-        files.check_writable(request.output)
-    if plot is not None:
-        check_plot(plot)
-    if extras is not None and extras.page is not None:
-        check_page(extras.page)
     work = Work(request.config)
     if (plot or (extras and extras.page)) and request.shard is None and (part := shown.will_be_drawn(request.config)):
         notice(f"plot: {part}")
@@ -181,19 +174,18 @@ def save_plot(ds: xr.Dataset, plot: Path | None, extras: Extras) -> bool:
         return False
     from stickslip import plots
 
-    try:
+    with drawing(plot):
         plots.save(shown.figure(ds, extras), plot)
-    except plots.PlotError as error:  # what was computed is there, and is told of all the same
-        notice(f"{plot}: not drawn: {error}")
-        return False
-    return True
+        return True
+    return False
 
 
 def _write(extras: Extras, ds: xr.Dataset) -> None:
     """Write what is wanted besides a result and its plot, and say so."""
     extras.write_table(ds)
     if extras.page is not None:
-        shown.write_page(ds, extras.page, extras)
+        with drawing(extras.page):
+            shown.write_page(ds, extras.page, extras)
 
 
 def report(

@@ -8,16 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.common import (
-    JSON,
-    check_page,
-    check_plot,
-    fail,
-    points_file,
-    prepare_kernels,
-    reports_wrong_input,
-    tell_json,
-)
+from stickslip.cli.common import JSON, Target, fail, points_file, prepare_kernels, reports_wrong_input, tell_json
 from stickslip.cli.fits import POINTS, columns, fitted, tell_columns, wanted_of
 from stickslip.cli.progress import progress_bar
 from stickslip.cli.tables import tell_table, write_table
@@ -42,7 +33,6 @@ _ASKED = (
     "seed",
 )
 _EXAMPLES = {"mass": "100 g", "stiffness": "5 N/mm", "load": "10 N"}
-_FILES = (".nc", ".zarr", ".csv", ".xlsx")
 
 
 class _Asking(click.Command):
@@ -109,11 +99,11 @@ Examples:
     "--decimal-comma", is_flag=True, help="Write decimal commas, and semicolons between columns, into CSV."
 )  # fmt: skip
 @click.option(
-    "-o", "--output", "outputs", type=click.Path(path_type=Path), multiple=True,
+    "-o", "--output", "outputs", type=Target("table", "result"), multiple=True,
     help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.",
 )  # fmt: skip
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
-@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html, .pdf): ranks, plot, fits.")
+@click.option("--plot", type=Target("plot"), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--report", type=Target("page"), help="Page to write (.html, .pdf): ranks, plot, fits.")
 @JSON
 @reports_wrong_input
 def compare(
@@ -134,7 +124,6 @@ def compare(
     from stickslip.materials import compare as compared
     from stickslip.materials.words import Words
 
-    _check_outputs(outputs, plot, report)
     one_load = load[0] if len(load) == 1 and ".." not in load[0] else None
     wanted = wanted_of(unit, speed_column, friction_column, load=one_load)
     fits = fitted([points_file(file) for file in files], wanted, not as_json, same)
@@ -166,22 +155,6 @@ def compare(
 
         read = {one.name: {"file": str(one.path), **columns_of(one)} for one in fits}
         tell_json(_answer(ds, words, written) | {"read": read})
-
-
-def _check_outputs(outputs: tuple[Path, ...], plot: Path | None, report: Path | None) -> None:
-    """End before anything is computed if something cannot be written."""
-    from stickslip.dataset.export import TABLE_SUFFIXES, check_table
-    from stickslip.files import writing
-
-    for output in outputs:
-        if output.suffix.lower() not in _FILES:
-            fail(f"{output}: expected a name that ends in {', '.join(_FILES)}")
-        check = check_table if output.suffix.lower() in TABLE_SUFFIXES else writing.check_writable
-        check(output)
-    if plot is not None:
-        check_plot(plot)
-    if report is not None:
-        check_page(report)
 
 
 def _one(given: tuple[str, ...]) -> str | tuple[str, ...]:
@@ -245,12 +218,12 @@ def _write(
     decimal: str,
 ) -> dict[str, str]:
     """Everything that is asked for; what was written, by kind."""
-    from stickslip.dataset.export import TABLE_SUFFIXES
     from stickslip.files import writing
+    from stickslip.files.targets import KINDS
 
     written = {}
     for output in outputs:
-        if output.suffix.lower() in TABLE_SUFFIXES:
+        if output.suffix.lower() in KINDS["table"].suffixes:
             table = write_table(ds, output, decimal=decimal)
             if not silent:
                 tell_table(table, output)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli.common import CONFIG_OR_RESULT, fail, prepare_kernels, reports_wrong_input, settings
+from stickslip.cli.common import CONFIG_OR_RESULT, Target, fail, prepare_kernels, reports_wrong_input, settings
 
 if TYPE_CHECKING:
     from stickslip.explore import Subject
@@ -28,7 +28,7 @@ Examples:
 @click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
 @click.option(
     "--static",
-    type=click.Path(path_type=Path),
+    type=Target("page", "folder"),
     metavar="PAGE",
     help="Write one page that needs no server: FILE.html, or a folder to put it in.",
 )

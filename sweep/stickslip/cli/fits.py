@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli.common import JSON, check_plot, fail, points_file, reports_wrong_input, tell_json
+from stickslip.cli.common import JSON, Target, fail, points_file, reports_wrong_input, tell_json
 from stickslip.vocabulary.laws import LAWS
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ Examples:
     show_default=True,
     help="Of the curve; best: that of the lowest AICc. stribeck_delta is Gaussian here.",
 )
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot of points, curves and their 95 % bands.")
+@click.option("--plot", type=Target("plot"), help="Plot of points, curves and their 95 % bands.")
 @JSON
 @reports_wrong_input
 def fit(
@@ -88,8 +88,6 @@ def fit(
     from stickslip.fit import described
     from stickslip.fit.loads import newtons
 
-    if plot is not None:
-        check_plot(plot)
     if load is not None:
         newtons(load)
     if same and law != "stribeck":

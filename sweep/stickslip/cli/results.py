@@ -9,7 +9,7 @@ import click
 
 from stickslip.cli import shown
 from stickslip.cli.backdrop import MAP, Extras
-from stickslip.cli.common import PAGES, WHERE, check_page, check_plot, fail, pairs, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import PAGES, WHERE, Target, fail, pairs, prepare_kernels, reports_wrong_input
 from stickslip.cli.picture import Picture, free_name
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ Examples:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=Target("plot", "page"),
     help="Picture to write, .png, .svg or .pdf, or page, .html.  [default: FILE.png, with the names of --variable and "
     "--select in it, in this folder if FILE is a URL; a number if another picture has that name]",
 )
@@ -79,7 +79,6 @@ def plot(
 
     ds, picture = reading.look_into(file), Picture(**wishes)
     if output is not None and output.suffix.lower() in PAGES:
-        check_page(output)
         of_pictures = {"--variable": variable, "--select": select, "--lines": lines, "--size": picture.size,
                        "--dpi": picture.dpi}  # fmt: skip
         if given := [name for name, value in of_pictures.items() if value]:
@@ -89,8 +88,6 @@ def plot(
         except PlotError as error:
             fail(f"{file}: {error}")
     places = pairs(select) if "time" not in ds.dims else {}
-    if output is not None:
-        check_plot(output)
     try:
         ds = picture.prepared(ds)
         if plots.is_over_map(ds):

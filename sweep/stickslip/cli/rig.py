@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import rig_sounds, screen
-from stickslip.cli.common import JSON, WHERE, check_plot, fail, reports_wrong_input, tell_json
+from stickslip.cli.common import JSON, Target, fail, reports_wrong_input, tell_json
 from stickslip.cli.progress import progress_bar
 from stickslip.cli.tables import tell_table, write_table
 
@@ -86,12 +86,14 @@ Examples:
 @click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
 @CONFIG_OPTION
 @CONDITIONS
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
-@click.option("--sound", type=click.Path(path_type=Path), help="Folder for the sounds, a WAV file for each record.")
+@click.option("--plot", type=Target("plot"), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--sound", type=Target("sound", "folder"), help="Folder for the sounds, a WAV file for each record.")
 @click.option("--beside", is_flag=True, help="Plot records beside each other instead of over each other.")
 @click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each record on.")
 @click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each record.")
-@click.option("-o", "--output", type=WHERE, help="File to write the features to: .csv, .xlsx, .nc or .zarr.")
+@click.option(
+    "-o", "--output", type=Target("table", "result"), help="File to write the features to: .csv, .xlsx, .nc or .zarr."
+)
 @JSON
 @reports_wrong_input
 def rig_features(
@@ -114,19 +116,13 @@ def rig_features(
     drive_displacement; units are given in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.
     """
     from stickslip import rig
-    from stickslip.dataset import export
     from stickslip.files import writing
+    from stickslip.files.targets import KINDS
     from stickslip.rig.analysis.table import as_columns
     from stickslip.rig.risk import band_of
 
     settings = record_settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
-    if plot is not None:
-        check_plot(plot)
-    is_table = isinstance(output, Path) and output.suffix.lower() in export.TABLE_SUFFIXES
-    if isinstance(output, Path) and is_table:
-        export.check_table(output)
-    elif output is not None:
-        writing.check_writable(output)
+    is_table = output is not None and output.suffix.lower() in KINDS["table"].suffixes
     if sound is not None:
         rig_sounds.check(sound, len(files))
     window = time_window(begin, end)

@@ -29,13 +29,6 @@ def check(target: Path, size: int) -> None:
     if target.suffix.lower() == ".wav":
         if size != 1:
             fail(f"{target}: {size:,} tests have a WAV file each: name a folder")
-        if not target.absolute().parent.is_dir():
-            fail(f"{target}: no folder {target.parent}")
-        return
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        fail(f"{target}: expected a folder, or a name for a new one ({error.strerror})")
 
 
 def write_tests(target: Path, asked: RigConfig) -> None:

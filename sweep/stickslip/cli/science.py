@@ -6,12 +6,12 @@ from pathlib import Path
 
 import click
 
-from stickslip.cli.common import fail, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import Target, fail, prepare_kernels, reports_wrong_input
 
 
 @click.command()
 @click.argument("figures", nargs=-1)
-@click.option("-o", "--output", type=click.Path(path_type=Path), default="article", show_default=True, help="Folder.")
+@click.option("-o", "--output", type=Target("folder"), default="article", show_default=True, help="Folder.")
 @reports_wrong_input
 def article(figures: tuple[str, ...], output: Path) -> None:
     """Reproduce the figures of the article.

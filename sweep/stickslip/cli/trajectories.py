@@ -13,7 +13,7 @@ from stickslip.cli.common import (
     CONFIG_OR_RESULT,
     JSON,
     OUTPUT,
-    check_plot,
+    Target,
     configuration,
     prepare_kernels,
     reports_wrong_input,
@@ -47,7 +47,7 @@ Examples:
 )
 @click.option("--samples", type=click.IntRange(2), help="Number of points in time.  [default: 2001, or 60 a vibration]")
 @OUTPUT
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--plot", type=Target("plot"), help="Plot to write: .png, .svg or .pdf.")
 @JSON
 @reports_wrong_input
 def simulate(
@@ -67,10 +67,6 @@ def simulate(
 
     one = config_at(recipe_in(config), at)
     asked = None if duration is None else seconds(duration)
-    if output is not None:
-        writing.check_writable(output)
-    if plot is not None:
-        check_plot(plot)
     law, solver, cell = one.friction.law, one.solver, cell_of(one)
     prepare_kernels(law)
     found = api.evaluate(cell, solver.rtol, solver.horizon, law=law, max_steps=solver.max_steps)

@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.util import find_spec
 from math import ceil, log10, prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,13 +26,13 @@ from stickslip.dataset.display import Unit, unit_of
 from stickslip.errors import StoreError
 from stickslip.files.atomic import replaced
 from stickslip.files.formulas import inert, is_live
+from stickslip.files.targets import check_target
 from stickslip.vocabulary.flags import QUIET_STATES
 from stickslip.vocabulary.words import listed, nearest
 
 if TYPE_CHECKING:
     import pandas as pd
 
-TABLE_SUFFIXES = (".csv", ".xlsx")
 _ROWS_OF_SHEET = 2**20 - 1  # and the headings
 _MOST_ROWS = 2**17  # put together at once
 _LONGEST_CELL = 32_767  # characters of a cell of Excel
@@ -84,16 +83,6 @@ class Sheet:
 Move = Callable[[int, int], None]
 
 
-def check_table(path: Path) -> None:
-    """Raises StoreError if no table can be written there."""
-    if path.suffix.lower() not in TABLE_SUFFIXES:
-        raise StoreError(f"{path}: unknown kind of table, expected a name that ends in {listed(TABLE_SUFFIXES)}")
-    if path.suffix.lower() == ".xlsx" and find_spec("openpyxl") is None:
-        raise StoreError(f'{path}: Excel files need openpyxl\nhint: pip install "stickslip[excel]", or write .csv')
-    if path.is_dir():
-        raise StoreError(f"{path}: is a folder, so it is left alone")
-
-
 def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
     """The table of a result: all its variables that share the dimensions of the largest, or those that are named.
 
@@ -128,7 +117,7 @@ def write_table(
     which knows what was left out. Raises StoreError.
     """
     target = Path(path)
-    check_table(target)
+    check_target(target, "table")
     table = table_of(ds, variables)
     if target.suffix.lower() == ".xlsx":
         if table.rows > _ROWS_OF_SHEET:
@@ -136,10 +125,10 @@ def write_table(
                 f"{target}: {table.rows:,} rows, and a sheet of Excel holds {_ROWS_OF_SHEET:,}\n"
                 "hint: write .csv, or a part of the result (stickslip export --select)"
             )
-        with replaced(Path(os.path.realpath(target))) as temporary:
+        with replaced(target) as temporary:
             _write_excel(ds, table, temporary, moved, front)
         return table
-    with replaced(Path(os.path.realpath(target))) as temporary:
+    with replaced(target) as temporary:
         _write_csv(table, temporary, decimal, moved)
     return table
 

@@ -19,7 +19,7 @@ from stickslip.distances.reach import Reach
 from stickslip.distances.regimes import Asked, Floats, Integers, Labels, decided
 from stickslip.distances.single import first_entries
 
-MOST_STEPS = 2e7  # of integration for a cell, some ten seconds: where damping is weak, each of 20,000 takes 30,000
+MOST_STEPS = 1e7  # of integration for a cell, some ten seconds: where damping is weak, each of 20,000 takes 30,000
 _RAYS, _MOST_RAYS = 5, 9  # powers of two: rays for one parameter, and twice as many for every two more
 _STARTS = 3  # directions per cell from which the search goes on
 _FIRST, _SHRINK, _GROW = 0.3, 0.4, 1.5  # steps of direction (radians), and how they change

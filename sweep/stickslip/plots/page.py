@@ -17,7 +17,8 @@ from matplotlib.legend import Legend
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.text import Text
 
-from stickslip.errors import PlotError, reason
+from stickslip.errors import PlotError, StoreError, printable, reason
+from stickslip.files.atomic import replaced
 from stickslip.plots import marks
 
 DPI = 150  # of pictures unless asked for
@@ -205,10 +206,15 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: float = DPI, request
     pictures apart.
     """
     fit(figure)
-    where = _KEPT_AS.get(os.path.splitext(path)[1].lower())
+    suffix = os.path.splitext(path)[1].lower()
+    where = _KEPT_AS.get(suffix)
+    metadata = {where: printable(f"{_MADE_BY} {request}").rstrip()} if where else None
     try:
-        figure.savefig(path, dpi=dpi, metadata={where: f"{_MADE_BY} {request}".rstrip()} if where else None)
-    except (OSError, ValueError) as error:
+        with replaced(path) as temporary:
+            figure.savefig(temporary, dpi=dpi, format=suffix[1:], metadata=metadata)
+    except StoreError as error:
+        raise PlotError(str(error)) from error
+    except ValueError as error:
         raise PlotError(f"{os.fspath(path)}: cannot be written ({reason(error)})") from error
 
 
@@ -216,6 +222,8 @@ def request_of(path: str | os.PathLike[str]) -> str | None:
     """The request a PNG was made for (`save`); None if it is no PNG, or not one of ours."""
     from PIL import Image  # matplotlib writes with it
 
+    if not os.path.isfile(path):  # a pipe would wait for ever
+        return None
     try:
         with Image.open(path) as image:
             said = str(image.info.get(_KEPT_AS[".png"], ""))

@@ -10,7 +10,7 @@ from functools import partial
 from stickslip.engine import Progress, Results, StopFlag, stop_flag
 from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
 from stickslip.files.locations import Location
-from stickslip.files.writing import check_writable
+from stickslip.files.targets import check_target
 from stickslip.runs import earlier
 from stickslip.runs.assembly import Gathered, assemble
 from stickslip.runs.compute.threads import Compute, Tally, compute_blocks
@@ -42,7 +42,7 @@ def run(request: Request) -> Outcome:
     folder = request.folder()
     parts.check_ours(folder)
     if request.output is not None:
-        check_writable(request.output)
+        check_target(request.output, "result")
     earlier.finish(request.output, request.notice)
     with earlier.result(request.output, request.config, request.fresh) as old:
         if old and old.complete:
