@@ -173,6 +173,7 @@ def test_a_name_with_a_nul_is_refused(tmp_path):
 @pytest.mark.parametrize("name", ["file: ~/x.nc", "file: x.nc, plot: ~/x.png"])
 def test_a_tilde_in_a_configuration_is_the_folder_of_the_user(name, here, monkeypatch):
     (here / "home").mkdir()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ.get("NUMBA_CACHE_DIR", os.path.expanduser("~/.cache/stickslip")))
     monkeypatch.setenv("HOME", str(here / "home"))
     config = write_config(here, num=3, more=f"output: {{{name}}}\n")
     done = call("run", config)

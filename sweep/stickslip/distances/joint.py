@@ -43,7 +43,8 @@ class Cheapest:
 
 @dataclass(frozen=True, eq=False)
 class _Space:
-    """Changes times costs: what a ray is in. down, up : room (n, k) on both sides of each parameter."""
+    """Changes times costs: what a ray is in. down, up : room (n, k) on both sides of each parameter. ends : steps of
+    integration of each cell at which its search ends."""
 
     asked: Asked
     reaches: Sequence[Reach]
@@ -51,6 +52,11 @@ class _Space:
     into: list[int] | None
     down: Floats
     up: Floats
+    ends: Floats
+
+    def goes_on(self, cell: Integers) -> NDArray[np.bool_]:
+        """Whether the search of cells has not come to its end."""
+        return np.asarray(self.asked.steps[cell] < self.ends[cell])
 
     def allowed(self, cell: Integers, direction: Floats) -> Floats:
         """Directions (m, k) of length 1 without the parts for which there is no room; 0 where nothing is left."""
@@ -70,8 +76,14 @@ class _Space:
 
         def labels_at(line: Integers, place: Floats) -> Looked:
             changes = direction[line] * (place * length[line])[:, np.newaxis] / self.costs
-            changed = {r.name: r.at(changes[:, i], cell[line]) for i, r in enumerate(self.reaches)}
-            return self.asked.looked(cell[line], changed, self.into)
+            at = np.flatnonzero(self.goes_on(cell[line]))
+            changed = {r.name: r.at(changes[at, i], cell[line[at]]) for i, r in enumerate(self.reaches)}
+            found = self.asked.looked(cell[line[at]], changed, self.into)
+            if at.size == line.size:
+                return found
+            labels, known, guide = np.zeros(line.size, np.int8), np.zeros(line.size, np.bool_), np.full(line.size, np.nan)
+            labels[at], known[at], guide[at] = found
+            return Looked(labels, known, guide)
 
         brackets, _ = search_lines(cell.size, Scan(0.0, 1.0, points + 1, "linear"), tolerance, labels_at)
         first = first_entries(brackets, self.into)
@@ -91,16 +103,15 @@ def cheapest(
     """
     rooms = [reach.room for reach in reaches]
     down, up = (np.stack([room[i] for room in rooms], axis=1) for i in (0, 1))
-    space = _Space(asked, reaches, costs, into, down, up)
+    space = _Space(asked, reaches, costs, into, down, up, asked.steps + MOST_STEPS)
     cell = np.flatnonzero(decided(home) & ((down > 0) | (up > 0)).any(axis=1))
     size, k = home.size, len(reaches)
     best = Cheapest(np.full(size, np.inf), np.full((size, k), np.nan), np.zeros(size, np.bool_))
     if not cell.size:
         return best
-    ends = asked.steps + MOST_STEPS
-    start_cell, direction, cost = _starts(space, cell, points, single, ends)
-    cost, direction = _refined(space, start_cell, direction, cost, tolerance, ends)
-    best.ended[:] = asked.steps >= ends
+    start_cell, direction, cost = _starts(space, cell, points, single)
+    cost, direction = _refined(space, start_cell, direction, cost, tolerance)
+    best.ended[cell] = ~space.goes_on(cell)
     for one in np.argsort(-cost, kind="stable"):  # the cheapest of each cell is written last
         if np.isfinite(cost[one]):
             best.cost[start_cell[one]] = cost[one]
@@ -108,9 +119,7 @@ def cheapest(
     return best
 
 
-def _starts(
-    space: _Space, cell: Integers, points: int, single: Floats, ends: Floats
-) -> tuple[Integers, Floats, Floats]:
+def _starts(space: _Space, cell: Integers, points: int, single: Floats) -> tuple[Integers, Floats, Floats]:
     """The best few directions of each cell out of many: cells, directions, costs.
 
     Rays are as long as may still be among the best: no longer than the cheapest change of one parameter, nor than the
@@ -128,7 +137,7 @@ def _starts(
         least = np.partition(costs, wanted - 1, axis=1)[:, wanted - 1]
         longest = np.minimum(single[cell] * (1 + _COARSE), least)
         some = np.any(directions[:, first : first + _AT_ONCE] != 0, axis=2)
-        row, ray = np.nonzero(some & (space.asked.steps[cell] < ends[cell])[:, np.newaxis])
+        row, ray = np.nonzero(some & space.goes_on(cell)[:, np.newaxis])
         ray += first
         costs[row, ray] = _scanned(space, cell[row], directions[row, ray], longest[row], points)
     order = np.argsort(costs, axis=1, kind="stable")[:, :wanted]
@@ -148,24 +157,21 @@ def _scanned(space: _Space, cell: Integers, direction: Floats, longest: Floats, 
     return found
 
 
-def _refined(
-    space: _Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float, ends: Floats
-) -> tuple[Floats, Floats]:
+def _refined(space: _Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> tuple[Floats, Floats]:
     """Steps of direction to all sides, to wherever it is cheaper; smaller ones where it is nowhere."""
     k = direction.shape[1]
-    met = np.isfinite(cost) & (space.asked.steps[cell] < ends[cell])
+    met = np.isfinite(cost)
     cost[met] = _exact(space, cell[met], direction[met], cost[met], tolerance)
-    step = np.where(met & np.isfinite(cost) & (k > 1), _FIRST, 0.0)
+    step = np.where(np.isfinite(cost) & (k > 1), _FIRST, 0.0)
     random = np.random.default_rng(14)
     for _ in range(_ROUNDS):
         turns = random.standard_normal((k, k))  # the same for all, so that no cell depends on its neighbours in a block
-        active = np.flatnonzero((step > _LAST) & (space.asked.steps[cell] < ends[cell]))
+        active = np.flatnonzero((step > _LAST) & space.goes_on(cell))
         if not active.size:
             break
         fine = _fineness(step[active], tolerance)
         for one in np.unique(fine):
             _step(space, cell, direction, cost, step, active[fine == one], turns, float(one))
-    met &= space.asked.steps[cell] < ends[cell]
     cost[met] = _exact(space, cell[met], direction[met], cost[met], tolerance)
     return cost, direction
 
@@ -198,9 +204,10 @@ def _fineness(step: Floats, tolerance: float) -> Floats:
 
 
 def _exact(space: _Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> Floats:
-    """Costs of rays known roughly, to the tolerance."""
+    """Costs of rays known roughly, to the tolerance; as they are where the search has ended."""
     length = np.minimum(cost * (1 + 2 * _COARSE), space.longest(cell, direction))
-    return space.entries(cell, direction, length, _INNER, tolerance)
+    goes_on, found = space.goes_on(cell), space.entries(cell, direction, length, _INNER, tolerance)
+    return np.where(goes_on & (np.isfinite(found) | space.goes_on(cell)), found, cost)
 
 
 def _across(direction: Floats, turns: Floats) -> Floats:

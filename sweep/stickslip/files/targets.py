@@ -65,7 +65,7 @@ def check_target(place: str | os.PathLike[str], *kinds: str) -> None:
     if kind is None and "folder" in kinds:
         if not isinstance(where, Path) or (where.exists() and not where.is_dir()):
             raise StoreError(f"{place}: expected a folder, or a name for a new one")
-        return check_place(where / "file")
+        return check_place(where, is_folder=True)
     if kind is None:
         named = " and ".join(f"{kind.name} end in {', '.join(kind.suffixes)}" for kind in asked)
         raise StoreError(f"{place}: {named}")
@@ -82,13 +82,13 @@ def check_target(place: str | os.PathLike[str], *kinds: str) -> None:
     check_place(where, is_zarr=where.suffix == ".zarr", folder=kind.folder)
 
 
-def check_place(path: Path, *, is_zarr: bool = False, folder: bool = True) -> None:
+def check_place(path: Path, *, is_zarr: bool = False, is_folder: bool = False, folder: bool = True) -> None:
     """Raises StoreError if nothing can be written under a name; `folder` : whether the one it is in may be new."""
     try:
         str(path).encode()
         if long := next((part for part in path.parts if len(os.fsencode(part)) > _LONGEST_NAME), None):
             raise StoreError(f"{path}: a name of {len(os.fsencode(long))} bytes, expected at most {_LONGEST_NAME}")
-        there = behind(path, zarr=is_zarr).parent
+        there = Path(os.path.realpath(path)) if is_folder else behind(path, zarr=is_zarr).parent
         if not folder and not there.is_dir():
             raise StoreError(f"{path}: no folder {path.parent}")
         check_folder(there)
@@ -97,7 +97,8 @@ def check_place(path: Path, *, is_zarr: bool = False, folder: bool = True) -> No
     except UnicodeEncodeError:
         raise StoreError(f"{str(path)!r}: a name that is not text (UTF-8)") from None
     except (OSError, ValueError) as error:  # the latter of a NUL
-        raise StoreError(f"{path}: cannot be written ({reason(error)})") from None
+        wanted = "expected a folder, or a name for a new one" if is_folder else "cannot be written"
+        raise StoreError(f"{path}: {wanted} ({reason(error)})") from None
 
 
 def check_folder(path: Path) -> None:
