@@ -7,6 +7,7 @@ them at once. Everything else that is raised is a bug.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 Path = tuple[str | int, ...]
 MOST_PROBLEMS = 200  # more are not read, and finding more in a file of nonsense takes minutes
 _LONGEST_KEY, _LONGEST_MESSAGE = 60, 2000  # characters; cells of a file may hold 100,000
+_CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
 class Place(NamedTuple):
@@ -57,7 +59,7 @@ class Problem:
         where = source if self.place is None else self.place.text(source)
         message = self.message if len(self.message) <= _LONGEST_MESSAGE else f"{self.message[:_LONGEST_MESSAGE]}..."
         parts = [*([where] if where else []), *([dotted(self.path)] if self.path else []), message]
-        return printable(": ".join(parts)) + (f"\n  hint: {printable(self.hint)}" if self.hint else "")
+        return _printable(": ".join(parts)) + (f"\n  hint: {_printable(self.hint)}" if self.hint else "")
 
 
 class ConfigError(ValueError):
@@ -96,9 +98,14 @@ def _word(key: str) -> str:
     return short if short.isprintable() else repr(short)
 
 
-def printable(text: str) -> str:
+def _printable(text: str) -> str:
     """The text with characters that a terminal might obey written out."""
     return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+def visible(text: str) -> str:
+    """The text with control characters written out, as are marks that turn its direction; lines and tabs stay."""
+    return _CONTROLS.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 
 
 # --- other input ------------------------------------------------------------------------------------------------------

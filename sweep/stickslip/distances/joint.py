@@ -81,7 +81,11 @@ class _Space:
             found = self.asked.looked(cell[line[at]], changed, self.into)
             if at.size == line.size:
                 return found
-            labels, known, guide = np.zeros(line.size, np.int8), np.zeros(line.size, np.bool_), np.full(line.size, np.nan)
+            labels, known, guide = (
+                np.zeros(line.size, np.int8),
+                np.zeros(line.size, np.bool_),
+                np.full(line.size, np.nan),
+            )
             labels[at], known[at], guide[at] = found
             return Looked(labels, known, guide)
 
