@@ -200,14 +200,18 @@ class Interrupted(KeyboardInterrupt):
     """Ctrl-C during a run: `done` of `cells` cells are finished; or of what else is `counted`.
 
     kept : the working store they are safe in, from which the same call resumes; None for a run without output.
-    dataset : they themselves, for a run without output; None for others.
+    dataset : they themselves, for a run without output; None for others. during : what was interrupted, where nothing
+    was computed yet.
     """
 
     def __init__(
-        self, done: int, cells: int, kept: str | None = None, dataset: xr.Dataset | None = None, counted: str = "cells"
-    ):
+        self, done: int, cells: int, kept: str | None = None, dataset: xr.Dataset | None = None, counted: str = "cells",
+        during: str | None = None,
+    ):  # fmt: skip
         self.done, self.cells, self.kept, self.dataset, self.counted = done, cells, kept, dataset, counted
-        super().__init__(f"interrupted: {self.kept_cells}")
+        super().__init__(
+            f"interrupted while {during}; nothing was changed" if during else f"interrupted: {self.kept_cells}"
+        )
 
     @property
     def kept_cells(self) -> str:

@@ -89,7 +89,7 @@ def advise(
     _show(ds, one, home, wanted, within, speeds)
     if output is not None:
         writing.write(ds, output)
-        click.echo(f"written  {output} ({screen.size_of(output)})")
+        screen.echo(f"written  {output} ({screen.size_of(output)})")
 
 
 def _regime(config: Config, cell: Mapping[str, float], speeds: Sequence[float]) -> int:
@@ -133,10 +133,10 @@ def _show(
     from stickslip.cli import advice_words as words
 
     if speeds:
-        click.echo(f"range    {ds.attrs['margin_speeds']} counts")
+        screen.echo(f"range    {ds.attrs['margin_speeds']} counts")
     changes = words.single_changes(ds, wanted)
     joint = words.joint_change(ds, lambda cell: _regime(config, cell, speeds), wanted)
-    click.echo(words.sentence(home, wanted, changes, joint))
+    screen.echo(words.sentence(home, wanted, changes, joint))
     table = Table("change", "border", "by", "into", "1 % past it", box=None, pad_edge=False, header_style="bold")
     for change in changes:
         table.add_row(*change.row())
@@ -144,11 +144,11 @@ def _show(
         screen.print_table(table)
     absent = words.absent(ds)
     for name, why in absent.items():
-        click.echo(f"{name} {why}")
+        screen.echo(f"{name} {why}")
     if missing := [name for name in words.without_border(ds) if name not in absent]:
-        click.echo(f"no border within reach along {', '.join(missing)}: look further with --within {10 * within:g}")
+        screen.echo(f"no border within reach along {', '.join(missing)}: look further with --within {10 * within:g}")
     if joint is not None:
-        click.echo(joint.told())
+        screen.echo(joint.told())
     if "joint_ended" in ds.attrs:
-        click.echo(ds.attrs["joint_ended"])
-    click.echo(f"looked   at {ds.attrs['margin_within']}; {ds.attrs['margin_scan']}")
+        screen.echo(ds.attrs["joint_ended"])
+    screen.echo(f"looked   at {ds.attrs['margin_within']}; {ds.attrs['margin_scan']}")

@@ -124,13 +124,13 @@ def ramp(
     show_ramp(ds)
     if output is not None:
         writing.write(ds, output)
-        click.echo(f"written  {output} ({screen.size_of(output)})")
+        screen.echo(f"written  {output} ({screen.size_of(output)})")
     if plot is not None:
         try:
             plots.save(plots.plot_branches(ds), plot)
         except PlotError as error:
             fail(f"{plot}: {error}")
-        click.echo(f"plot     {plot}")
+        screen.echo(f"plot     {plot}")
 
 
 def _interval(name: str, ends: tuple[str, str]) -> tuple[float, float]:

@@ -14,8 +14,6 @@ from threading import Thread
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from stickslip.cli import answers, screen, shown
 from stickslip.cli.backdrop import Extras
 from stickslip.cli.common import drawing, fail, incomplete, prepare_kernels, settings_again
@@ -66,9 +64,9 @@ def _tell_blocks(outcome: Outcome, request: Request, study: Study) -> None:
     """The outcome of a run that left its blocks in a store."""
     of = f"shard {request.shard}: " if request.shard else ""
     place = str(outcome.where)  # the store itself: what the configuration names may not be what was asked for
-    click.echo(f"blocks   {of}{outcome.computed:,} {study.counted} computed into {place}")
-    click.echo(f"next     {shlex.join(['stickslip', 'status', place])}    # progress of the {study.name}")
-    click.echo(f"         {shlex.join(['stickslip', 'collect', place, *_named_output(request)])}    # writes it")
+    screen.echo(f"blocks   {of}{outcome.computed:,} {study.counted} computed into {place}")
+    screen.echo(f"next     {shlex.join(['stickslip', 'status', place])}    # progress of the {study.name}")
+    screen.echo(f"         {shlex.join(['stickslip', 'collect', place, *_named_output(request)])}    # writes it")
 
 
 def _named_output(request: Request) -> list[str]:
@@ -159,7 +157,7 @@ def _import_what_follows(output: Location | None, drawn: bool) -> None:
 
 def notice(text: str) -> None:
     """Something worth knowing, on standard error."""
-    click.echo(text, err=True)
+    screen.echo(text, err=True)
 
 
 def news(text: str) -> None:
@@ -203,7 +201,7 @@ def report(
     extras = extras or Extras()
     study = study_of(request.config)
     if outcome.up_to_date:
-        click.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
+        screen.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
     with reading.look_into(outcome.output) as ds:
         if outcome.up_to_date and (plot is None or plot.exists()) and not extras.any:
             return answers.of_result(ds, plot)
@@ -212,14 +210,14 @@ def report(
         if outcome.up_to_date:
             _write(extras, ds)
             if drawn:
-                click.echo(f"plot     {plot}")
+                screen.echo(f"plot     {plot}")
             return answer
         machines = outcome.machines or screen.threads(study.options)
         done = screen.Done(outcome.computed, study.counted, seconds, machines)
         shown.show(ds, done, outcome.output, drawn)
         _write(extras, ds)
     if outcome.reused:
-        click.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
+        screen.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
     if outcome.where:
-        click.echo(f"blocks   kept in {outcome.where}")
+        screen.echo(f"blocks   kept in {outcome.where}")
     return answer

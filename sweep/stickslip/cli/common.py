@@ -185,7 +185,7 @@ def config_file(path: Path) -> Path:
 
     file = found(path)
     if file != path:
-        click.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
+        screen.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
     return file
 
 
@@ -227,19 +227,19 @@ def points_file(path: Path) -> Path:
 
     file = found_points(path)
     if file != path:
-        click.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
+        screen.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
     return file
 
 
 def fail(message: object) -> NoReturn:
     """End with the exit code for wrong input."""
-    click.echo(getattr(message, "on_command_line", message), err=True)
+    screen.echo(getattr(message, "on_command_line", message), err=True)
     sys.exit(WRONG_INPUT)
 
 
 def incomplete(message: object) -> NoReturn:
     """End with the exit code for what was computed, but not to the end."""
-    click.echo(getattr(message, "on_command_line", message), err=True)
+    screen.echo(getattr(message, "on_command_line", message), err=True)
     sys.exit(INCOMPLETE)
 
 
@@ -247,7 +247,7 @@ def tell_json(answer: Mapping[str, Any]) -> None:
     """Print an answer for programs: numbers and arrays of NumPy as numbers and lists, what is not finite as null."""
     context = click.get_current_context(silent=True)
     stdout = context.meta.get(_STDOUT) if context else None
-    click.echo(json.dumps(_plain(answer), indent=2, allow_nan=False), file=stdout)
+    screen.echo(json.dumps(_plain(answer), indent=2, allow_nan=False), file=stdout)
 
 
 def _plain(value: Any) -> Any:
@@ -306,7 +306,7 @@ def drawing(target: object) -> Iterator[None]:
     try:
         yield
     except (PlotError, StoreError) as error:
-        click.echo(f"{target}: not drawn: {error}", err=True)
+        screen.echo(f"{target}: not drawn: {error}", err=True)
         click.get_current_context().meta[_UNDRAWN] = True
 
 

@@ -183,16 +183,16 @@ def _show(words: Words) -> None:
 
     _print_table(words.columns())
     if len(words.speeds) > 1:
-        click.echo(words.answer())
+        screen.echo(words.answer())
     for remark in words.remarks():
-        click.echo(f"note     {remark}")
+        screen.echo(f"note     {remark}")
     for one in varied(words.ds, words):
         _print_table(one.columns)
         for remark in one.remarks:
-            click.echo(f"note     {remark}")
-    click.echo(words.what_quiet_means())
+            screen.echo(f"note     {remark}")
+    screen.echo(words.what_quiet_means())
     if said := words.what_the_interval_means():
-        click.echo(said)
+        screen.echo(said)
 
 
 def _print_table(columns: Iterable[Shown]) -> None:
@@ -230,7 +230,7 @@ def _write(
         else:
             writing.write(ds, output)
             if not silent:
-                click.echo(f"written  {output} ({screen.size_of(output)})")
+                screen.echo(f"written  {output} ({screen.size_of(output)})")
         written[output.suffix[1:].lower()] = str(output)
     if plot is not None:
         from stickslip import plots
@@ -238,7 +238,7 @@ def _write(
         plots.save(plots.plot_materials(ds), plot)
         written["plot"] = str(plot)
         if not silent:
-            click.echo(f"plot     {plot}")
+            screen.echo(f"plot     {plot}")
     if report is not None:
         from stickslip.materials.page import material_page
         from stickslip.pages import write_page
@@ -246,7 +246,7 @@ def _write(
         write_page(report, material_page(ds))
         written["report"] = str(report)
         if not silent:
-            click.echo(f"report   {report}")
+            screen.echo(f"report   {report}")
     return written
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from stickslip.cli import screen
 from stickslip.cli.common import WHERE, Target, checked, fail, pairs, reports_wrong_input
 from stickslip.cli.tables import tell_table, write_table
 
@@ -49,5 +50,5 @@ def export(
         except PlotError as error:
             fail(f"{file}: {error}")
         for point in selection.told(ds, places) if places else ():
-            click.echo(f"taken    {point}")
+            screen.echo(f"taken    {point}")
         tell_table(write_table(part, target, variables, "," if decimal_comma else "."), target)

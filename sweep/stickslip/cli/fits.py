@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from stickslip.cli import screen
 from stickslip.cli.common import JSON, Target, fail, points_file, reports_wrong_input, tell_json
 from stickslip.vocabulary.laws import LAWS
 
@@ -106,13 +107,13 @@ def fit(
         return tell_json(_answer(fits, ageing, seconds(at), plot))
     tell_columns(fits)
     for one in fits:
-        click.echo(f"{one.name}\n{described.describe(one)}\n")
+        screen.echo(f"{one.name}\n{described.describe(one)}\n")
     if len(ageing) > 1:
-        click.echo(described.describe_ranking(ageing, seconds(at)))
+        screen.echo(described.describe_ranking(ageing, seconds(at)))
     if len(ageing) < len(fits):
-        click.echo(f"to paste into a configuration\n{described.as_yaml(fits)}")
+        screen.echo(f"to paste into a configuration\n{described.as_yaml(fits)}")
     if plot is not None:
-        click.echo(f"plot     {plot}")
+        screen.echo(f"plot     {plot}")
 
 
 def fitted(
@@ -130,7 +131,7 @@ def fitted(
         return fits
     (column, *_), points = bare[0].points.assumed, bare[0].points[bare[0].points.assumed[0].name]
     names = ", ".join(dict.fromkeys(str(one.path) for one in bare))
-    click.echo(
+    screen.echo(
         f"{names}: the header gives no unit of {column.name}; it goes from {points.min():g} to {points.max():g}."
     )
     usual = units.example(column.units).split(" ", 1)[1]
@@ -151,7 +152,7 @@ def tell_columns(fits: Sequence[MaterialFit]) -> None:
     for path in dict.fromkeys(one.path for one in fits):
         of_file = [one for one in fits if one.path == path]
         if not all(map(described.is_plain, of_file)):
-            click.echo(f"{path}: {described.describe_columns(of_file)}\n")
+            screen.echo(f"{path}: {described.describe_columns(of_file)}\n")
 
 
 def _answer(fits: Sequence[MaterialFit], ageing: dict[str, Any], at: float, plot: Path | None) -> dict[str, Any]:

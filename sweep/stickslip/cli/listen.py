@@ -100,17 +100,17 @@ def listen(
         _draw(heard, title, plot)
     if as_json:
         return tell_json(_as_json(heard, cell_level, output, plot))
-    click.echo(heard.told())
+    screen.echo(heard.told())
     if not isfinite(heard.frequency) or cell_level == cell_level:
-        click.echo(f"level    {level_text(cell_level)}")
+        screen.echo(f"level    {level_text(cell_level)}")
     for line in heard.remarks():
-        click.echo(line)
+        screen.echo(line)
     if output is not None:
         tell_file(heard, Path(str(output)), floating)
     if plot is not None:
-        click.echo(f"plot     {plot}")
+        screen.echo(f"plot     {plot}")
     if output is None and plot is None:
-        click.echo("nothing was written: name a file (-o squeak.wav), a plot (--plot spectrogram.png), or both")
+        screen.echo("nothing was written: name a file (-o squeak.wav), a plot (--plot spectrogram.png), or both")
 
 
 def _check(output: Location | None, slow: float) -> None:
@@ -132,7 +132,7 @@ def save_sound(heard: Sound, path: Path, floating: bool = False) -> None:
 def tell_file(heard: Sound, path: Path, floating: bool = False) -> None:
     """What was written where."""
     kind = f"{heard.seconds:.3g} s, {'32-bit floating' if floating else '16 bit'}, full scale {heard.full_scale:g} m/s2"
-    click.echo(f"sound    {path} ({kind}, {screen.size_of(path)})")
+    screen.echo(f"sound    {path} ({kind}, {screen.size_of(path)})")
 
 
 def level_text(level: float) -> str:
@@ -240,12 +240,12 @@ def _levels(
         return tell_json(_summary(ds) | {"output": output})
     _tell_levels(ds)
     if asked and ds["regime"].size == 1:
-        click.echo(_compared(float(ds["acceleration_level_a"].values.item()), ", ".join(asked)))
+        screen.echo(_compared(float(ds["acceleration_level_a"].values.item()), ", ".join(asked)))
     if output is not None:
-        click.echo(f"levels   {output} ({screen.size_of(output)})")
-        click.echo(f"next:    stickslip plot {output}")
+        screen.echo(f"levels   {output} ({screen.size_of(output)})")
+        screen.echo(f"next:    stickslip plot {output}")
     elif ds["regime"].ndim:
-        click.echo("nothing was written: name a file (-o levels.nc)")
+        screen.echo("nothing was written: name a file (-o levels.nc)")
 
 
 def _summary(ds: xr.Dataset) -> dict[str, Any]:
@@ -265,18 +265,18 @@ def _summary(ds: xr.Dataset) -> dict[str, Any]:
 def _tell_levels(ds: xr.Dataset) -> None:
     found = _summary(ds)
     if found["cells"] == 1:
-        click.echo(f"level    {_one_level(ds)}")
+        screen.echo(f"level    {_one_level(ds)}")
         return
-    click.echo(f"{found['long_name']}:")
+    screen.echo(f"{found['long_name']}:")
     if found["with_level"]:
-        click.echo(
+        screen.echo(
             f"{found['with_level']:,} of {found['cells']:,} cells: {found['lowest']:.1f} to {found['highest']:.1f}, "
             f"half of them above {found['median']:.1f}"
         )
     if found["without_cycle"]:
-        click.echo(f"{_cells(found['without_cycle'])} no cycle, and no level: settled, stuck, or undecided")
+        screen.echo(f"{_cells(found['without_cycle'])} no cycle, and no level: settled, stuck, or undecided")
     if found["not_heard"]:
-        click.echo(f"{_cells(found['not_heard'])} a cycle of which nothing is heard")
+        screen.echo(f"{_cells(found['not_heard'])} a cycle of which nothing is heard")
 
 
 def _compared(level: float, reference: str) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import shown
+from stickslip.cli import screen, shown
 from stickslip.cli.backdrop import MAP, Extras
 from stickslip.cli.common import PAGES, WHERE, Target, fail, pairs, prepare_kernels, reports_wrong_input
 from stickslip.cli.picture import Picture, free_name
@@ -98,7 +98,7 @@ def plot(
                                        borders=not no_borders, lines=over)  # fmt: skip
             told = {name: at for name, at in places.items() if name != "state"}
             for point in selection.told(ds, told):
-                click.echo(f"drawn    {point}")
+                screen.echo(f"drawn    {point}")
         request = _words({**picture.request(), "variable": variable, "select": select, "lines": lines,
                           "map": map_file, "no_borders": no_borders})  # fmt: skip
         named = None if variable == plots.subject(ds) else variable
@@ -107,8 +107,8 @@ def plot(
     except PlotError as error:
         fail(f"{file}: {error}")
     if not no_borders and "quiet_above" not in ds and (absent := why_absent(ds, "damping_ratio")):
-        click.echo(f"{file}: no borders of linear theory are drawn: the map {absent}", err=True)
-    click.echo(f"plot     {target}")
+        screen.echo(f"{file}: no borders of linear theory are drawn: the map {absent}", err=True)
+    screen.echo(f"plot     {target}")
 
 
 def _over_map(ds: xr.Dataset, file: Location, map_file: Location | None, picture: Picture) -> Figure:

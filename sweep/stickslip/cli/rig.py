@@ -15,6 +15,7 @@ from stickslip.cli import rig_sounds, screen
 from stickslip.cli.common import JSON, Target, fail, reports_wrong_input, tell_json
 from stickslip.cli.progress import progress_bar
 from stickslip.cli.tables import tell_table, write_table
+from stickslip.errors import visible
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -133,7 +134,7 @@ def rig_features(
             record = rig.read_record(file, settings.record, settings.conditions, move)
         _tell_overruled(file, record, given, settings)
         if left := record.attrs["not_used"]:
-            click.echo(f"note      {file}: columns not used: {', '.join(map(repr, left))}")
+            screen.echo(f"note      {file}: columns not used: {', '.join(map(repr, left))}")
         records[_called(name, file, record, records)] = record
     try:
         found = rig.feature_table(records, settings)
@@ -145,14 +146,14 @@ def rig_features(
     warn_of_extrapolation(found, settings.risk)
     for name, remarks in zip(records, found["remarks"].values.tolist(), strict=True):
         for remark in filter(None, remarks.split("\n")):
-            click.echo(f"{name}: {remark}")
+            screen.echo(f"{name}: {remark}")
     if plot is not None:
         from stickslip import plots
         from stickslip.rig.report.traces import plot_records
 
         numbers = dict(zip(records, found["model_rpn"].values.tolist(), strict=True))
         plots.save(plot_records(records, shifted=beside, numbers=numbers, window=window), plot)
-        click.echo(f"plot      {plot}")
+        screen.echo(f"plot      {plot}")
     if sound is not None:
         rig_sounds.write_records(sound, records)
     found = _with_provenance(found, settings, files)
@@ -160,7 +161,7 @@ def rig_features(
         tell_table(write_table(as_columns(found), output), output)
     elif output is not None:
         writing.write(found, output)
-        click.echo(f"features  {output} ({screen.size_of(output)})")
+        screen.echo(f"features  {output} ({screen.size_of(output)})")
     if as_json:
         rows = as_columns(found).to_dataframe().reset_index().to_dict("records")
         words = [
@@ -250,7 +251,7 @@ def _tell_overruled(file: Path, record: xr.Dataset, given: Mapping[str, str], se
         held = float(record[name])
         if held != settings.conditions[name]:
             unit = units.spelled(CONDITIONS[name].units)
-            click.echo(f"{file}: its remark {name} = {held:g} {unit} holds, not the {text} of the option", err=True)
+            screen.echo(f"{file}: its remark {name} = {held:g} {unit} holds, not the {text} of the option", err=True)
 
 
 def warn_of_extrapolation(found: xr.Dataset, risk: Risk) -> None:
@@ -264,8 +265,8 @@ def warn_of_extrapolation(found: xr.Dataset, risk: Risk) -> None:
         if some:
             names = ", ".join(some[:_MOST_NAMES]) + f" and {len(some) - _MOST_NAMES:,} more" * (len(some) > _MOST_NAMES)
             low, high = getattr(risk, f"lowest_{feature}"), getattr(risk, f"highest_{feature}")
-            click.echo(f"warning: {feature} of {names}: outside {low:.4g} to {high:.4g}, the range of the pairs of the "
-                       "calibration, so that the RPN is an extrapolation", err=True)  # fmt: skip
+            screen.echo(f"warning: {feature} of {names}: outside {low:.4g} to {high:.4g}, the range of the pairs of "
+                       "the calibration, so that the RPN is an extrapolation", err=True)  # fmt: skip
 
 
 def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, ...]) -> xr.Dataset:
@@ -306,7 +307,7 @@ def _feature_table(found: xr.Dataset, columns: Sequence[tuple[str, str, float, s
     for i, name in enumerate(map(str, found["record"].values.tolist())):
         row = found.isel(record=i)
         number = int(row["model_rpn"])
-        cells = [Text(name), Text(f" {number or '?'} ", style=_COLOURS[band_of(number)])]
+        cells = [Text(visible(name)), Text(f" {number or '?'} ", style=_COLOURS[band_of(number)])]
         for feature, _, factor, form in columns:
             value = float(_best(row, feature)) * factor
             cells.append(Text("-" if np.isnan(value) else format(value, form)))

@@ -87,7 +87,7 @@ def rig(
         rig_sounds.check(sound, tests.grid.size)
     prepare_kernels(asked.config.friction.law, signals=True)
     size = tests.grid.size
-    click.echo(f"{asked.config.title}\n{_counted(tests)}")
+    screen.echo(f"{asked.config.title}\n{_counted(tests)}")
     began = perf_counter()
     try:
         with progress_bar(size, of="tests") as moved:
@@ -99,7 +99,7 @@ def rig(
         _draw(plot, found, tests, drawn, beside, window)
     if output is not None:
         writing.write(found, output)
-        click.echo(f"features  {output} ({screen.size_of(output)})")
+        screen.echo(f"features  {output} ({screen.size_of(output)})")
     if records is not None:
         _write_records(records, tests)
     if sound is not None:
@@ -143,7 +143,7 @@ def _show(found: xr.Dataset, tests: RigTests, seconds: float) -> None:
     for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
         number, message = int((status == code).sum()), STATUS_MESSAGES[STATUSES[code]]
         many = "1 test was" if number == 1 else f"{number:,} tests were"
-        click.echo(f"warning: {many} not integrated to the end: {message}", err=True)
+        screen.echo(f"warning: {many} not integrated to the end: {message}", err=True)
     console.print(f"{tests.grid.size:,} tests in {screen.duration_text(seconds)}", markup=False)
 
 
@@ -170,7 +170,7 @@ def _draw(
 
         figure = plot_matrix(found)
     plots.save(figure, plot)
-    click.echo(f"plot      {plot}")
+    screen.echo(f"plot      {plot}")
 
 
 def _records(tests: RigTests, numbers: list[int]) -> dict[str, xr.Dataset]:
@@ -185,11 +185,11 @@ def _write_records(folder: Path, tests: RigTests) -> None:
     for test in tests.tests(range(tests.grid.size)):
         if test.record is not None:
             write_record(test.record, folder / f"test{test.number:0{digits}d}.csv")
-    click.echo(f"records   {folder}/test*.csv; stickslip rig features reads them")
+    screen.echo(f"records   {folder}/test*.csv; stickslip rig features reads them")
 
 
 def _write_report(report: Path, found: xr.Dataset, asked: RigConfig, tests: RigTests, drawn: list[int]) -> None:
     from stickslip.rig.report.build import write_report
 
     write_report(report, found, _records(tests, drawn or list(range(min(tests.grid.size, _MOST_TRACES)))), asked)
-    click.echo(f"report    {report} ({screen.size_of(report)})")
+    screen.echo(f"report    {report} ({screen.size_of(report)})")

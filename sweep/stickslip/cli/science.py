@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from stickslip.cli import screen
 from stickslip.cli.common import Target, fail, prepare_kernels, reports_wrong_input
 
 
@@ -25,8 +26,8 @@ def article(figures: tuple[str, ...], output: Path) -> None:
     prepare_kernels("stribeck")
     prepare_kernels("stribeck", signals=True)  # trajectories
     try:
-        made = make(figures, output, progress=lambda name: click.echo(f"{name} ...", err=True))
+        made = make(figures, output, progress=lambda name: screen.echo(f"{name} ...", err=True))
     except UnknownFigureError as error:
         fail(error)
     for figure in made:
-        click.echo(f"{figure.name:8} {figure.plot}  {figure.data}")
+        screen.echo(f"{figure.name:8} {figure.plot}  {figure.data}")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from stickslip.cli import screen
 from stickslip.cli.common import Target, reports_wrong_input
 
 
@@ -39,8 +40,8 @@ def points(
     length, force, time = _si("--radius", radius, "m"), _si("--load", load, "N"), _si("--settle", settle, "s")
     found = read_steps(record, plan, radius=length, load=force, settle=time)
     write_points(found, output)
-    click.echo(described(found))
-    click.echo(f"points   {output}")
+    screen.echo(described(found))
+    screen.echo(f"points   {output}")
 
 
 def _si(option: str, text: str | None, unit: str) -> float | None:

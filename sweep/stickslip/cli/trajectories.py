@@ -78,7 +78,7 @@ def simulate(
         _tell(found)
     if output is None and plot is None:
         if not as_json:
-            click.echo("over time: -o trace.nc, --plot trace.png; as sound: stickslip listen")
+            screen.echo("over time: -o trace.nc, --plot trace.png; as sound: stickslip listen")
         return
     prepare_kernels(law, signals=True)
     ds = api.simulate(
@@ -99,7 +99,7 @@ def _tell(found: xr.Dataset) -> None:
     told = words.rows(found)
     width = max(len(what) for what, _ in told)
     for what, value in told:
-        click.echo(f"{what:<{width}}  {value}")
+        screen.echo(f"{what:<{width}}  {value}")
 
 
 def _draw(ds: xr.Dataset, title: str, plot: Path) -> None:
@@ -112,9 +112,9 @@ def _tell_files(look: words.Look, output: Location | None, plot: Path | None) ->
     """What was written, and over which time."""
     over = f"{words.time(look.duration)}{f', {look.why}' if look.why else ''}"
     if output is not None:
-        click.echo(f"trajectory  {output} ({over}; {screen.size_of(output)})")
+        screen.echo(f"trajectory  {output} ({over}; {screen.size_of(output)})")
     if plot is not None:
-        click.echo(f"plot        {plot}" + (f" ({over})" if output is None else ""))
+        screen.echo(f"plot        {plot}" + (f" ({over})" if output is None else ""))
 
 
 def recipe_in(path: Location) -> Recipe:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from stickslip.config.written import DISPLAY
 from stickslip.dataset.chunks import Chunk, chunks
 from stickslip.dataset.display import Unit, unit_of
-from stickslip.errors import StoreError
+from stickslip.errors import StoreError, visible
 from stickslip.files.atomic import replaced
 from stickslip.files.formulas import inert, is_live
 from stickslip.files.targets import check_target
@@ -66,7 +66,7 @@ class Table:
     @property
     def headings(self) -> list[str]:
         """The names of the columns, with their units in brackets."""
-        return [f"{name} [{unit.name}]" if unit.name else name for name, unit in self.units.items()]
+        return [visible(f"{name} [{unit.name}]" if unit.name else name) for name, unit in self.units.items()]
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ def _write_excel(ds: xr.Dataset, table: Table, path: Path, moved: Move | None, f
     """The table in one sheet, and where it comes from in another; before both the one for people."""
     import pandas as pd
 
-    told = [(name, str(ds.attrs[name])[:_LONGEST_CELL]) for name in _ABOUT if name in ds.attrs]
+    told = [(name, visible(str(ds.attrs[name]))[:_LONGEST_CELL]) for name in _ABOUT if name in ds.attrs]
     told += [(str(name), unit_of(one).told(one.item()) if one.dtype.kind in "fiu" else str(one.item()))
              for name, one in ds.coords.items() if not one.ndim]  # fmt: skip
     with path.open("wb") as file, pd.ExcelWriter(file, engine="openpyxl") as writer:
@@ -172,7 +172,7 @@ def _write_excel(ds: xr.Dataset, table: Table, path: Path, moved: Move | None, f
 def _write_front(sheet: Any, front: Sheet) -> None:
     """A sheet for people: headings bold, they and the first column stay in sight."""
     for row in (front.heading, *front.rows, *front.below):
-        sheet.append(list(row))
+        sheet.append([visible(cell) if isinstance(cell, str) else cell for cell in row])
     for cell in sheet[1]:
         _embolden(cell)
         alignment = copy(cell.alignment)
@@ -228,6 +228,8 @@ def _column(array: xr.DataArray, table: Table, chunk: Chunk) -> NDArray[Any]:
     """The values of a column in the rows of a chunk; flags as words."""
     part = array.isel({dim: chunk[dim] for dim in array.dims})
     values = part.values
+    if values.dtype.kind in "OUT":
+        values = np.array([visible(str(text)) for text in values.ravel()], object).reshape(values.shape)
     if "flag_meanings" in array.attrs:
         values = _words(values, array.attrs)
         if array.name in _OF_BORDERS:  # code 0 says that a line has fewer borders, or has some

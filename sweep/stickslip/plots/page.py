@@ -19,6 +19,7 @@ from matplotlib.text import Text
 
 from stickslip.errors import PlotError, StoreError, reason, visible
 from stickslip.files.atomic import replaced
+from stickslip.files.targets import check_target
 from stickslip.plots import marks
 from stickslip.plots.verbatim import show_verbatim
 
@@ -215,6 +216,7 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: float = DPI, request
     where = _KEPT_AS.get(suffix)
     metadata = {where: visible(f"{_MADE_BY} {request}").rstrip()} if where else None
     try:
+        check_target(path, "plot")
         with replaced(path) as temporary:
             figure.savefig(temporary, dpi=dpi, format=suffix[1:], metadata=metadata)
     except StoreError as error:
