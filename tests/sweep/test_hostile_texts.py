@@ -87,7 +87,7 @@ def test_a_name_with_control_characters_is_told_without_them(tmp_path, monkeypat
 def test_a_full_standard_output_is_said_and_no_traceback():
     with open("/dev/full", "w") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "stickslip", "schema"], stdout=full, stderr=subprocess.PIPE, text=True
+            [sys.executable, "-m", "stickslip", "schema"], stdout=full, stderr=subprocess.PIPE, text=True, env=SOURCES
         )
     assert done.returncode == 1
     assert done.stderr == "standard output: cannot be written (No space left on device)\n"
@@ -98,20 +98,22 @@ def test_a_silent_scheduler_ends_a_run_in_time_and_ctrl_c_says_what_it_interrupt
     """Something listens at the port, and never answers."""
     pytest.importorskip("distributed")
     config = write_config(tmp_path, num=3)
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
-        words = [sys.executable, "-m", "stickslip", "run", str(config), "-o", str(tmp_path / "m.nc"), "--dask", address]
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": SOURCES}
-        began = [subprocess.Popen(words, **pipes) for _ in range(2)]
-        for _ in began:
-            server.accept()  # both are connecting
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": SOURCES}
+    with socket.create_server(("127.0.0.1", 0)) as one, socket.create_server(("127.0.0.1", 0)) as other:
+        addresses = [f"tcp://127.0.0.1:{server.getsockname()[1]}" for server in (one, other)]
+        words = [sys.executable, "-m", "stickslip", "run", str(config), "-o", str(tmp_path / "m.nc"), "--dask"]
+        began = [subprocess.Popen([*words, address], **pipes) for address in addresses]
+        connections = [server.accept() for server in (one, other)]
         connected = time.monotonic()
+        time.sleep(0.5)
         began[0].send_signal(signal.SIGINT)
         errors = [process.communicate(timeout=60)[1] for process in began]
         assert time.monotonic() - connected < 20.0
+        for connection, _ in connections:
+            connection.close()
     assert [process.returncode for process in began] == [1, 2], errors
-    assert f"interrupted while connecting to the Dask scheduler ({address})" in errors[0]
-    assert f"{address}: no Dask scheduler answered within 10 s" in errors[1]
+    assert f"interrupted while connecting to the Dask scheduler ({addresses[0]})" in errors[0]
+    assert f"{addresses[1]}: no Dask scheduler answered within 10 s" in errors[1]
     assert not list(tmp_path.glob("*.parts"))
 
 
