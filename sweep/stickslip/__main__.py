@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import os
 import sys
 import threading
+from contextlib import suppress
 
 
 def main() -> None:
@@ -23,14 +25,29 @@ def main() -> None:
         if not isinstance(end.code, int | None):
             raise
         code = end.code or 0
+    except OSError as error:
+        if error.filename is not None or error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EIO):
+            raise
+        _say(f"standard output: cannot be written ({error.strerror})")  # no file of ours, which are named
+        os._exit(1)
     threading._shutdown()  # type: ignore[attr-defined]  # pools are told to end, as the interpreter does, and waited for
     atexit._run_exitfuncs()
     try:
         sys.stdout.flush()
         sys.stderr.flush()
-    except OSError:  # nobody listens any more, which the interpreter knows how to end
+    except BrokenPipeError:  # nobody listens any more, which the interpreter knows how to end
         sys.exit(code)
+    except OSError as error:
+        _say(f"standard output: cannot be written ({error.strerror})")
+        os._exit(1)
     os._exit(code)
+
+
+def _say(text: str) -> None:
+    """A line on standard error, if that can be written."""
+    with suppress(OSError):
+        sys.stderr.write(f"{text}\n")
+        sys.stderr.flush()
 
 
 if __name__ == "__main__":

@@ -264,6 +264,8 @@ def evaluate(
         Static friction grows with the time in contact: mu_static + ageing_rate (0) log10(1 + t/ageing_time (1 s)),
         counted from contact_time (0) before the start. DataArrays are broadcast by their dimensions, and converted from
         the units in their attributes. Of a Dataset, variables and coordinates that carry names of parameters are taken.
+        A DataFrame is read by its columns, each a parameter; its index is the dimension. Quantities of Pint are
+        converted. What is masked (NumPy) or missing (NA of pandas) is refused.
     rtol : relative tolerance of the integration. horizon : s, None for no limit.
     early_stop : False integrates every cell to the horizon and adds sticks, stick_time, displacement_end, velocity_end.
     threads : None for one per processor. law : shape of the weakening of friction, one of `vocabulary.laws.LAWS`.

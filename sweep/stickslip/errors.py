@@ -7,6 +7,7 @@ them at once. Everything else that is raised is a bug.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 Path = tuple[str | int, ...]
 MOST_PROBLEMS = 200  # more are not read, and finding more in a file of nonsense takes minutes
 _LONGEST_KEY, _LONGEST_MESSAGE = 60, 2000  # characters; cells of a file may hold 100,000
+_CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
 class Place(NamedTuple):
@@ -99,6 +101,11 @@ def _word(key: str) -> str:
 def printable(text: str) -> str:
     """The text with characters that a terminal might obey written out."""
     return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+def visible(text: str) -> str:
+    """The text with control characters written out, as are marks that turn its direction; lines and tabs stay."""
+    return _CONTROLS.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 
 
 # --- other input ------------------------------------------------------------------------------------------------------
@@ -193,14 +200,18 @@ class Interrupted(KeyboardInterrupt):
     """Ctrl-C during a run: `done` of `cells` cells are finished; or of what else is `counted`.
 
     kept : the working store they are safe in, from which the same call resumes; None for a run without output.
-    dataset : they themselves, for a run without output; None for others.
+    dataset : they themselves, for a run without output; None for others. during : what was interrupted, where nothing
+    was computed yet.
     """
 
     def __init__(
-        self, done: int, cells: int, kept: str | None = None, dataset: xr.Dataset | None = None, counted: str = "cells"
-    ):
+        self, done: int, cells: int, kept: str | None = None, dataset: xr.Dataset | None = None, counted: str = "cells",
+        during: str | None = None,
+    ):  # fmt: skip
         self.done, self.cells, self.kept, self.dataset, self.counted = done, cells, kept, dataset, counted
-        super().__init__(f"interrupted: {self.kept_cells}")
+        super().__init__(
+            f"interrupted while {during}; nothing was changed" if during else f"interrupted: {self.kept_cells}"
+        )
 
     @property
     def kept_cells(self) -> str:

@@ -205,7 +205,7 @@ def test_the_command_writes_table_workbook_page_plot_and_answer(tmp_path):
         (["--speed", "0"], "belt_speed: got 0, expected a speed above 0 m/s"),
         (["--between", "2", "1"], "expected two speeds above 0, the slower one first"),
         (["--level", "95"], "level: got 95.0, expected a share above 0 and below 1"),
-        (["-o", "x.docx"], "expected a name that ends in .nc, .zarr, .csv, .xlsx"),
+        (["-o", "x.docx"], "tables end in .csv, .xlsx and results end in .nc, .zarr"),
         (["--report", "x.doc"], "pages end in .html, .htm, .pdf"),
         (["--plot", "x.txt"], "plots end in"),
     ],

@@ -150,7 +150,7 @@ def test_the_command_exports_what_is_asked_for(small, tmp_path, monkeypatch):
     assert set(pd.read_csv("map.csv")) == {"lubricant", "a1", "a3", "belt_speed [m/s]", "regime"}
     for words, said in (
         (["--variable", "perod"], "did you mean period?"),
-        (["-o", "map.ods"], "expected a name that ends in .csv or .xlsx"),
+        (["-o", "map.ods"], "map.ods: tables end in .csv, .xlsx"),
     ):
         wrong = call("export", "map.nc", *words)
         assert wrong.exit_code == 2 and said in wrong.stderr

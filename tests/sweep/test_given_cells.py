@@ -3,6 +3,8 @@
 import time
 
 import numpy as np
+import pandas as pd
+import pint
 import pytest
 import xarray as xr
 
@@ -149,3 +151,92 @@ def test_a_call_with_few_cells_costs_little():
             stickslip.evaluate(cells)
         best = min(best, (time.process_time() - began) / 20)
     assert best < 1.5e-3
+
+
+# --- what other libraries hold ----------------------------------------------------------------------------------------
+
+BASE = PAIR | {"stiffness": 1.0}
+MASKED = np.ma.array([0.1, 0.2], mask=[False, True])
+NULLABLE = pd.Series([0.1, None], dtype="Float64")
+QUANTITY = pint.UnitRegistry().Quantity
+SPEED_LISTS = {  # two belt speeds, 10 and 20 mm/s
+    "nothing masked": np.ma.array([0.01, 0.02], mask=False),
+    "Pint": QUANTITY(np.array([10.0, 20.0]), "mm/s"),
+    "Pint in xarray": xr.DataArray(QUANTITY(np.array([10.0, 20.0]), "mm/s"), dims="cell"),
+    "texts of pandas": pd.Series(["10 mm/s", "20 mm/s"]),
+    "texts of a dtype": pd.Series(["10 mm/s", "20 mm/s"], dtype="string"),
+    "an index": pd.Index(["10 mm/s", "0.02 m/s"]),
+    "categories": pd.Series(["10 mm/s", "20 mm/s"], dtype="category"),
+    "texts of xarray": xr.DataArray(["10 mm/s", "20 mm/s"], dims="cell"),
+    "objects with units": xr.DataArray(np.array([10, 20], object), dims="cell", attrs={"units": "mm/s"}),
+}
+NO_NUMBERS = {
+    "masked": MASKED,
+    "masked whole numbers": np.ma.array([1, 2], mask=[True, False]),
+    "one masked value": np.ma.masked,
+    "a list of masked arrays": [MASKED, MASKED],
+    "a list with a masked value": [0.1, np.ma.masked],
+    "a masked quantity of Pint": QUANTITY(np.ma.array([1.0, 2.0], mask=[False, True]), "m/s"),
+    "a masked table of xarray": xr.DataArray(NULLABLE.array, dims="x"),
+    "NA": NULLABLE,
+    "NA of whole numbers": pd.Series([1, None], dtype="Int64"),
+    "NA of texts": pd.Series(["1 m/s", None], dtype="string"),
+    "NA among objects": pd.Series([0.1, pd.NA], dtype=object),
+    "None": [0.1, None],
+    "quantities in a list": [QUANTITY(1.0, "m/s"), QUANTITY(2.0, "m/s")],
+    "one quantity in a list": [QUANTITY(1.0, "m/s")],
+    "lists of different lengths": [[1.0, 2.0], [3.0]],
+    "dates": pd.to_datetime(["2020-01-01"]),
+    "times": pd.to_timedelta([1], unit="s"),
+    "logical values": np.array([True]),
+    "complex": np.array([1 + 0j]),
+}
+
+
+@pytest.mark.parametrize("speeds", SPEED_LISTS.values(), ids=SPEED_LISTS)
+def test_arrays_of_other_libraries_are_read_with_their_units(speeds):
+    np.testing.assert_array_equal(stickslip.evaluate(BASE | {"belt_speed": speeds})["belt_speed"], [0.01, 0.02])
+
+
+@pytest.mark.parametrize("name", ["belt_speed", "mu_stop"])
+@pytest.mark.parametrize("values", NO_NUMBERS.values(), ids=NO_NUMBERS)
+def test_what_is_masked_missing_or_no_number_is_refused_and_not_computed(name, values):
+    """Also where NaN stands for absent: what is hidden is not known to be absent."""
+    with pytest.raises((TypeError, ValueError), match=f"^{name}"):
+        stickslip.evaluate(BASE | {"belt_speed": 0.1} | {name: values})
+
+
+@pytest.mark.parametrize("values", [MASKED, NULLABLE, xr.DataArray(NULLABLE.array, dims="x")])
+def test_a_masked_axis_is_refused(values):
+    sections = {"system": {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0, "belt_speed": 0.1}}
+    friction = {name: PAIR[name] for name in ("a1", "a2", "a3", "a4")}
+    with pytest.raises(stickslip.ConfigError, match="masked or missing"):
+        stickslip.sweep(**sections, friction=friction, axes={"mu_stop": values}, progress=False)
+
+
+def test_units_of_pint_inside_xarray_are_those_of_an_axis():
+    speeds = xr.DataArray(QUANTITY(np.array([10.0, 25.0]), "mm/s"), dims="belt_speed", name="belt_speed")
+    system = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0}
+    friction = {name: PAIR[name] for name in ("a1", "a2", "a3", "a4")}
+    ds = stickslip.sweep(system=system, friction=friction, axes=[speeds], progress=False)
+    np.testing.assert_array_equal(ds["belt_speed"], [0.01, 0.025])
+
+
+def test_a_table_of_pandas_is_cells_along_its_index():
+    table = pd.DataFrame({name: [value, value] for name, value in BASE.items()} | {"belt_speed": [0.1, 0.2]})
+    assert stickslip.evaluate(table)["regime"].dims == ("index",)
+    ds = stickslip.evaluate(table.set_index(pd.Index(["felt", "rubber"], name="pad")))
+    assert float(ds["belt_speed"].sel(pad="rubber")) == 0.2
+    with pytest.raises(TypeError, match="'dampng' is not a parameter"):
+        stickslip.evaluate(table.assign(dampng=1.0))
+
+
+def test_columns_of_pandas_that_do_not_belong_together_are_refused():
+    speeds, damping = pd.Series([0.1, 0.2], index=["a", "b"]), pd.Series([0.0, 1.0], index=["b", "a"])
+    with pytest.raises(ValueError, match="different indices"):
+        stickslip.evaluate(BASE | {"belt_speed": speeds, "damping": damping})
+
+
+def test_a_whole_number_without_bounds_is_refused_by_name():
+    with pytest.raises(ValueError, match="^belt_speed: got 1000"):
+        stickslip.evaluate(BASE | {"belt_speed": 10**400})

@@ -155,7 +155,7 @@ def test_silence_clipping_and_nothing_written_are_said(config):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("-o", "squeak.mp3"), "squeak.mp3: sounds are files that end in .wav"),
+        (("-o", "squeak.mp3"), "squeak.mp3: sounds end in .wav"),
         (("-o", "nowhere/squeak.wav"), "no folder nowhere"),
         (("--slow", "0"), "--slow: got 0"),
         (("--full-scale", "3 kg"), "--full-scale: got '3 kg', expected an acceleration"),

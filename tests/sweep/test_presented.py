@@ -13,6 +13,7 @@ import stickslip
 from stickslip import pages, plots
 from stickslip.cli import main
 from stickslip.errors import StoreError
+from stickslip.files.targets import check_target
 from stickslip.materials.page import material_page
 from stickslip.plots.curves import look_of
 from stickslip.plots.look import marks_in
@@ -104,8 +105,8 @@ def test_the_page_begins_with_decision_and_reservation_and_is_two_sheets_as_pdf(
     data = (tmp_path / "page.pdf").read_bytes()
     assert data.startswith(b"%PDF") and sheets(data) == 2
     with pytest.raises(StoreError, match=r"pages end in \.html, \.htm, \.pdf"):
-        pages.check_page(tmp_path / "page.doc")
-    monkeypatch.setattr("stickslip.pages.frame.find_spec", lambda _: None)
+        check_target(tmp_path / "page.doc", "page")
+    monkeypatch.setattr("stickslip.files.targets.find_spec", lambda _: None)
     with pytest.raises(StoreError, match=r"stickslip\[pdf\]"):
         pages.write_page(tmp_path / "page.pdf", text)
     assert (tmp_path / "page.pdf").read_bytes() == data

@@ -19,6 +19,7 @@ from stickslip.dataset.build import cell_dataset, trace_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.errors import StoreError
 from stickslip.files import atomic, reading, writing
+from stickslip.files.targets import check_target
 from stickslip.vocabulary.results import TRACE_VARIABLES
 
 
@@ -177,7 +178,9 @@ def test_missing_folders_are_made(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "act", [lambda path: writing.write(plane(), path), writing.check_writable], ids=["write", "check"]
+    "act",
+    [lambda path: writing.write(plane(), path), lambda path: check_target(path, "result")],
+    ids=["write", "check"],
 )
 def test_an_impossible_folder_is_named_with_the_reason(act, tmp_path):
     (tmp_path / "file").write_text("")
@@ -190,13 +193,13 @@ def test_a_folder_without_permission_is_named_with_the_reason(tmp_path):
     tmp_path.chmod(0o500)
     try:
         with pytest.raises(StoreError, match="Permission denied"):
-            writing.check_writable(tmp_path / "map.nc")
+            check_target(tmp_path / "map.nc", "result")
     finally:
         tmp_path.chmod(0o700)
 
 
 def test_checking_for_permission_leaves_nothing_behind(tmp_path):
-    writing.check_writable(tmp_path / "map.nc")
+    check_target(tmp_path / "map.nc", "result")
     assert files_in(tmp_path) == []
 
 

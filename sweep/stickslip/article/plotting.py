@@ -25,6 +25,7 @@ _WORDS = {"stick_slip": "stick-slip"}
 def blank_plot(width: float, height: float, heading: str) -> Plot:
     """An empty plot with a heading, in inches."""
     made = Plot(figsize=(width, height), layout="constrained")
+    made.formulas = True
     made.suptitle(heading, fontsize="large")
     return made
 

@@ -28,6 +28,7 @@ from stickslip.cli import (
     results,
     rigs,
     science,
+    screen,
     steps,
     stores,
     topics,
@@ -75,10 +76,10 @@ def main(context: click.Context) -> None:
       stickslip simulate my.yaml ...    one cell over time
       stickslip help                    what there is to read; each command has --help
     """
-    warnings.showwarning = lambda message, *_: click.echo(f"warning: {message}", err=True)
+    warnings.showwarning = lambda message, *_: screen.echo(f"warning: {message}", err=True)
     if context.invoked_subcommand is None:
-        click.echo(context.get_help())
-        click.echo(f"\n{next_step()}")
+        screen.echo(context.get_help())
+        screen.echo(f"\n{next_step()}")
 
 
 complete_names(main)

@@ -77,8 +77,6 @@ def advise(
     if speeds and any(setting.partition("=")[0].strip() == "belt_speed" for setting in at):
         fail("--speed-range: got one and --at belt_speed, expected one of them")
     one = config_at(recipe_in(config), at if ends is None else (*at, f"belt_speed={ends[0]}"))
-    if output is not None:
-        writing.check_writable(output)
     asked = {"parameters": parameters or None, "costs": _costs(costs), "within": within, "speed_range": ends}
     prepare_kernels(one.friction.law)
     try:
@@ -101,7 +99,7 @@ def advise(
     _show(ds, one, home, wanted, within, speeds, friction, ["stickslip", "advise", str(config), *options])
     if output is not None:
         writing.write(ds, output)
-        click.echo(f"written  {output} ({screen.size_of(output)})")
+        screen.echo(f"written  {output} ({screen.size_of(output)})")
 
 
 def _regime(config: Config, cell: Mapping[str, float], speeds: Sequence[float]) -> int:
@@ -148,14 +146,14 @@ def _show(
     from stickslip.cli import advice_words as words
 
     if speeds:
-        click.echo(f"range    {ds.attrs['margin_speeds']} counts")
+        screen.echo(f"range    {ds.attrs['margin_speeds']} counts")
     changes = words.single_changes(ds, wanted)
     joint = words.joint_change(ds, lambda cell: _regime(config, cell, speeds), wanted)
     levers = [] if friction is None else [change for change in words.single_changes(friction, wanted) if change.holds]
     cheaper = next((change for change in levers if change.size() < words.least_cost(changes, joint)), None)
-    click.echo(words.sentence(home, wanted, changes, joint, "cheapest without friction" if cheaper else "cheapest"))
+    screen.echo(words.sentence(home, wanted, changes, joint, "cheapest without friction" if cheaper else "cheapest"))
     if cheaper is not None:
-        click.echo(f"friction is the cheaper lever: {cheaper.words()}, cost {cheaper.size():.3g}; look closer with "
+        screen.echo(f"friction is the cheaper lever: {cheaper.words()}, cost {cheaper.size():.3g}; look closer with "
                    f"{shlex.join([*command, '--parameter', cheaper.name])}")  # fmt: skip
     table = Table("change", "border", "by", "into", "1 % past it", box=None, pad_edge=False, header_style="bold")
     for change in changes:
@@ -164,9 +162,11 @@ def _show(
         screen.print_table(table)
     absent = words.absent(ds)
     for name, why in absent.items():
-        click.echo(f"{name} {why}")
+        screen.echo(f"{name} {why}")
     if missing := [name for name in words.without_border(ds) if name not in absent]:
-        click.echo(f"no border within reach along {', '.join(missing)}: look further with --within {10 * within:g}")
+        screen.echo(f"no border within reach along {', '.join(missing)}: look further with --within {10 * within:g}")
     if joint is not None:
-        click.echo(joint.told("cheapest without friction" if cheaper else "cheapest"))
-    click.echo(f"looked   at {ds.attrs['margin_within']}; {ds.attrs['margin_scan']}")
+        screen.echo(joint.told("cheapest without friction" if cheaper else "cheapest"))
+    if "joint_ended" in ds.attrs:
+        screen.echo(ds.attrs["joint_ended"])
+    screen.echo(f"looked   at {ds.attrs['margin_within']}; {ds.attrs['margin_scan']}")

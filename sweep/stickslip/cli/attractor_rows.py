@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-import click
+from stickslip.cli import screen
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,14 +21,14 @@ def show_attractors(ds: xr.Dataset) -> None:
     share, masks = ds["settling_share"].values, ds["coexisting"].values
     if share.size <= _MOST_ROWS:
         for row in _rows(ds):
-            click.echo(row)
+            screen.echo(row)
     else:
         for mask, count in zip(*np.unique(masks, return_counts=True), strict=True):
-            click.echo(f"cells    {count:,} with {regimes_in(int(mask)) or 'nothing computed'}")
+            screen.echo(f"cells    {count:,} with {regimes_in(int(mask)) or 'nothing computed'}")
         if (some := share[np.isfinite(share)]).size:
-            click.echo(f"settling {some.mean():.1%} of the starting states on average")
-    click.echo(f"shares   {ds.attrs['attractors_found']}")
-    click.echo(f"box      displacement {ds.attrs['box_displacement']}, velocity {ds.attrs['box_velocity']}")
+            screen.echo(f"settling {some.mean():.1%} of the starting states on average")
+    screen.echo(f"shares   {ds.attrs['attractors_found']}")
+    screen.echo(f"box      displacement {ds.attrs['box_displacement']}, velocity {ds.attrs['box_velocity']}")
 
 
 def regimes_in(mask: int) -> str:
@@ -84,12 +84,12 @@ def show_ramp(ds: xr.Dataset) -> None:
     axes, (values, unit) = [MapAxis(ds, dim, plain=True) for dim in dims], displayed(ds[along])
     for number, place in enumerate(np.ndindex(tuple(ds.sizes[dim] for dim in dims))):
         if number == _MOST_ROWS:
-            return click.echo("... and more lines; --output FILE.nc keeps them all")
+            return screen.echo("... and more lines; --output FILE.nc keeps them all")
         one = ds["regime"].isel(dict(zip(dims, place, strict=True)))
         where = ", ".join(axis.heading(i) for axis, i in zip(axes, place, strict=True))
         for direction, step in (("up", 1), ("down", -1)):
             changes = _changes(one.sel(direction=direction).values[::step], values[::step], unit)
-            click.echo(f"{where}{': ' if where else ''}{direction:4} {'; '.join(changes)}")
+            screen.echo(f"{where}{': ' if where else ''}{direction:4} {'; '.join(changes)}")
 
 
 def _changes(codes: NDArray[Any], values: NDArray[Any], unit: str) -> list[str]:

@@ -15,7 +15,7 @@ from stickslip.cli.common import (
     OUTPUT,
     QUIET,
     THREADS,
-    check_plot,
+    Target,
     configuration,
     fail,
     prepare_kernels,
@@ -38,7 +38,7 @@ Examples:
 @click.option("--samples", type=int, help="Starting states per cell where the share is not exact.  [default: 1024]")
 @click.option("--seed", type=int, help="Seed of the starting states.  [default: 1]")
 @OUTPUT
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write, .png, .svg or .pdf.")
+@click.option("--plot", type=Target("plot"), help="Plot to write, .png, .svg or .pdf.")
 @click.option("--fresh", is_flag=True, help="Replace a file of other attractors.")
 @DASK
 @THREADS
@@ -97,7 +97,7 @@ Examples:
 )
 @click.option("--points", type=int, default=200, show_default=True, help="Values to wait at, on each way.")
 @OUTPUT
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write; of a single line.")
+@click.option("--plot", type=Target("plot"), help="Plot to write; of a single line.")
 @THREADS
 @QUIET
 @reports_wrong_input
@@ -112,10 +112,6 @@ def ramp(
     from stickslip.errors import PlotError
     from stickslip.files import writing
 
-    if output is not None:
-        writing.check_writable(output)
-    if plot is not None:
-        check_plot(plot)
     one = configuration(config)
     ends = _interval(along, between) if between else None
     prepare_kernels(one.friction.law)
@@ -128,13 +124,13 @@ def ramp(
     show_ramp(ds)
     if output is not None:
         writing.write(ds, output)
-        click.echo(f"written  {output} ({screen.size_of(output)})")
+        screen.echo(f"written  {output} ({screen.size_of(output)})")
     if plot is not None:
         try:
             plots.save(plots.plot_branches(ds), plot)
         except PlotError as error:
             fail(f"{plot}: {error}")
-        click.echo(f"plot     {plot}")
+        screen.echo(f"plot     {plot}")
 
 
 def _interval(name: str, ends: tuple[str, str]) -> tuple[float, float]:

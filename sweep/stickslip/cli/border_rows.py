@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import TYPE_CHECKING
 
-import click
+from stickslip.cli import screen
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,15 +19,15 @@ _MOST_ROWS = 30
 def show_borders(ds: xr.Dataset) -> None:
     """The first borders, how many there are, and what can be missed."""
     for row in islice(_rows(ds), _MOST_ROWS):
-        click.echo(row)
+        screen.echo(row)
     found = ds["border"].notnull()
     rows = int(found.sum())
     if "regime_throughout" in ds:
         rows += int((ds["regime_throughout"] != 0).sum())
     if rows > _MOST_ROWS:
-        click.echo(f"... and {rows - _MOST_ROWS} more")
-    click.echo(f"borders  {ds.attrs['border_found']}")
-    click.echo(f"scan     {ds.attrs['border_scan']}")
+        screen.echo(f"... and {rows - _MOST_ROWS} more")
+    screen.echo(f"borders  {ds.attrs['border_found']}")
+    screen.echo(f"scan     {ds.attrs['border_scan']}")
 
 
 def _rows(ds: xr.Dataset) -> Iterator[str]:
@@ -66,13 +66,13 @@ def _border(one: xr.Dataset, unit: Unit) -> str:
 def show_contours(ds: xr.Dataset) -> None:
     """The first lines, how many there are, and what can be missed."""
     for row in islice(_lines(ds), _MOST_ROWS):
-        click.echo(row)
+        screen.echo(row)
     if ds.sizes["line"] > _MOST_ROWS:
-        click.echo(f"... and {ds.sizes['line'] - _MOST_ROWS} more")
-    click.echo(f"lines    {ds.attrs['contour_found']}")
-    click.echo(f"grid     {ds.attrs['contour_grid']}")
-    click.echo(f"scan     {ds.attrs['contour_scan']}")
-    click.echo(f"looked   at {ds.attrs['contour_looked_at']}")
+        screen.echo(f"... and {ds.sizes['line'] - _MOST_ROWS} more")
+    screen.echo(f"lines    {ds.attrs['contour_found']}")
+    screen.echo(f"grid     {ds.attrs['contour_grid']}")
+    screen.echo(f"scan     {ds.attrs['contour_scan']}")
+    screen.echo(f"looked   at {ds.attrs['contour_looked_at']}")
 
 
 def _lines(ds: xr.Dataset) -> Iterator[str]:
@@ -113,6 +113,6 @@ def show_margins(ds: xr.Dataset) -> None:
         told = [spelled[0], spelled[len(spelled) // 2], spelled[-1]] if spelled else ["-"] * 3
         table.add_row(name, f"{np.count_nonzero(~np.isnan(margin)):,} of {margin.size:,}", *told)
     screen.print_table(table)
-    click.echo(f"found    {ds.attrs['margin_found']}")
-    click.echo(f"within   {ds.attrs['margin_within']}")
-    click.echo(f"scan     {ds.attrs['margin_scan']}")
+    screen.echo(f"found    {ds.attrs['margin_found']}")
+    screen.echo(f"within   {ds.attrs['margin_within']}")
+    screen.echo(f"scan     {ds.attrs['margin_scan']}")

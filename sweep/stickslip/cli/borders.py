@@ -9,7 +9,7 @@ import click
 
 from stickslip.cli.backdrop import MAP, Extras
 from stickslip.cli.carried import run_request
-from stickslip.cli.common import CONFIG, DASK, OUTPUT, QUIET, THREADS, configuration, fail, reports_wrong_input
+from stickslip.cli.common import CONFIG, DASK, OUTPUT, QUIET, THREADS, Target, configuration, fail, reports_wrong_input
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -31,7 +31,7 @@ Examples:
 @click.option("--tolerance", type=float, default=1e-9, show_default=True, help="Width to stop at, over the border.")
 @click.option("--scan", type=int, default=64, show_default=True, help="Places of each line to look at first.")
 @OUTPUT
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: the borders over a map.")
+@click.option("--plot", type=Target("plot"), help="Plot to write: the borders over a map.")
 @MAP
 @click.option("--fresh", is_flag=True, help="Replace a file of another search.")
 @DASK

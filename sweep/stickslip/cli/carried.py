@@ -14,11 +14,9 @@ from threading import Thread
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from stickslip.cli import answers, screen, shown
 from stickslip.cli.backdrop import Extras
-from stickslip.cli.common import check_page, check_plot, fail, incomplete, prepare_kernels, settings_again
+from stickslip.cli.common import drawing, fail, incomplete, prepare_kernels, settings_again
 from stickslip.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -37,17 +35,9 @@ def run_request(request: Request, plot: Path | None, keep: list[str], extras: Ex
 
     keep : the words of the command that writes such a result to a file. extras : of borders.
     """
-    from stickslip.files import writing as files
     from stickslip.runs import session
     from stickslip.runs.work import Work
 
-    whole = session.finished(request) is not None
-    if request.output is not None and not whole:
-        files.check_writable(request.output)
-    if plot is not None and not (whole and plot.exists()):
-        check_plot(plot)
-    if extras is not None and extras.page is not None:
-        check_page(extras.page)
     work = Work(request.config)
     if (plot or (extras and extras.page)) and request.shard is None and (part := shown.will_be_drawn(request.config)):
         notice(f"plot: {part}")
@@ -74,9 +64,9 @@ def _tell_blocks(outcome: Outcome, request: Request, study: Study) -> None:
     """The outcome of a run that left its blocks in a store."""
     of = f"shard {request.shard}: " if request.shard else ""
     place = str(outcome.where)  # the store itself: what the configuration names may not be what was asked for
-    click.echo(f"blocks   {of}{outcome.computed:,} {study.counted} computed into {place}")
-    click.echo(f"next     {shlex.join(['stickslip', 'status', place])}    # progress of the {study.name}")
-    click.echo(f"         {shlex.join(['stickslip', 'collect', place, *_named_output(request)])}    # writes it")
+    screen.echo(f"blocks   {of}{outcome.computed:,} {study.counted} computed into {place}")
+    screen.echo(f"next     {shlex.join(['stickslip', 'status', place])}    # progress of the {study.name}")
+    screen.echo(f"         {shlex.join(['stickslip', 'collect', place, *_named_output(request)])}    # writes it")
 
 
 def _named_output(request: Request) -> list[str]:
@@ -168,7 +158,7 @@ def _import_what_follows(output: Location | None, drawn: bool) -> None:
 
 def notice(text: str) -> None:
     """Something worth knowing, on standard error."""
-    click.echo(text, err=True)
+    screen.echo(text, err=True)
 
 
 def news(text: str) -> None:
@@ -183,19 +173,18 @@ def save_plot(ds: xr.Dataset, plot: Path | None, extras: Extras) -> bool:
         return False
     from stickslip import plots
 
-    try:
+    with drawing(plot):
         plots.save(shown.figure(ds, extras), plot)
-    except plots.PlotError as error:  # what was computed is there, and is told of all the same
-        notice(f"{plot}: not drawn: {error}")
-        return False
-    return True
+        return True
+    return False
 
 
 def _write(extras: Extras, ds: xr.Dataset) -> None:
     """Write what is wanted besides a result and its plot, and say so."""
     extras.write_table(ds)
     if extras.page is not None:
-        shown.write_page(ds, extras.page, extras)
+        with drawing(extras.page):
+            shown.write_page(ds, extras.page, extras)
 
 
 def report(
@@ -213,7 +202,7 @@ def report(
     extras = extras or Extras()
     study = study_of(request.config)
     if outcome.up_to_date:
-        click.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
+        screen.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
     with reading.look_into(outcome.output) as ds:
         if outcome.up_to_date and (plot is None or plot.exists()) and not extras.any:
             return answers.of_result(ds, plot)
@@ -222,14 +211,14 @@ def report(
         if outcome.up_to_date:
             _write(extras, ds)
             if drawn:
-                click.echo(f"plot     {plot}")
+                screen.echo(f"plot     {plot}")
             return answer
         machines = outcome.machines or screen.threads(study.options)
         done = screen.Done(outcome.computed, study.counted, seconds, machines)
         shown.show(ds, done, outcome.output, drawn)
         _write(extras, ds)
     if outcome.reused:
-        click.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
+        screen.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
     if outcome.where:
-        click.echo(f"blocks   kept in {outcome.where}")
+        screen.echo(f"blocks   kept in {outcome.where}")
     return answer

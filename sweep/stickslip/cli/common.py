@@ -52,6 +52,29 @@ class _Where(click.ParamType):  # type: ignore[type-arg]
         return [CompletionItem(incomplete, type="file")]
 
 
+class Target(click.ParamType):  # type: ignore[type-arg]
+    """A file to be written, of some kinds (`targets.check_target`): refused here, before anything is computed, if it
+    could not be written later."""
+
+    name = "path"
+
+    def __init__(self, *kinds: str) -> None:
+        self._kinds = kinds
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
+        """The place that a text names."""
+        from stickslip.files.locations import location
+
+        place = location(value)
+        if ctx is not None and not ctx.resilient_parsing:
+            checked(place, *self._kinds)
+        return place
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Files, as the shell finds them."""
+        return [CompletionItem(incomplete, type="file")]
+
+
 class ConfigPath(click.Path):
     """The file of a configuration; where none is named, the ones of this folder are."""
 
@@ -80,6 +103,7 @@ DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
 WHERE = _Where()
 Command = Callable[..., None]
 _SETTINGS, _THREADS, _STDOUT = (f"stickslip.{name}" for name in ("settings", "threads", "stdout"))  # of a call
+_UNDRAWN = "stickslip.undrawn"  # of a call: whether a picture failed
 _TABLE = "stickslip.table"  # of a call: the table to be made of its result
 _KNOWS_ITS_OWN = ("run", "border", "contours", "attractors", "collect", "retry-failed")  # and replace no other result
 SET = click.option(
@@ -128,7 +152,7 @@ def CONFIG_OR_RESULT(command: Command) -> Command:  # noqa: N802
 OUTPUT = click.option(
     "-o",
     "--output",
-    type=WHERE,
+    type=Target("result", "table"),
     callback=lambda context, _option, output: kept_output(context, output),
     help="File to write, .nc or .zarr, or the URL of a .zarr; .csv or .xlsx writes the .nc and a table made of it.",
 )
@@ -161,7 +185,7 @@ def config_file(path: Path) -> Path:
 
     file = found(path)
     if file != path:
-        click.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
+        screen.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
     return file
 
 
@@ -203,19 +227,19 @@ def points_file(path: Path) -> Path:
 
     file = found_points(path)
     if file != path:
-        click.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
+        screen.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
     return file
 
 
 def fail(message: object) -> NoReturn:
     """End with the exit code for wrong input."""
-    click.echo(getattr(message, "on_command_line", message), err=True)
+    screen.echo(getattr(message, "on_command_line", message), err=True)
     sys.exit(WRONG_INPUT)
 
 
 def incomplete(message: object) -> NoReturn:
     """End with the exit code for what was computed, but not to the end."""
-    click.echo(getattr(message, "on_command_line", message), err=True)
+    screen.echo(getattr(message, "on_command_line", message), err=True)
     sys.exit(INCOMPLETE)
 
 
@@ -223,7 +247,7 @@ def tell_json(answer: Mapping[str, Any]) -> None:
     """Print an answer for programs: numbers and arrays of NumPy as numbers and lists, what is not finite as null."""
     context = click.get_current_context(silent=True)
     stdout = context.meta.get(_STDOUT) if context else None
-    click.echo(json.dumps(_plain(answer), indent=2, allow_nan=False), file=stdout)
+    screen.echo(json.dumps(_plain(answer), indent=2, allow_nan=False), file=stdout)
 
 
 def _plain(value: Any) -> Any:
@@ -247,7 +271,14 @@ def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def guarded(*args: Any, **kwargs: Any) -> None:
-        from stickslip.errors import ClusterError, ConfigError, IncompleteError, NotReachedError, StoreError
+        from stickslip.errors import (
+            ClusterError,
+            ConfigError,
+            IncompleteError,
+            NotReachedError,
+            PlotError,
+            StoreError,
+        )
 
         meta = click.get_current_context().meta
         silent = meta.get(screen.QUIET) or kwargs.get("as_json")
@@ -256,12 +287,27 @@ def reports_wrong_input(command: Callable[..., None]) -> Callable[..., None]:
             with _nowhere() if silent else nullcontext():
                 command(*args, **kwargs)
                 write_table_asked_for(kwargs)
-        except (IncompleteError, NotReachedError) as error:
+        except (IncompleteError, NotReachedError, PlotError) as error:
             incomplete(error)
         except (ClusterError, ConfigError, StoreError) as error:
             fail(error)
+        if meta.get(_UNDRAWN):
+            sys.exit(INCOMPLETE)
 
     return guarded
+
+
+@contextmanager
+def drawing(target: object) -> Iterator[None]:
+    """What is computed is there, and is told of, though its picture or page fails: this says so, and the command ends
+    with the exit code for what is not complete."""
+    from stickslip.errors import PlotError, StoreError
+
+    try:
+        yield
+    except (PlotError, StoreError) as error:
+        screen.echo(f"{target}: not drawn: {error}", err=True)
+        click.get_current_context().meta[_UNDRAWN] = True
 
 
 @contextmanager
@@ -303,14 +349,7 @@ def kept_output(context: click.Context, output: Location | None) -> Location | N
     """Where a result is kept, if a table is asked for: beside it, as netCDF, which can be resumed and read again."""
     if not isinstance(output, Path) or output.suffix.lower() not in (".csv", ".xlsx"):
         return output
-    from stickslip.dataset.export import check_table
-    from stickslip.errors import StoreError
-
-    try:
-        check_table(output)
-    except StoreError as error:
-        fail(error)
-    kept = output.with_suffix(".nc")
+    kept = checked(output.with_suffix(".nc"), "result")
     if context.command.name not in _KNOWS_ITS_OWN and kept.exists():
         fail(f"{output}: its numbers are kept in {kept}, which exists: choose another name, or remove that file")
     context.meta[_TABLE] = output
@@ -340,34 +379,20 @@ def pairs(texts: tuple[str, ...]) -> dict[str, str]:
     return found
 
 
-def path_or_none(name: str | Path | None) -> Path | None:
-    """A name as a path."""
-    return None if name is None else Path(name)
-
-
-def location_or_none(name: str | None) -> Location | None:
-    """A name as the place of a result."""
+def location_or_none(name: str | None, *kinds: str) -> Any:
+    """A name in a configuration as the place of a file to be written, of these kinds (`checked`)."""
     from stickslip.files.locations import location
 
-    return None if name is None else location(name)
+    return None if name is None else checked(location(name), *kinds)
 
 
-def check_page(page: Path) -> None:
-    """End if no page can be written there: an unknown suffix, no folder, or nothing that makes PDF."""
-    from stickslip import pages
+def checked(place: Location, *kinds: str) -> Location:
+    """The place itself; ends the command if no file of these kinds can be written there."""
     from stickslip.errors import StoreError
+    from stickslip.files import targets
 
     try:
-        pages.check_page(page)
+        targets.check_target(place, *kinds)
     except StoreError as error:
         fail(error)
-
-
-def check_plot(plot: Path) -> None:
-    """End if no plot can be written there: an unknown suffix, or no folder."""
-    from stickslip.config.sections import PLOT_SUFFIXES
-
-    if plot.suffix.lower() not in PLOT_SUFFIXES:
-        fail(f"{plot}: plots end in {', '.join(PLOT_SUFFIXES)}")
-    if not plot.absolute().parent.is_dir():
-        fail(f"{plot}: no folder {plot.parent}")
+    return place

@@ -8,16 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.common import (
-    JSON,
-    check_page,
-    check_plot,
-    fail,
-    points_file,
-    prepare_kernels,
-    reports_wrong_input,
-    tell_json,
-)
+from stickslip.cli.common import JSON, Target, fail, points_file, prepare_kernels, reports_wrong_input, tell_json
 from stickslip.cli.fits import POINTS, columns, fitted, tell_columns, wanted_of
 from stickslip.cli.progress import progress_bar
 from stickslip.cli.tables import tell_table, write_table
@@ -42,7 +33,6 @@ _ASKED = (
     "seed",
 )
 _EXAMPLES = {"mass": "100 g", "stiffness": "5 N/mm", "load": "10 N"}
-_FILES = (".nc", ".zarr", ".csv", ".xlsx")
 
 
 class _Asking(click.Command):
@@ -109,12 +99,12 @@ Examples:
     "--decimal-comma", is_flag=True, help="Write decimal commas, and semicolons between columns, into CSV."
 )  # fmt: skip
 @click.option(
-    "-o", "--output", "outputs", type=click.Path(path_type=Path), multiple=True,
+    "-o", "--output", "outputs", type=Target("table", "result"), multiple=True,
     help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.",
 )  # fmt: skip
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--plot", type=Target("plot"), help="Plot to write: .png, .svg or .pdf.")
 @click.option("--title", help="Of plot and page.")
-@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html, .pdf): ranks, plot, fits.")
+@click.option("--report", type=Target("page"), help="Page to write (.html, .pdf): ranks, plot, fits.")
 @JSON
 @reports_wrong_input
 def compare(
@@ -135,7 +125,6 @@ def compare(
     from stickslip.materials import compare as compared
     from stickslip.materials.words import Words
 
-    _check_outputs(outputs, plot, report)
     one_load = load[0] if len(load) == 1 and ".." not in load[0] else None
     wanted = wanted_of(unit, speed_column, friction_column, load=one_load)
     fits = fitted([points_file(file) for file in files], wanted, not as_json, same)
@@ -171,22 +160,6 @@ def compare(
         tell_json(_answer(ds, words, written) | {"read": read})
 
 
-def _check_outputs(outputs: tuple[Path, ...], plot: Path | None, report: Path | None) -> None:
-    """End before anything is computed if something cannot be written."""
-    from stickslip.dataset.export import TABLE_SUFFIXES, check_table
-    from stickslip.files import writing
-
-    for output in outputs:
-        if output.suffix.lower() not in _FILES:
-            fail(f"{output}: expected a name that ends in {', '.join(_FILES)}")
-        check = check_table if output.suffix.lower() in TABLE_SUFFIXES else writing.check_writable
-        check(output)
-    if plot is not None:
-        check_plot(plot)
-    if report is not None:
-        check_page(report)
-
-
 def _one(given: tuple[str, ...]) -> str | tuple[str, ...]:
     """What an option that may be repeated was given: the only text, or all of them."""
     return given[0] if len(given) == 1 else given
@@ -211,19 +184,19 @@ def _show(words: Words) -> None:
     """The table of ranks, and remarks."""
     from stickslip.materials.varied import varied
 
-    click.echo(f"system   {', '.join(f'{name} {value}' for name, value in words.conditions())}\n")
+    screen.echo(f"system   {', '.join(f'{name} {value}' for name, value in words.conditions())}\n")
     _print_table(words.columns())
     if words.speeds:
-        click.echo(words.answer())
+        screen.echo(words.answer())
     for remark in words.remarks():
-        click.echo(f"note     {remark}")
+        screen.echo(f"note     {remark}")
     for one in varied(words.ds, words):
         _print_table(one.columns)
         for remark in one.remarks:
-            click.echo(f"note     {remark}")
-    click.echo(words.what_quiet_means())
+            screen.echo(f"note     {remark}")
+    screen.echo(words.what_quiet_means())
     if said := words.what_the_interval_means():
-        click.echo(said)
+        screen.echo(said)
 
 
 def _print_table(columns: Iterable[Shown]) -> None:
@@ -249,19 +222,19 @@ def _write(
     decimal: str,
 ) -> dict[str, str]:
     """Everything that is asked for; what was written, by kind."""
-    from stickslip.dataset.export import TABLE_SUFFIXES
     from stickslip.files import writing
+    from stickslip.files.targets import KINDS
 
     written = {}
     for output in outputs:
-        if output.suffix.lower() in TABLE_SUFFIXES:
+        if output.suffix.lower() in KINDS["table"].suffixes:
             table = write_table(ds, output, decimal=decimal)
             if not silent:
                 tell_table(table, output)
         else:
             writing.write(ds, output)
             if not silent:
-                click.echo(f"written  {output} ({screen.size_of(output)})")
+                screen.echo(f"written  {output} ({screen.size_of(output)})")
         written[output.suffix[1:].lower()] = str(output)
     if plot is not None:
         from stickslip import plots
@@ -269,7 +242,7 @@ def _write(
         plots.save(plots.plot_materials(ds), plot)
         written["plot"] = str(plot)
         if not silent:
-            click.echo(f"plot     {plot}")
+            screen.echo(f"plot     {plot}")
     if report is not None:
         from stickslip.materials.page import material_page
         from stickslip.pages import write_page
@@ -277,7 +250,7 @@ def _write(
         write_page(report, material_page(ds))
         written["report"] = str(report)
         if not silent:
-            click.echo(f"report   {report}")
+            screen.echo(f"report   {report}")
     return written
 
 

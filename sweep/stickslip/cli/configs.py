@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import shown
+from stickslip.cli import screen, shown
 from stickslip.cli.common import (
     DONE,
     JSON,
@@ -57,7 +57,7 @@ def validate(configs: tuple[Path, ...], as_json: bool) -> None:
         except ConfigError as error:
             answer |= {"valid": False, "problems": [_problem(problem) for problem in error.problems]}
             if not as_json:
-                click.echo(str(error), err=True)
+                screen.echo(str(error), err=True)
             continue
         rows = list(understood(config))
         answer["warnings"] = [str(warning.message) for warning in asked]
@@ -68,8 +68,8 @@ def validate(configs: tuple[Path, ...], as_json: bool) -> None:
         answer["configuration"] = config.resolved()
         if not as_json:
             for text in answer["warnings"]:
-                click.echo(f"warning: {text}", err=True)
-            click.echo(f"{path}: valid, {answer['computes']}")
+                screen.echo(f"warning: {text}", err=True)
+            screen.echo(f"{path}: valid, {answer['computes']}")
             _show(rows)
     if as_json:
         tell_json({"files": answers})
@@ -95,7 +95,7 @@ def _show(rows: list[Row]) -> None:
     """What was understood, in three columns."""
     name, value = (max(map(len, column)) for column in list(zip(*rows, strict=True))[:2])
     for row in rows:
-        click.echo(f"  {row.name:{name}}  {row.value:{value}}  {row.meaning}".rstrip())
+        screen.echo(f"  {row.name:{name}}  {row.value:{value}}  {row.meaning}".rstrip())
 
 
 @click.command(
@@ -123,7 +123,7 @@ def init(file: Path, name: str | None, listing: bool) -> None:
         fail(f"{file}: exists already; name another file, or remove it first")
     except OSError as error:
         fail(f"{file}: {error.strerror}")
-    click.echo(f"wrote {file}; next: {shlex.join(['stickslip', command, str(file)])}")
+    screen.echo(f"wrote {file}; next: {shlex.join(['stickslip', command, str(file)])}")
 
 
 def _beginning(name: str | None) -> tuple[str, str]:
@@ -148,7 +148,7 @@ def _list() -> None:
 
     for name in config_names():
         data = read_yaml(config_path(name)).data
-        click.echo(f"stickslip {'rig' if 'drive' in data else 'run'} {name:20} {data['title']}")
+        screen.echo(f"stickslip {'rig' if 'drive' in data else 'run'} {name:20} {data['title']}")
 
 
 @click.command()
@@ -165,4 +165,4 @@ def schema() -> None:
     """
     from stickslip.config.schema import json_schema
 
-    click.echo(json.dumps(json_schema(), indent=2))
+    screen.echo(json.dumps(json_schema(), indent=2))

@@ -9,7 +9,7 @@ import click
 
 from stickslip.cli.backdrop import MAP, Extras
 from stickslip.cli.carried import run_request
-from stickslip.cli.common import CONFIG, DASK, OUTPUT, QUIET, THREADS, configuration, fail, reports_wrong_input
+from stickslip.cli.common import CONFIG, DASK, OUTPUT, QUIET, THREADS, Target, configuration, fail, reports_wrong_input
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -35,8 +35,8 @@ Examples:
 @click.option("--tolerance", type=float, default=1e-9, show_default=True, help="Width to stop at, over the border.")
 @click.option("--scan", type=int, default=64, show_default=True, help="Points along either axis to look at first.")
 @OUTPUT
-@click.option("--csv", "table", type=click.Path(path_type=Path), help="Table of the lines to write, .csv.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: the lines over a map.")
+@click.option("--csv", "table", type=Target("points"), help="Table of the lines to write, .csv.")
+@click.option("--plot", type=Target("plot"), help="Plot to write: the lines over a map.")
 @MAP
 @click.option("--fresh", is_flag=True, help="Replace a file of another search.")
 @DASK
@@ -58,8 +58,6 @@ def contours(
     from stickslip.config.studies import Contours, alone
     from stickslip.runs.request import Request
 
-    if table is not None and (table.suffix.lower() != ".csv" or not table.absolute().parent.is_dir()):
-        fail(f"{table}: tables end in .csv, in a folder that exists")
     asked = Contours.model_construct(
         axes=over, between=_ranges(between), points=points, tolerance=tolerance, scan=scan, rtol=None
     )

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli.common import CONFIG_OR_RESULT, fail, prepare_kernels, reports_wrong_input, settings
+from stickslip.cli import screen
+from stickslip.cli.common import CONFIG_OR_RESULT, Target, fail, prepare_kernels, reports_wrong_input, settings
 
 if TYPE_CHECKING:
     from stickslip.explore import Subject
@@ -28,7 +29,7 @@ Examples:
 @click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
 @click.option(
     "--static",
-    type=click.Path(path_type=Path),
+    type=Target("page", "folder"),
     metavar="PAGE",
     help="Write one page that needs no server: FILE.html, or a folder to put it in.",
 )
@@ -51,7 +52,7 @@ def explore(config: Location, port: int, no_browser: bool, static: Path | None) 
     prepare_kernels(subject.options.law)
     prepare_kernels(subject.options.law, signals=True)
     for note in subject.notes:
-        click.echo(f"note: {note}", err=True)
+        screen.echo(f"note: {note}", err=True)
     if static is not None:
         return _write(subject, static)
     _serve(subject, port, no_browser)
@@ -66,7 +67,7 @@ def _serve(subject: Subject, port: int, no_browser: bool) -> None:
         fail(f"port {port}: {error.strerror}\nhint: leave --port out for any that is free")
 
     def tell() -> None:
-        click.echo(f"The page is at\n  {explorer.address}\nCtrl-C ends it.")
+        screen.echo(f"The page is at\n  {explorer.address}\nCtrl-C ends it.")
         if not no_browser:
             import webbrowser
 
@@ -75,14 +76,13 @@ def _serve(subject: Subject, port: int, no_browser: bool) -> None:
     try:
         explorer.run(tell)
     except KeyboardInterrupt:
-        click.echo("\nended", err=True)
+        screen.echo("\nended", err=True)
 
 
 def _write(subject: Subject, static: Path) -> None:
-    from stickslip.cli import screen
     from stickslip.explore.static import left_out, write_page
 
     for note in left_out(subject):
-        click.echo(f"note: {note}", err=True)
+        screen.echo(f"note: {note}", err=True)
     target = write_page(subject, static)
-    click.echo(f"page  {target} ({screen.size_of(target)})")
+    screen.echo(f"page  {target} ({screen.size_of(target)})")

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli.common import WHERE, fail, pairs, reports_wrong_input
+from stickslip.cli import screen
+from stickslip.cli.common import WHERE, Target, checked, fail, pairs, reports_wrong_input
 from stickslip.cli.tables import tell_table, write_table
 
 if TYPE_CHECKING:
@@ -22,9 +23,7 @@ Examples:
   stickslip export map.nc --select stiffness="5 N/mm" -o line.csv --decimal-comma"""
 )
 @click.argument("file", type=WHERE)
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="Table to write, .csv or .xlsx.  [default: FILE.csv]"
-)
+@click.option("-o", "--output", type=Target("table"), help="Table to write, .csv or .xlsx.  [default: FILE.csv]")
 @click.option("--variable", "variables", multiple=True, metavar="NAME", help="Variable to write.  [default: all]")
 @click.option(
     "--select", multiple=True, metavar="DIM=VALUE", help="Take only cells with this value, or label, of a dimension."
@@ -43,7 +42,7 @@ def export(
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
-    target = output or Path(file.name).with_suffix(".csv")
+    target = output or checked(Path(file.name).with_suffix(".csv"), "table")
     with reading.look_into(file) as ds:
         places = pairs(select)
         try:
@@ -51,5 +50,5 @@ def export(
         except PlotError as error:
             fail(f"{file}: {error}")
         for point in selection.told(ds, places) if places else ():
-            click.echo(f"taken    {point}")
+            screen.echo(f"taken    {point}")
         tell_table(write_table(part, target, variables, "," if decimal_comma else "."), target)

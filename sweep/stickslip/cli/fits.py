@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli.common import JSON, check_plot, fail, points_file, reports_wrong_input, tell_json
+from stickslip.cli import screen
+from stickslip.cli.common import JSON, Target, fail, points_file, reports_wrong_input, tell_json
 from stickslip.vocabulary.laws import LAWS
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ Examples:
     show_default=True,
     help="Of the curve; best: that of the lowest AICc. stribeck_delta is Gaussian here.",
 )
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot of points, curves and their 95 % bands.")
+@click.option("--plot", type=Target("plot"), help="Plot of points, curves and their 95 % bands.")
 @JSON
 @reports_wrong_input
 def fit(
@@ -88,8 +89,6 @@ def fit(
     from stickslip.fit import described
     from stickslip.fit.loads import newtons
 
-    if plot is not None:
-        check_plot(plot)
     if load is not None:
         newtons(load)
     if same and law != "stribeck":
@@ -108,13 +107,13 @@ def fit(
         return tell_json(_answer(fits, ageing, seconds(at), plot))
     tell_columns(fits)
     for one in fits:
-        click.echo(f"{one.name}\n{described.describe(one)}\n")
+        screen.echo(f"{one.name}\n{described.describe(one)}\n")
     if len(ageing) > 1:
-        click.echo(described.describe_ranking(ageing, seconds(at)))
+        screen.echo(described.describe_ranking(ageing, seconds(at)))
     if len(ageing) < len(fits):
-        click.echo(f"to paste into a configuration\n{described.as_yaml(fits)}")
+        screen.echo(f"to paste into a configuration\n{described.as_yaml(fits)}")
     if plot is not None:
-        click.echo(f"plot     {plot}")
+        screen.echo(f"plot     {plot}")
 
 
 def fitted(
@@ -132,7 +131,7 @@ def fitted(
         return fits
     (column, *_), points = bare[0].points.assumed, bare[0].points[bare[0].points.assumed[0].name]
     names = ", ".join(dict.fromkeys(str(one.path) for one in bare))
-    click.echo(
+    screen.echo(
         f"{names}: the header gives no unit of {column.name}; it goes from {points.min():g} to {points.max():g}."
     )
     usual = units.example(column.units).split(" ", 1)[1]
@@ -157,7 +156,7 @@ def tell_columns(fits: Sequence[MaterialFit]) -> None:
         if not all(map(described.is_plain, of_file)):
             alike.setdefault(described.describe_columns(of_file), []).append(str(path))
     for columns_are, paths in alike.items():
-        click.echo(f"{', '.join(paths)}: {columns_are}\n")
+        screen.echo(f"{', '.join(paths)}: {columns_are}\n")
 
 
 def _answer(fits: Sequence[MaterialFit], ageing: dict[str, Any], at: float, plot: Path | None) -> dict[str, Any]:

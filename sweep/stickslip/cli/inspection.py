@@ -55,11 +55,11 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     _table(found)
     what = "such cells" if regimes or statuses else "cells failed, are unresolved or were not computed"
     if not found.cells:
-        click.echo(f"\n{found.wanted:,} {what}")
+        screen.echo(f"\n{found.wanted:,} {what}")
     elif found.wanted > len(found.cells):
-        click.echo(f"\nThe first {len(found.cells):,} of {found.wanted:,} {what}:")
+        screen.echo(f"\nThe first {len(found.cells):,} of {found.wanted:,} {what}:")
     else:
-        click.echo(f"\n{found.wanted:,} {what}:")
+        screen.echo(f"\n{found.wanted:,} {what}:")
     _lines(found, str(file))
     if as_json:
         tell_json(answers.of_survey(str(file), found))
@@ -90,10 +90,10 @@ def _lines(found: Survey, file: str) -> None:
         unknown = "a code that this version does not know"
         message = f"{status}: {STATUS_MESSAGES.get(status, unknown)}"
         if status != NOT_KEPT:
-            click.echo(f"\n{regime}, {message}")
+            screen.echo(f"\n{regime}, {message}")
         elif regime in _UNDECIDED:
-            click.echo(f"\n{regime}, {_WHY_NOT_KEPT}")
+            screen.echo(f"\n{regime}, {_WHY_NOT_KEPT}")
         else:  # a regime that was found needs no reason
-            click.echo(f"\n{regime}" + ": no run has computed these cells" * (regime == "not_computed"))
+            screen.echo(f"\n{regime}" + ": no run has computed these cells" * (regime == "not_computed"))
         for cell in cells:
-            click.echo(cell.command(file))
+            screen.echo(cell.command(file))

@@ -15,8 +15,7 @@ from stickslip.cli.common import (
     CONFIG_OR_RESULT,
     JSON,
     THREADS,
-    WHERE,
-    check_plot,
+    Target,
     fail,
     incomplete,
     prepare_kernels,
@@ -51,7 +50,12 @@ Examples:
 )
 @CONFIG_OR_RESULT
 @click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
-@click.option("-o", "--output", type=WHERE, help="Sound to write, .wav; with --level the levels, .nc or .zarr.")
+@click.option(
+    "-o",
+    "--output",
+    type=Target("sound", "result"),
+    help="Sound to write, .wav; with --level the levels, .nc or .zarr.",
+)
 @click.option("--seconds", default="3", show_default=True, metavar="TIME", help='How long: seconds, or "500 ms".')
 @click.option("--slow", type=float, default=1.0, show_default=True, help="So many times slower; 0.1 is faster.")
 @click.option(
@@ -61,7 +65,7 @@ Examples:
 @click.option("--transient", is_flag=True, help="The motion from its start, where it has a cycle as well.")
 @click.option("--rate", type=click.IntRange(8000, 192_000), default=44_100, show_default=True, help="Samples a second.")
 @click.option("--float", "floating", is_flag=True, help="32-bit numbers in the file instead of 16-bit integers.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Spectrogram to write: .png, .svg or .pdf.")
+@click.option("--plot", type=Target("plot"), help="Spectrogram to write: .png, .svg or .pdf.")
 @click.option("--level", is_flag=True, help="How loud every cell is, or the one at --at, instead of a sound.")
 @click.option(
     "--reference", multiple=True, metavar="NAME=VALUE,...",
@@ -88,7 +92,7 @@ def listen(
         return _levels(config, at, output, reference, as_json)
     if reference:
         fail("--reference is the cell that has 0 dB: give --level as well")
-    _check(output, plot, slow)
+    _check(output, slow)
     heard, cell_level, title = _sound(config, at, seconds, slow, full_scale, transient, rate)
     if output is not None:
         save_sound(heard, Path(str(output)), floating)
@@ -96,35 +100,25 @@ def listen(
         _draw(heard, title, plot)
     if as_json:
         return tell_json(_as_json(heard, cell_level, output, plot))
-    click.echo(heard.told())
+    screen.echo(heard.told())
     if not isfinite(heard.frequency) or cell_level == cell_level:
-        click.echo(f"level    {level_text(cell_level)}")
+        screen.echo(f"level    {level_text(cell_level)}")
     for line in heard.remarks():
-        click.echo(line)
+        screen.echo(line)
     if output is not None:
         tell_file(heard, Path(str(output)), floating)
     if plot is not None:
-        click.echo(f"plot     {plot}")
+        screen.echo(f"plot     {plot}")
     if output is None and plot is None:
-        click.echo("nothing was written: name a file (-o squeak.wav), a plot (--plot spectrogram.png), or both")
+        screen.echo("nothing was written: name a file (-o squeak.wav), a plot (--plot spectrogram.png), or both")
 
 
-def _check(output: Location | None, plot: Path | None, slow: float) -> None:
-    """End before anything is computed if the files cannot be written, or the pace is none."""
-    if output is not None:
-        check_sound(output)
-    if plot is not None:
-        check_plot(plot)
+def _check(output: Location | None, slow: float) -> None:
+    """End before anything is computed if the file is no sound, or the pace is none."""
+    if output is not None and output.suffix.lower() != ".wav":
+        fail(f"{output}: sounds end in .wav")
     if not 1.0 / FASTEST <= slow <= FASTEST:
         fail(f"--slow: got {slow:g}, expected a number from 1e-6 to 1e6, such as 10, or 0.1 for ten times faster")
-
-
-def check_sound(output: Location) -> None:
-    """End if no sound can be written there."""
-    if not isinstance(output, Path) or output.suffix.lower() != ".wav":
-        fail(f"{output}: sounds are files that end in .wav")
-    if not output.absolute().parent.is_dir():
-        fail(f"{output}: no folder {output.parent}")
 
 
 def save_sound(heard: Sound, path: Path, floating: bool = False) -> None:
@@ -138,7 +132,7 @@ def save_sound(heard: Sound, path: Path, floating: bool = False) -> None:
 def tell_file(heard: Sound, path: Path, floating: bool = False) -> None:
     """What was written where."""
     kind = f"{heard.seconds:.3g} s, {'32-bit floating' if floating else '16 bit'}, full scale {heard.full_scale:g} m/s2"
-    click.echo(f"sound    {path} ({kind}, {screen.size_of(path)})")
+    screen.echo(f"sound    {path} ({kind}, {screen.size_of(path)})")
 
 
 def level_text(level: float) -> str:
@@ -224,8 +218,8 @@ def _levels(
     one: Any = config_at(recipe, at) if at else recipe
     if not hasattr(one, "friction"):  # the recipe of a list of cells
         fail(f"{config}: a list of cells: in Python, stickslip.sound.levels takes it; here name a cell (--at)")
-    if output is not None:
-        writing.check_writable(output)
+    if output is not None and output.suffix.lower() == ".wav":
+        fail(f"{output}: levels are results, which end in .nc or .zarr")
     asked = [one for text in reference for one in _BETWEEN.split(text)]
     zero = cell_of(config_at(recipe, [*at, *asked], "--reference")) if asked else None
     law, threads, size = one.friction.law, one.execution.threads, build_grid(one).size
@@ -246,12 +240,12 @@ def _levels(
         return tell_json(_summary(ds) | {"output": output})
     _tell_levels(ds)
     if asked and ds["regime"].size == 1:
-        click.echo(_compared(float(ds["acceleration_level_a"].values.item()), ", ".join(asked)))
+        screen.echo(_compared(float(ds["acceleration_level_a"].values.item()), ", ".join(asked)))
     if output is not None:
-        click.echo(f"levels   {output} ({screen.size_of(output)})")
-        click.echo(f"next:    stickslip plot {output}")
+        screen.echo(f"levels   {output} ({screen.size_of(output)})")
+        screen.echo(f"next:    stickslip plot {output}")
     elif ds["regime"].ndim:
-        click.echo("nothing was written: name a file (-o levels.nc)")
+        screen.echo("nothing was written: name a file (-o levels.nc)")
 
 
 def _summary(ds: xr.Dataset) -> dict[str, Any]:
@@ -271,18 +265,18 @@ def _summary(ds: xr.Dataset) -> dict[str, Any]:
 def _tell_levels(ds: xr.Dataset) -> None:
     found = _summary(ds)
     if found["cells"] == 1:
-        click.echo(f"level    {_one_level(ds)}")
+        screen.echo(f"level    {_one_level(ds)}")
         return
-    click.echo(f"{found['long_name']}:")
+    screen.echo(f"{found['long_name']}:")
     if found["with_level"]:
-        click.echo(
+        screen.echo(
             f"{found['with_level']:,} of {found['cells']:,} cells: {found['lowest']:.1f} to {found['highest']:.1f}, "
             f"half of them above {found['median']:.1f}"
         )
     if found["without_cycle"]:
-        click.echo(f"{_cells(found['without_cycle'])} no cycle, and no level: settled, stuck, or undecided")
+        screen.echo(f"{_cells(found['without_cycle'])} no cycle, and no level: settled, stuck, or undecided")
     if found["not_heard"]:
-        click.echo(f"{_cells(found['not_heard'])} a cycle of which nothing is heard")
+        screen.echo(f"{_cells(found['not_heard'])} a cycle of which nothing is heard")
 
 
 def _compared(level: float, reference: str) -> str:

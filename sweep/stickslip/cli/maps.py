@@ -17,10 +17,10 @@ from stickslip.cli.common import (
     OUTPUT,
     QUIET,
     THREADS,
+    Target,
     configuration,
     fail,
     location_or_none,
-    path_or_none,
     reports_wrong_input,
     tell_json,
 )
@@ -43,8 +43,8 @@ Examples:
 )
 @CONFIG
 @OUTPUT
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
-@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html, .pdf): plots, shares, meanings.")
+@click.option("--plot", type=Target("plot"), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--report", type=Target("page"), help="Page to write (.html, .pdf): plots, shares, meanings.")
 @click.option("--no-plot", is_flag=True, help="Write no plot.")
 @click.option("--store", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]")
 @click.option("--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no map.")
@@ -87,8 +87,8 @@ def run(
     loaded = configuration(config)
     if shard and isinstance(output, Path) and not output.absolute().parent.is_dir():
         fail(f"{output}: no folder {output.parent}, which all shards need to see; make it first, or correct its name")
-    output = output or location_or_none(loaded.output.file)
-    target = None if no_plot or shard else plot or path_or_none(loaded.output.plot)
+    output = output or location_or_none(loaded.output.file, "result")
+    target = None if no_plot or shard else plot or location_or_none(loaded.output.plot, "plot")
     part = _shard(shard, fresh)
     request = Request(loaded, output, store, part, fresh, keep_parts, on_error, dask=dask)
     keep = ["run", str(config), "-o", f"{config.stem}.nc"]

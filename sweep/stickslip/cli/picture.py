@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
+from stickslip.cli import screen
 from stickslip.cli.common import fail, prepare_kernels
 
 if TYPE_CHECKING:
@@ -91,7 +90,7 @@ def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     regimes = api.evaluate({name: [cell[name] for cell in cells] for name in cells[0]}, **how)["regime"].values
     points = [replace(mark, regime=REGIMES[int(code)]) for mark, code in zip(points, regimes, strict=True)]
     for mark in points:
-        click.echo(f"mark     {mark.label}: {flag_label(mark.regime)}")
+        screen.echo(f"mark     {mark.label}: {flag_label(mark.regime)}")
     return points
 
 

@@ -109,19 +109,19 @@ def _show_nodes(found: Estimate, many: Nodes, lines: dict[str, str]) -> None:
     """For many machines."""
     share = f"{many.most:,}" if many.least == many.most else f"{many.least:,} or {many.most:,}"
     threads = f"{many.threads} thread{'s' * (many.threads != 1)} each"
-    click.echo(f"nodes    {many.nodes:,} of {threads}, if a thread there is as fast as one here")
-    click.echo(f"shards   {many.shards:,} of {share} blocks")
-    click.echo(
+    screen.echo(f"nodes    {many.nodes:,} of {threads}, if a thread there is as fast as one here")
+    screen.echo(f"shards   {many.shards:,} of {share} blocks")
+    screen.echo(
         f"lasts    about {screen.duration_text(many.seconds)} for the longest shard, "
         f"{screen.duration_text(many.seconds_of_one)} on one node"
     )
     if found.blocks.count < many.nodes:
-        click.echo(f"         there are only {found.blocks.count:,} blocks: further nodes have nothing to compute")
+        screen.echo(f"         there are only {found.blocks.count:,} blocks: further nodes have nothing to compute")
     elif many.most < many.threads:
-        click.echo(f"         a shard has fewer blocks than a node has threads: only {many.most} of them will compute")
-    click.echo(f"submit   {lines['submit']}")
-    click.echo(f"status   {lines['status']}")
-    click.echo(f"collect  {lines['collect']}    # once all are done")
+        screen.echo(f"         a shard has fewer blocks than a node has threads: only {many.most} of them will compute")
+    screen.echo(f"submit   {lines['submit']}")
+    screen.echo(f"status   {lines['status']}")
+    screen.echo(f"collect  {lines['collect']}    # once all are done")
 
 
 def _to_submit(config: Path, loaded: Config, many: Nodes) -> dict[str, str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import click
 import numpy as np
 
 from stickslip.cli import screen
@@ -33,8 +32,8 @@ def show_probabilities(ds: xr.Dataset) -> None:
     if not dims and "sobol_total" in ds:
         _show_indices(ds)
     if float(ds["undecided"].max()) > 0:
-        click.echo(f"bounds   {ds.attrs['uncertain_undecided']}: probability_low and probability_high allow for them")
-    click.echo(f"method   {ds.attrs['uncertain_method']}")
+        screen.echo(f"bounds   {ds.attrs['uncertain_undecided']}: probability_low and probability_high allow for them")
+    screen.echo(f"method   {ds.attrs['uncertain_method']}")
 
 
 def _show_indices(ds: xr.Dataset) -> None:
@@ -48,5 +47,5 @@ def _show_indices(ds: xr.Dataset) -> None:
             f"{one['quantity'].values[i]} {one['sobol_first'].values[i]:.2f} ({one['sobol_total'].values[i]:.2f})"
             for i in order
         )
-        click.echo(f"indices  of {str(name).replace('_', '-')}, first order (total): {words}")
+        screen.echo(f"indices  of {str(name).replace('_', '-')}, first order (total): {words}")
         return

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import shown
+from stickslip.cli import screen, shown
 from stickslip.cli.backdrop import MAP, Extras
-from stickslip.cli.common import PAGES, WHERE, check_page, check_plot, fail, pairs, prepare_kernels, reports_wrong_input
+from stickslip.cli.common import PAGES, WHERE, Target, fail, pairs, prepare_kernels, reports_wrong_input
 from stickslip.cli.picture import Picture, free_name
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ Examples:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=Target("plot", "page"),
     help="Picture to write, .png, .svg or .pdf, or page, .html.  [default: FILE.png, with the names of --variable and "
     "--select in it, in this folder if FILE is a URL; a number if another picture has that name]",
 )
@@ -79,7 +79,6 @@ def plot(
 
     ds, picture = reading.look_into(file), Picture(**wishes)
     if output is not None and output.suffix.lower() in PAGES:
-        check_page(output)
         of_pictures = {"--variable": variable, "--select": select, "--lines": lines, "--size": picture.size,
                        "--dpi": picture.dpi}  # fmt: skip
         if given := [name for name, value in of_pictures.items() if value]:
@@ -89,8 +88,6 @@ def plot(
         except PlotError as error:
             fail(f"{file}: {error}")
     places = pairs(select) if "time" not in ds.dims else {}
-    if output is not None:
-        check_plot(output)
     try:
         ds = picture.prepared(ds)
         if plots.is_over_map(ds):
@@ -101,7 +98,7 @@ def plot(
                                        borders=not no_borders, lines=over)  # fmt: skip
             told = {name: at for name, at in places.items() if name != "state"}
             for point in selection.told(ds, told):
-                click.echo(f"drawn    {point}")
+                screen.echo(f"drawn    {point}")
         request = _words({**picture.request(), "variable": variable, "select": select, "lines": lines,
                           "map": map_file, "no_borders": no_borders})  # fmt: skip
         named = None if variable == plots.subject(ds) else variable
@@ -110,8 +107,8 @@ def plot(
     except PlotError as error:
         fail(f"{file}: {error}")
     if not no_borders and "quiet_above" not in ds and (absent := why_absent(ds, "damping_ratio")):
-        click.echo(f"{file}: no borders of linear theory are drawn: the map {absent}", err=True)
-    click.echo(f"plot     {target}")
+        screen.echo(f"{file}: no borders of linear theory are drawn: the map {absent}", err=True)
+    screen.echo(f"plot     {target}")
 
 
 def _over_map(ds: xr.Dataset, file: Location, map_file: Location | None, picture: Picture) -> Figure:

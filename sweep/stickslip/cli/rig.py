@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import rig_sounds, screen
-from stickslip.cli.common import JSON, WHERE, check_plot, fail, reports_wrong_input, tell_json
+from stickslip.cli.common import JSON, Target, fail, reports_wrong_input, tell_json
 from stickslip.cli.progress import progress_bar
 from stickslip.cli.tables import tell_table, write_table
+from stickslip.errors import visible
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,12 +88,14 @@ Examples:
 @click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
 @CONFIG_OPTION
 @CONDITIONS
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
-@click.option("--sound", type=click.Path(path_type=Path), help="Folder for the sounds, a WAV file for each record.")
+@click.option("--plot", type=Target("plot"), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--sound", type=Target("sound", "folder"), help="Folder for the sounds, a WAV file for each record.")
 @click.option("--beside", is_flag=True, help="Plot records beside each other instead of over each other.")
 @click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each record on.")
 @click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each record.")
-@click.option("-o", "--output", type=WHERE, help="File to write the features to: .csv, .xlsx, .nc or .zarr.")
+@click.option(
+    "-o", "--output", type=Target("table", "result"), help="File to write the features to: .csv, .xlsx, .nc or .zarr."
+)
 @JSON
 @reports_wrong_input
 def rig_features(
@@ -115,19 +118,13 @@ def rig_features(
     drive_displacement; units are given in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.
     """
     from stickslip import rig
-    from stickslip.dataset import export
     from stickslip.files import writing
+    from stickslip.files.targets import KINDS
     from stickslip.rig.analysis.table import as_columns
     from stickslip.rig.risk import band_of
 
     settings = record_settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
-    if plot is not None:
-        check_plot(plot)
-    is_table = isinstance(output, Path) and output.suffix.lower() in export.TABLE_SUFFIXES
-    if isinstance(output, Path) and is_table:
-        export.check_table(output)
-    elif output is not None:
-        writing.check_writable(output)
+    is_table = output is not None and output.suffix.lower() in KINDS["table"].suffixes
     if sound is not None:
         rig_sounds.check(sound, len(files))
     window = time_window(begin, end)
@@ -138,7 +135,7 @@ def rig_features(
             record = rig.read_record(file, settings.record, settings.conditions, move)
         _tell_overruled(file, record, given, settings)
         if left := record.attrs["not_used"]:
-            click.echo(f"note      {file}: columns not used: {', '.join(map(repr, left))}")
+            screen.echo(f"note      {file}: columns not used: {', '.join(map(repr, left))}")
         records[_called(name, file, record, records)] = record
     try:
         found = rig.feature_table(records, settings)
@@ -151,14 +148,14 @@ def rig_features(
     warn_of_extrapolation(found, settings.risk)
     for name, remarks in zip(records, found["remarks"].values.tolist(), strict=True):
         if remarks:
-            click.echo(f"{name}: " + remarks.replace("\n", "\n  "))
+            screen.echo(f"{name}: " + remarks.replace("\n", "\n  "))
     if plot is not None:
         from stickslip import plots
         from stickslip.rig.report.traces import plot_records
 
         numbers = dict(zip(records, found["model_rpn"].values.tolist(), strict=True))
         plots.save(plot_records(records, beside=beside, numbers=numbers, window=window), plot)
-        click.echo(f"plot      {plot}")
+        screen.echo(f"plot      {plot}")
     if sound is not None:
         rig_sounds.write_records(sound, records)
     found = _with_provenance(found, settings, files)
@@ -166,7 +163,7 @@ def rig_features(
         tell_table(write_table(as_columns(found), output), output)
     elif output is not None:
         writing.write(found, output)
-        click.echo(f"features  {output} ({screen.size_of(output)})")
+        screen.echo(f"features  {output} ({screen.size_of(output)})")
     if as_json:
         rows = as_columns(found).to_dataframe().reset_index().to_dict("records")
         words = [
@@ -256,7 +253,7 @@ def _tell_overruled(file: Path, record: xr.Dataset, given: Mapping[str, str], se
         held = float(record[name])
         if held != settings.conditions[name]:
             unit = units.spelled(CONDITIONS[name].units)
-            click.echo(f"{file}: its remark {name} = {held:g} {unit} holds, not the {text} of the option", err=True)
+            screen.echo(f"{file}: its remark {name} = {held:g} {unit} holds, not the {text} of the option", err=True)
 
 
 def _tell_understood(records: Mapping[str, xr.Dataset]) -> None:
@@ -271,7 +268,7 @@ def _tell_understood(records: Mapping[str, xr.Dataset]) -> None:
         names.setdefault("\n          ".join([", ".join(known + lacking), record.attrs["columns"]]), []).append(name)
     for understood, some in names.items():
         more = f" and {len(some) - _MOST_NAMES:,} more" * (len(some) > _MOST_NAMES)
-        click.echo(f"read      {', '.join(some[:_MOST_NAMES])}{more}: {understood}")
+        screen.echo(f"read      {', '.join(some[:_MOST_NAMES])}{more}: {understood}")
 
 
 def warn_of_extrapolation(found: xr.Dataset, risk: Risk) -> None:
@@ -285,8 +282,8 @@ def warn_of_extrapolation(found: xr.Dataset, risk: Risk) -> None:
         if some:
             names = ", ".join(some[:_MOST_NAMES]) + f" and {len(some) - _MOST_NAMES:,} more" * (len(some) > _MOST_NAMES)
             low, high = getattr(risk, f"lowest_{feature}"), getattr(risk, f"highest_{feature}")
-            click.echo(f"warning: {feature} of {names}: outside {low:.4g} to {high:.4g}, the range of the pairs of the "
-                       "calibration, so that the RPN is an extrapolation", err=True)  # fmt: skip
+            screen.echo(f"warning: {feature} of {names}: outside {low:.4g} to {high:.4g}, the range of the pairs of "
+                       "the calibration, so that the RPN is an extrapolation", err=True)  # fmt: skip
 
 
 def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, ...]) -> xr.Dataset:
@@ -327,7 +324,7 @@ def _feature_table(found: xr.Dataset, columns: Sequence[tuple[str, str, float, s
     for i, name in enumerate(map(str, found["record"].values.tolist())):
         row = found.isel(record=i)
         number = float(row["model_rpn"])
-        cells = [Text(name), Text(f" {number_text(number)} ", style=_COLOURS[band_of(number)])]
+        cells = [Text(visible(name)), Text(f" {number_text(number)} ", style=_COLOURS[band_of(number)])]
         for feature, _, factor, form in columns:
             value = float(_best(row, feature)) * factor
             cells.append(Text("-" if np.isnan(value) else format(value, form)))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from stickslip.cli import screen
 from stickslip.cli.common import (
     JSON,
     SET,
@@ -65,15 +66,15 @@ def calibrate(
     how = record_settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
     found = calibrate_file(file, how, scales)
     for pair in found.omitted:
-        click.echo(f"left out  {pair}", err=True)
-    click.echo(found.prediction(), err=True)
-    click.echo(found.text())
+        screen.echo(f"left out  {pair}", err=True)
+    screen.echo(found.prediction(), err=True)
+    screen.echo(found.text())
     width = max(6, *map(len, found.names))
-    click.echo(f"\n{'pair':>{width}}{'RPN':>7}{'fitted':>8}{'level':>8}{'residual':>10}{'left out':>10}", err=True)
+    screen.echo(f"\n{'pair':>{width}}{'RPN':>7}{'fitted':>8}{'level':>8}{'residual':>10}{'left out':>10}", err=True)
     rows = zip(found.names, found.rpn, found.number, found.level, found.residuals, found.left_out, strict=True)
     for name, rpn, number, level, residual, left_out in rows:
-        click.echo(f"{name:>{width}}{rpn:7.3g}{number:8.0f}{level:8.2f}{residual:10.2f}{left_out:10.2f}", err=True)
-    click.echo(found.quality(), err=True)
+        screen.echo(f"{name:>{width}}{rpn:7.3g}{number:8.0f}{level:8.2f}{residual:10.2f}{left_out:10.2f}", err=True)
+    screen.echo(found.quality(), err=True)
     if as_json:
         columns = ("names", "rpn", "level", "left_out", "default")
         tell_json({"risk": found.risk.known, "interval": found.interval, "unidentified": found.unidentified,
@@ -135,7 +136,7 @@ def identify(
         incomplete("interrupted: nothing was identified")
     _show(found)
     for remark in filter(None, str(rig.features(record, judged)["remarks"].item()).splitlines()):
-        click.echo(f"{file}: {remark}")
+        screen.echo(f"{file}: {remark}")
     if as_json:
         tell_json(asdict(found))
     if not found.converged:
@@ -190,19 +191,19 @@ def _show(found: Identification) -> None:
     from stickslip.vocabulary import units
     from stickslip.vocabulary.quantities import QUANTITIES
 
-    click.echo(f"{'parameter':16}{'estimate':>12}{'95 %: from':>14}{'to':>12}")
+    screen.echo(f"{'parameter':16}{'estimate':>12}{'95 %: from':>14}{'to':>12}")
     for name, value in found.estimates.items():
         low, high = found.interval[name]
         ends = f"{low:14.5g}{high:12.5g}" if isfinite(high) and high < 1e6 * value else f"{'not determined':>26}"
-        click.echo(f"{name:16}{value:12.5g}{ends}  {units.spelled(QUANTITIES[name].units)}".rstrip())
+        screen.echo(f"{name:16}{value:12.5g}{ends}  {units.spelled(QUANTITIES[name].units)}".rstrip())
     for section in dict.fromkeys(QUANTITIES[name].section for name in found.estimates):
         values = {n: v for n, v in found.estimates.items() if QUANTITIES[n].section == section}
         written = (f"{n}: {v:.5g} {units.spelled(QUANTITIES[n].units)}".rstrip() for n, v in values.items())
-        click.echo(f"{section}: {{{', '.join(written)}}}  # ready to paste")
-    click.echo(f"\n{'feature':20}{'measured':>12}{'simulated':>12}{'difference':>12}")
+        screen.echo(f"{section}: {{{', '.join(written)}}}  # ready to paste")
+    screen.echo(f"\n{'feature':20}{'measured':>12}{'simulated':>12}{'difference':>12}")
     for name, value in found.measured.items():
         got, unit = found.simulated[name], units.spelled(FEATURES[name].units)
         share = f"{(got - value) / abs(value):+12.1%}" if value else f"{got - value:+12.3g}"
-        click.echo(f"{name:20}{value:12.5g}{got:12.5g}{share}  {unit}".rstrip())
+        screen.echo(f"{name:20}{value:12.5g}{got:12.5g}{share}  {unit}".rstrip())
     end = "converged" if found.converged else "not converged"
-    click.echo(f"{end} after {found.evaluations} steps")
+    screen.echo(f"{end} after {found.evaluations} steps")

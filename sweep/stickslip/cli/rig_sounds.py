@@ -8,8 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
+from stickslip.cli import screen
 from stickslip.cli.common import fail
 from stickslip.cli.listen import save_sound
 
@@ -29,13 +28,6 @@ def check(target: Path, size: int) -> None:
     if target.suffix.lower() == ".wav":
         if size != 1:
             fail(f"{target}: {size:,} tests have a WAV file each: name a folder")
-        if not target.absolute().parent.is_dir():
-            fail(f"{target}: no folder {target.parent}")
-        return
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        fail(f"{target}: expected a folder, or a name for a new one ({error.strerror})")
 
 
 def write_tests(target: Path, asked: RigConfig) -> None:
@@ -71,11 +63,11 @@ def _write(target: Path, sounds: Iterable[tuple[str, Sound]]) -> None:
         full_scale, loudest = heard.full_scale, max(loudest, heard.peak)
         written, clipping = written + 1, clipping + heard.clips
     if not written:
-        click.echo("sounds    none: no test was integrated to its end")
+        screen.echo("sounds    none: no test was integrated to its end")
         return
-    click.echo(f"sounds    {target if single else target / '*.wav'} (full scale {full_scale:g} m/s2)")
+    screen.echo(f"sounds    {target if single else target / '*.wav'} (full scale {full_scale:g} m/s2)")
     if clipping:
-        click.echo(f"{clipping:,} of {written:,} clip, with peaks of up to {loudest:.3g} m/s2: softly compressed")
+        screen.echo(f"{clipping:,} of {written:,} clip, with peaks of up to {loudest:.3g} m/s2: softly compressed")
 
 
 def _sounds(asked: RigConfig) -> Iterator[tuple[int, Sound]]:

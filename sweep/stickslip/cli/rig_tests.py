@@ -11,13 +11,10 @@ import click
 from stickslip.cli import rig_sounds, screen
 from stickslip.cli.common import (
     CONFIG,
-    WHERE,
-    check_page,
-    check_plot,
+    Target,
     fail,
     incomplete,
     location_or_none,
-    path_or_none,
     prepare_kernels,
     reports_wrong_input,
     settings,
@@ -45,11 +42,13 @@ Examples:
   stickslip rig run my.yaml --records signals       # CSV files, as a rig would write them"""
 )
 @CONFIG
-@click.option("-o", "--output", type=WHERE, help="File of features to write, .nc or .zarr, or the URL of a .zarr.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot: signals of up to six tests, else a heat map.")
-@click.option("--report", type=click.Path(path_type=Path), help="Page to write (.html, .pdf): maps, traces, table.")
-@click.option("--records", type=click.Path(path_type=Path), help="Folder for the signals, a CSV file for each test.")
-@click.option("--sound", type=click.Path(path_type=Path), help="Folder for the sounds, a WAV file for each test.")
+@click.option(
+    "-o", "--output", type=Target("result"), help="File of features to write, .nc or .zarr, or the URL of a .zarr."
+)
+@click.option("--plot", type=Target("plot"), help="Plot: signals of up to six tests, else a heat map.")
+@click.option("--report", type=Target("page"), help="Page to write (.html, .pdf): maps, traces, table.")
+@click.option("--records", type=Target("folder"), help="Folder for the signals, a CSV file for each test.")
+@click.option("--sound", type=Target("sound", "folder"), help="Folder for the sounds, a WAV file for each test.")
 @click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
 @click.option("--beside", is_flag=True, help="Plot signals beside each other instead of over each other.")
 @click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each test on.")
@@ -78,19 +77,17 @@ def rig(
     from stickslip.rig.simulate.simulation import RigTests
 
     asked = load_rig(config, settings())
-    output, plot = output or location_or_none(asked.config.output.file), plot or path_or_none(asked.config.output.plot)
+    output = output or location_or_none(asked.config.output.file, "result")
+    plot = plot or location_or_none(asked.config.output.plot, "plot")
     tests, window = RigTests(asked), time_window(begin, end)
     drawn = _drawn(tests, chosen)
     if chosen and plot is None and report is None:
         fail("--test says what is plotted: name a plot with --plot, or a page with --report")
-    _check_targets(output, plot, report, records)
     if sound is not None:
         rig_sounds.check(sound, tests.grid.size)
-    if output is not None:
-        writing.check_writable(output)
     prepare_kernels(asked.config.friction.law, signals=True)
     size = tests.grid.size
-    click.echo(f"{asked.config.title}\n{_counted(tests)}")
+    screen.echo(f"{asked.config.title}\n{_counted(tests)}")
     began = perf_counter()
     try:
         with progress_bar(size, of="tests") as moved:
@@ -102,7 +99,7 @@ def rig(
         _draw(plot, found, tests, drawn, beside, window)
     if output is not None:
         writing.write(found, output)
-        click.echo(f"features  {output} ({screen.size_of(output)})")
+        screen.echo(f"features  {output} ({screen.size_of(output)})")
     if records is not None:
         _write_records(records, tests)
     if sound is not None:
@@ -118,18 +115,6 @@ def _drawn(tests: RigTests, chosen: tuple[int, ...]) -> list[int]:
         if not 0 <= number < size:
             fail(f"--test {number}: tests are numbered from 0 to {size - 1}")
     return list(chosen) or (list(range(size)) if size <= _MOST_TRACES else [])
-
-
-def _check_targets(output: Location | None, plot: Path | None, report: Path | None, records: Path | None) -> None:
-    if plot is not None:
-        check_plot(plot)
-    if report is not None:
-        check_page(report)
-    if records is not None:
-        try:
-            records.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            fail(f"{records}: expected a folder, or a name for a new one ({error.strerror})")
 
 
 def _counted(tests: RigTests) -> str:
@@ -158,7 +143,7 @@ def _show(found: xr.Dataset, tests: RigTests, seconds: float) -> None:
     for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
         number, message = int((status == code).sum()), STATUS_MESSAGES[STATUSES[code]]
         many = "1 test was" if number == 1 else f"{number:,} tests were"
-        click.echo(f"warning: {many} not integrated to the end: {message}", err=True)
+        screen.echo(f"warning: {many} not integrated to the end: {message}", err=True)
     console.print(f"{tests.grid.size:,} tests in {screen.duration_text(seconds)}", markup=False)
 
 
@@ -185,7 +170,7 @@ def _draw(
 
         figure = plot_matrix(found)
     plots.save(figure, plot)
-    click.echo(f"plot      {plot}")
+    screen.echo(f"plot      {plot}")
 
 
 def _records(tests: RigTests, numbers: list[int]) -> dict[str, xr.Dataset]:
@@ -200,11 +185,11 @@ def _write_records(folder: Path, tests: RigTests) -> None:
     for test in tests.tests(range(tests.grid.size)):
         if test.record is not None:
             write_record(test.record, folder / f"test{test.number:0{digits}d}.csv")
-    click.echo(f"records   {folder}/test*.csv; stickslip rig features reads them")
+    screen.echo(f"records   {folder}/test*.csv; stickslip rig features reads them")
 
 
 def _write_report(report: Path, found: xr.Dataset, asked: RigConfig, tests: RigTests, drawn: list[int]) -> None:
     from stickslip.rig.report.build import write_report
 
     write_report(report, found, _records(tests, drawn or list(range(min(tests.grid.size, _MOST_TRACES)))), asked)
-    click.echo(f"report    {report} ({screen.size_of(report)})")
+    screen.echo(f"report    {report} ({screen.size_of(report)})")

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import click
 
-from stickslip.cli.common import fail, prepare_kernels, reports_wrong_input
+from stickslip.cli import screen
+from stickslip.cli.common import Target, fail, prepare_kernels, reports_wrong_input
 
 
 @click.command()
 @click.argument("figures", nargs=-1)
-@click.option("-o", "--output", type=click.Path(path_type=Path), default="article", show_default=True, help="Folder.")
+@click.option("-o", "--output", type=Target("folder"), default="article", show_default=True, help="Folder.")
 @reports_wrong_input
 def article(figures: tuple[str, ...], output: Path) -> None:
     """Reproduce the figures of the article.
@@ -25,8 +26,8 @@ def article(figures: tuple[str, ...], output: Path) -> None:
     prepare_kernels("stribeck")
     prepare_kernels("stribeck", signals=True)  # trajectories
     try:
-        made = make(figures, output, progress=lambda name: click.echo(f"{name} ...", err=True))
+        made = make(figures, output, progress=lambda name: screen.echo(f"{name} ...", err=True))
     except UnknownFigureError as error:
         fail(error)
     for figure in made:
-        click.echo(f"{figure.name:8} {figure.plot}  {figure.data}")
+        screen.echo(f"{figure.name:8} {figure.plot}  {figure.data}")

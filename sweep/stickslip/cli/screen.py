@@ -9,20 +9,28 @@ import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any
 
 import click
+
+from stickslip.errors import visible
 
 if TYPE_CHECKING:
     import xarray as xr
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     from stickslip.engine import Options
     from stickslip.files.locations import Location
 
 QUIET = "stickslip.quiet"  # in what click knows of a call
 _WIDE = 1000  # characters, wider than any table
+
+
+def echo(text: object = "", *, err: bool = False, file: IO[str] | None = None) -> None:
+    """Print a line, with control characters written out: titles, labels and names of files may come from anybody."""
+    click.echo(visible(str(text)), err=err, file=file)
 
 
 def terminal(stderr: bool = False) -> Console:
@@ -33,8 +41,15 @@ def terminal(stderr: bool = False) -> Console:
     """
     from rich.console import Console
 
+    class Plain(Console):
+        """One that writes control characters out, which a terminal might obey."""
+
+        def render_str(self, text: str, **how: Any) -> Text:  # type: ignore[override]
+            """Whatever is printed comes through here."""
+            return super().render_str(visible(text), **how)
+
     stream = sys.stderr if stderr else sys.stdout
-    return Console(
+    return Plain(
         stderr=stderr,
         highlight=False,
         soft_wrap=True,

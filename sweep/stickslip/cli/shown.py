@@ -6,8 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from stickslip.cli import screen
 
 if TYPE_CHECKING:
@@ -28,14 +26,14 @@ def show(ds: xr.Dataset, done: Done, output: Location | None, plot: Path | None)
     else:
         screen.show_map(ds, output)
     if "audit" in ds.attrs:
-        click.echo(f"refined  {ds.attrs['refine_cells_computed']:,} cells computed for {ds['regime'].size:,}")
-        click.echo(f"audit    {ds.attrs['audit']}")
-    click.echo(screen.rate(done))
+        screen.echo(f"refined  {ds.attrs['refine_cells_computed']:,} cells computed for {ds['regime'].size:,}")
+        screen.echo(f"audit    {ds.attrs['audit']}")
+    screen.echo(screen.rate(done))
     if output is not None:
         name = "map" if "regime" in ds else "written"
-        click.echo(f"{name:8} {output} ({screen.size_of(output)})")
+        screen.echo(f"{name:8} {output} ({screen.size_of(output)})")
     if plot is not None:
-        click.echo(f"plot     {plot}")
+        screen.echo(f"plot     {plot}")
 
 
 def teller(ds: xr.Dataset) -> Callable[[xr.Dataset], None] | None:
@@ -85,7 +83,7 @@ def fitting(ds: xr.Dataset) -> xr.Dataset:
     name = next((name for name in ("probability", "settling_share", "regime") if name in ds), None)
     part, told = (ds, []) if name is None else part_that_fits(ds, ds[name].dims)
     for point in told:
-        click.echo(f"drawn    {point}; others with stickslip plot --select")
+        screen.echo(f"drawn    {point}; others with stickslip plot --select")
     return part
 
 
@@ -111,7 +109,7 @@ def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, pictu
         from stickslip.materials.page import material_page
 
         pages.write_page(target, material_page(picture.prepared(ds), title=picture.title))
-        return click.echo(f"page     {target} ({screen.size_of(target)})")
+        return screen.echo(f"page     {target} ({screen.size_of(target)})")
     if plots.is_over_map(ds):
         try:
             found = [Drawn("borders between regimes", figure(ds, extras, picture))]
@@ -122,4 +120,4 @@ def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, pictu
         part = fitting(ds) if is_drawn(ds) else ds
         found = drawn_of(part, picture.look(part), picture.title) if is_drawn(ds) else []
     pages.write_page(target, result_page(ds, found, picture.title))
-    click.echo(f"page     {target} ({screen.size_of(target)})")
+    screen.echo(f"page     {target} ({screen.size_of(target)})")

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from stickslip.cli.common import reports_wrong_input
+from stickslip.cli import screen
+from stickslip.cli.common import Target, reports_wrong_input
 
 
 @click.command(
@@ -18,7 +19,7 @@ Examples:
   stickslip fit points.csv"""
 )
 @click.argument("record", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Table of points to write: .csv.")
+@click.option("-o", "--output", type=Target("points"), required=True, help="Table of points to write: .csv.")
 @click.option("--plan", type=click.Path(path_type=Path), help="Table of steps: begin, end, speed, load.")
 @click.option("--radius", metavar="LENGTH", help='Of the track ("20 mm"), where speeds are those of rotation.')
 @click.option("--load", metavar="FORCE", help='Normal load ("10 N"), where no column tells it.')
@@ -33,17 +34,14 @@ def points(
     a point: the mean friction behind running-in, with the standard deviation that samples which follow each other
     leave. `stickslip fit` and `stickslip compare` read what is written.
     """
-    from stickslip.cli.common import fail
     from stickslip.fit import read_steps, write_points
     from stickslip.fit.steps import described
 
-    if output.suffix.lower() != ".csv":
-        fail(f"{output}: expected a name that ends in .csv")
     length, force, time = _si("--radius", radius, "m"), _si("--load", load, "N"), _si("--settle", settle, "s")
     found = read_steps(record, plan, radius=length, load=force, settle=time)
     write_points(found, output)
-    click.echo(described(found))
-    click.echo(f"points   {output}")
+    screen.echo(described(found))
+    screen.echo(f"points   {output}")
 
 
 def _si(option: str, text: str | None, unit: str) -> float | None:

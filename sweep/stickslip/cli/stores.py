@@ -20,13 +20,11 @@ from stickslip.cli.common import (
     Command,
     fail,
     incomplete,
-    location_or_none,
     reports_wrong_input,
     settings,
     tell_json,
     write_table_asked_for,
 )
-from stickslip.errors import printable
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -71,11 +69,11 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
         fail(f"{error.on_command_line}{_where_blocks_are(request, config_or_store)}")
     study = collected.study
     if collected.up_to_date:
-        click.echo(f"{study.name:8} {collected.output} is complete already, and there is no store beside it")
+        screen.echo(f"{study.name:8} {collected.output} is complete already, and there is no store beside it")
     else:
-        click.echo(f"{study.name:8} {collected.output} ({screen.size_of(collected.output)})")
+        screen.echo(f"{study.name:8} {collected.output} ({screen.size_of(collected.output)})")
     if collected.where:
-        click.echo(f"blocks   kept in {collected.where}")
+        screen.echo(f"blocks   kept in {collected.where}")
     if as_json:
         tell_json(answers.of_collected(request, collected))
     if collected.missing:
@@ -88,10 +86,12 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
 
 def _where_blocks_are(request: Request, named: str) -> str:
     """The command that collects, where there is no store beside the output that is named and one beside the usual."""
+    from stickslip.files.locations import location
+
     usual = request.config.output.file
     if request.place is not None or usual is None or request.folder().names():
         return ""
-    there = replace(request, output=location_or_none(usual)).folder()
+    there = replace(request, output=location(usual)).folder()
     if not there.names() or there.where == request.folder().where:
         return ""
     command = shlex.join(["stickslip", "collect", there.where, "-o", str(request.output)])
@@ -115,7 +115,7 @@ def status(config_or_store: str, store: str | None, as_json: bool) -> None:
     request = request_for(config_or_store, None, store, settings())
     output = request.output if request.place is None else None
     if output is not None and output.exists() and is_empty(request.folder()):
-        click.echo(f"map      {output} is there, and no unfinished run beside it")
+        screen.echo(f"map      {output} is there, and no unfinished run beside it")
         if as_json:
             tell_json(answers.of_finished(request.config, output))
         return
@@ -129,11 +129,11 @@ def _show(found: Status) -> None:
     missing = found.blocks - found.blocks_finished - len(found.failures)
     share = f"{found.cells_finished:,} of {found.cells:,} {found.counted}"
     share += f" ({found.cells_finished / max(found.cells, 1):.1%})"
-    click.echo(printable(found.title))
-    begun = printable(f"{found.begun} by stickslip {found.version}")
-    click.echo(f"store     {found.where} ({screen.memory(found.size)}), begun {begun}")
-    click.echo(f"finished  {share}")
-    click.echo(
+    screen.echo(found.title)
+    begun = f"{found.begun} by stickslip {found.version}"
+    screen.echo(f"store     {found.where} ({screen.memory(found.size)}), begun {begun}")
+    screen.echo(f"finished  {share}")
+    screen.echo(
         f"blocks    {found.blocks_finished:,} finished, {missing:,} missing, {len(found.failures):,} failed, "
         f"of {found.blocks:,}"
     )
@@ -143,19 +143,19 @@ def _show(found: Status) -> None:
             if one.holder is None
             else f"held by {one.holder}"
         )
-        click.echo(f"shard     {one.shard}: {len(one.missing):,} of {one.blocks:,} blocks missing; {who}")
+        screen.echo(f"shard     {one.shard}: {len(one.missing):,} of {one.blocks:,} blocks missing; {who}")
     of_shards = [one.holder for one in found.shards]
     for holder in found.holders:
         if holder not in of_shards:
-            click.echo(f"held      by {holder}")
+            screen.echo(f"held      by {holder}")
     if not found.holders:
         whole = found.blocks_finished == found.blocks
-        click.echo(f"held      by no process: stickslip {'collect writes the result' if whole else 'run resumes it'}")
+        screen.echo(f"held      by no process: stickslip {'collect writes the result' if whole else 'run resumes it'}")
     for failure in found.failures:
-        click.echo(f"failed    block {failure.block}: {printable(failure.message)}")
+        screen.echo(f"failed    block {failure.block}: {failure.message}")
     if found.failures and found.failures[0].traceback:
-        lines = map(printable, found.failures[0].traceback.splitlines())
-        click.echo("\n".join([f"\nWhat happened in block {found.failures[0].block}:", *lines]))
+        lines = found.failures[0].traceback.splitlines()
+        screen.echo("\n".join([f"\nWhat happened in block {found.failures[0].block}:", *lines]))
 
 
 @click.command("retry-failed")
@@ -181,4 +181,4 @@ def retry_failed(config_or_store: str, store: str | None, output: Location | Non
     if outcome.output is not None:
         report(outcome, seconds, request, None)
     else:
-        click.echo(f"blocks   {outcome.computed:,} {study.counted} computed into {outcome.where}")
+        screen.echo(f"blocks   {outcome.computed:,} {study.counted} computed into {outcome.where}")

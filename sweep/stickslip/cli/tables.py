@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from stickslip.cli import screen
 from stickslip.cli.progress import progress_bar
 
@@ -36,7 +34,7 @@ def write_table(ds: xr.Dataset, target: Path, variables: tuple[str, ...] = (), d
 
 def tell_table(table: Table, target: Path) -> None:
     """Say what was written, and what was not."""
-    click.echo(f"table    {target} ({table.rows:,} rows, {len(table.columns)} columns, {screen.size_of(target)})")
+    screen.echo(f"table    {target} ({table.rows:,} rows, {len(table.columns)} columns, {screen.size_of(target)})")
     if table.left_out:
         names = ", ".join(table.left_out)
-        click.echo(f"left out {names}: of other dimensions; write them with stickslip export --variable")
+        screen.echo(f"left out {names}: of other dimensions; write them with stickslip export --variable")

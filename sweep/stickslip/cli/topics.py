@@ -54,14 +54,14 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
     commands = context.parent.command.commands  # type: ignore[attr-defined]
     if word in commands:
         command = commands[word]
-        click.echo(command.get_help(click.Context(command, info_name=word, parent=context.parent)))
+        screen.echo(command.get_help(click.Context(command, info_name=word, parent=context.parent)))
         if word in known:
-            click.echo(f"\nThe page of that name: `stickslip help {word}.md` ({known[word].title})")
+            screen.echo(f"\nThe page of that name: `stickslip help {word}.md` ({known[word].title})")
         elif page := page_about(word, known):
-            click.echo(f"\nMore to read: `stickslip help {page}` ({known[page].title})")
+            screen.echo(f"\nMore to read: `stickslip help {page}` ({known[page].title})")
         return None
     if (name := word.removesuffix(".md")) in commands and name != word and name in known:
-        click.echo(f"The page; the command of that name: `stickslip {name} --help`\n")
+        screen.echo(f"The page; the command of that name: `stickslip {name} --help`\n")
     parts = [text for text in (_beyond(word, known), _declared(word), about(word, known)) if text]
     if not parts:
         meant = closest(word, known, [*commands, *_names()])
@@ -73,12 +73,12 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
 def _list(chapters: list[tuple[str, list[tuple[str, str]]]]) -> None:
     """The pages with what they are about, in the order of the site."""
     width = max((len(name) for _, rows in chapters for name, _ in rows), default=0)
-    click.echo("Pages, shown by `stickslip help NAME`:")
+    screen.echo("Pages, shown by `stickslip help NAME`:")
     for heading, rows in chapters:
-        click.echo(f"\n{heading}:")
+        screen.echo(f"\n{heading}:")
         for name, title in rows:
-            click.echo(f"  {name:{width}}  {title}")
-    click.echo(f"\n{_ABOUT}")
+            screen.echo(f"  {name:{width}}  {title}")
+    screen.echo(f"\n{_ABOUT}")
 
 
 def _names() -> list[str]:
@@ -157,7 +157,7 @@ def _show(markdown: str) -> None:
     text = for_terminal(markdown)
     console = screen.terminal()
     if not console.is_terminal:
-        return click.echo(text)
+        return screen.echo(text)
     from rich.markdown import Markdown
     from rich.theme import Theme
 
@@ -169,4 +169,4 @@ def _show(markdown: str) -> None:
         console.print(page, width=width)
     if captured.get().count("\n") > console.height and sys.stdin.isatty():
         return click.echo_via_pager(captured.get())
-    click.echo(captured.get(), nl=False)
+    click.echo(captured.get(), nl=False)  # with the colours of a terminal

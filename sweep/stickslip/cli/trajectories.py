@@ -13,7 +13,7 @@ from stickslip.cli.common import (
     CONFIG_OR_RESULT,
     JSON,
     OUTPUT,
-    check_plot,
+    Target,
     configuration,
     prepare_kernels,
     reports_wrong_input,
@@ -47,7 +47,7 @@ Examples:
 )
 @click.option("--samples", type=click.IntRange(2), help="Number of points in time.  [default: 2001, or 60 a vibration]")
 @OUTPUT
-@click.option("--plot", type=click.Path(path_type=Path), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--plot", type=Target("plot"), help="Plot to write: .png, .svg or .pdf.")
 @JSON
 @reports_wrong_input
 def simulate(
@@ -67,10 +67,6 @@ def simulate(
 
     one = config_at(recipe_in(config), at)
     asked = None if duration is None else seconds(duration)
-    if output is not None:
-        writing.check_writable(output)
-    if plot is not None:
-        check_plot(plot)
     law, solver, cell = one.friction.law, one.solver, cell_of(one)
     prepare_kernels(law)
     found = api.evaluate(cell, solver.rtol, solver.horizon, law=law, max_steps=solver.max_steps)
@@ -82,7 +78,7 @@ def simulate(
         _tell(found)
     if output is None and plot is None:
         if not as_json:
-            click.echo("over time: -o trace.nc, --plot trace.png; as sound: stickslip listen")
+            screen.echo("over time: -o trace.nc, --plot trace.png; as sound: stickslip listen")
         return
     prepare_kernels(law, signals=True)
     ds = api.simulate(
@@ -103,7 +99,7 @@ def _tell(found: xr.Dataset) -> None:
     told = words.rows(found)
     width = max(len(what) for what, _ in told)
     for what, value in told:
-        click.echo(f"{what:<{width}}  {value}")
+        screen.echo(f"{what:<{width}}  {value}")
 
 
 def _draw(ds: xr.Dataset, title: str, plot: Path) -> None:
@@ -116,9 +112,9 @@ def _tell_files(look: words.Look, output: Location | None, plot: Path | None) ->
     """What was written, and over which time."""
     over = f"{words.time(look.duration)}{f', {look.why}' if look.why else ''}"
     if output is not None:
-        click.echo(f"trajectory  {output} ({over}; {screen.size_of(output)})")
+        screen.echo(f"trajectory  {output} ({over}; {screen.size_of(output)})")
     if plot is not None:
-        click.echo(f"plot        {plot}" + (f" ({over})" if output is None else ""))
+        screen.echo(f"plot        {plot}" + (f" ({over})" if output is None else ""))
 
 
 def recipe_in(path: Location) -> Recipe:

@@ -7,7 +7,7 @@ from typing import Any
 
 from stickslip.config import hints
 from stickslip.config.yaml import Document
-from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem
+from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, visible
 from stickslip.vocabulary.words import listed
 
 _LONGEST_TEXT = 60  # characters of what is quoted in a message
@@ -108,3 +108,11 @@ class Complaints:
             inside = isinstance(value, dict) and key in value or isinstance(value, list) and isinstance(key, int)
             value = value[key] if inside else None
         return tuple(found)
+
+    def is_text(self, value: object, path: Path, what: str) -> bool:
+        """Whether a value is a text that a screen can show; if not, that is noted."""
+        if isinstance(value, str) and value.strip() and visible(value) == value:
+            return True
+        what = f"{what} without control characters" if isinstance(value, str) and value.strip() else what
+        self.refuse(path, what, "put it in quotes" if isinstance(value, int | float) else None)
+        return False

@@ -32,7 +32,8 @@ class Margins(Section):
     )
     into: tuple[str, ...] | None = Field(None, description="regimes that count; any other unless given")
     joint: bool = Field(
-        False, description="whether the cheapest joint change is looked for, which takes some seconds per cell"
+        False,
+        description="whether the cheapest joint change is looked for, which takes a second per cell, rarely more",
     )
     scan: int = of_row(MARGINS["scan"])
     tolerance: float = of_row(MARGINS["tolerance"])

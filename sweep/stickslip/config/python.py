@@ -20,6 +20,7 @@ import numpy as np
 from stickslip.config.yaml import DEEPEST, Document
 from stickslip.errors import Path, Problem
 from stickslip.vocabulary import units
+from stickslip.vocabulary.cells import has_missing
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES
 
@@ -51,6 +52,8 @@ class _Builder:
             given = given.to_xarray()
         if _is_of_xarray(given, "Dataset"):
             return self._dataset(given, path)
+        if has_missing(given):
+            return "values that are masked or missing"  # which the reader refuses, as any text
         if (unit := units.said_by(given)) is not None:
             return self._quantities(given, unit, path)
         if isinstance(given, Mapping):
@@ -98,7 +101,7 @@ class _Builder:
 
     def _quantities(self, given: Any, unit: str, path: Path) -> Any:
         """An array with a unit as texts, or as numbers where the quantity has none."""
-        values = np.asarray(given.magnitude if hasattr(given, "magnitude") else given.values)
+        values = np.asarray(units.without_unit(given))
         row = _row(path)
         if values.dtype.kind not in "iuf" or row is None or (row.units == "1" and unit in ("", "1")):
             return self._array(values, path)

@@ -203,8 +203,7 @@ class _Reader(Complaints):
 
     def _title(self, data: Mapping[str, Any]) -> str:
         title = data.get("title", DEFAULT_TITLE)
-        if not isinstance(title, str) or not title.strip():
-            self.refuse(("title",), "a text", "put it in quotes" if isinstance(title, int | float) else None)
+        self.is_text(title, ("title",), "a text")
         return str(title).strip()
 
     def _section(self, model: type[AnySection], path: Path, data: Mapping[str, Any]) -> AnySection:
@@ -306,9 +305,9 @@ class _Reader(Complaints):
             return False
         seen: set[str] = set()
         for i, label in enumerate(labels):
-            if not isinstance(label, str) or not label.strip():
-                self.refuse((*path, i), "a name", "put it in quotes" if isinstance(label, int | float) else None)
-            elif label in seen:
+            if not self.is_text(label, (*path, i), "a name"):
+                continue
+            if label in seen:
                 self.refuse((*path, i), "a name that is not in the list yet")
             else:
                 seen.add(label)

@@ -31,6 +31,7 @@ _LEADERS = {"m s-1": ("belt_speed", "velocity"), "N": ("normal_load",), "m": ("d
 _SPEED = re.compile(r"\s*([A-Za-zµμ]+)\s*/\s*[A-Za-z]+\s*")  # a unit of speed as a length over a time
 _FINER_BELOW = 100.0  # of the finer unit of time: 0.1 s are 100 ms
 _POWER = re.compile(r"(?:\^|\*\*)?(-?\d+)")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Unit:
     @property
     def printed(self) -> str:
         """The name for plots: powers are raised."""
-        return _POWER.sub(lambda found: f"$^{{{found[1]}}}$", self.name.replace("*", " "))
+        return _POWER.sub(lambda found: found[1].translate(_RAISED), self.name.replace("*", " "))
 
     def told(self, value: float, digits: int = 6) -> str:
         """A value in SI as text, with the unit as people type it."""

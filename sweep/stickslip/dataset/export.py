@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.util import find_spec
 from math import ceil, log10, prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,16 +23,16 @@ from numpy.typing import NDArray
 from stickslip.config.written import DISPLAY
 from stickslip.dataset.chunks import Chunk, chunks
 from stickslip.dataset.display import Unit, unit_of
-from stickslip.errors import StoreError
+from stickslip.errors import StoreError, visible
 from stickslip.files.atomic import replaced
 from stickslip.files.formulas import inert, is_live
+from stickslip.files.targets import check_target
 from stickslip.vocabulary.flags import QUIET_STATES
 from stickslip.vocabulary.words import listed, nearest
 
 if TYPE_CHECKING:
     import pandas as pd
 
-TABLE_SUFFIXES = (".csv", ".xlsx")
 _ROWS_OF_SHEET = 2**20 - 1  # and the headings
 _MOST_ROWS = 2**17  # put together at once
 _LONGEST_CELL = 32_767  # characters of a cell of Excel
@@ -67,7 +66,7 @@ class Table:
     @property
     def headings(self) -> list[str]:
         """The names of the columns, with their units in brackets."""
-        return [f"{name} [{unit.name}]" if unit.name else name for name, unit in self.units.items()]
+        return [visible(f"{name} [{unit.name}]" if unit.name else name) for name, unit in self.units.items()]
 
 
 @dataclass(frozen=True)
@@ -82,16 +81,6 @@ class Sheet:
 
 
 Move = Callable[[int, int], None]
-
-
-def check_table(path: Path) -> None:
-    """Raises StoreError if no table can be written there."""
-    if path.suffix.lower() not in TABLE_SUFFIXES:
-        raise StoreError(f"{path}: unknown kind of table, expected a name that ends in {listed(TABLE_SUFFIXES)}")
-    if path.suffix.lower() == ".xlsx" and find_spec("openpyxl") is None:
-        raise StoreError(f'{path}: Excel files need openpyxl\nhint: pip install "stickslip[excel]", or write .csv')
-    if path.is_dir():
-        raise StoreError(f"{path}: is a folder, so it is left alone")
 
 
 def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
@@ -128,7 +117,7 @@ def write_table(
     which knows what was left out. Raises StoreError.
     """
     target = Path(path)
-    check_table(target)
+    check_target(target, "table")
     table = table_of(ds, variables)
     if target.suffix.lower() == ".xlsx":
         if table.rows > _ROWS_OF_SHEET:
@@ -136,10 +125,10 @@ def write_table(
                 f"{target}: {table.rows:,} rows, and a sheet of Excel holds {_ROWS_OF_SHEET:,}\n"
                 "hint: write .csv, or a part of the result (stickslip export --select)"
             )
-        with replaced(Path(os.path.realpath(target))) as temporary:
+        with replaced(target) as temporary:
             _write_excel(ds, table, temporary, moved, front)
         return table
-    with replaced(Path(os.path.realpath(target))) as temporary:
+    with replaced(target) as temporary:
         _write_csv(table, temporary, decimal, moved)
     return table
 
@@ -163,7 +152,7 @@ def _write_excel(ds: xr.Dataset, table: Table, path: Path, moved: Move | None, f
     """The table in one sheet, and where it comes from in another; before both the one for people."""
     import pandas as pd
 
-    told = [(name, str(ds.attrs[name])[:_LONGEST_CELL]) for name in _ABOUT if name in ds.attrs]
+    told = [(name, visible(str(ds.attrs[name]))[:_LONGEST_CELL]) for name in _ABOUT if name in ds.attrs]
     told += [(str(name), unit_of(one).told(one.item()) if one.dtype.kind in "fiu" else str(one.item()))
              for name, one in ds.coords.items() if not one.ndim]  # fmt: skip
     with path.open("wb") as file, pd.ExcelWriter(file, engine="openpyxl") as writer:
@@ -185,7 +174,7 @@ def _write_excel(ds: xr.Dataset, table: Table, path: Path, moved: Move | None, f
 def _write_front(sheet: Any, front: Sheet) -> None:
     """A sheet for people: headings bold, they and the first column stay in sight."""
     for row in (front.heading, *front.rows, *front.below):
-        sheet.append(list(row))
+        sheet.append([visible(cell) if isinstance(cell, str) else cell for cell in row])
     for cell in sheet[1]:
         _embolden(cell)
         alignment = copy(cell.alignment)
@@ -241,6 +230,8 @@ def _column(array: xr.DataArray, table: Table, chunk: Chunk) -> NDArray[Any]:
     """The values of a column in the rows of a chunk; flags as words."""
     part = array.isel({dim: chunk[dim] for dim in array.dims})
     values = part.values
+    if values.dtype.kind in "OUT":
+        values = np.array([visible(str(text)) for text in values.ravel()], object).reshape(values.shape)
     if "flag_meanings" in array.attrs:
         values = _words(values, array.attrs)
         if array.name in _OF_BORDERS:  # code 0 says that a line has fewer borders, or has some

@@ -17,7 +17,7 @@ import xarray as xr
 from stickslip.config.written import DISPLAY
 from stickslip.dataset.build import cell_coordinates, parameter_variable
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cells import Cells, as_cells, in_si
+from stickslip.vocabulary.cells import Cells, as_cells, check_names, numbers_of
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.words import listed
@@ -50,9 +50,13 @@ def given_cells(given: Mapping[str, Any] | xr.Dataset) -> GivenCells:
     """Cells as `evaluate` takes them. Raises TypeError and ValueError as `as_cells` does, and ValueError for arrays of
     xarray whose indices differ or whose units are not those of their parameter.
     """
+    if hasattr(given, "columns") and hasattr(given, "to_xarray"):  # a table of pandas, whose index is the dimension
+        check_names(given.columns)
+        given = given.to_xarray()
     if isinstance(given, xr.Dataset):
         return _labelled({str(name): given[name] for name in given.variables if name in PARAMETERS}, dict(given.coords))
     if not any(type(value) is xr.DataArray for value in given.values()):
+        _check_indices(given)
         cells = as_cells(given)
         size = cells["mass"].size
         return GivenCells(cells, ("cell",), (size,), lambda: cell_coordinates(cells, size))
@@ -101,12 +105,23 @@ def _coordinates(
 
 
 def _in_si(name: str, array: xr.DataArray) -> xr.DataArray:
-    """The array in the units of its parameter; texts are left to `as_cells`."""
-    unit = units.said_by(array)
-    if name not in PARAMETERS or unit is None or array.dtype.kind not in "iuf" or unit == PARAMETERS[name].units:
+    """The array in the units of its parameter; names of none are left to `as_cells`."""
+    if name not in PARAMETERS:
         return array
-    values = in_si(PARAMETERS[name], array.values, unit)
-    return array.copy(data=values).assign_attrs({"units": PARAMETERS[name].units, DISPLAY: unit})
+    unit, row = units.said_by(array), PARAMETERS[name]
+    if isinstance(array.data, np.ndarray) and array.dtype.kind in "iuf" and unit in (None, row.units):
+        return array
+    in_other = {} if unit in (None, row.units) else {DISPLAY: unit}
+    return array.copy(data=numbers_of(row, array)).assign_attrs({"units": row.units, **in_other})
+
+
+def _check_indices(given: Mapping[str, Any]) -> None:
+    """Columns of pandas belong together by their index, which arrays have not."""
+    columns = {name: value for name, value in given.items() if hasattr(value, "index") and hasattr(value, "array")}
+    for name, column in columns.items():
+        first = next(iter(columns))
+        if not column.index.equals(columns[first].index):
+            raise ValueError(f"{first} and {name}: got columns of pandas with different indices; align them first")
 
 
 def _check_dims(dims: tuple[str, ...], arrays: Mapping[str, xr.DataArray]) -> None:

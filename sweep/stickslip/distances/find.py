@@ -18,7 +18,7 @@ from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.dataset.build import grid_coordinates, parameter_variable
 from stickslip.dataset.margins import ON_SIDES, SIDES, margin_dataset
-from stickslip.distances.joint import Cheapest, cheapest
+from stickslip.distances.joint import MOST_STEPS, Cheapest, cheapest
 from stickslip.distances.reach import FACTOR, Reach, parameters_of, reach_of, with_measured, within_of
 from stickslip.distances.regimes import Asked, Floats, Labels, codes, decided
 from stickslip.distances.single import Borders, nearest
@@ -165,7 +165,7 @@ def _columns(question: Question) -> Iterator[tuple[str, bool]]:
         for side in SIDES:
             yield from ((f"{kind}_{name}_{side}", flag) for kind, flag in ON_SIDES.items())
     if question.joint:
-        yield from (("joint_cost", False), ("joint_checked", True))
+        yield from (("joint_cost", False), ("joint_checked", True), ("joint_ended", True))
         for name in question.parameters:
             yield from ((f"joint{kind}_{name}", False) for kind in ("", "_share", "_proposed"))
 
@@ -178,12 +178,14 @@ def _margins(asked: Asked, size: int, question: Question) -> Results:
     within = within_of(question.within, question.parameters)
     reaches = [reach_of(name, cells, within[name]) for name in question.parameters]
     table: Results = {"regime": home}
-    for reach in reaches:
+    cheapest_single = np.full(size, np.inf)
+    for reach, cost in zip(reaches, question.of_each, strict=True):
         found = nearest(asked, reach, home, into, question.scan, question.tolerance)
         table |= _single(asked, reach, found, question)
+        cheapest_single = np.fmin(cheapest_single, cost * np.fmin(*np.abs(found.change.T)))
     if question.joint:
         tolerance = max(question.tolerance, _OF_JOINT)
-        best = cheapest(asked, reaches, question.of_each, home, into, question.scan, tolerance)
+        best = cheapest(asked, reaches, question.of_each, home, into, question.scan, tolerance, cheapest_single)
         table |= _joint(asked, reaches, best, question)
     return table
 
@@ -219,7 +221,7 @@ def _joint(asked: Asked, reaches: Sequence[Reach], best: Cheapest, question: Que
         cost = question.of_each[i] * best.changes[:, i]
         found[f"joint_share_{reach.name}"] = np.where(known, (cost / best.cost) ** 2, NAN)
     regimes, values = _checked(asked, reaches, best.changes, question.beyond)
-    found["joint_checked"] = regimes
+    found["joint_checked"], found["joint_ended"] = regimes, best.ended
     return found | {f"joint_proposed_{reach.name}": values[:, i] for i, reach in enumerate(reaches)}
 
 
@@ -264,6 +266,9 @@ def _told(question: Question, table: Mapping[str, NDArray[Any]], options: Option
         told["margin_undecided"] = f"{open_cells} cells are unresolved or failed and have no margin"
     if question.joint:
         costs = ", ".join(f"{name}: {cost:g}" for name, cost in zip(question.parameters, question.of_each, strict=True))
+        if ended := int(np.count_nonzero(table["joint_ended"])):
+            told["joint_ended"] = f"searches that ended after {MOST_STEPS:,.0f} steps of integration: {ended}; there " \
+                "may be a cheaper joint change"  # fmt: skip
         told["joint_costs"] = f"{costs}; of a change by the factor e, or by its scale where the value is 0"
     return told
 

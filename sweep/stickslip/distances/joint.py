@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import qmc  # type: ignore[import-untyped]
 
 from stickslip.borders.search import Looked, Scan, search_lines
@@ -18,6 +19,7 @@ from stickslip.distances.reach import Reach
 from stickslip.distances.regimes import Asked, Floats, Integers, Labels, decided
 from stickslip.distances.single import first_entries
 
+MOST_STEPS = 1e7  # of integration for a cell, some ten seconds: where damping is weak, each of 20,000 takes 30,000
 _RAYS, _MOST_RAYS = 5, 9  # powers of two: rays for one parameter, and twice as many for every two more
 _STARTS = 3  # directions per cell from which the search goes on
 _FIRST, _SHRINK, _GROW = 0.3, 0.4, 1.5  # steps of direction (radians), and how they change
@@ -25,20 +27,24 @@ _COARSE = 1e-3  # tolerance of the first rays
 _LAST = 3e-5  # the cost is stationary in the direction: its error is the square of this
 _OF_STEP = 0.01  # of the square of a step of direction, which the cost may change by: how exactly it is looked for
 _ROUNDS = 60
+_AT_ONCE = 16  # rays looked along together, after which the best few are known better
 _INNER = 8  # places of a ray looked at first, inside the best cost known
 
 
 @dataclass(frozen=True, eq=False)
 class Cheapest:
-    """Of n cells: cost (n,), inf where no ray met a border; the changes of each parameter there (n, k)."""
+    """Of n cells: cost (n,), inf where no ray met a border; the changes of each parameter there (n, k); whether the
+    search ended before it was done, so that there may be a cheaper change."""
 
     cost: Floats
     changes: Floats
+    ended: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class _Space:
-    """Changes times costs: what a ray is in. down, up : room (n, k) on both sides of each parameter."""
+    """Changes times costs: what a ray is in. down, up : room (n, k) on both sides of each parameter. ends : steps of
+    integration of each cell at which its search ends."""
 
     asked: Asked
     reaches: Sequence[Reach]
@@ -46,6 +52,11 @@ class _Space:
     into: list[int] | None
     down: Floats
     up: Floats
+    ends: Floats
+
+    def goes_on(self, cell: Integers) -> NDArray[np.bool_]:
+        """Whether the search of cells has not come to its end."""
+        return np.asarray(self.asked.steps[cell] < self.ends[cell])
 
     def allowed(self, cell: Integers, direction: Floats) -> Floats:
         """Directions (m, k) of length 1 without the parts for which there is no room; 0 where nothing is left."""
@@ -65,8 +76,18 @@ class _Space:
 
         def labels_at(line: Integers, place: Floats) -> Looked:
             changes = direction[line] * (place * length[line])[:, np.newaxis] / self.costs
-            changed = {r.name: r.at(changes[:, i], cell[line]) for i, r in enumerate(self.reaches)}
-            return self.asked.looked(cell[line], changed, self.into)
+            at = np.flatnonzero(self.goes_on(cell[line]))
+            changed = {r.name: r.at(changes[at, i], cell[line[at]]) for i, r in enumerate(self.reaches)}
+            found = self.asked.looked(cell[line[at]], changed, self.into)
+            if at.size == line.size:
+                return found
+            labels, known, guide = (
+                np.zeros(line.size, np.int8),
+                np.zeros(line.size, np.bool_),
+                np.full(line.size, np.nan),
+            )
+            labels[at], known[at], guide[at] = found
+            return Looked(labels, known, guide)
 
         brackets, _ = search_lines(cell.size, Scan(0.0, 1.0, points + 1, "linear"), tolerance, labels_at)
         first = first_entries(brackets, self.into)
@@ -77,19 +98,24 @@ class _Space:
 
 def cheapest(
     asked: Asked, reaches: Sequence[Reach], costs: Floats, home: Labels, into: list[int] | None, points: int,
-    tolerance: float,
+    tolerance: float, single: Floats,
 ) -> Cheapest:  # fmt: skip
-    """The cheapest joint change of each cell; arguments as in `single.nearest`, costs (k,) per unit of change."""
+    """The cheapest joint change of each cell; arguments as in `single.nearest`, costs (k,) per unit of change.
+
+    single : cost (n,) of the cheapest change of one parameter, inf where there is none. No joint change costs more, so
+    nothing is looked at beyond. The search of a cell ends after `MOST_STEPS` of integration.
+    """
     rooms = [reach.room for reach in reaches]
     down, up = (np.stack([room[i] for room in rooms], axis=1) for i in (0, 1))
-    space = _Space(asked, reaches, costs, into, down, up)
+    space = _Space(asked, reaches, costs, into, down, up, asked.steps + MOST_STEPS)
     cell = np.flatnonzero(decided(home) & ((down > 0) | (up > 0)).any(axis=1))
     size, k = home.size, len(reaches)
-    best = Cheapest(np.full(size, np.inf), np.full((size, k), np.nan))
+    best = Cheapest(np.full(size, np.inf), np.full((size, k), np.nan), np.zeros(size, np.bool_))
     if not cell.size:
         return best
-    start_cell, direction, cost = _starts(space, cell, points)
+    start_cell, direction, cost = _starts(space, cell, points, single)
     cost, direction = _refined(space, start_cell, direction, cost, tolerance)
+    best.ended[cell] = ~space.goes_on(cell)
     for one in np.argsort(-cost, kind="stable"):  # the cheapest of each cell is written last
         if np.isfinite(cost[one]):
             best.cost[start_cell[one]] = cost[one]
@@ -97,23 +123,42 @@ def cheapest(
     return best
 
 
-def _starts(space: _Space, cell: Integers, points: int) -> tuple[Integers, Floats, Floats]:
-    """The best few directions of each cell out of many: cells, directions, costs."""
+def _starts(space: _Space, cell: Integers, points: int, single: Floats) -> tuple[Integers, Floats, Floats]:
+    """The best few directions of each cell out of many: cells, directions, costs.
+
+    Rays are as long as may still be among the best: no longer than the cheapest change of one parameter, nor than the
+    last of the best few so far.
+    """
     k = len(space.reaches)
-    many = 2 ** min(_RAYS + k // 2, _MOST_RAYS)
-    spread = qmc.MultivariateNormalQMC(np.zeros(k), seed=14).random(many) if k > 1 else np.zeros((0, k))
-    rays = np.concatenate([np.eye(k), -np.eye(k), spread])
-    cells = np.repeat(cell, len(rays))
-    directions = space.allowed(cells, np.tile(rays, (cell.size, 1)))
-    real = np.any(directions != 0, axis=1)
-    found = np.full(cells.size, np.inf)
-    lengths = space.longest(cells[real], directions[real])
-    found[real] = space.entries(cells[real], directions[real], lengths, points, _COARSE)
-    costs = found.reshape(cell.size, -1)
-    order = np.argsort(costs, axis=1, kind="stable")[:, : _STARTS if k > 1 else 2]
+    rays = 2 ** min(_RAYS + k // 2, _MOST_RAYS)
+    spread = qmc.MultivariateNormalQMC(np.zeros(k), seed=14).random(rays) if k > 1 else np.zeros((0, k))
+    towards = np.concatenate([np.eye(k), -np.eye(k), spread])
+    wanted = _STARTS if k > 1 else 2
+    directions = space.allowed(np.repeat(cell, len(towards)), np.tile(towards, (cell.size, 1)))
+    directions = directions.reshape(cell.size, -1, k)
+    costs = np.full(directions.shape[:2], np.inf)
+    for first in range(0, len(towards), _AT_ONCE):
+        least = np.partition(costs, wanted - 1, axis=1)[:, wanted - 1]
+        longest = np.minimum(single[cell] * (1 + _COARSE), least)
+        some = np.any(directions[:, first : first + _AT_ONCE] != 0, axis=2)
+        row, ray = np.nonzero(some & space.goes_on(cell)[:, np.newaxis])
+        ray += first
+        costs[row, ray] = _scanned(space, cell[row], directions[row, ray], longest[row], points)
+    order = np.argsort(costs, axis=1, kind="stable")[:, :wanted]
     rows = np.arange(cell.size)[:, np.newaxis]
-    kept = directions.reshape(cell.size, -1, k)[rows, order].reshape(-1, k)
-    return np.repeat(cell, order.shape[1]), kept, costs[rows, order].ravel()
+    return np.repeat(cell, order.shape[1]), directions[rows, order].reshape(-1, k), costs[rows, order].ravel()
+
+
+def _scanned(space: _Space, cell: Integers, direction: Floats, longest: Floats, points: int) -> Floats:
+    """Where rays up to some length first enter another regime; places as close as `points` over all there is room for,
+    or closer."""
+    room = space.longest(cell, direction)
+    length, found = np.minimum(room, longest), np.full(cell.size, np.inf)
+    many = np.exp2(np.ceil(np.log2(np.maximum(points * length / room, _INNER))))
+    for one in np.unique(many):
+        some = many == one
+        found[some] = space.entries(cell[some], direction[some], length[some], min(int(one), points), _COARSE)
+    return found
 
 
 def _refined(space: _Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> tuple[Floats, Floats]:
@@ -125,7 +170,7 @@ def _refined(space: _Space, cell: Integers, direction: Floats, cost: Floats, tol
     random = np.random.default_rng(14)
     for _ in range(_ROUNDS):
         turns = random.standard_normal((k, k))  # the same for all, so that no cell depends on its neighbours in a block
-        active = np.flatnonzero(step > _LAST)
+        active = np.flatnonzero((step > _LAST) & space.goes_on(cell))
         if not active.size:
             break
         fine = _fineness(step[active], tolerance)
@@ -163,9 +208,10 @@ def _fineness(step: Floats, tolerance: float) -> Floats:
 
 
 def _exact(space: _Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> Floats:
-    """Costs of rays known roughly, to the tolerance."""
+    """Costs of rays known roughly, to the tolerance; as they are where the search has ended."""
     length = np.minimum(cost * (1 + 2 * _COARSE), space.longest(cell, direction))
-    return space.entries(cell, direction, length, _INNER, tolerance)
+    goes_on, found = space.goes_on(cell), space.entries(cell, direction, length, _INNER, tolerance)
+    return np.where(goes_on & (np.isfinite(found) | space.goes_on(cell)), found, cost)
 
 
 def _across(direction: Floats, turns: Floats) -> Floats:

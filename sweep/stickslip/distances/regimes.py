@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ class Asked:
     """Cells, by parameters of length n, and how they are computed, until `stop` is raised.
 
     speeds : belt speeds (m/s) at all of which a cell is computed: the worst of its regimes counts. None: its own.
-    moved : as of a study.
+    moved : as of a study. steps : of integration that each cell took so far (n,).
     """
 
     cells: Cells
@@ -34,6 +34,10 @@ class Asked:
     stop: StopFlag
     speeds: tuple[float, ...] = ()
     moved: Callable[[int], None] | None = None
+    steps: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "steps", np.zeros(next(iter(self.cells.values())).size))
 
     def regimes(self, which: Integers, changed: Cells) -> Labels:
         """Regimes of the cells `which` (m,) with other values (m,) of some parameters; impossible ones are not
@@ -64,6 +68,7 @@ class Asked:
             done = compute_range(cells, 0, size, self.options, self.stop, self.moved, often=True)
             if not done.complete:
                 raise StoppedError
+            np.add.at(self.steps, which[possible], done.results["steps"].reshape(-1, each).sum(axis=1))
             found[possible] = worst(done.results["regime"].reshape(-1, each))
             if not self.speeds:  # of several speeds none leads to where all are quiet
                 guide[possible] = done.results["restick_margin"]

@@ -18,19 +18,22 @@ from pathlib import Path
 
 from stickslip.errors import StoreError, reason
 from stickslip.files import machine
+from stickslip.files.targets import behind
 
 Move = Callable[[Path, Path], None]
 _LONGEST_NAME = 180  # bytes of the target's name in that of the temporary file; file systems allow 255 in all
 
 
 @contextmanager
-def replaced(target: Path, move: Move = os.replace) -> Iterator[Path]:
-    """A temporary file, to be written inside `with`, that replaces `target` at its end.
+def replaced(path: str | os.PathLike[str], move: Move = os.replace, *, zarr: bool = False) -> Iterator[Path]:
+    """A temporary file, to be written inside `with`, that replaces the one behind `path` (`targets.behind`) at its end.
 
-    Whatever goes wrong leaves `target` alone and becomes a StoreError that names it.
+    Whatever goes wrong leaves that alone and becomes a StoreError that names it.
     """
-    with neighbour(target) as temporary, placed(temporary, target, move):
-        yield temporary
+    with _explained(path):
+        target = behind(path, zarr=zarr)
+        with _neighbour(target) as temporary, placed(temporary, target, move):
+            yield temporary
 
 
 @contextmanager
@@ -47,11 +50,21 @@ def placed(temporary: Path, target: Path, move: Move = os.replace) -> Iterator[N
 
 
 @contextmanager
-def neighbour(target: Path) -> Iterator[Path]:
+def _explained(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Whatever the operating system or the netCDF library complains about becomes a StoreError that names the path."""
+    try:
+        yield
+    except StoreError:
+        raise
+    except (OSError, RuntimeError) as error:  # netCDF4 reports a full disk as RuntimeError("NetCDF: HDF error")
+        raise StoreError(f"{os.fspath(path)}: cannot be written ({reason(error)})") from error
+
+
+@contextmanager
+def _neighbour(target: Path) -> Iterator[Path]:
     """A free name in the folder of `target`, on the same disk so that a rename suffices; gone afterwards.
 
-    So are those of processes that were killed. The folder is created if need be. Whatever the operating system or the
-    netCDF library complains about becomes a StoreError that names `target`.
+    So are those of processes that were killed. The folder is created if need be.
     """
     ours = f".{_short(target.name)}.{_here()}-"
     temporary = target.with_name(f"{ours}{os.getpid()}-{uuid.uuid4().hex[:8]}.part")
@@ -59,10 +72,6 @@ def neighbour(target: Path) -> Iterator[Path]:
         target.parent.mkdir(parents=True, exist_ok=True)
         _remove_left_over(target.parent, ours)
         yield temporary
-    except StoreError:
-        raise
-    except (OSError, RuntimeError) as error:  # netCDF4 reports a full disk as RuntimeError("NetCDF: HDF error")
-        raise StoreError(f"{target}: cannot be written ({reason(error)})") from error
     finally:
         _remove(temporary)
 

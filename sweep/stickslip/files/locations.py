@@ -60,10 +60,10 @@ Location = Path | Url
 
 
 def location(place: str | os.PathLike[str]) -> Location:
-    """What a text names."""
+    """What a text names; `~` is the folder of its user."""
     if isinstance(place, Path | Url):
         return place
     text = os.fspath(place)
     if text.startswith("file://"):
         return Path(unquote(urlsplit(text).path))
-    return Url(text.rstrip("/")) if "://" in text else Path(text)
+    return Url(text.rstrip("/")) if "://" in text else Path(os.path.expanduser(text))

@@ -28,9 +28,9 @@ from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
 from stickslip.files import swapping
-from stickslip.files.atomic import Move, neighbour, replaced
+from stickslip.files.atomic import Move, replaced
 from stickslip.files.chunks import Chunks, Packed
-from stickslip.files.locations import ROOT, Location, Url, location
+from stickslip.files.locations import Location, Url, location
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.reading import open, require_zarr
 from stickslip.files.seal import GROUP, NOBODY_WROTE, TABLE, marks_of, sealed
@@ -38,11 +38,10 @@ from stickslip.files.seal import GROUP, NOBODY_WROTE, TABLE, marks_of, sealed
 if TYPE_CHECKING:
     from stickslip.files.zarr_chunks import NewZarr
 
-__all__ = ["StoreError", "check_writable", "open", "write", "write_netcdf", "write_zarr"]
+__all__ = ["StoreError", "open", "write", "write_netcdf", "write_zarr"]
 
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
 _MARKS = "digests that bind each chunk to its place, variable and file"
-_ZARR_MARKERS = (ROOT, ".zgroup")
 Fill = Callable[[Any], None]
 Check = Callable[[], None]
 Encoding = dict[str, dict[str, Any]]
@@ -74,10 +73,9 @@ def write_netcdf(
     check: Check | None = None,
 ) -> Path:
     """Write a compressed netCDF-4 file, replacing `path` only once the new file is whole and on the disk."""
-    target = _target(path)
-    with replaced(target, _checked(os.replace, check)) as temporary:
+    with replaced(path, _checked(os.replace, check)) as temporary:
         _created(ds, chunks, _netcdf_encoding, _create_netcdf, temporary, fill)
-    return Path(path)
+    return Path(os.path.expanduser(path))
 
 
 def write_zarr(
@@ -111,7 +109,7 @@ def _replaced_store(
         with swapping.replaced_store(where) as put:
             yield put
         return
-    with replaced(_target(where, zarr=True), _checked(_replace_folder, check)) as temporary:
+    with replaced(where, _checked(_replace_folder, check), zarr=True) as temporary:
 
         def write(key: str, data: Packed) -> None:
             file = temporary / key
@@ -221,18 +219,6 @@ def _replace_folder(temporary: Path, target: Path) -> None:
     shutil.rmtree(old)
 
 
-def check_writable(path: str | os.PathLike[str]) -> None:
-    """Raise StoreError now if `write` would fail there later: worth knowing before an hour of computing."""
-    where = location(path)
-    is_zarr = _writer(where) is write_zarr
-    if is_zarr:
-        require_zarr(path)
-    if isinstance(where, Url):
-        return swapping.check_writable(where)
-    with neighbour(_target(where, zarr=is_zarr)) as temporary:
-        temporary.touch()
-
-
 def _with_plain_texts(ds: xr.Dataset) -> xr.Dataset:
     """Text indices as stored in the file: text of any length, type object."""
     texts = {
@@ -331,15 +317,3 @@ def _writer(
     if path.suffix == ".nc":
         return write_netcdf
     raise StoreError(f"{path}: unknown kind of file, expected a name that ends in .nc or .zarr")
-
-
-def _target(path: str | os.PathLike[str], *, zarr: bool = False) -> Path:
-    """The file or store behind `path`, links followed; refused if something else is there (a device, a folder)."""
-    target = Path(os.path.realpath(path))
-    if not target.exists():
-        return target
-    if zarr and not any((target / marker).exists() for marker in _ZARR_MARKERS):
-        raise StoreError(f"{path}: exists and is not a Zarr store, so it is left alone")
-    if not zarr and not target.is_file():
-        raise StoreError(f"{path}: exists and is not a regular file, so it is left alone")
-    return target

@@ -3,7 +3,7 @@
 frame   the page around its sections, and its file      parts   terms, tables, embedded figures, warnings
 """
 
-from stickslip.pages.frame import Section, check_page, page, write_page
+from stickslip.pages.frame import Section, page, write_page
 from stickslip.pages.parts import (
     Cell,
     Column,
@@ -19,6 +19,6 @@ from stickslip.pages.parts import (
 )
 
 __all__ = [
-    "Cell", "Column", "Section", "check_page", "configuration", "details", "embedded", "page", "paragraph",
+    "Cell", "Column", "Section", "configuration", "details", "embedded", "page", "paragraph",
     "provenance", "side_by_side", "table", "terms", "warning", "write_page",
 ]  # fmt: skip

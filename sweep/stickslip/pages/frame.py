@@ -5,17 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from html import escape
-from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from string import Template
 from typing import NamedTuple
 
-from stickslip.errors import StoreError
 from stickslip.files.atomic import replaced
+from stickslip.files.targets import check_target
 from stickslip.plots.palette import VERMILLION
-
-REPORTS = (".html", ".htm", ".pdf")
 
 
 class Section(NamedTuple):
@@ -42,24 +39,11 @@ def page(
 
 def write_page(path: str | os.PathLike[str], text: str) -> Path:
     """Write a page, as PDF where the name ends so, replacing `path` only once it is whole. Raises StoreError."""
-    target = Path(path)
-    if is_pdf := target.suffix.lower() == ".pdf":
-        check_page(target)
-    with replaced(Path(os.path.realpath(path))) as temporary:
-        temporary.write_bytes(_printed(text) if is_pdf else text.encode())
-    return target
-
-
-def check_page(path: Path) -> None:
-    """Raises StoreError if no page can be written there: another suffix, no folder, or nothing that makes PDF."""
-    if path.suffix.lower() not in REPORTS:
-        raise StoreError(f"{path}: pages end in {', '.join(REPORTS)}")
-    if path.suffix.lower() == ".pdf" and find_spec("plutoprint") is None:
-        raise StoreError(
-            f'{path}: PDF pages need plutoprint\nhint: pip install "stickslip[pdf]", or write .html and print it'
-        )
-    if not path.absolute().parent.is_dir():
-        raise StoreError(f"{path}: no folder {path.parent}")
+    check_target(path, "page")
+    with replaced(path) as temporary:
+        is_pdf = os.fspath(path).lower().endswith(".pdf")
+        temporary.write_bytes(_printed(text) if is_pdf else text.encode(errors="backslashreplace"))
+    return Path(path)
 
 
 def _printed(text: str) -> bytes:

@@ -7,7 +7,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.display import Unit
-from stickslip.errors import PlotError
+from stickslip.errors import PlotError, visible
 from stickslip.plots.look import PLAIN, Look
 
 _PLAIN = 0.005, 2e4  # between them numbers are written without powers of ten
@@ -49,7 +49,7 @@ def apply(axis: MapAxis, ax: Axes, which: str, look: Look = PLAIN) -> None:
         return
     wanted = MaxNLocator(_MOST_TICKS, integer=True).tick_values(0, axis.length - 1)
     ticks = [int(tick) for tick in wanted if 0 <= tick < axis.length]
-    words = [axis.text(tick) for tick in ticks]
+    words = [visible(axis.text(tick)) for tick in ticks]
     slanted = which == "x" and sum(map(len, words)) > _CROWDED
     drawn = ax.xaxis if which == "x" else ax.yaxis
     drawn.set_ticks(ticks, labels=words)

@@ -57,11 +57,6 @@ def look_of(number: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def verbatim(text: str) -> str:
-    """What users write, as matplotlib shows it letter by letter: dollars begin no formula."""
-    return text.replace("$", r"\$")
-
-
 def speed_grid(slowest: float, fastest: float) -> Floats:
     """Slip speeds at which a curve is drawn between two speeds (m/s): by ratio where they are far apart."""
     if slowest > 0 and fastest > _WIDE * slowest:
@@ -88,7 +83,7 @@ def plot_fits(fits: Sequence[MaterialFit], *, title: str | None = None) -> Figur
     if ageing:
         handles += _draw_ageing(axes[-1], ageing)
     legend(figure, handles, at_right=panels == 1, notes=["points, fitted curve, 95 % band"] if curves else [])
-    entitle(figure, axes[0], verbatim(title or ", ".join(one.name for one in fits)), above_all=True)
+    entitle(figure, axes[0], title or ", ".join(one.name for one in fits), above_all=True)
     return figure
 
 
@@ -111,7 +106,7 @@ def draw_materials(ax: Axes, materials: Sequence[Drawn], unit: str, *, log: bool
 
 def entries(names: Sequence[str]) -> list[Line2D]:
     """What a legend says of materials."""
-    return [Line2D([], [], markersize=5, label=verbatim(name), **look_of(i)) for i, name in enumerate(names)]
+    return [Line2D([], [], markersize=5, label=name, **look_of(i)) for i, name in enumerate(names)]
 
 
 def _drawn(one: MaterialFit) -> Drawn:

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from stickslip.dataset.materials import speeds_of
-from stickslip.plots.curves import Drawn, draw_materials, look_of, verbatim
+from stickslip.plots.curves import Drawn, draw_materials, look_of
 from stickslip.plots.figure import Figure
 from stickslip.plots.page import ROW, entitle, legend
 from stickslip.plots.palette import BLACK, FLAG_COLOURS
@@ -39,7 +39,7 @@ def plot_materials(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     _draw_borders(bars, ds, unit)
     _legend(figure, ds, unit)
     text = str(ds.attrs.get("title", "")) if title is None else title
-    entitle(figure, curves, verbatim(text), above_all=True)
+    entitle(figure, curves, text, above_all=True)
     return figure
 
 
@@ -64,7 +64,7 @@ def _draw_borders(ax: Axes, ds: xr.Dataset, unit: str) -> None:
         border, state = factor * float(ds["quiet_above"].values[i]), QUIET_STATES[int(ds["quiet_state"].values[i])]
         look = look_of(i)
         ax.plot([1.04, 1.09, 1.14], [i] * 3, **look, markevery=[1], transform=ax.get_yaxis_transform(), clip_on=False)
-        name = verbatim(str(ds["material"].values[i]))
+        name = str(ds["material"].values[i])
         ax.text(1.18, i, name, label=name, transform=ax.get_yaxis_transform(), va="center", gid=ROW)
         if state == "not_determined":
             ax.text(ends[0] * 1.05, i, "not determined", va="center", fontsize="small")

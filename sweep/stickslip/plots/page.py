@@ -17,8 +17,11 @@ from matplotlib.legend import Legend
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.text import Text
 
-from stickslip.errors import PlotError, reason
+from stickslip.errors import PlotError, StoreError, reason, visible
+from stickslip.files.atomic import replaced
+from stickslip.files.targets import check_target
 from stickslip.plots import marks
+from stickslip.plots.verbatim import show_verbatim
 
 DPI = 150  # of pictures unless asked for
 TITLE_WIDTH = 70  # letters in a line above a plot
@@ -106,13 +109,16 @@ def _place_legend(figure: Figure) -> None:
         break
     if wished.note:
         below.set_title(wished.note)
+        show_verbatim(figure, below)
         below.get_title().set(fontsize="x-small", color=_NOTE_COLOUR, multialignment="center")
         _fit(below.get_title(), width)
 
 
 def _drawn_legend(figure: Figure, handles: list[Any], labels: list[str], size: float, **how: Any) -> Legend:
     together = {tuple: HandlerTuple(ndivide=None, pad=0.0)}
-    return figure.legend(handles, labels, frameon=False, fontsize=size, handler_map=together, **how)
+    made = figure.legend(handles, labels, frameon=False, fontsize=size, handler_map=together, **how)
+    show_verbatim(figure, made)
+    return made
 
 
 def entitle(figure: Figure, top: Axes, title: str, *, above_all: bool = False, width: int = TITLE_WIDTH) -> None:
@@ -144,6 +150,7 @@ def resize(figure: Figure, width: float, height: float) -> None:
 
 def fit(figure: Figure) -> None:
     """Break what is written along axes and over them so that nothing of it is cut off at the edges of the figure."""
+    show_verbatim(figure)
     for text in figure.texts:
         _fit(text, figure.bbox.width)
     if (engine := figure.get_layout_engine()) is None:
@@ -205,10 +212,16 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: float = DPI, request
     pictures apart.
     """
     fit(figure)
-    where = _KEPT_AS.get(os.path.splitext(path)[1].lower())
+    suffix = os.path.splitext(path)[1].lower()
+    where = _KEPT_AS.get(suffix)
+    metadata = {where: visible(f"{_MADE_BY} {request}").rstrip()} if where else None
     try:
-        figure.savefig(path, dpi=dpi, metadata={where: f"{_MADE_BY} {request}".rstrip()} if where else None)
-    except (OSError, ValueError) as error:
+        check_target(path, "plot")
+        with replaced(path) as temporary:
+            figure.savefig(temporary, dpi=dpi, format=suffix[1:], metadata=metadata)
+    except StoreError as error:
+        raise PlotError(str(error)) from error
+    except ValueError as error:
         raise PlotError(f"{os.fspath(path)}: cannot be written ({reason(error)})") from error
 
 
@@ -216,6 +229,8 @@ def request_of(path: str | os.PathLike[str]) -> str | None:
     """The request a PNG was made for (`save`); None if it is no PNG, or not one of ours."""
     from PIL import Image  # matplotlib writes with it
 
+    if not os.path.isfile(path):  # a pipe would wait for ever
+        return None
     try:
         with Image.open(path) as image:
             said = str(image.info.get(_KEPT_AS[".png"], ""))

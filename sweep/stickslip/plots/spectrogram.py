@@ -36,7 +36,7 @@ def plot_sound(acceleration: Floats, rate: float, *, title: str = "", slow: floa
     seconds = acceleration.size / rate
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1, 2])
     upper.plot(np.arange(acceleration.size) / rate, acceleration, color=BLUE, linewidth=0.6, rasterized=True)
-    upper.set_ylabel("acceleration (m/s$^2$)")
+    upper.set_ylabel("acceleration (m/s²)")
     upper.margins(x=0)
     if not np.isfinite(level).any():
         lower.text(0.5, 0.5, "silence", transform=lower.transAxes, ha="center", va="center")
@@ -46,7 +46,7 @@ def plot_sound(acceleration: Floats, rate: float, *, title: str = "", slow: floa
         image = lower.pcolormesh(
             times, frequencies, level, cmap="viridis", vmin=low, vmax=high, shading="nearest", rasterized=True
         )
-        figure.colorbar(image, ax=lower, label="level of a tone (dB re 1e-6 m/s$^2$)", extend="min")
+        figure.colorbar(image, ax=lower, label="level of a tone (dB re 1e-6 m/s²)", extend="min")
     as_heard = "" if slow == 1.0 else f", {slow:g} times slower than the motion"
     lower.set(yscale="log", ylim=(_LOWEST, min(_HIGHEST, 0.5 * rate)), ylabel="frequency (Hz)")
     lower.yaxis.set_major_formatter(ScalarFormatter())

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stickslip.errors import StoreError
 from stickslip.files.locations import ROOT, Location
-from stickslip.files.writing import check_writable
+from stickslip.files.targets import check_target
 from stickslip.runs import earlier
 from stickslip.runs.assembly import Gathered, assemble
 from stickslip.runs.request import Request
@@ -48,7 +48,7 @@ def collect(request: Request) -> Collected:
         return whole
     store = parts.find(folder)
     parts.check_same(store, Work(request.config), no_fresh=True)
-    check_writable(request.output)
+    check_target(request.output, "result")
     if not store.finished():
         raise StoreError(f"{store.where}: no finished blocks there, so there is nothing to collect")
     earlier.finish(request.output, request.notice)

@@ -10,7 +10,7 @@ from functools import partial
 from stickslip.engine import Progress, Results, StopFlag, stop_flag
 from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
 from stickslip.files.locations import Location
-from stickslip.files.writing import check_writable
+from stickslip.files.targets import check_target
 from stickslip.runs import earlier
 from stickslip.runs.assembly import Gathered, assemble
 from stickslip.runs.compute.threads import Compute, Tally, compute_blocks
@@ -45,7 +45,7 @@ def run(request: Request) -> Outcome:
         _remove_leftovers(folder, request)
         return done
     if request.output is not None:
-        check_writable(request.output)
+        check_target(request.output, "result")
     if not request.fresh:
         parts.check_before(folder, Work(request.config), request.shard is not None)
     with _machines(request, folder) as machines:

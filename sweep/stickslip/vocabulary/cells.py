@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from math import prod
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +37,7 @@ def as_cells(given: Mapping[str, Any] | xr.Dataset) -> Cells:
     Raises TypeError for names or values of the wrong kind, ValueError for missing or impossible values.
     """
     named = _named(given)
-    _check_names(named)
+    check_names(named)
     arrays = {}
     for name, parameter in PARAMETERS.items():
         if name in named:
@@ -100,7 +101,8 @@ def _from_dataset(ds: xr.Dataset) -> dict[str, Any]:
     return dict(zip(names, xr.broadcast(*(ds[name] for name in names)), strict=True))
 
 
-def _check_names(named: Mapping[str, Any]) -> None:
+def check_names(named: Iterable[str]) -> None:
+    """Raises TypeError for a name of no parameter."""
     for name in named:
         if name not in PARAMETERS:
             near = meant(str(name), PARAMETERS)
@@ -113,16 +115,41 @@ def _check_names(named: Mapping[str, Any]) -> None:
 def _numbers(parameter: Parameter, value: Any) -> NDArray[np.float64]:
     """The values of a parameter in SI, checked."""
     if type(value) in _PLAIN and parameter.allows(value):
-        return np.array(value, np.float64)
-    array = np.asarray(getattr(value, "magnitude", value))
-    if array.dtype.kind not in "iuf":
-        return _from_texts(parameter, array, value)
-    numbers = in_si(parameter, array, units.said_by(value))
+        with suppress(OverflowError):  # a whole number of hundreds of digits
+            return np.array(value, np.float64)
+    numbers = numbers_of(parameter, value)
     _check_range(parameter, numbers)
     return numbers
 
 
-def in_si(parameter: Parameter, values: NDArray[Any], unit: str | None) -> NDArray[np.float64]:
+def numbers_of(parameter: Parameter, value: Any) -> NDArray[np.float64]:
+    """The values of a parameter in SI, whatever holds them. Raises TypeError for what is no number, ValueError for
+    another unit."""
+    unit, inside = units.said_by(value), units.without_unit(value)
+    if has_missing(inside):
+        raise TypeError(f"{parameter.name}: got masked or missing values, expected {_expected(parameter)}; "
+                        "leave these cells out, or fill them")  # fmt: skip
+    try:
+        array = np.asarray(inside)
+    except ValueError:  # lists of different lengths, or of quantities
+        raise TypeError(f"{parameter.name}: got {value!r}, expected {_expected(parameter)}") from None
+    if array.dtype.kind in "iuf":
+        return _in_si(parameter, array, unit)
+    return _from_texts(parameter, array, value, unit)
+
+
+def has_missing(values: Any) -> bool:
+    """Whether values are masked (NumPy) or missing (NA of pandas). NaN is neither."""
+    if isinstance(values, np.ma.MaskedArray):
+        return bool(np.ma.getmaskarray(values).any())
+    if isinstance(values, list | tuple):
+        return any(isinstance(one, list | tuple | np.ma.MaskedArray) and has_missing(one) for one in values)
+    if isinstance(getattr(values, "dtype", np.dtype(float)), np.dtype):
+        return False
+    return bool((values.isna() if hasattr(values, "isna") else values.isnull()).any())  # a dtype of pandas
+
+
+def _in_si(parameter: Parameter, values: NDArray[Any], unit: str | None) -> NDArray[np.float64]:
     """Numbers with the unit that their array says it has, as new ones in SI. Raises ValueError for a unit of others."""
     numbers = values.astype(np.float64)
     if unit is None or unit == parameter.units:
@@ -134,21 +161,21 @@ def in_si(parameter: Parameter, values: NDArray[Any], unit: str | None) -> NDArr
         raise ValueError(f"{parameter.name}: got the units {unit!r}{found}, {error}") from None
 
 
-def _from_texts(parameter: Parameter, array: NDArray[Any], value: Any) -> NDArray[np.float64]:
-    """Values of which some are texts with units, or words such as `none`."""
-    items = np.empty(array.shape, object)
-    items[...] = value
+def _from_texts(parameter: Parameter, array: NDArray[Any], value: Any, unit: str | None) -> NDArray[np.float64]:
+    """Values of which some are texts with units of their own, or words such as `none`."""
     numbers = np.empty(array.shape)
-    for place, item in np.ndenumerate(items):
+    for place, item in np.ndenumerate(array):
         plain = item.item() if isinstance(item, np.generic) else item
         if isinstance(plain, bool) or not isinstance(plain, int | float | str):
             raise TypeError(f"{parameter.name}: got {value!r}, expected {_expected(parameter)}")
         try:
-            numbers[place] = parameter.read(plain) if isinstance(plain, str) else plain
+            is_text = isinstance(plain, str)
+            numbers[place] = parameter.read(plain) if is_text else _in_si(parameter, np.array(plain), unit)
         except QuantityError as error:
             found = f" ({error.found})" if error.found else ""
             raise ValueError(f"{parameter.name}{_at(place)}: got {plain!r}{found}, {error}") from None
-    _check_range(parameter, numbers)
+        except OverflowError:
+            raise ValueError(f"{parameter.name}{_at(place)}: got {plain!r}, expected {parameter.expected}") from None
     return numbers
 
 

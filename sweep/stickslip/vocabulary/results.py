@@ -187,6 +187,8 @@ _MARGIN_VARIABLES = (
     Variable("joint_share", "1", "share of the change in the square of the cost of the cheapest joint change"),
     Variable("joint_proposed", "parameter", "value past the border that was simulated, of the cheapest joint change"),
     Variable("joint_checked", "flag", "regime of the simulation past the border, of the cheapest joint change"),
+    Variable("joint_ended", "1", "whether the search of the joint change ended at its limit, 1 or 0",
+             comment="1: after so many steps of integration that there may be a cheaper joint change"),
 )  # fmt: skip
 
 _MATERIAL_VARIABLES = (

@@ -102,10 +102,11 @@ SENSOR: dict[str, Parameter] = table(
     Parameter("rate", "s-1", "samples per second", "sensor", default=1000.0, above=0),
     Parameter("bandwidth", "s-1", "bandwidth of both sensors, -3 dB; unlimited unless given", "sensor",
               above=0),
-    Parameter("force_noise", "N", "standard deviation of the noise of the force", "sensor", default=0.0, at_least=0),
+    Parameter("force_noise", "N", "standard deviation of the noise of the force", "sensor", default=0.0, at_least=0,
+              at_most=1e9),
     Parameter(
         "acceleration_noise", "m s-2", "standard deviation of the noise of the acceleration", "sensor",
-        default=0.0, at_least=0,
+        default=0.0, at_least=0, at_most=1e9,
     ),
     Parameter("seed", "1", "seed of the noise: the same seed, the same noise", "sensor",
               default=1, at_least=0, at_most=2**32 - 1, whole=True),

@@ -87,13 +87,25 @@ def si_value(value: object, units: str) -> float:
 
 
 def said_by(array: Any) -> str | None:
-    """The unit that an array says it has: `units` among the attributes of a DataArray, or those of a quantity of Pint;
-    None if it says nothing.
+    """The unit that an array says it has: that of a quantity of Pint, also inside a DataArray, or `units` among the
+    attributes of the latter; None if it says nothing.
     """
-    if hasattr(array, "magnitude") and hasattr(array, "units"):
-        return f"{array.units:~C}"
+    if (quantity := _quantity_in(array)) is not None:
+        return f"{quantity.units:~C}"
     unit = getattr(array, "attrs", {}).get("units")
     return None if unit is None else str(unit)
+
+
+def without_unit(array: Any) -> Any:
+    """The numbers of a quantity of Pint, also inside a DataArray; anything else as it is."""
+    quantity = _quantity_in(array)
+    return array if quantity is None else quantity.magnitude
+
+
+def _quantity_in(array: Any) -> Any:
+    """The quantity of Pint that a value is, or holds; None for others."""
+    inside = array.data if hasattr(array, "attrs") and hasattr(array, "data") else array
+    return inside if hasattr(inside, "magnitude") and hasattr(inside, "units") else None
 
 
 def si_array(values: NDArray[np.float64], unit: str, units: str) -> NDArray[np.float64]:

@@ -25,6 +25,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import ConfigError, Problem, QuantityError
+from stickslip.files.atomic import replaced
 from stickslip.files.tables import Cell, Table, line_of, numbers, read_table
 from stickslip.fit.headings import PURE, RECORD, Heading, heading, with_units_below, words_for
 from stickslip.fit.loads import load_above
@@ -116,7 +117,8 @@ def write_record(record: xr.Dataset, path: Path) -> None:
     remarks = [f"# {name}: {_said(record, name)}" for name in (MATERIAL, *CONDITIONS) if name in record.coords]
     table = np.stack([np.asarray(record[name].values, np.float64) for name in columns], axis=1)
     header, digits = "\n".join([*remarks, heading]), ["%.12g", *["%.9g"] * (len(columns) - 1)]
-    np.savetxt(path, table, digits, delimiter=", ", header=header, comments="", encoding="utf-8")
+    with replaced(path) as temporary:
+        np.savetxt(temporary, table, digits, delimiter=", ", header=header, comments="", encoding="utf-8")
 
 
 def _said(record: xr.Dataset, name: str) -> str:

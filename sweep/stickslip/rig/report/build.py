@@ -224,9 +224,8 @@ def _traces(records: Mapping[str, xr.Dataset], known: Mapping[str, tuple[str, fl
 
 
 def _in_legend(name: str) -> str:
-    """A name as matplotlib shows it as it is: dollars would be read as mathematics, `_` in front hides an entry, and
-    four entries stand side by side."""
-    return ("\u2009" if name.startswith("_") else "") + fill(name, _WIDEST_ENTRY).replace("$", r"\$")
+    """A name as matplotlib shows it: `_` in front hides an entry, and four entries stand side by side."""
+    return ("\u2009" if name.startswith("_") else "") + fill(name, _WIDEST_ENTRY)
 
 
 def _first_stroke(record: xr.Dataset) -> float:

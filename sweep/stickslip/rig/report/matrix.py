@@ -23,7 +23,7 @@ from matplotlib.patches import Patch
 from matplotlib.textpath import TextPath
 from numpy.typing import NDArray
 
-from stickslip.errors import PlotError
+from stickslip.errors import PlotError, visible
 from stickslip.plots.figure import Figure
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, paint
 from stickslip.rig.quantities import EXACT, FEATURES
@@ -47,7 +47,6 @@ _FONT, _SMALLEST_NUMBER = 8.5, 4.0  # points
 _BOLD = 1.15  # times the width of plain letters
 _LONGEST_LABEL = 30  # letters
 _GAP, _MARGIN = 0.1, 0.12
-_PLAIN: dict[str, Any] = {"parse_math": False}  # what users write may hold dollars
 
 
 def plot_matrix(ds: xr.Dataset, variable: str = RPN) -> Figure:
@@ -289,8 +288,8 @@ class _Page:
         below = legend + (0.32 if self.rows.levels else 0.22) + _MARGIN
         height = top + down + below
         figure = Figure(figsize=(width, height))
-        figure.text(0.5, 1 - _MARGIN / height, titles[0], ha="center", va="top", fontsize=11, weight="bold", **_PLAIN)
-        figure.text(0.5, 1 - (above - _MARGIN) / height, titles[1], ha="center", va="bottom", fontsize=9, **_PLAIN)
+        figure.text(0.5, 1 - _MARGIN / height, titles[0], ha="center", va="top", fontsize=11, weight="bold")
+        figure.text(0.5, 1 - (above - _MARGIN) / height, titles[1], ha="center", va="bottom", fontsize=9)
         left = max(self.left, (width - across) / 2 if not self.rows.levels else 0.0)
         ax = figure.add_axes((left / width, below / height, across / width, down / height))
         return figure, ax
@@ -328,7 +327,7 @@ class _Page:
     def _text(
         self, ax: Axes, x: float, y: float, text: str, ha: Literal["right", "center"], va: str, **looks: Any
     ) -> None:
-        ax.text(x, y, text, ha=ha, va=va, fontsize=_FONT, clip_on=False, **looks, **_PLAIN)
+        ax.text(x, y, text, ha=ha, va=va, fontsize=_FONT, clip_on=False, **looks)
 
 
 def _thinned(level: _Level, cell: float) -> list[tuple[float, str]]:
@@ -349,4 +348,8 @@ def _cut(text: str) -> str:
 @lru_cache(maxsize=4096)
 def _width(text: str, size: float) -> float:
     """Width of a text in inches."""
-    return float(TextPath((0.0, 0.0), text.replace("$", "S"), size=size).get_extents().width) * _POINT if text else 0.0
+    return (
+        float(TextPath((0.0, 0.0), visible(text).replace("$", "S"), size=size).get_extents().width) * _POINT
+        if text
+        else 0.0
+    )

@@ -77,8 +77,7 @@ def plot_records(
 
 
 def _plain(label: str) -> str:
-    """A label as it is: no mathematics between dollars, and not left out of the legend for a leading underscore."""
-    label = label.replace("$", r"\$")
+    """A label as it is: not left out of the legend for a leading underscore."""
     return f" {label}" if label.startswith("_") else label
 
 

@@ -24,6 +24,7 @@ from stickslip.rig.risk import Risk
 from stickslip.rig.settings import FeatureSettings, Settings, read_settings
 from stickslip.rig.simulate.drive import duration
 
+_NARROWEST = 1e-6  # of the rate: bandwidths
 MOST_TESTS = 100_000
 MOST_SAMPLES = 20_000_000  # of one motion: 160 MB a signal
 _JUDGED = ("features", "risk")  # sections that are about records, measured or simulated
@@ -110,8 +111,11 @@ def _read(document: Document) -> RigConfig:
 
 def _bandwidths(rig: RigConfig) -> Iterator[Problem]:
     """Bandwidths that the sampling rate does not allow."""
-    most = 0.5 * rig.sensor.rate
+    least, most = _NARROWEST * rig.sensor.rate, 0.5 * rig.sensor.rate
     for section, bandwidth in (("sensor", rig.sensor.bandwidth), ("features", rig.features.bandwidth)):
+        if bandwidth is not None and bandwidth < least:
+            message = f"got {bandwidth:g} Hz, expected at least {least:g} Hz, a millionth of the rate of the sensor"
+            yield Problem((section, "bandwidth"), message, hint="below, rounding takes over in the filter")
         if bandwidth is not None and not bandwidth < most:
             message = f"got {bandwidth:g} Hz, expected less than half the rate of the sensor, {most:g} Hz"
             yield Problem((section, "bandwidth"), message, hint="leave it out, or raise the rate")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import signal
 import threading
@@ -11,6 +12,7 @@ from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from queue import SimpleQueue
 from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +20,7 @@ import dask.config
 
 from stickslip.config.addresses import LOCAL
 from stickslip.engine import processor, processors
-from stickslip.errors import ClusterError
+from stickslip.errors import ClusterError, Interrupted
 from stickslip.runs.compute.dask.quiet import SILENT, quiet
 from stickslip.runs.compute.dask.worker import describe, loaded, unlike, versions
 from stickslip.runs.request import Request
@@ -71,17 +73,23 @@ def connected(request: Request) -> Iterator[Cluster]:
     Raises ClusterError: the scheduler does not answer, a worker is of another version, `distributed` is missing.
     """
     with ExitStack() as stack:
-        if isinstance(request.cluster, str):
-            _require_distributed()
-            stack.enter_context(quiet())
-            patience = _STARTING if request.cluster == LOCAL else PATIENCE
-            stack.enter_context(dask.config.set({"distributed.comm.timeouts.connect": f"{patience:g} s"}))
-            cluster = _connect(stack, request.cluster, request)
-        else:
-            client = request.cluster
-            cluster = Cluster(client, client.scheduler.address, request.notice)
-        _check_alike(cluster)
+        try:
+            cluster = _found(stack, request)
+            _check_alike(cluster)
+        except KeyboardInterrupt:
+            raise Interrupted(0, 0, during=f"connecting to the Dask scheduler ({request.cluster})") from None
         yield cluster
+
+
+def _found(stack: ExitStack, request: Request) -> Cluster:
+    """The cluster that a request names, or brings."""
+    if not isinstance(request.cluster, str):
+        return Cluster(request.cluster, request.cluster.scheduler.address, request.notice)
+    _require_distributed()
+    stack.enter_context(quiet())
+    patience = _STARTING if request.cluster == LOCAL else PATIENCE
+    stack.enter_context(dask.config.set({"distributed.comm.timeouts.connect": f"{patience:g} s"}))
+    return _connect(stack, request.cluster, request)
 
 
 def _require_distributed() -> None:
@@ -106,6 +114,8 @@ def _connect(stack: ExitStack, address: str, request: Request) -> Cluster:
     else:
         target = where = _address_in(Path(address)) if address.endswith(".json") else address
     try:
+        if address != LOCAL:
+            _knock(target)
         client = Client(target, timeout=PATIENCE, set_as_default=False, name="stickslip")
     except (OSError, TimeoutError) as error:
         raise ClusterError(f"{where}: no Dask scheduler answered within {PATIENCE:g} s\n{_HOW}") from error
@@ -114,6 +124,27 @@ def _connect(stack: ExitStack, address: str, request: Request) -> Cluster:
         raise ClusterError(f"{where}: cannot be connected to ({reason})\n{_HOW}") from error
     stack.callback(client.close, timeout=PATIENCE)
     return Cluster(client, where, request.notice)
+
+
+def _knock(address: str) -> None:
+    """Raises OSError or TimeoutError where no scheduler answers: a client waits for ever for one that is silent."""
+    from distributed.core import connect
+    from distributed.security import Security
+
+    async def answer() -> None:
+        comm = await connect(address, timeout=PATIENCE, **Security().get_connection_args("client"))
+        comm.abort()
+
+    def ask() -> None:  # in a thread, since notebooks have a loop already
+        try:
+            heard.put(asyncio.run(asyncio.wait_for(answer(), PATIENCE)))
+        except BaseException as error:
+            heard.put(error)
+
+    heard: SimpleQueue[BaseException | None] = SimpleQueue()
+    threading.Thread(target=ask, daemon=True).start()
+    if (error := heard.get()) is not None:
+        raise error
 
 
 def _local_cluster(threads: int | None) -> Any:

@@ -123,7 +123,7 @@ class _Flight:
         for number in suspects[:_ALONE]:
             self.send_all([number])
         for number in suspects[_ALONE:]:
-            self._fail(number, RuntimeError("workers died while they computed this block or others with it"))
+            self._fail(number, RuntimeError("workers were killed while they computed this block or others with it"))
 
     def cancel(self) -> None:
         """Cancel what is in flight. Workers finish their current block."""
@@ -216,8 +216,13 @@ class _Flight:
         error = self._cluster.ask(future.exception)
         if isinstance(error, UnlikeWorkerError):
             raise ClusterError(f"{self._cluster.where}: {error}\nhint: install the same versions there")
-        if isinstance(error, KilledWorker) and not (self._alone or self._stop_on_error):
-            return self._suspects.append(number)
+        if isinstance(error, KilledWorker):
+            if not (self._alone or self._stop_on_error):
+                return self._suspects.append(number)
+            error = RuntimeError(
+                f"{error.allowed_failures + 1} workers were killed while they computed this block, the last at "
+                f"{error.last_worker.address}: too little memory, or the operating system or a job scheduler ended them"
+            )
         self._fail(number, error)
 
     def _fail(self, number: int, error: Exception) -> None:
