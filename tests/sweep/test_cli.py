@@ -488,7 +488,7 @@ def test_a_configuration_that_does_not_ship_is_told_where_the_others_are_listed(
     assert done.exit_code == 2 and "no such file" in done.stderr and "`stickslip init --list` names" in done.stderr
 
 
-@pytest.mark.parametrize("command", ["run", "explore", "border"])
+@pytest.mark.parametrize("command", ["run", "explore", "plan"])
 def test_a_missing_file_with_the_name_of_one_that_ships_is_refused_and_that_one_named(here, command):
     """It may be somebody's copy, called from the wrong folder."""
     done = call(command, "quickstart.yaml")
