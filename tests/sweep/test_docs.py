@@ -162,6 +162,14 @@ def test_every_command_line_of_docs_and_helps_is_one(here, line):
     assert command.make_context(command.name, list(arguments)).command is command
 
 
+def test_files_of_the_package_that_docs_and_helps_name_are_there():
+    """Those below configs/; other names are the reader's own."""
+    shown = " ".join([*WRITTEN_BY_HAND, *(command.epilog or "" for command in main.commands.values())])
+    named = {name.rstrip(".") for name in re.findall(r"(?<![\w/])configs/[\w./]+", shown)}
+    assert {"configs/quickstart.yaml", "configs/measured/table.csv"} <= named
+    assert [name for name in sorted(named) if not (ROOT / name).exists()] == []
+
+
 @pytest.mark.parametrize("line", mentioned())
 def test_every_command_named_in_a_sentence_is_one_with_these_options(line):
     command, arguments = resolved([word for word in line.split()[1:] if word.isascii()])

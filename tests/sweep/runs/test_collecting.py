@@ -5,9 +5,11 @@ import os
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import stickslip
 from helpers.runs import FEW, block_files, same, stop_early, with_axes
+from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.runs import work
 from stickslip.runs.workdir.folder import folder_at
@@ -176,3 +178,13 @@ def test_on_error_stop_ends_the_run_at_the_first(config, output, fragile):
     with pytest.raises(stickslip.IncompleteError, match="1 block "):
         stickslip.run(config, output, on_error="stop")
     assert len(block_files(f"{output}.parts")) == 2
+
+
+def test_no_command_hints_at_an_option_that_another_one_has(config, output):
+    stickslip.run_shard(config, "1/3", f"{output}.parts")
+    manifest = output.with_name("map.nc.parts") / "manifest.json"
+    manifest.write_text(manifest.read_text()[:-9])
+    for command in ("collect", "status"):
+        done = CliRunner().invoke(main, [command, f"{output}.parts"])
+        assert done.exit_code == 2 and "damaged" in done.stderr
+        assert "stickslip run --fresh" in done.stderr and done.stderr.count("--fresh") == 1
