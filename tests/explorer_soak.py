@@ -23,7 +23,7 @@ from stickslip.explore.server import Explorer
 from stickslip.explore.session import Session
 
 ROOT = Path(__file__).resolve().parents[1]
-PATIENCE = 120.0  # s
+PATIENCE = 600.0  # s
 TABS = """
 import sys, threading
 from bokeh.client import pull_session

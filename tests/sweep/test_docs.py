@@ -57,7 +57,7 @@ def commands():
     for name in ("README.md", "cheatsheet.md"):  # tables of commands, each of them whole
         rows = "\n".join(re.findall(r"^\|.*$", PAGES[name], re.MULTILINE))
         lines += re.findall(r"`(stickslip [a-z][^`]*)`", rows)
-    return sorted(set(lines))
+    return sorted({line for line in lines if not line.endswith(" --help")})
 
 
 def mentioned():
