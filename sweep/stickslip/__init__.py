@@ -10,6 +10,11 @@ from typing import TYPE_CHECKING, Any
 from ._version import __version__
 
 if TYPE_CHECKING:
+    from . import fit as fit
+    from . import plots as plots
+    from . import rig as rig
+    from . import sound as sound
+    from . import theory as theory
     from .api import collect, evaluate, open, retry_failed, run, run_shard, simulate, status, sweep
     from .api_basins import attractors, ramp
     from .config.model import Config
@@ -33,9 +38,12 @@ _HOMES = {
     "run_shard": "api", "simulate": "api", "status": "api", "sweep": "api",
     "compare": "materials", "border": "designing", "contours": "designing", "margins": "designing",
 }  # fmt: skip
+_MODULES = ("fit", "plots", "rig", "sound", "theory")
 
 
 def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return import_module(f".{name}", __name__)
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(import_module(f".{_HOMES[name]}", __name__), name)
@@ -50,7 +58,7 @@ def _add_accessor() -> None:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted((*__all__, *_MODULES))
 
 
 _add_accessor()

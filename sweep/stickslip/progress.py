@@ -1,4 +1,4 @@
-"""How far a call of Python is: a bar in a notebook, one on the terminal if asked for.
+"""How far a computation is: a bar in a notebook or on the terminal, lines where there is neither.
 
 The bar of a notebook is HTML that IPython replaces in place. It needs no widgets, so that it is there in every
 front end and stays in the saved notebook. It appears once a call has taken a moment.
@@ -21,6 +21,7 @@ Moved = Callable[[float, int], None]
 Watch = Moved | bool | Literal["auto"] | None
 _PATIENCE = 0.5  # s before a bar appears
 _EVERY = 0.1  # s between its movements
+EVERY = 60.0  # s between lines
 _STEADY = 120.0  # s over which the time left is estimated: blocks end in bursts
 
 
@@ -28,7 +29,8 @@ _STEADY = 120.0  # s over which the time left is estimated: blocks end in bursts
 def watched(progress: Watch, counted: str = "cells", law: str | None = None) -> Iterator[Moved | None]:
     """What a computation is to call with (done, in all) from time to time.
 
-    progress : a function, which is called itself; True for a bar, False or None for none, "auto" for one in notebooks.
+    progress : a function, which is called itself; True for a bar (lines where standard error is no terminal), False or
+        None for none, "auto" for one in notebooks.
     counted : what is counted, for the bar. law : whose kernels are needed; that they must be compiled first is shown.
     """
     if progress is None or callable(progress):
@@ -39,9 +41,9 @@ def watched(progress: Watch, counted: str = "cells", law: str | None = None) -> 
     if not progress or (progress == "auto" and not in_notebook()):
         yield None
         return
-    bar = _NotebookBar(counted) if in_notebook() else _terminal_bar(counted)
+    bar = _NotebookBar(counted) if in_notebook() else _on_standard_error(counted)
     if law is not None and will_compile(law):
-        bar.say("compiling the kernels for this machine: once, about twenty seconds")
+        bar.say("compiling the kernels for this machine, once")
     try:
         yield bar.move
     finally:
@@ -62,10 +64,22 @@ def will_compile(law: str) -> bool:
     return asked(law)
 
 
-def _terminal_bar(counted: str) -> Bar:
+def _on_standard_error(counted: str) -> Bar | Lines:
     from rich.console import Console
 
-    return Bar(Console(stderr=True), 0, "", counted)
+    return on_console(Console(stderr=True), 0, "", counted)
+
+
+def on_console(console: Console, total: int, doing: str, of: str) -> Bar | Lines:
+    """What shows how far a computation of `total` is: `of` what, `doing` what with them."""
+    return Bar(console, total, doing, of) if console.is_terminal else Lines(console, doing, of)
+
+
+def duration_text(seconds: float) -> str:
+    """A time, for people."""
+    if seconds < 120:
+        return f"{seconds:.2g} s" if seconds < 10 else f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
 class _NotebookBar:
@@ -164,3 +178,61 @@ class Bar:
         """Leave the bar as it is."""
         if self._first is not None:
             self._bar.stop()
+
+
+class Lines:
+    """A line at the start, every now and then, and at the end.
+
+    doing : of something besides the computation itself there are only the lines in between.
+    every : s; EVERY unless given. clock : s, of any beginning.
+    """
+
+    def __init__(
+        self,
+        console: Console,
+        doing: str,
+        of: str,
+        every: float | None = None,
+        clock: Callable[[], float] = perf_counter,
+    ) -> None:
+        self._console, self._doing, self._of, self._clock = console, doing, of, clock
+        self._every = EVERY if every is None else every
+        self._first: tuple[float, float] | None = None
+        self._last: tuple[float, int] = (0, 0)
+        self._told: tuple[float, int] | None = None
+        self._moved = self._next = 0.0
+
+    def say(self, words: str) -> None:
+        """Print words."""
+        self._console.print(words, markup=False)
+
+    def move(self, done: float, total: int) -> None:
+        """Note that so many of so many are done; tell, if it is time for that."""
+        now = self._moved = self._clock()
+        self._last = done, total
+        if self._first is None:
+            self._first, self._next = (done, now), now + self._every
+            if not self._doing:
+                self._tell()
+        elif now >= self._next or done >= total and not self._doing and self._told != self._last:
+            self._tell(ended=done >= total)
+
+    def end(self) -> None:
+        """Tell how far it came, and in what time, unless that was told already."""
+        if self._first is not None and self._told != self._last and (self._told or not self._doing):
+            self._tell(ended=True)
+
+    def _tell(self, ended: bool = False) -> None:
+        assert self._first is not None
+        (found, began), (done, total), now = self._first, self._last, self._moved
+        share = 100.0 * done / total if total else 100.0
+        text = f"{share:5.1f} %  {floor(done):,} of {total:,} {self._of}{self._doing}"
+        rate = (done - found) / max(now - began, 1e-9)
+        if done > found:
+            text += f", {rate:,.0f} per second" if rate >= 10.0 else f", {rate:.2g} per second"
+        if ended:
+            text += f", after {duration_text(now - began)}"
+        elif done > found and done < total:
+            text += f", about {duration_text((total - done) / rate)} left"
+        self._console.print(text, markup=False)
+        self._told, self._next = self._last, now + self._every

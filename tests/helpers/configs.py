@@ -37,6 +37,18 @@ friction:
   a3: 0.3
   a4: 0.1
 """
+HOSTILE = r"""title: '$$\href{javascript:window.hit=1}{click}$$ </script><script>window.hit=2</script>'
+system: {mass: 1, normal_load: 1, stiffness: 1}
+friction: {a1: 1, a2: 0.1, a4: 0.1}
+axes:
+  grease:
+    zip: {a3: [0.3, 0.2]}
+    labels: ['$$\href{javascript:window.hit=3}{click}$$', '\(x^2\) <img src=x onerror="window.hit=4">']
+  sleeve:
+    zip: {damping: [0.0, 0.1, 0.2]}
+    labels: ['$$\href{javascript:window.hit=5}{click}$$', '<img src=x>', '\[x\] </pre><a>']
+  belt_speed: {start: 0.05, stop: 1, num: 8}
+"""
 MEASURED_FORM = (
     GOOD[: GOOD.index("friction")]
     + """\

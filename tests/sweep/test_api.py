@@ -2,6 +2,9 @@
 
 import csv
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -254,3 +257,16 @@ def test_names_are_listed_and_others_are_refused():
     assert {"run", "evaluate", "simulate", "open", "load_config"} <= set(dir(stickslip))
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         stickslip.nothing  # noqa: B018
+
+
+def test_modules_are_there_without_an_import_of_their_own_and_cost_nothing_before():
+    code = (
+        "import sys, stickslip\n"
+        "assert not {'matplotlib', 'scipy', 'stickslip.plots'} & set(sys.modules)\n"
+        "assert {'plots', 'theory'} <= set(dir(stickslip))\n"
+        "assert callable(stickslip.plots.plot_map) and callable(stickslip.theory.critical_speed)\n"
+        "stickslip.fit, stickslip.rig, stickslip.sound"
+    )
+    paths = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-c", code], env=paths, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -488,6 +488,13 @@ def test_a_configuration_that_does_not_ship_is_told_where_the_others_are_listed(
     assert done.exit_code == 2 and "no such file" in done.stderr and "`stickslip init --list` names" in done.stderr
 
 
+@pytest.mark.parametrize("command", ["run", "explore", "plan"])
+def test_a_missing_file_with_the_name_of_one_that_ships_is_refused_and_that_one_named(here, command):
+    """It may be somebody's copy, called from the wrong folder."""
+    done = call(command, "quickstart.yaml")
+    assert done.exit_code == 2 and "did you mean configs/quickstart.yaml, which comes with stickslip?" in done.stderr
+
+
 def test_a_file_that_is_there_goes_before_one_that_ships(here, kernels):
     (here / "configs").mkdir()
     write_config(here / "configs", name="quickstart.yaml")

@@ -57,7 +57,7 @@ def commands():
     for name in ("README.md", "cheatsheet.md"):  # tables of commands, each of them whole
         rows = "\n".join(re.findall(r"^\|.*$", PAGES[name], re.MULTILINE))
         lines += re.findall(r"`(stickslip [a-z][^`]*)`", rows)
-    return sorted(set(lines))
+    return sorted({line for line in lines if not line.endswith(" --help")})
 
 
 def mentioned():
@@ -130,6 +130,38 @@ def test_every_python_block_of_the_docs_runs(here, name):
     exec(compile(PYTHON[name], name, "exec"), {"stickslip": stickslip, "inputs": inputs, "rpn": [2, 4, 7, 8, 9]})
 
 
+def expressions():
+    """Python in the middle of a text that is about a dataset `ds`."""
+    shown = {code for text in WRITTEN_BY_HAND for code in re.findall(r"(?<!`)`([^`\n]*\bds[.\[][^`\n]*)`", text)}
+    return sorted(code for code in shown if "..." not in code)
+
+
+@pytest.fixture(scope="module")
+def in_memory_and_from_a_file(tmp_path_factory):
+    """The same map as `run` returns it, and lazily from its file, with a file of points beside it."""
+    folder = tmp_path_factory.mktemp("results")
+    config = {
+        "system": {"mass": 1, "normal_load": 1},
+        "friction": {"a1": 1, "a2": 0.1, "a3": 0.3, "a4": 0.1},
+        "axes": {"stiffness": [1000.0, 5000.0], "belt_speed": [0.1, 0.2, 0.4, 0.8]},
+    }
+    (folder / "points.csv").write_text("stiffness [N/m], belt_speed [m/s]\n2000, 0.3\n")
+    stickslip.run(config, folder / "map.nc").close()
+    with stickslip.open(folder / "map.nc") as opened:
+        yield folder, [stickslip.run(config), opened]
+
+
+@pytest.mark.parametrize("code", expressions())
+def test_expressions_in_the_middle_of_a_text_work_on_every_map(in_memory_and_from_a_file, code, monkeypatch):
+    """It must not raise, whether the variables are arrays of NumPy or of dask."""
+    folder, maps = in_memory_and_from_a_file
+    monkeypatch.chdir(folder)
+    if ".cf" in code:
+        pytest.importorskip("cf_xarray")
+    for ds in maps:
+        exec(compile(code, code, "exec"), {"stickslip": stickslip, "plots": stickslip.plots, "ds": ds})
+
+
 @pytest.mark.parametrize("page", PLAYED)
 def test_what_a_page_shows_is_what_comes_out(tmp_path, page):
     """Of commands and Python, but for times and rates; and pictures are made. `make reference` writes all again."""
@@ -160,6 +192,29 @@ def test_every_command_line_of_docs_and_helps_is_one(here, line):
     command, arguments = resolved(shlex.split(line.partition(" > ")[0].removesuffix(" &"), comments=True)[1:])
     assert command is not main
     assert command.make_context(command.name, list(arguments)).command is command
+
+
+def test_files_of_the_package_that_docs_and_helps_name_are_there():
+    """Those below configs/; other names are the reader's own."""
+    shown = " ".join([*WRITTEN_BY_HAND, *(command.epilog or "" for command in main.commands.values())])
+    named = {name.rstrip(".") for name in re.findall(r"(?<![\w/])configs/[\w./]+", shown)}
+    assert {"configs/quickstart.yaml", "configs/measured/table.csv"} <= named
+    assert [name for name in sorted(named) if not (ROOT / name).exists()] == []
+
+
+@pytest.mark.slow
+def test_every_command_of_the_cheat_sheet_runs_as_it_stands(here, monkeypatch):
+    """In its order, in an empty folder; with exit code 1 only where the page says so."""
+    monkeypatch.setattr(
+        "stickslip.explore.server.Explorer.run", lambda explorer, started: (started(), explorer.close())
+    )
+    monkeypatch.setattr("webbrowser.open", lambda _: True)
+    rows = re.findall(r"^\|.*$", PAGES["cheatsheet.md"], re.MULTILINE)
+    lines = {line: row for row in rows for line in re.findall(r"`(stickslip [^`]*)`", row)}
+    assert len(lines) >= 25
+    for line, row in lines.items():
+        done = CliRunner().invoke(main, shlex.split(line)[1:])
+        assert done.exit_code == ("exit code 1" in row), f"{line}\n{done.output}"
 
 
 @pytest.mark.parametrize("line", mentioned())

@@ -8,8 +8,8 @@ from click.testing import CliRunner
 from rich.console import Console
 
 import stickslip
+from stickslip import progress
 from stickslip.cli import main
-from stickslip.cli import progress as lines
 from stickslip.engine import Options, cells, compute_range, stop_flag
 from stickslip.progress import Bar
 from stickslip.study import Meter
@@ -80,8 +80,16 @@ def test_a_bar_shows_the_part_of_a_single_item_and_the_time_left():
     assert "40 %" in shown and "0 of 1 panels" in shown
 
 
+def test_progress_that_is_asked_for_is_lines_in_a_file(capsys, monkeypatch):
+    """A bar is drawn over and over, and by Rich not at all where there is no terminal."""
+    monkeypatch.setattr(progress, "EVERY", 0.0)
+    stickslip.ramp(CELL, "belt_speed", (0.01, 1.0), points=20, progress=True)
+    shown = capsys.readouterr().err.splitlines()
+    assert len(shown) > 2 and shown[0].split() == "0.0 % 0 of 60 values".split() and "60 of 60 values" in shown[-1]
+
+
 def test_compare_and_advise_say_how_far_they_are(tmp_path, monkeypatch):
-    monkeypatch.setattr(lines, "EVERY", 0.0)
+    monkeypatch.setattr(progress, "EVERY", 0.0)
     points = tmp_path / "grease.csv"
     points.write_text("speed [m/s], mu\n" + "\n".join(f"{v}, {mu}" for v, mu in zip(*POINTS["A"], strict=True)))
     done = CliRunner().invoke(main, ["compare", str(points), "--mass", "1", "--stiffness", "100", "--load", "10",

@@ -16,7 +16,9 @@ from click.testing import CliRunner
 
 import stickslip
 from helpers.configs import write_config
-from stickslip.cli import main, progress, screen
+from stickslip import progress
+from stickslip.cli import main, screen
+from stickslip.cli.progress import progress_bar
 from stickslip.config.reader import parse_config
 from stickslip.errors import UnitWarning
 from stickslip.files import writing
@@ -328,11 +330,11 @@ def test_the_bar_is_for_terminals(monkeypatch):
     monkeypatch.setattr(
         progress, "Bar", lambda console, *rest: made.append(console) or progress.Lines(console, *rest[1:])
     )
-    with progress.progress_bar(10):
+    with progress_bar(10):
         pass
     assert not made
     monkeypatch.setattr(screen, "terminal", lambda stderr: type("Terminal", (), {"is_terminal": True})())
-    with progress.progress_bar(10):
+    with progress_bar(10):
         pass
     assert len(made) == 1
 

@@ -306,6 +306,14 @@ def test_classical_critical_speed_is_the_limit_of_light_damping():
     assert (np.abs(error[:2]) < np.sqrt(zeta[:2]) * 10 + 1e-11).all()  # the first correction goes as sqrt(zeta)
 
 
+@pytest.mark.parametrize("damping", [0.0, 0.1, 2.0, 5.0])
+@pytest.mark.parametrize("mu_kinetic", [0.4, 0.5])
+def test_friction_that_does_not_drop_has_no_stick_slip_at_any_speed(damping, mu_kinetic):
+    for speed in (theory.critical_speed, theory.critical_speed_lightly_damped):
+        assert speed(1.0, 1.0, damping, 1.0, 0.4, mu_kinetic) == 0.0
+        assert np.isnan(speed(1.0, 1.0, damping, 1.0, np.nan, mu_kinetic))
+
+
 def test_critical_strength_at_its_ends():
     assert theory.critical_strength([0.0, 1.0, 3.0]).tolist() == [0.0, math.inf, math.inf]
     rig = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "mu_static": 0.4, "mu_kinetic": 0.3}

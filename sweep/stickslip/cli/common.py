@@ -233,7 +233,10 @@ def points_file(path: Path) -> Path:
 
 def fail(message: object) -> NoReturn:
     """End with the exit code for wrong input."""
-    screen.echo(getattr(message, "on_command_line", message), err=True)
+    text, context = str(getattr(message, "on_command_line", message)), click.get_current_context(silent=True)
+    if context is not None and not any("--fresh" in option.opts for option in context.command.params):
+        text = text.replace("--fresh", "stickslip run --fresh")  # the remedy of another command
+    screen.echo(text, err=True)
     sys.exit(WRONG_INPUT)
 
 
@@ -335,7 +338,7 @@ def prepare_kernels(law: str, signals: bool = False) -> None:
         return engine.warm_up(law, signals)
     console = screen.terminal(stderr=True)
     began = perf_counter()
-    notice = "Compiling the kernels for this machine: once, about twenty seconds ..."
+    notice = "Compiling the kernels for this machine, once ..."
     if not console.is_terminal:
         console.print(notice)
     with console.status(notice):

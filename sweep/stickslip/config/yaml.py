@@ -111,8 +111,11 @@ def _neighbours(path: FilePath) -> str | None:
     stems = {FilePath(name).stem: name for name in found}
     if meant := nearest(path.stem, stems):
         return f"did you mean {path.with_name(stems[meant])}?"
-    if not path.suffix and (shipped := nearest(path.as_posix(), examples.config_names())):
-        return f"did you mean {shipped}, which comes with stickslip?"
+    shipped = examples.config_names()
+    if path.as_posix().removesuffix(".yaml") in shipped:  # but this may be a copy of it, called from the wrong folder
+        return f"did you mean configs/{path.as_posix()}, which comes with stickslip?"
+    if not path.suffix and (near := nearest(path.as_posix(), shipped)):
+        return f"did you mean {near}, which comes with stickslip?"
     if found:
         return f"{where} holds {', '.join(found)}"
     return f"{where} holds no YAML file; `stickslip init {path}` writes one to start from"

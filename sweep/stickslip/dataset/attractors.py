@@ -58,7 +58,7 @@ def ramp_dataset(
     """Attractors along a parameter that goes up and down again.
 
     dims, coordinates : of the lines. unit : in which the parameter is shown.
-    results : by names of `RAMP_VARIABLES`, of the shape (*lines, direction, values).
+    results : by names of `RAMP_VARIABLES`, and `vibration_end`, of the shape (*lines, direction, values).
     between : by names of `BETWEEN_VARIABLES`, of the shape (*lines, values).
     """
     row = PARAMETERS[along]
@@ -69,6 +69,8 @@ def ramp_dataset(
     }
     shape = (*dims, "direction", along)
     variables = {name: variable_of(declared, shape, results[name]) for name, declared in RAMP_VARIABLES.items()}
+    ends = {"units": row.units, "long_name": "where vibration ends, between this value and the next of the ramp"}
+    variables["vibration_end"] = shown_in(xr.Variable(shape, results["vibration_end"], ends), unit)
     for name, declared in BETWEEN_VARIABLES.items():
         variables[name] = variable_of(declared, (*dims, along), between[name])
     return xr.Dataset(variables, dict(coordinates) | more, dict(attributes))

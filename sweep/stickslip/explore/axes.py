@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from bokeh.models import BasicTicker, BasicTickFormatter, CustomJSTicker, CustomJSTickFormatter, FixedTicker, Plot
+from bokeh.models import (
+    BasicTicker,
+    BasicTickFormatter,
+    CustomJSTicker,
+    CustomJSTickFormatter,
+    FixedTicker,
+    PlainText,
+    Plot,
+)
 from bokeh.models.axes import Axis
 from bokeh.plotting import figure
 
@@ -66,7 +74,7 @@ def lay_out(plot: Plot, side: Side, which: str) -> None:
     """Give a side of a map its title and ticks; `which` is "x" or "y"."""
     (axis,) = plot.below if which == "x" else plot.left
     assert isinstance(axis, Axis)
-    axis.axis_label = side.title
+    axis.axis_label = PlainText(text=side.title)  # a string would be searched for formulas
     axis.major_label_overrides = {}
     axis.major_label_orientation = "horizontal"
     if side.kind == "listed":
@@ -84,7 +92,7 @@ def _name_points(axis: Axis, side: Side, which: str) -> None:
     shown = range(0, len(side.labels), step)
     axis.ticker = FixedTicker(ticks=[*shown])
     axis.formatter = BasicTickFormatter()
-    axis.major_label_overrides = {i: side.labels[i] for i in shown}
+    axis.major_label_overrides = {i: PlainText(text=side.labels[i]) for i in shown}
     if which == "x" and sum(len(side.labels[i]) for i in shown) > _LONGEST:
         axis.major_label_orientation = 0.6
 

@@ -99,8 +99,8 @@ def columns_of(current: CellMotions | None, pinned: Mapping[str, CellMotions]) -
 
 
 def words(name: str, text: str = "") -> Div:
-    """A place for words."""
-    return Div(text=text, name=name, sizing_mode="stretch_width", stylesheets=[_WORDS])
+    """A place for words. What stands between dollars in them is no formula: MathJax would make links of `\\href`."""
+    return Div(text=text, name=name, disable_math=True, sizing_mode="stretch_width", stylesheets=[_WORDS])
 
 
 def button(label: str, name: str) -> Button:

@@ -223,7 +223,7 @@ def _kept(subject: Subject, view: View, shown: Picture, i: int, j: int) -> dict[
     short = replace(motions, stick=_thinned(motions.stick),
                     sliding=None if motions.sliding is None else _thinned(motions.sliding))  # fmt: skip
     where = place_words(shown, at)
-    command = f"<pre>{simulate_command(subject, view, at, motions)}</pre>"
+    command = f"<pre>{escape(simulate_command(subject, view, at, motions))}</pre>"
     return {
         "x": float(shown.x.centres[j]), "y": float(shown.y.centres[i]), **_drawn(short),
         "words": f"{cell_html(motions, where, at)}<br>{_NEAREST}",

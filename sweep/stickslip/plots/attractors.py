@@ -44,7 +44,7 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
     upper, lower = figure.subplots(2, sharex=True)
     handles: list[Any] = []
     for ax in (upper, lower):
-        shaded = shade(ax, x, _bistable(ds))
+        shaded = shade(ax, x.edges, _bistable(ds))
     share, error = ds["settling_share"].values, 3.0 * ds["share_error"].values
     low, high = ds["settling_share_low"].values, ds["settling_share_high"].values
     safe = np.isposinf(ds["critical_shock"].values)
@@ -66,7 +66,7 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
         lower.plot(x.centres, np.where(np.isfinite(shock), shock, np.nan), color=colour, linestyle=style, linewidth=1.4)
         handles.append(Line2D([], [], color=colour, linestyle=style, label=f"shock {name} the belt"))
     if safe.any():
-        shade(lower, x, safe, _NONE)
+        shade(lower, x.edges, safe, _NONE)
         handles.append(Patch(**_NONE, label="no shock is enough"))
     lower.set(ylabel=f"critical shock ({unit.printed})", xlabel=x.title)
     lower.set_ylim(bottom=0.0)
@@ -99,7 +99,7 @@ def plot_ramp(
     figure = Figure(figsize=(7.6, 4.8), layout="constrained")
     ax = figure.subplots()
     up, down = (ds.sel(direction=name) for name in ("up", "down"))
-    shaded = shade(ax, x, _kinds(up["regime"].values) != _kinds(down["regime"].values))
+    shaded = shade(ax, edges_of(ds, x), _kinds(up["regime"].values) != _kinds(down["regime"].values))
     handles: list[Any] = []
     for branch, name, marker, style, width in ((up, "up", ">", "solid", 2.6), (down, "down", "<", "dashed", 1.2)):
         values = unit.of(branch[variable].values)
@@ -163,11 +163,29 @@ def _kinds(regimes: NDArray[np.int8]) -> NDArray[np.int64]:
     return np.where(codes == REGIMES.index("creep"), REGIMES.index("damped"), codes)
 
 
-def shade(ax: Axes, x: MapAxis, where: NDArray[np.bool_], look: Mapping[str, Any] = BAND) -> bool:
-    """Shade runs of cells; whether there are any."""
+def hopfs(ds: xr.Dataset, x: NDArray[np.float64]) -> list[float]:
+    """Where the damping ratio of steady sliding passes zero."""
+    if "damping_ratio" not in ds:
+        return []
+    ratio = ds["damping_ratio"].values
+    at = np.flatnonzero(ratio[:-1] * ratio[1:] < 0)
+    return [float(x[i] + (x[i + 1] - x[i]) * ratio[i] / (ratio[i] - ratio[i + 1])) for i in at]
+
+
+def edges_of(ds: xr.Dataset, x: MapAxis) -> NDArray[np.float64]:
+    """The edges of the points of a ramp; where vibration or the stability of sliding ends between two points, there."""
+    ends = ds["vibration_end"].values if "vibration_end" in ds else np.array([])  # older files have none
+    places = np.array([*hopfs(ds, x.centres), *x.unit.of(ends[np.isfinite(ends)])])
+    edges = x.edges.copy()
+    edges[np.searchsorted(x.centres, places)] = places
+    return edges
+
+
+def shade(ax: Axes, edges: NDArray[np.float64], where: NDArray[np.bool_], look: Mapping[str, Any] = BAND) -> bool:
+    """Shade runs of cells between their edges; whether there are any."""
     changes = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(np.int8)))
     for first, past in zip(changes[::2], changes[1::2], strict=True):
-        ax.axvspan(x.edges[first], x.edges[past], zorder=0, **look)
+        ax.axvspan(edges[first], edges[past], zorder=0, **look)
     return bool(where.any())
 
 

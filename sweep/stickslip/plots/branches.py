@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
-from stickslip.plots.attractors import BAND, line_of, plot_ramp, shade
+from stickslip.plots.attractors import BAND, edges_of, hopfs, line_of, plot_ramp, shade
 from stickslip.plots.axes import apply
 from stickslip.plots.figure import Figure
 from stickslip.plots.page import entitle, legend
@@ -62,10 +62,10 @@ def plot_branches(
     ax = figure.subplots()
     handles: list[Any] = _cycles(ax, ds, variable, x.centres)
     handles += _resting(ax, ds, x.centres)
-    bistable = _bistable(ds)
+    edges = edges_of(ds, x)
     handles += _unstable(ax, ds, variable, x.centres)
-    handles += _limits(ax, ds, variable, x.centres)
-    if shade(ax, x, bistable):
+    handles += _limits(ax, ds, variable, x.centres, edges)
+    if shade(ax, edges, _bistable(ds)):
         handles.append(Patch(**BAND, label="bistable"))
     ax.set(xlabel=x.title, ylabel=f"amplitude of {variable.removesuffix('_amplitude')} ({unit.printed})")
     apply(x, ax, "x")
@@ -147,7 +147,7 @@ def _unstable(ax: Axes, ds: xr.Dataset, variable: str, x: Floats) -> list[Line2D
     if not np.isfinite(values).any():
         return []
     places, amplitudes = x[np.isfinite(values)], values[np.isfinite(values)]
-    for hopf in _hopfs(ds, x):
+    for hopf in hopfs(ds, x):
         places, amplitudes = np.append(places, hopf), np.append(amplitudes, 0.0)
     order = np.argsort(places)
     look: dict[str, Any] = {"color": VERMILLION, "linestyle": "dashed", "linewidth": 1.6}
@@ -155,17 +155,8 @@ def _unstable(ax: Axes, ds: xr.Dataset, variable: str, x: Floats) -> list[Line2D
     return [Line2D([], [], label="unstable cycle", **look)]
 
 
-def _hopfs(ds: xr.Dataset, x: Floats) -> list[float]:
-    """Where the damping ratio of steady sliding passes zero."""
-    if "damping_ratio" not in ds:
-        return []
-    ratio = ds["damping_ratio"].values
-    at = np.flatnonzero(ratio[:-1] * ratio[1:] < 0)
-    return [float(x[i] + (x[i + 1] - x[i]) * ratio[i] / (ratio[i] - ratio[i + 1])) for i in at]
-
-
-def _limits(ax: Axes, ds: xr.Dataset, variable: str, x: Floats) -> list[Line2D]:
-    """Where branches end, and the jumps there of a slow ramp."""
+def _limits(ax: Axes, ds: xr.Dataset, variable: str, x: Floats, edges: Floats) -> list[Line2D]:
+    """Where branches end, and the jumps there of a slow ramp: up to there they are drawn from their last point."""
     handles = []
     for direction, step in (("up", 1), ("down", -1)):
         amplitude = ds[variable].sel(direction=direction).values
@@ -174,12 +165,14 @@ def _limits(ax: Axes, ds: xr.Dataset, variable: str, x: Floats) -> list[Line2D]:
             before, after = (i, i + 1) if step == 1 else (x.size - 1 - i, x.size - 2 - i)
             start = amplitude[before] if np.isfinite(amplitude[before]) else 0.0
             end = amplitude[after] if np.isfinite(amplitude[after]) else 0.0
-            there, towards = 0.5 * (x[before] + x[after]), "^" if end > start else "v"
+            there, towards = edges[max(before, after)], "^" if end > start else "v"
             ax.plot([there] * 3, [start, 0.5 * (start + end), end], marker=towards, markevery=[1], **_JUMP)
             if vibrates[i]:
-                ax.plot(x[before], start, **_FOLD)
+                colour = _CYCLES[REGIMES[int(ds["regime"].sel(direction=direction).values[before])]]
+                ax.plot([x[before], there], [start] * 2, color=colour, linewidth=_WIDTH, zorder=3)
+                ax.plot(there, start, **_FOLD)
                 handles = [Line2D([], [], label="vibration ends", **_FOLD)]
-    if hopfs := _hopfs(ds, x):
-        ax.plot(hopfs, np.zeros(len(hopfs)), **_HOPF)
+    if places := hopfs(ds, x):
+        ax.plot(places, np.zeros(len(places)), **_HOPF)
         handles.append(Line2D([], [], label="sliding loses stability", **_HOPF))
     return handles

@@ -118,12 +118,12 @@ def critical_speed(
 ) -> Floats:
     """Belt speed (m/s) from which there is no stick-slip: (mu_static - mu_kinetic) N/(kappa_c sqrt(k m)), exactly.
 
-    inf without damper, 0 from critical damping on.
+    inf without damper, 0 from critical damping on, and 0 where friction does not drop (mu_static <= mu_kinetic): no
+    belt speed has stick-slip then.
     """
     m, k, c, load, static, kinetic = floats(mass, stiffness, damping, normal_load, mu_static, mu_kinetic)
     impedance = np.sqrt(k * m)
-    with np.errstate(divide="ignore"):
-        return np.asarray((static - kinetic) * load / (impedance * critical_strength(c / (2.0 * impedance))))
+    return _speed_of_drop((static - kinetic) * load, impedance * critical_strength(c / (2.0 * impedance)))
 
 
 def critical_speed_lightly_damped(
@@ -136,13 +136,19 @@ def critical_speed_lightly_damped(
 ) -> Floats:
     """The classical approximation of `critical_speed` (m/s): dF/sqrt(4 pi zeta k m), dF = (mu_static - mu_kinetic) N.
 
-    The limit of light damping; too high otherwise, by 3 % at zeta = 0.01 and by 15 % at 0.05. inf without damper.
+    The limit of light damping; too high otherwise, by 3 % at zeta = 0.01 and by 15 % at 0.05. inf without damper, 0
+    where friction does not drop.
     """
     m, k, c, load, static, kinetic = floats(mass, stiffness, damping, normal_load, mu_static, mu_kinetic)
-    with np.errstate(divide="ignore"):
-        return np.asarray(
-            (static - kinetic) * load / np.sqrt(2.0 * np.pi * c * np.sqrt(k * m))
-        )  # 2 zeta k m = c sqrt(k m)
+    resistance = np.sqrt(2.0 * np.pi * c * np.sqrt(k * m))  # 2 zeta k m = c sqrt(k m)
+    return _speed_of_drop((static - kinetic) * load, resistance)
+
+
+def _speed_of_drop(drop: Floats, resistance: Floats) -> Floats:
+    """A drop of friction (N) over what resists it (N s/m); 0 without a drop, even where nothing resists."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        speed = drop / resistance
+    return np.where((drop <= 0) & (resistance >= 0), 0.0, speed)
 
 
 class _Free:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.patches import Rectangle
 
 import stickslip
 from stickslip import plots
@@ -59,7 +60,10 @@ def test_a_diagram_marks_where_theory_has_the_hopf_bifurcation_and_where_vibrati
     hopf = CELL["a4"] * np.log(CELL["a3"] / (CELL["a4"] * CELL["a2"]))  # where the damping ratio is zero
     assert marks["white"].get_xdata()[0] == pytest.approx(hopf, abs=2e-3)
     ends = stickslip.border(CELL, "belt_speed", (0.02, 1.1))["border"].values[0]
-    assert 0 < ends[-1] - marks["#000000"].get_xdata()[0] < 0.031, "the last value of the ramp that vibrates"
+    (fold,) = marks["#000000"].get_xdata()
+    assert fold == pytest.approx(ends[-1], rel=1e-6), "and no point of the ramp"
+    (band,) = (patch for patch in figure.axes[0].patches if isinstance(patch, Rectangle))
+    assert band.get_x() == pytest.approx(hopf, abs=2e-3) and band.get_x() + band.get_width() == fold
     dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
     (unstable,) = (line for line in dashed if line.get_color() == "#d55e00")
     assert unstable.get_xdata()[0] == pytest.approx(hopf, abs=2e-3) and unstable.get_ydata()[0] == 0.0

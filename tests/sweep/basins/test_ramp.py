@@ -31,6 +31,8 @@ def test_vibration_stops_at_the_fold_and_starts_where_sliding_loses_stability(ce
     fold = border["border"].values[0][border["regime_below"].values[0] == STICK_SLIP][0]
     start = theory.loss_of_stability(cell["a2"], cell["a3"], cell["a4"], cell.get("damping", 0.0), 1.0)
     assert up[0] < fold <= up[1] and down[0] <= start < down[1]
+    ends = ds["vibration_end"].values
+    assert ends[np.isfinite(ends)] == pytest.approx([fold], rel=1e-6) and ds["vibration_end"].attrs["units"] == "m s-1"
 
 
 def test_a_ramp_of_damping_has_both_edges_as_well():

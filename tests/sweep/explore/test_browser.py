@@ -8,9 +8,11 @@ import os
 import shutil
 import threading
 import time
+from contextlib import contextmanager
 
 import pytest
 
+from helpers.configs import HOSTILE
 from stickslip.explore import open_subject
 
 pytest.importorskip("bokeh")
@@ -41,6 +43,16 @@ PLACE = (
     "const frame = view.frame.bbox; const [x, y] = [view.frame.x_scale.compute(arguments[0]),"
     "view.frame.y_scale.compute(arguments[1])]; return [box.left + x, box.top + y]"
 )
+# Links, pictures of files and formulas that stand anywhere on the page, in the shadows of its widgets too.
+MARKUP = """(() => {
+  const found = [], look = (root) => root.querySelectorAll("*").forEach((one) => {
+    if (one.matches("a:not([href^='https://bokeh.org']), img[src^='x'], mjx-container, math, script[src='x']"))
+      found.push(one.outerHTML)
+    if (one.shadowRoot) look(one.shadowRoot)
+  })
+  look(document)
+  return found
+})()"""
 # From the event, as the browser stamps it, to the frame that follows the change of the data.
 TIMED = (
     MODEL + "const [kind, name, of] = arguments; window.taken = null; window.began = null;"
@@ -51,9 +63,9 @@ TIMED = (
 )
 
 
-@pytest.fixture(scope="module")
-def server():
-    explorer = Explorer(open_subject("configs/quickstart.yaml"))
+@contextmanager
+def served(subject):
+    explorer = Explorer(subject)
     ready = threading.Event()
     thread = threading.Thread(target=explorer.run, args=(ready.set,), daemon=True)
     thread.start()
@@ -61,6 +73,12 @@ def server():
     yield explorer
     explorer.stop()
     thread.join(10)
+
+
+@pytest.fixture(scope="module")
+def server():
+    with served(open_subject("configs/quickstart.yaml")) as explorer:
+        yield explorer
 
 
 @pytest.fixture(scope="module")
@@ -265,3 +283,19 @@ def test_the_page_without_a_server(browser, tmp_path):
     assert tab.ask("Array.from(model('map_cells').data.image[0]).slice(0, 50)") != shades
     assert tab.ask("performance.getEntriesByType('resource').length") == 0
     assert tab.faults() == []
+
+
+def test_no_text_of_a_file_becomes_a_formula_a_link_or_a_script(browser, tmp_path):
+    """Served and in one file, after a click: MathJax, which Bokeh brings along, would make a link of `\\href`."""
+    path = tmp_path / "hostile.yaml"
+    path.write_text(HOSTILE)
+    with served(open_subject(path)) as explorer:
+        for address in (explorer.address, write_page(open_subject(path), tmp_path / "page.html").as_uri()):
+            tab = Tab(browser, address)
+            tab.click(0.3, 0.0)
+            tab.until(r"model('cell_words').text.includes('\\href')")
+            time.sleep(1.0)  # MathJax comes later than the words
+            assert tab.ask(MARKUP) == []
+            assert tab.ask(r"document.querySelector('h1').innerText.includes('\\href')")
+            assert tab.ask("window.hit ?? null") is None and tab.ask("window.MathJax ?? null") is None
+            assert tab.faults() == []

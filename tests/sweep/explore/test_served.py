@@ -11,6 +11,7 @@ import sys
 import threading
 import urllib.error
 import urllib.request
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -18,7 +19,8 @@ import pytest
 from click.testing import CliRunner
 
 import stickslip
-from helpers.configs import write_config
+from helpers.configs import HOSTILE, write_config
+from helpers.pages import tags
 from stickslip.cli import main
 from stickslip.explore import open_subject
 
@@ -173,6 +175,27 @@ def test_the_page_has_the_map_in_every_variable_and_the_motions_of_a_grid_of_cel
     assert text.count("the nearest cell whose motion") == 5 * 4
     assert text.count("stickslip simulate configs/hysteresis.yaml") == 5 * 4
     assert "mu_stop: " in text or "mu_stop none" in text
+
+
+def test_the_page_takes_what_a_file_says_as_text(tmp_path, monkeypatch):
+    monkeypatch.setattr(static, "CELLS", (3, 2))
+    path = tmp_path / "<img src=x onerror=a>.yaml"
+    path.write_text(HOSTILE)
+    text = page_html(open_subject(path))
+    found = re.search(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.DOTALL)[1]
+    document = json.loads(unescape(found))
+    words = [one for one in strings(document) if one.startswith(("<b>", "<div", "<p", "<table"))]  # of Div, of scripts
+    assert sum("javascript:" in one for one in words) > 3 and not {"a", "img", "script"} & tags(*words)
+    assert "window.hit=2</script>" not in text and "tex2svg" not in text.split("<body")[0]
+    assert unescape(found).count('"disable_math":true') == unescape(found).count('"name":"Div"') > 0
+
+
+def strings(data):
+    """All strings in data of JSON."""
+    if isinstance(data, str):
+        return [data]
+    inside = data.values() if isinstance(data, dict) else data if isinstance(data, list) else []
+    return [text for one in inside for text in strings(one)]
 
 
 def test_the_page_has_every_point_of_short_axes_and_says_which_are_left_out(tmp_path, monkeypatch):

@@ -10,13 +10,17 @@ import numpy as np
 import pytest
 
 import stickslip
+from helpers.configs import HOSTILE
+from helpers.pages import tags
 from stickslip.config.reader import parse_config
 from stickslip.explore import open_subject
 from stickslip.explore.live import Latest
 
 pytest.importorskip("bokeh")
 from bokeh.document import Document  # noqa: E402
+from bokeh.embed.bundle import _use_mathjax  # noqa: E402
 from bokeh.events import ButtonClick, Tap  # noqa: E402
+from bokeh.models import Div  # noqa: E402
 
 from stickslip.explore import borders, maps, session  # noqa: E402
 from stickslip.explore.session import Session  # noqa: E402
@@ -306,6 +310,24 @@ def test_a_map_from_a_file_is_not_computed(tmp_path, small, tab, monkeypatch):
     monkeypatch.setattr(maps, "computed", lambda *_: 1 / 0)
     one = tab(tmp_path / "map.nc")
     assert "read in" in one.status and "cells in" not in one.status and one.shades.shape == (48, 48)
+
+
+def test_what_a_file_says_is_text_and_neither_formula_nor_markup(tab, tmp_path):
+    """MathJax, which Bokeh runs over strings, would make a live link of `\\href{javascript:...}` in a label."""
+    path = tmp_path / "<img src=x onerror=a>.yaml"
+    path.write_text(HOSTILE)
+    one = tab(path)
+    for place, words in ((0.0, "$$"), (1.0, "&lt;img"), (2.0, r"\[x\]")):
+        one.click(0.3, place)
+        assert words in one.model("cell_words").text
+    one.session._pin("A")
+    one.session._hear("cell")
+    one.settle(lambda: r"\[x\]" in one.model("heard").text)
+    assert r"sleeve=\[x\]" in one.model("reproduce").text.replace("&#x27;", "")
+    assert not _use_mathjax(set(one.document.models))
+    shown = [model.text for model in one.document.select({"type": Div})]
+    assert all(div.disable_math for div in one.document.select({"type": Div})) and any("javascript" in t for t in shown)
+    assert {"table", "b", "span"} <= tags(*shown) and not {"a", "img", "script"} & tags(*shown)
 
 
 # --- what was asked for last ------------------------------------------------------------------------------------------

@@ -229,3 +229,13 @@ def test_collect_names_no_option_it_has_not(config, output):
         stickslip.collect(config, output)
     told = refused.value.on_command_line
     assert "fresh" not in told and "--output names another file" in told
+
+
+def test_no_command_hints_at_an_option_that_another_one_has(config, output):
+    stickslip.run_shard(config, "1/3", f"{output}.parts")
+    manifest = output.with_name("map.nc.parts") / "manifest.json"
+    manifest.write_text(manifest.read_text()[:-9])
+    for command in ("collect", "status"):
+        done = CliRunner().invoke(main, [command, f"{output}.parts"])
+        assert done.exit_code == 2 and "damaged" in done.stderr
+        assert "stickslip run --fresh" in done.stderr and done.stderr.count("--fresh") == 1
