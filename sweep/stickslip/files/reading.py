@@ -115,16 +115,22 @@ def _objection(source: Path | str, ds: xr.Dataset, engine: str, marks: Marks | N
     if ds.attrs[SEAL] != digest(ds):
         changed = "names, units, parameters or configuration are not those that were written"
         return f"damaged or changed, {changed}\nhint: if it was changed on purpose, {_UNSEAL}"
-    if marks is not None and sum(places.size for places in marks.places.values()) > marks.table.size:
+    lacking = _missing_chunks(source, ds) if engine == "zarr" else None
+    return lacking if lacking or marks is None else _misplaced(ds, marks)
+
+
+def _misplaced(ds: xr.Dataset, marks: Marks) -> str | None:
+    """Which coordinate is not the one that was written, or that the marks are not there; None if all is well."""
+    if sum(places.size for places in marks.places.values()) > marks.table.size:
         return f"damaged or written by another program, {MARKED} is not there\nhint: if that was on purpose, {_UNSEAL}"
-    for name in ds.coords if marks is not None else ():
+    for name in map(str, ds.coords):
         variable = ds.variables[name]
         if name in marks.places and not all(
-            marks.fit(str(name), number, variable.values[part])
+            marks.fit(name, number, variable.values[part])
             for number, part in _chunks_in(variable.shape, _chunk_lengths(variable))
         ):
             return f"damaged, {name} {_ELSEWHERE}\n{_REMEDY}"
-    return _missing_chunks(source, ds) if engine == "zarr" else None
+    return None
 
 
 def _source(path: str | os.PathLike[str]) -> Path | str:

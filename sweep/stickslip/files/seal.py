@@ -73,7 +73,7 @@ class Marks:
     def fit(self, name: str, number: tuple[int, ...], values: NDArray[Any]) -> bool:
         """Whether these values were written as this chunk of this file."""
         at = self.places[name][number]
-        return at < self.table.size and self.table[at] == self._mark(name, number, content_of(values))
+        return bool(at < self.table.size and self.table[at] == self._mark(name, number, content_of(values)))
 
     def _mark(self, name: str, number: tuple[int, ...], content: bytes) -> np.uint64:
         digest = hashlib.sha256(_text(self.seal, name, *number) + content).digest()
@@ -92,7 +92,7 @@ def marks_of(seal: str, layouts: Mapping[str, Layout], table: NDArray[np.uint64]
 
 def content_of(values: NDArray[Any]) -> bytes:
     """What identifies the values of a chunk, without those that fill it up at an edge: SHA-256 of them in C order."""
-    return hashlib.sha256(np.ascontiguousarray(values, values.dtype.newbyteorder("<"))).digest()
+    return hashlib.sha256(np.ascontiguousarray(values, values.dtype.newbyteorder("<")).data).digest()
 
 
 def has_bare_values(variable: xr.Variable) -> bool:
