@@ -44,16 +44,17 @@ CELL_ROWS = 15
     CYCLE_XI_MAX, CYCLE_XI_MIN,  # of the attractor itself, without the transient
     CYCLE_SPEED_RANGE,  # largest minus least velocity on the attractor
     RESTICK_MARGIN,  # by how much the slip after break-away misses standstill; below 0 where it sticks again
-) = range(27)  # fmt: skip
-RESULT_ROWS = 27
+    CLOSENESS,  # smallest margin that the verdict hangs on, over the amplitude (`observers/margin.py`)
+) = range(28)  # fmt: skip
+RESULT_ROWS = 28
 
 # --- what a cell means (REGIME) and how its integration ended (STATUS) ----------------------------------------------
 NOT_COMPUTED, STICK_SLIP, DAMPED, CREEP, SUSTAINED, STUCK, UNRESOLVED, FAILED = range(8)
 (
     NOT_RUN, CYCLE_CLOSED, SETTLED, SLIP_CYCLE, NEVER_BREAKS_AWAY, HORIZON_REACHED, STEP_LIMIT, STEP_UNDERFLOW,
     NOT_FINITE, NEUTRAL_RINGING, TWO_WAY_SLIP_CYCLE, FALL_HOLD_CYCLE, SETTLING_OBSERVED, SETTLING_CERTAIN,
-    TOO_SLOW_TO_TELL, NEGATIVE_FRICTION,
-) = range(16)  # fmt: skip
+    TOO_SLOW_TO_TELL, NEGATIVE_FRICTION, HYSTERESIS_UNDEFINED,
+) = range(17)  # fmt: skip
 
 # --- contact modes --------------------------------------------------------------------------------------------------
 STICK, RISE, FAST, FALL, HOLD = range(5)  # the plain curve has STICK and RISE only
@@ -133,14 +134,14 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     CELL,  # index of the cell in the block, -1: the lane is idle
     MODE,
     SIGMA,
-    W_MIN,  # minimum of the hysteretic curve; 0 where there is no hysteresis
+    W_MIN,  # where the falling branch of the hysteretic curve ends; 0 where there is no hysteresis
     AGE,  # time in contact
     SEGMENT,  # number of the segment of the drive under way
     SAMPLE,  # the next one to be taken (`observers/signals.py`)
     # records of the observer of regimes
     STABLE_FROM, STABLE_TO,  # slip speeds, about that of the belt, at which steady sliding on the curve is stable
     XI_STAR,  # steady sliding on the curve, true frame
-    BAND,  # settling band: radius about steady sliding in the plane (u, u')
+    AMPLITUDE, BAND,  # distance from steady sliding in the plane (u, u') where the slip began; settling band there
     ENTERED,  # time at which the motion last came into the settling band
     SLIP_START,  # time of the first slip, NaN before
     CYCLE_START,  # time of the break-away that starts the cycle, NaN before
@@ -148,6 +149,8 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     HEAT_START,  # friction work up to the start of the cycle
     XI_HIGH, XI_LOW,
     V_HIGH, V_LOW,  # largest and least relative speed, true frame
+    FASTEST, SLOWEST,  # slip speeds of the whole motion, up to the last reset of these
+    CLOSEST,  # see CLOSENESS; inf before
     PEAK, PEAK_BEFORE,  # height above b of the last peak of w, and of the one before
     TROUGH_TIME,  # time of the last trough of w on the line of a hysteretic curve
     STORED,  # 1 once extremes before these were put into the results
@@ -166,10 +169,10 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     PERIOD_BEFORE, SPEED_BEFORE, HEAT_BEFORE,  # of the last cycle: period, largest slip speed, friction work
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(SLOW, SLOW + 45 * WIDTH, WIDTH)  # fmt: skip
+) = range(SLOW, SLOW + 49 * WIDTH, WIDTH)  # fmt: skip
 
 # --- lanes brought together: the same rows once more (`gathering.py`) -----------------------------------------------
-GATHERED = SLOW + 45 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
+GATHERED = SLOW + 49 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
 LANE_NUMBERS = 2 * GATHERED
 
 # --- belts that follow segments (`drive.py`): columns of their table; true frame ------------------------------------

@@ -17,6 +17,7 @@ from math import inf, isnan, log, nan
 
 from .. import layout as at
 from ..jit import compiled
+from .margin import note_closeness, note_closest_trough
 from .settling import is_neutral, settles_for_certain
 from .verdict import decide, decide_cycle, decide_settled, reset_extrema, store_extrema
 
@@ -40,6 +41,8 @@ def close_cycle(m, i, stick_time, load):
         return
     if isnan(s[at.CYCLE_START + i]):
         m.observer.results[at.BREAKAWAY_TIME, c] = tau
+        if not isnan(s[at.SLIP_START + i]):  # what slipped before belongs to the whole motion
+            store_extrema(m, i)
     elif m.cells[at.AGEING, c] == 0.0 or has_converged(s, i, tau, load, m.rtol):
         s[at.RELEASE + i], s[at.STORED + i] = load, 0.0
         heat = s[at.HEAT + i] - s[at.HEAT_START + i]
@@ -112,6 +115,10 @@ def compare_loops(m, i, tau, heat, xi):
     if change > 10.0 * noise and amplitude > ROUNDING:
         s[at.LOOP_MOVED + i] = 1.0
     still = change <= noise or amplitude <= ROUNDING
+    if (
+        s[at.LOOP_STILL + i] > 0.0 and change > 10.0 * noise and amplitude > ROUNDING
+    ):  # leaves a cycle: which way, the noise decided
+        note_closeness(s, i, 0.0)
     s[at.LOOP_STILL + i] = s[at.LOOP_STILL + i] + 1.0 if still else 0.0
     s[at.LOOP_CHANGE + i] = change
     steps = s[at.TRIED + i] - s[at.LOOP_STEPS + i]
@@ -119,6 +126,7 @@ def compare_loops(m, i, tau, heat, xi):
     if amplitude > ROUNDING and seems_periodic(m, i, change, before, still):
         begin_confirming(m, i)
     elif given_up(m, i, amplitude, change, steps) and settles_for_certain(m.law, s, i):
+        note_closest_trough(s, i)
         decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
     elif s[at.LOOP_STILL + i] >= MOST_STILL:
         begin_confirming(m, i)

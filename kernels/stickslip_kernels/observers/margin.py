@@ -8,6 +8,10 @@ slope are continuous at zero, on the curve and on the line of a hysteretic one, 
 
 A standstill that does not stick, grazing or in passing to a slip the other way and back, makes it 0: below 0 means a
 stick phase. A slip the other way that ends in a stick phase keeps what the standstill before it gave.
+
+A verdict hangs on more than the last slip: on every trough and every standstill on the way, on whether static friction
+holds the mass there, and on which side of the settling band an extremum lies. Row CLOSEST has the smallest of these
+margins over the amplitude, to be compared with the error of the integration.
 """
 
 from math import inf, isnan, nan
@@ -29,6 +33,19 @@ def begin_margin(s, i, fresh):
 def note_trough(s, i, w):
     """A trough of w, or the value that w settles at; what rounding leaves below zero has been found to be above."""
     s[at.W_LEAST + i] = min(s[at.W_LEAST + i], max(w, 0.0))
+
+
+@compiled(inline=True)
+def note_closeness(s, i, margin):
+    """What becomes of the motion was decided by this share of its amplitude."""
+    s[at.CLOSEST + i] = min(s[at.CLOSEST + i], abs(margin))
+
+
+@compiled(inline=True)
+def note_closest_trough(s, i):
+    """The least trough of the slip under way decides, too."""
+    if s[at.W_LEAST + i] > 0.0:
+        note_closeness(s, i, s[at.W_LEAST + i] / s[at.AMPLITUDE + i])
 
 
 @compiled(inline=True)

@@ -84,7 +84,6 @@ def settle_on_line(m, i, line, u, w, v, left, settled_by):
     record_line(m, i, line, u, w, v, min(settled, left))
     status = at.HORIZON_REACHED
     if settled < left and s[at.DECIDED + i] == 0.0:
-        note_ends(s, i, u_star, b, 0.0)
         inside = settled == 0.0 and distance2(q, v, drag, u_star - sigma * s[at.XI_STAR + i]) < band2
         entered = s[at.ENTERED + i] if inside else s[at.TAU + i] + settled
         decide_settled(m, i, entered, sigma * u_star, settled_by)
