@@ -17,7 +17,7 @@ from math import inf, isnan, log, nan
 
 from .. import layout as at
 from ..jit import compiled
-from .margin import note_closeness, note_closest_trough
+from .margin import note_closest_trough
 from .settling import is_neutral, settles_for_certain
 from .verdict import decide, decide_cycle, decide_settled, reset_extrema, store_extrema
 
@@ -115,10 +115,6 @@ def compare_loops(m, i, tau, heat, xi):
     if change > 10.0 * noise and amplitude > ROUNDING:
         s[at.LOOP_MOVED + i] = 1.0
     still = change <= noise or amplitude <= ROUNDING
-    if (
-        s[at.LOOP_STILL + i] > 0.0 and change > 10.0 * noise and amplitude > ROUNDING
-    ):  # leaves a cycle: which way, the noise decided
-        note_closeness(s, i, 0.0)
     s[at.LOOP_STILL + i] = s[at.LOOP_STILL + i] + 1.0 if still else 0.0
     s[at.LOOP_CHANGE + i] = change
     steps = s[at.TRIED + i] - s[at.LOOP_STEPS + i]

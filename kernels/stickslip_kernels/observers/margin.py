@@ -11,20 +11,31 @@ stick phase. A slip the other way that ends in a stick phase keeps what the stan
 
 A verdict hangs on more than the last slip: on every trough and every standstill on the way, on whether static friction
 holds the mass there, and on which side of the settling band an extremum lies. Row CLOSEST has the smallest of these
-margins over the amplitude, to be compared with the error of the integration.
+margins over the amplitude and over what errors have grown by, to be compared with the tolerance.
+
+In the plane an area grows by the divergence of the flow, minus the drag gamma + mu', and what two motions side by side
+are apart, over their speed f = (q, w'), q = w - b, as the area over f^2. So the logarithm of that, GAIN, changes by
+
+    -drag (q^2 - w'^2)/(q^2 + w'^2),      drag = -(q + w'')/w',
+
+and is at least 0, since errors are made anew at any time. It is large beside unstable cycles, and where slip rides on
+the falling branch.
 """
 
-from math import inf, isnan, nan
+from math import exp, inf, isnan, nan
 
 from .. import layout as at
+from ..bits import select
 from ..jit import compiled
+
+FLAT = 1e-18  # (w'/q)^2 below which rounding hides the drag
 
 
 @compiled(inline=True)
 def begin_margin(s, i, fresh):
     """A slip begins at standstill or, not fresh, goes on from there, forwards (b > 0) or the other way."""
     if fresh:
-        s[at.W_LEAST + i] = inf
+        s[at.W_LEAST + i], s[at.GAIN + i], s[at.GAIN_TOP + i] = inf, 0.0, 0.0
     elif s[at.B + i] > 0.0:
         s[at.W_LEAST + i] = 0.0
 
@@ -45,7 +56,16 @@ def note_closeness(s, i, margin):
 def note_closest_trough(s, i):
     """The least trough of the slip under way decides, too."""
     if s[at.W_LEAST + i] > 0.0:
-        note_closeness(s, i, s[at.W_LEAST + i] / s[at.AMPLITUDE + i])
+        note_closeness(s, i, s[at.W_LEAST + i] / s[at.AMPLITUDE + i] * exp(-s[at.GAIN_TOP + i]))
+
+
+@compiled(inline=True)
+def gain_after(s, i, h, w, dw, jerk):
+    """GAIN of lane i after a step over h, by the motion at its end; a turning point of w tells nothing."""
+    q, gain = w - s[at.B + i], s[at.GAIN + i]
+    square, square_dw = q * q, dw * dw
+    growth = h * (q + jerk) * (square - square_dw) / (dw * (square + square_dw))
+    return select(square_dw > FLAT * square, max(gain + growth, 0.0), gain)
 
 
 @compiled(inline=True)

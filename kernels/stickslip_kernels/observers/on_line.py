@@ -33,6 +33,11 @@ def record_line(m, i, line, u, w, v, duration):
         note_ends(s, i, u1, b + q1, v1)
     if s[at.BAND2 + i] > 0.0:
         note_entry_on_line(s, i, q, v, drag, mu_belt - sigma * s[at.XI_STAR + i], duration)
+    fast, fast1 = q * q + v * v, q1 * q1 + v1 * v1
+    if fast > 0.0 and fast1 > 0.0:
+        along = (q * q - v * v) / fast + (q1 * q1 - v1 * v1) / fast1
+        s[at.GAIN + i] = max(s[at.GAIN + i] - 0.5 * along * drag * duration, 0.0)
+        s[at.GAIN_TOP + i] = max(s[at.GAIN_TOP + i], s[at.GAIN + i])
     s[at.HEAT + i] += friction_work(line, q, v, b, duration, u1 - u)
 
 

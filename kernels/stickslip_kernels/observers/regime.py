@@ -4,7 +4,7 @@ Extrema (`extrema.py`), cycles (`cycles.py`) and settling (`settling.py`, `on_li
 says that something happened; the verdict (`verdict.py`) ends the cell, or lets it run to the horizon.
 """
 
-from math import inf, isnan, nan
+from math import exp, inf, isnan, nan
 from typing import Any, NamedTuple
 
 from .. import layout as at
@@ -27,7 +27,7 @@ from .extrema import (
     turns,
     turns_quietly,
 )  # fmt: skip
-from .margin import begin_margin, note_closeness, note_closest_trough, note_standstill, note_trough
+from .margin import begin_margin, gain_after, note_closeness, note_closest_trough, note_standstill, note_trough
 from .on_line import record_line, settle_on_line
 from .settling import (
     check_settling,
@@ -79,6 +79,7 @@ def open_book(m, i, c):
     s[at.MARK + i] = 1.0
     reset_extrema(s, i)
     s[at.FASTEST + i], s[at.SLOWEST + i], s[at.CLOSEST + i], s[at.W_LEAST + i] = 0.0, inf, inf, inf
+    s[at.GAIN + i], s[at.GAIN_TOP + i] = 0.0, 0.0
     # Linear damping ratio of steady sliding on the curve, (gamma + mu'(b))/2; NaN where the belt is at rest.
     ratio = 0.5 * (m.cells[at.GAMMA, c] + coefficient_slope(m.law, m.cells, c, belt))
     m.observer.results[at.DAMPING_RATIO, c] = ratio if belt > 0.0 else nan
@@ -157,6 +158,8 @@ def watch(m):
         side = select(maximum, 1.0, -1.0)
         crosses = counts & (side * s[at.SIDE_LAST + i] < 0.0)
         s[at.SIDE_LAST_NEW + i] = select(counts, side, s[at.SIDE_LAST + i])
+        s[at.GAIN_NEW + i] = gain_after(s, i, h, w, dw, jerk)
+        s[at.GAIN_TOP + i] = max(s[at.GAIN_TOP + i], s[at.GAIN + i])
         s[at.CROSSED_NEW + i] = s[at.CROSSED + i] + select(crosses, 1.0, 0.0)
         s[at.LOOP_COUNT_NEW + i] = s[at.LOOP_COUNT + i] + select(counts & maximum, 1.0, 0.0)
     find_tops(m.law, s)
@@ -185,6 +188,7 @@ def watch_from(m, i, u):
 
 
 def observe_step(m, i, h, y, w, dw, jerk, work):
+    m.s[at.GAIN + i] = gain_after(m.s, i, h, w, dw, jerk)
     if m.s[at.MARK + i] > 0.0:
         record_extrema(m, i, h, w, dw, jerk)
     note_entry(m.s, i, h, y, w)
@@ -254,9 +258,10 @@ def observe_load_that_stays(m, i, u, b):
 
 def observe_contact(m, i, room, comes_back):
     s = m.s
-    note_closeness(s, i, room / s[at.AMPLITUDE + i])
+    share = exp(-s[at.GAIN + i]) / s[at.AMPLITUDE + i]
+    note_closeness(s, i, share * room)
     if not comes_back:
-        note_closeness(s, i, s[at.W_LEAST + i] / s[at.AMPLITUDE + i])
+        note_closeness(s, i, share * s[at.W_LEAST + i])
 
 
 def observe_stick(m, i, start, u_start, load, after_slip, thrown):

@@ -5,7 +5,7 @@ proven (`settling.py`), and a cell whose horizon or budget runs out first is `un
 state and the results.
 """
 
-from math import inf, isnan, nan
+from math import exp, inf, isnan, nan
 
 from .. import layout as at
 from ..jit import compiled
@@ -92,7 +92,8 @@ def decide(m, i, regime, status):
     results[at.MU_REVERSAL, c], results[at.CROSSINGS, c] = s[at.MU_TURN + i], s[at.CROSSED + i]
     results[at.MU_BREAKAWAY, c] = s[at.RELEASE + i]
     if regime != at.UNRESOLVED:
-        results[at.RESTICK_MARGIN, c], results[at.CLOSENESS, c] = margin_of_slip(s, i), s[at.CLOSEST + i]
+        results[at.RESTICK_MARGIN, c] = margin_of_slip(s, i)
+        results[at.CLOSENESS, c] = min(s[at.CLOSEST + i], exp(-s[at.GAIN_TOP + i]))
     s[at.DECIDED + i], s[at.DECIDED_BY + i] = 1.0, status
     s[at.MARK + i], s[at.RADIUS2 + i], s[at.BAND2 + i] = 0.0, 0.0, 0.0
 

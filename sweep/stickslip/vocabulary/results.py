@@ -71,8 +71,8 @@ _VARIABLES = (
         "energy_per_cycle",
         "J",
         "friction heat per cycle",
-        comment="Exact to the tolerance, or to 1e-13 of the energy that the spring exchanges where that is more: friction "
-        "that nearly vanishes at speed.",
+        comment="Exact to the tolerance, or to 1e-13 of the energy that the spring exchanges, which may be more where "
+        "friction nearly vanishes at speed.",
     ),
     Variable("equilibrium_crossings", "1", "crossings of the equilibrium with extrema outside the settling band"),
     Variable(
