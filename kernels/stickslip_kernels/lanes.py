@@ -53,7 +53,6 @@ def watch_and_commit(s, max_steps):
         s[at.AFTER + at.CROSSED + i] = select(commit, s[at.CROSSED_NEW + i], s[at.CROSSED + i])
         s[at.AFTER + at.LOOP_COUNT + i] = select(commit, s[at.LOOP_COUNT_NEW + i], s[at.LOOP_COUNT + i])
         s[at.AFTER + at.ERROR_LOG + i] = select(commit, s[at.ERROR_LOG_NEW + i], s[at.ERROR_LOG + i])
-        s[at.AFTER + at.GAIN + i] = select(commit, s[at.GAIN_NEW + i], s[at.GAIN + i])
         s[at.AFTER + at.TAU + i] = s[at.TAU + i] + select(commit, h, 0.0)
         s[at.AFTER + at.HEAT + i] = s[at.HEAT + i] + select(commit, s[at.WORK + i], 0.0)
     # The state is copied back from rows of its own: storing a select where it was loaded from becomes a masked store,

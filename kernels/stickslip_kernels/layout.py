@@ -73,14 +73,12 @@ WIDTH = 32
     ERROR_LOG,  # log2 of the squared error norm of the last accepted step (PI control)
     TAU,
     HEAT,  # friction work so far
-    GAIN,  # log of the growth of errors of this slip, over its speed in the plane (`observers/margin.py`)
     STATE_NUMBERS,
-) = range(0, 13 * WIDTH, WIDTH)
+) = range(0, 12 * WIDTH, WIDTH)
 AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to commit a step or not
 (
     # the state at the end of the step being tried
     Y_NEW, W_NEW, DW_NEW, JERK_NEW, WEAK_NEW, SIDE_LAST_NEW, CROSSED_NEW, LOOP_COUNT_NEW, ERROR_LOG_NEW,
-    GAIN_NEW,
     STEP,  # the step to try next (Runge-Kutta); the most it may be (Taylor)
     TRIED,  # steps tried so far
     # law and guards of the present mode
@@ -101,7 +99,7 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     DW_TOP,  # largest |w'| recorded so far
     Y_HIGH, Y_LOW,  # y at the largest and the least u recorded so far; extrema of u between them need no look
     W_LEAST,  # margin of the slip under way, see `observers/margin.py`; troughs of w above it are not looked at
-    GAIN_TOP,  # largest GAIN of the slip so far
+    GAIN, GAIN_TOP,  # log of what errors have grown by in this slip (`observers/margin.py`), and its largest so far
     # what steps must know
     FLOOR,  # slip speed below which errors are absolute
     FAR, HIDES,  # slip speed from which on friction no longer weakens, and how deep w may dip in a step (`steep.py`)

@@ -25,7 +25,7 @@ the falling branch.
 from math import exp, inf, isnan, nan
 
 from .. import layout as at
-from ..bits import select
+from ..bits import select, widest_vectors
 from ..jit import compiled
 
 FLAT = 1e-18  # (w'/q)^2 below which rounding hides the drag
@@ -54,18 +54,29 @@ def note_closeness(s, i, margin):
 
 @compiled(inline=True)
 def note_closest_trough(s, i):
-    """The least trough of the slip under way decides, too."""
+    """The least trough of the slip under way decides, too; half of what errors grow by in a dip comes after it."""
     if s[at.W_LEAST + i] > 0.0:
-        note_closeness(s, i, s[at.W_LEAST + i] / s[at.AMPLITUDE + i] * exp(-s[at.GAIN_TOP + i]))
+        note_closeness(s, i, s[at.W_LEAST + i] / s[at.AMPLITUDE + i] * exp(-0.5 * s[at.GAIN_TOP + i]))
 
 
 @compiled(inline=True)
-def gain_after(s, i, h, w, dw, jerk):
-    """GAIN of lane i after a step over h, by the motion at its end; a turning point of w tells nothing."""
-    q, gain = w - s[at.B + i], s[at.GAIN + i]
-    square, square_dw = q * q, dw * dw
-    growth = h * (q + jerk) * (square - square_dw) / (dw * (square + square_dw))
-    return select(square_dw > FLAT * square, max(gain + growth, 0.0), gain)
+def note_gain(s, i, h, w, dw, jerk):
+    """What errors of lane i grow by in a step over h, by the motion at its end; a turning point of w tells nothing."""
+    q, squared = w - s[at.B + i], dw * dw
+    square = q * q
+    growth = h * (q + jerk) * (square - squared) / (dw * (square + squared))
+    gain = max(s[at.GAIN + i] + select(squared > FLAT * square, growth, 0.0), 0.0)
+    s[at.GAIN + i] = gain
+    s[at.GAIN_TOP + i] = max(s[at.GAIN_TOP + i], gain)
+
+
+@compiled
+def grow_errors(s):
+    """The same of all lanes whose steps have been committed."""
+    widest_vectors()
+    for i in range(at.WIDTH):
+        committed = (s[at.FLAG + i] == at.NOTHING_MET) & (s[at.GOOD + i] > 0.0)
+        note_gain(s, i, select(committed, s[at.TAKEN + i], 0.0), s[at.W + i], s[at.DW + i], s[at.JERK + i])
 
 
 @compiled(inline=True)

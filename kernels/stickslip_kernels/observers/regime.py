@@ -27,7 +27,15 @@ from .extrema import (
     turns,
     turns_quietly,
 )  # fmt: skip
-from .margin import begin_margin, gain_after, note_closeness, note_closest_trough, note_standstill, note_trough
+from .margin import (
+    begin_margin,
+    grow_errors,
+    note_closeness,
+    note_closest_trough,
+    note_gain,
+    note_standstill,
+    note_trough,
+)
 from .on_line import record_line, settle_on_line
 from .settling import (
     check_settling,
@@ -158,8 +166,6 @@ def watch(m):
         side = select(maximum, 1.0, -1.0)
         crosses = counts & (side * s[at.SIDE_LAST + i] < 0.0)
         s[at.SIDE_LAST_NEW + i] = select(counts, side, s[at.SIDE_LAST + i])
-        s[at.GAIN_NEW + i] = gain_after(s, i, h, w, dw, jerk)
-        s[at.GAIN_TOP + i] = max(s[at.GAIN_TOP + i], s[at.GAIN + i])
         s[at.CROSSED_NEW + i] = s[at.CROSSED + i] + select(crosses, 1.0, 0.0)
         s[at.LOOP_COUNT_NEW + i] = s[at.LOOP_COUNT + i] + select(counts & maximum, 1.0, 0.0)
     find_tops(m.law, s)
@@ -167,6 +173,7 @@ def watch(m):
 
 def keep(m):
     record_tops(m.s)
+    grow_errors(m.s)
 
 
 def observe_slip_begin(m, i, u, w, fresh):
@@ -188,7 +195,7 @@ def watch_from(m, i, u):
 
 
 def observe_step(m, i, h, y, w, dw, jerk, work):
-    m.s[at.GAIN + i] = gain_after(m.s, i, h, w, dw, jerk)
+    note_gain(m.s, i, h, w, dw, jerk)
     if m.s[at.MARK + i] > 0.0:
         record_extrema(m, i, h, w, dw, jerk)
     note_entry(m.s, i, h, y, w)

@@ -16,7 +16,7 @@ from stickslip_kernels.blank import new_regimes
 
 Floats = NDArray[np.float64]
 
-_ERRORS = 10.0  # tolerances: margins below that share of the amplitude decide nothing (errors measured: at most 0.4)
+_ERRORS = 2.0  # tolerances: verdicts this close to a border may be wrong (those that were lay within 0.2 of them)
 _WASTED = 10.0  # energy that a cycle exchanges over its friction work, from where on errors of the work show
 _STEP, _TIGHTEST = 1e-3, 1e-12  # of a tolerance to the next; what the kernels were tested to
 
