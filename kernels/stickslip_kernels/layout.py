@@ -158,7 +158,7 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     MU_TURN,  # friction coefficient at the first reversal
     TURN_LAST, TURN_BEFORE,  # xi at the last extremum looked at, and at the one before
     # the return map of slip, from one maximum of u to the next (`observers/cycles.py`)
-    LOOP_XI, LOOP_TAU, LOOP_HEAT, LOOP_STEPS,  # at the reference maximum of u: xi, time, work and steps tried
+    LOOP_XI, LOOP_TAU, LOOP_HEAT, LOOP_STEPS, LOOP_GAIN,  # at the reference maximum of u: xi, time, work, steps, GAIN
     LOOP_CHANGE,  # relative change of xi a loop at the last look; inf before
     LOOP_MOVED,  # 1 once a change above the noise was seen
     LOOP_STILL,  # looks in a row that showed nothing above the noise
@@ -170,10 +170,10 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     PERIOD_BEFORE, SPEED_BEFORE, HEAT_BEFORE,  # of the last cycle: period, largest slip speed, friction work
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(SLOW, SLOW + 49 * WIDTH, WIDTH)  # fmt: skip
+) = range(SLOW, SLOW + 50 * WIDTH, WIDTH)  # fmt: skip
 
 # --- lanes brought together: the same rows once more (`gathering.py`) -----------------------------------------------
-GATHERED = SLOW + 49 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
+GATHERED = SLOW + 50 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
 LANE_NUMBERS = 2 * GATHERED
 
 # --- belts that follow segments (`drive.py`): columns of their table; true frame ------------------------------------
