@@ -1,7 +1,6 @@
 """A block of cells: the unit of work. Arrays in, arrays out; serial, nogil, and it never raises."""
 
 from . import layout as at
-from . import observers
 from .bits import as_index, lowest_bit, nonzero_bits, widest_vectors
 from .contact import DONE
 from .jit import compiled
@@ -46,4 +45,3 @@ def run_lanes(m, stop):
             if attend(m, as_index(i)) == DONE:
                 following = next_cell(m, as_index(i), following)
                 busy ^= (m.s[at.CELL + i] < 0.0) << i
-    observers.conclude(m)

@@ -44,16 +44,17 @@ CELL_ROWS = 15
     CYCLE_XI_MAX, CYCLE_XI_MIN,  # of the attractor itself, without the transient
     CYCLE_SPEED_RANGE,  # largest minus least velocity on the attractor
     RESTICK_MARGIN,  # by how much the slip after break-away misses standstill; below 0 where it sticks again
-) = range(27)  # fmt: skip
-RESULT_ROWS = 27
+    CLOSENESS,  # smallest margin that the verdict hangs on, over the amplitude (`observers/margin.py`)
+) = range(28)  # fmt: skip
+RESULT_ROWS = 28
 
 # --- what a cell means (REGIME) and how its integration ended (STATUS) ----------------------------------------------
 NOT_COMPUTED, STICK_SLIP, DAMPED, CREEP, SUSTAINED, STUCK, UNRESOLVED, FAILED = range(8)
 (
     NOT_RUN, CYCLE_CLOSED, SETTLED, SLIP_CYCLE, NEVER_BREAKS_AWAY, HORIZON_REACHED, STEP_LIMIT, STEP_UNDERFLOW,
     NOT_FINITE, NEUTRAL_RINGING, TWO_WAY_SLIP_CYCLE, FALL_HOLD_CYCLE, SETTLING_OBSERVED, SETTLING_CERTAIN,
-    TOO_SLOW_TO_TELL, NEGATIVE_FRICTION,
-) = range(16)  # fmt: skip
+    TOO_SLOW_TO_TELL, NEGATIVE_FRICTION, HYSTERESIS_UNDEFINED,
+) = range(17)  # fmt: skip
 
 # --- contact modes --------------------------------------------------------------------------------------------------
 STICK, RISE, FAST, FALL, HOLD = range(5)  # the plain curve has STICK and RISE only
@@ -98,6 +99,7 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     DW_TOP,  # largest |w'| recorded so far
     Y_HIGH, Y_LOW,  # y at the largest and the least u recorded so far; extrema of u between them need no look
     W_LEAST,  # margin of the slip under way, see `observers/margin.py`; troughs of w above it are not looked at
+    GAIN, GAIN_TOP,  # log of what errors have grown by in this slip (`observers/margin.py`), and its largest so far
     # what steps must know
     FLOOR,  # slip speed below which errors are absolute
     FAR, HIDES,  # slip speed from which on friction no longer weakens, and how deep w may dip in a step (`steep.py`)
@@ -119,7 +121,7 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     # inside a Runge-Kutta step: stages and errors
     W_2, W_3, W_4, W_5, W_6, K_2, K_3, K_4, K_5, K_6, ERROR_Y, ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 69 * WIDTH, WIDTH)  # fmt: skip
+) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 71 * WIDTH, WIDTH)  # fmt: skip
 NOTHING_MET, LOOK_FIRST, HALTED = 0.0, 1.0, 2.0  # committed or rejected; good, but to be looked at; no step possible
 OF_SPEED, OF_SLOPE = 1.0, 2.0  # codes of SOUGHT
 ORDER = 14  # of the Taylor step
@@ -133,14 +135,14 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     CELL,  # index of the cell in the block, -1: the lane is idle
     MODE,
     SIGMA,
-    W_MIN,  # minimum of the hysteretic curve; 0 where there is no hysteresis
+    W_MIN,  # where the falling branch of the hysteretic curve ends; 0 where there is no hysteresis
     AGE,  # time in contact
     SEGMENT,  # number of the segment of the drive under way
     SAMPLE,  # the next one to be taken (`observers/signals.py`)
     # records of the observer of regimes
     STABLE_FROM, STABLE_TO,  # slip speeds, about that of the belt, at which steady sliding on the curve is stable
     XI_STAR,  # steady sliding on the curve, true frame
-    BAND,  # settling band: radius about steady sliding in the plane (u, u')
+    AMPLITUDE, BAND,  # distance from steady sliding in the plane (u, u') where the slip began; settling band there
     ENTERED,  # time at which the motion last came into the settling band
     SLIP_START,  # time of the first slip, NaN before
     CYCLE_START,  # time of the break-away that starts the cycle, NaN before
@@ -148,13 +150,15 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     HEAT_START,  # friction work up to the start of the cycle
     XI_HIGH, XI_LOW,
     V_HIGH, V_LOW,  # largest and least relative speed, true frame
+    FASTEST, SLOWEST,  # slip speeds of the whole motion, up to the last reset of these
+    CLOSEST,  # see CLOSENESS; inf before
     PEAK, PEAK_BEFORE,  # height above b of the last peak of w, and of the one before
     TROUGH_TIME,  # time of the last trough of w on the line of a hysteretic curve
     STORED,  # 1 once extremes before these were put into the results
     MU_TURN,  # friction coefficient at the first reversal
     TURN_LAST, TURN_BEFORE,  # xi at the last extremum looked at, and at the one before
     # the return map of slip, from one maximum of u to the next (`observers/cycles.py`)
-    LOOP_XI, LOOP_TAU, LOOP_HEAT, LOOP_STEPS,  # at the reference maximum of u: xi, time, work and steps tried
+    LOOP_XI, LOOP_TAU, LOOP_HEAT, LOOP_STEPS, LOOP_GAIN,  # at the reference maximum of u: xi, time, work, steps, GAIN
     LOOP_CHANGE,  # relative change of xi a loop at the last look; inf before
     LOOP_MOVED,  # 1 once a change above the noise was seen
     LOOP_STILL,  # looks in a row that showed nothing above the noise
@@ -166,10 +170,10 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     PERIOD_BEFORE, SPEED_BEFORE, HEAT_BEFORE,  # of the last cycle: period, largest slip speed, friction work
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(SLOW, SLOW + 45 * WIDTH, WIDTH)  # fmt: skip
+) = range(SLOW, SLOW + 50 * WIDTH, WIDTH)  # fmt: skip
 
 # --- lanes brought together: the same rows once more (`gathering.py`) -----------------------------------------------
-GATHERED = SLOW + 45 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
+GATHERED = SLOW + 50 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
 LANE_NUMBERS = 2 * GATHERED
 
 # --- belts that follow segments (`drive.py`): columns of their table; true frame ------------------------------------

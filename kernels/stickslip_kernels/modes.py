@@ -16,7 +16,7 @@ from .contact import DONE, RUNNING
 from .drive import belt_in_lane, flip, next_segment, open_drive, segment_is_over
 from .equations import jerk_in_lane, weakening_in_lane
 from .events import LEVEL_REACHED, NO_EVENT, find_event
-from .friction import speed_of_slope
+from .friction import speed_of_minimum
 from .hysteresis import fall
 from .jit import compiled
 from .slip import begin_slip, displacement_in_lane, enter_curve, set_slip
@@ -36,7 +36,10 @@ def start_cell(m, i, c):
             observers.refuse(m, c, at.NOT_FINITE)
             return DONE
     s[at.CELL + i], s[at.SIGMA + i] = c, 1.0
-    s[at.W_MIN + i] = 0.0 if isnan(cells[at.MU_STOP, c]) else speed_of_slope(m.law, cells, c, 0.0)
+    s[at.W_MIN + i] = 0.0 if isnan(cells[at.MU_STOP, c]) else speed_of_minimum(m.law, cells, c)
+    if isnan(s[at.W_MIN + i]):
+        observers.refuse(m, c, at.HYSTERESIS_UNDEFINED)
+        return DONE
     s[at.HEAT + i], s[at.TRIED + i] = 0.0, 0.0
     s[at.G + i], s[at.RATE + i], s[at.EXPONENT + i] = cells[at.GAMMA, c], 1.0 / cells[at.A4, c], cells[at.DELTA, c]
     know_steepness(m.law, s, i, cells, c)

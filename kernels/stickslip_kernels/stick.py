@@ -38,6 +38,8 @@ def stick(m, i, u, after_slip):
     amplitude = max(abs(u - steady_load(m, i)), b)
     s[at.MODE + i] = at.STICK
     s[at.AGE + i] = 0.0 if after_slip else cells[at.CONTACT_START, c]
+    if after_slip:
+        observers.observe_contact(m, i, static_friction(cells, c, 0.0) - abs(load), comes_back)
     while True:
         left, rate, age = s[at.TAU_END + i] - s[at.TAU + i], b + gamma * alpha, s[at.AGE + i]
         limit, growth, later = static_friction(cells, c, age), cells[at.AGEING, c], cells[at.AGEING_TIME, c] + age

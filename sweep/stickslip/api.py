@@ -274,7 +274,7 @@ def evaluate(
     Returns a dataset over `cell`; over the dimensions of the DataArrays, or of the Dataset, with their coordinates,
     where cells have such. Raises TypeError or ValueError for bad input before anything is computed.
     """
-    full = given_cells(cells)
+    full = given_cells(cells, law)
     if (odd := odd_friction(full.cells)) is not None:
         warnings.warn(question_about_friction(odd), UnitWarning, stacklevel=2)
     options = Options(
@@ -325,7 +325,7 @@ def simulate(
         raise ValueError(f"duration: got {duration!r}, expected a time > 0 (s)")
     if samples < 2:
         raise ValueError(f"samples: got {samples!r}, expected at least 2")
-    full = as_cells(cell)
+    full = as_cells(cell, law)
     if full["mass"].size != 1:
         raise ValueError("simulate computes one trajectory: give every parameter one number")
     options = Options(law, float(rtol), seconds, int(max_steps))

@@ -83,7 +83,7 @@ def attractors(
         title = f"Attractors: {config.title}"
         text = config.model_copy(update=alone("attractors", asked)).to_yaml()
     else:
-        cells, title = basins.asked_of_cells(given_cells(cast(Cells, cells_or_config))), "Attractors"
+        cells, title = basins.asked_of_cells(given_cells(cast(Cells, cells_or_config), options.law)), "Attractors"
         text = _text(options, {"attractors": asked.resolved()})
     study = basins.AttractorStudy(cells, states, sampling, options)
     with watched(progress, study.counted, options.law) as moved:
@@ -125,7 +125,7 @@ def ramp(
     if config is not None:
         lines, text = borders.lines_of_config(config, along, ends), config.to_yaml()
     else:
-        lines, text = borders.lines_of_cells(cast(Cells, cells_or_config), along, ends), _text(options, {})
+        lines, text = borders.lines_of_cells(cast(Cells, cells_or_config), along, ends, options.law), _text(options, {})
     values = np.linspace(*lines.between, int(points))
     title = f"Slow ramp: {PARAMETERS[along].long_name}" + (f": {config.title}" if config else "")
     asked = basins.Ramp(lines, values)

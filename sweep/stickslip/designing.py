@@ -89,7 +89,7 @@ def border(
         text = config.model_copy(update=alone("border", asked)).to_yaml()
     else:
         options = Options(law=law or Options.law, **given)
-        lines = borders.lines_of_cells(cast(Cells, cells_or_config), along, ends)
+        lines = borders.lines_of_cells(cast(Cells, cells_or_config), along, ends, options.law)
         title, text = "Borders of regimes", _text(options)
     study = borders.BorderStudy(lines, limits, options)
     return _computed(study, progress, provenance(text, title=title, action=f"border along {along}"))
@@ -207,7 +207,7 @@ def margins(
         title, text = f"Margins: {config.title}", config.to_yaml()
     else:
         options = Options(law=law or Options.law, **given)
-        cells = given_cells(cast(Cells, cells_or_config))
+        cells = given_cells(cast(Cells, cells_or_config), options.law)
         asking = distances.Asking(cells.dims, cells.shape, cells.coordinates(), cells.part)
         title, text = "Margins of cells", _text(options)
     speeds = speeds_in(speed_range)

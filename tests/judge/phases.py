@@ -6,10 +6,10 @@ from .band import begin_band, displacement, note_entry_in_hold, note_entry_in_st
 from .curve import room, weakened
 from .jit import compiled
 from .layout import (
-    A1, A3, A4, AGEING, AGE_TIME, AMPLITUDE, BAND2, BELT, BIRTH, BREAKAWAY_TIME, CONTACT, CYCLE, DONE, FALL, GAMMA,
-    HEAT, LOOP, MEMORY, QUIET, RATIO, RELEASED_AT, RELEASED_BOOK, RELEASED_HEAT, RELEASED_P, RELEASED_STICK, RELEASES,
-    RELEASE_LOAD, REST, RESTICK_TIME, RESTICK_XI, REVERSAL, SETTLES, SIGMA, SLIP_AGAIN, STATIC, STEPS, STICK_SLIP,
-    STOP, STUCK, STUCK_FOR, TAU, TO_FAST, TO_RISE, WHOLE, W_MIN, P, W,
+    A1, A3, A4, AGEING, AGE_TIME, AMPLITUDE, BAND2, BELT, BIRTH, BREAKAWAY_TIME, CONTACT, CYCLE, DONE, FALL, FIRST_SLIP,
+    GAMMA, HEAT, LOOP, MEMORY, QUIET, RATIO, RELEASED_AT, RELEASED_BOOK, RELEASED_HEAT, RELEASED_P, RELEASED_STICK,
+    RELEASES, RELEASE_LOAD, REST, RESTICK_TIME, RESTICK_XI, REVERSAL, SETTLES, SIGMA, SLIP_AGAIN, STATIC, STEPS,
+    STICK_SLIP, STOP, STUCK, STUCK_FOR, TAU, TO_FAST, TO_RISE, WHOLE, W_MIN, P, W,
 )  # fmt: skip
 from .linear import linear, square_of_linear, time_of_level, turn_of_linear
 from .settling import answer_cycle, answer_point, close_loop, forget, join, note, settled
@@ -232,7 +232,8 @@ def release(c, s, out, books, memory, dwell):
     s[STUCK_FOR] += dwell
     if n == 0:
         out[BREAKAWAY_TIME] = s[TAU]
-        forget(books[WHOLE])
+        if isnan(s[FIRST_SLIP]):  # what slipped before belongs to the whole motion
+            forget(books[WHOLE])
         note(c, s, books, s[P], 0.0, 0.0)
     for lag in range(1, min(n, MEMORY - 1) + 1):
         then = memory[(n - lag) % MEMORY]

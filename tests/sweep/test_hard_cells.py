@@ -67,6 +67,8 @@ def test_every_hard_cell_has_its_regime_and_its_numbers_to_100_rtol(hard, law, r
     for name, scale in owed.items():
         found = stick_time if name == "stick_time" else ds[name].values
         compared = cycles if name in ("period", "stick_time", "energy_per_cycle") else np.isfinite(known[name])
+        if name in ("spring_force_max", "spring_force_min", "slip_speed_max", "acceleration_max"):
+            compared &= cycles | ~(known["restick_time"] < known["breakaway_time"])  # the table forgets the first slip
         errors = np.abs(found - known[name])[compared] / np.abs(scale)[compared]
         assert not (worst := errors.max(initial=0.0)) > OWED * rtol and np.isfinite(worst), name
 

@@ -43,11 +43,6 @@ def finish(m, i, status, u, velocity):
     return DONE
 
 
-@hook
-def conclude(m):
-    """The block is done."""
-
-
 # --- slip on the curve ----------------------------------------------------------------------------------------------
 
 
@@ -118,6 +113,11 @@ def observe_trough(m, i, u, w):
 @inline_hook
 def observe_load_that_stays(m, i, u, b):
     """Nothing in the present segment of the drive ends the stick phase."""
+
+
+@inline_hook
+def observe_contact(m, i, room, comes_back):
+    """A slip has come to standstill, the load being `room` below static friction; comes_back: from a slip backwards."""
 
 
 @hook

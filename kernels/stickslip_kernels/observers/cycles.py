@@ -17,6 +17,7 @@ from math import inf, isnan, log, nan
 
 from .. import layout as at
 from ..jit import compiled
+from .margin import note_closeness, note_closest_trough
 from .settling import is_neutral, settles_for_certain
 from .verdict import decide, decide_cycle, decide_settled, reset_extrema, store_extrema
 
@@ -24,6 +25,7 @@ LOOPS = 12  # between two looks: a multiple of most lengths a cycle can have in 
 SLOWEST = 1e-5  # what changes by more of its amplitude a loop is not periodic
 NOISE = 0.1  # of the tolerance: what the integration itself may add to the amplitude in a loop
 RETURNS = 10.0  # tolerances within which a loop is the one it is compared with
+UNSTABLE = 1e-4  # growth of errors in LOOPS loops that shows more than how it is summed up
 ROUNDING = 1e-9  # amplitude below which rounding is seen as a change
 MOST_STILL = 20  # looks without a change that are enough to give up
 REMAINING = 1.0  # tolerances by which the cycles of stick-slip still to come may differ from the last
@@ -40,6 +42,8 @@ def close_cycle(m, i, stick_time, load):
         return
     if isnan(s[at.CYCLE_START + i]):
         m.observer.results[at.BREAKAWAY_TIME, c] = tau
+        if not isnan(s[at.SLIP_START + i]):  # what slipped before belongs to the whole motion
+            store_extrema(m, i)
     elif m.cells[at.AGEING, c] == 0.0 or has_converged(s, i, tau, load, m.rtol):
         s[at.RELEASE + i], s[at.STORED + i] = load, 0.0
         heat = s[at.HEAT + i] - s[at.HEAT_START + i]
@@ -100,6 +104,7 @@ def set_reference(s, i, tau, heat, xi):
     """Loops are compared with this one from now on."""
     s[at.LOOP_COUNT + i], s[at.LOOP_XI + i], s[at.LOOP_TAU + i], s[at.LOOP_HEAT + i] = 0.0, xi, tau, heat
     s[at.LOOP_STEPS + i], s[at.RETURNED + i], s[at.HELD + i] = s[at.TRIED + i], 0.0, 0.0
+    s[at.LOOP_GAIN + i] = s[at.GAIN + i]
 
 
 @compiled
@@ -119,6 +124,7 @@ def compare_loops(m, i, tau, heat, xi):
     if amplitude > ROUNDING and seems_periodic(m, i, change, before, still):
         begin_confirming(m, i)
     elif given_up(m, i, amplitude, change, steps) and settles_for_certain(m.law, s, i):
+        note_closest_trough(s, i)
         decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
     elif s[at.LOOP_STILL + i] >= MOST_STILL:
         begin_confirming(m, i)
@@ -173,6 +179,8 @@ def confirm_cycle(m, i, tau, heat, xi):
     if amplitude <= ROUNDING or (kind == at.SLIP_CYCLE and s[at.LOOP_MOVED + i] == 0.0):
         decide(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
         return
+    if s[at.GAIN + i] > s[at.LOOP_GAIN + i] + UNSTABLE:  # errors grow from loop to loop: no cycle that attracts
+        note_closeness(s, i, 0.0)
     period, work = (tau - s[at.LOOP_TAU + i]) * share, (heat - s[at.LOOP_HEAT + i]) * share
     decide_cycle(m, i, at.SUSTAINED, kind, period, 0.0, work)
 

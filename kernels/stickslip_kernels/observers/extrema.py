@@ -10,7 +10,7 @@ from ..jit import compiled
 from ..roots import FOR_A_VALUE, arrival, extreme_speed
 from ..stepping import extreme_slope
 from .cycles import LOOPS, note_loop
-from .margin import note_trough
+from .margin import note_closeness, note_trough
 from .tops import is_found
 from .verdict import note_force, note_speed
 
@@ -123,6 +123,8 @@ def note_turn(s, i, xi):
     note_force(s, i, xi)
     s[at.TURN_BEFORE + i], s[at.TURN_LAST + i] = s[at.TURN_LAST + i], xi
     distance = xi - s[at.XI_STAR + i]
+    if s[at.CROSSED + i] < 2.0:
+        note_closeness(s, i, 1.0 - abs(distance) / s[at.BAND + i])
     if abs(distance) > s[at.BAND + i]:
         side = 1.0 if distance > 0.0 else -1.0
         if side * s[at.SIDE_LAST + i] < 0.0:

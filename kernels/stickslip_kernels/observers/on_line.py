@@ -33,6 +33,11 @@ def record_line(m, i, line, u, w, v, duration):
         note_ends(s, i, u1, b + q1, v1)
     if s[at.BAND2 + i] > 0.0:
         note_entry_on_line(s, i, q, v, drag, mu_belt - sigma * s[at.XI_STAR + i], duration)
+    fast, fast1 = q * q + v * v, q1 * q1 + v1 * v1
+    if fast > 0.0 and fast1 > 0.0:
+        along = (q * q - v * v) / fast + (q1 * q1 - v1 * v1) / fast1
+        s[at.GAIN + i] = max(s[at.GAIN + i] - 0.5 * along * drag * duration, 0.0)
+        s[at.GAIN_TOP + i] = max(s[at.GAIN_TOP + i], s[at.GAIN + i])
     s[at.HEAT + i] += friction_work(line, q, v, b, duration, u1 - u)
 
 
@@ -84,7 +89,6 @@ def settle_on_line(m, i, line, u, w, v, left, settled_by):
     record_line(m, i, line, u, w, v, min(settled, left))
     status = at.HORIZON_REACHED
     if settled < left and s[at.DECIDED + i] == 0.0:
-        note_ends(s, i, u_star, b, 0.0)
         inside = settled == 0.0 and distance2(q, v, drag, u_star - sigma * s[at.XI_STAR + i]) < band2
         entered = s[at.ENTERED + i] if inside else s[at.TAU + i] + settled
         decide_settled(m, i, entered, sigma * u_star, settled_by)

@@ -4,7 +4,7 @@ Extrema (`extrema.py`), cycles (`cycles.py`) and settling (`settling.py`, `on_li
 says that something happened; the verdict (`verdict.py`) ends the cell, or lets it run to the horizon.
 """
 
-from math import inf, isnan, nan
+from math import exp, inf, isnan, nan
 from typing import Any, NamedTuple
 
 from .. import layout as at
@@ -12,7 +12,8 @@ from .. import observers
 from ..bits import select, widest_vectors
 from ..contact import DONE
 from ..events import NO_EVENT, TURNED
-from ..friction import coefficient, coefficient_slope, stable_speeds
+from ..friction import coefficient_slope, least_coefficient, stable_speeds
+from ..jit import compiled
 from ..line import along_line
 from .cycles import close_cycle, forget_loops
 from .extrema import (
@@ -26,7 +27,15 @@ from .extrema import (
     turns,
     turns_quietly,
 )  # fmt: skip
-from .margin import begin_margin, note_standstill, note_trough
+from .margin import (
+    begin_margin,
+    grow_errors,
+    note_closeness,
+    note_closest_trough,
+    note_gain,
+    note_standstill,
+    note_trough,
+)
 from .on_line import record_line, settle_on_line
 from .settling import (
     check_settling,
@@ -40,11 +49,12 @@ from .settling import (
     settles_for_certain,
 )  # fmt: skip
 from .tops import find_tops, record_tops, seek
-from .verdict import come_to_a_point, decide, decide_settled, note_ends, reset_extrema
+from .verdict import come_to_a_point, decide, decide_settled, forget_extrema, note_ends, note_range, reset_extrema
 
 # A trough this close to the belt speed, in settling bands, is steady sliding on the line: the drift that is left takes
 # a million times as long to matter.
 STANDSTILL = 1e-6
+ROUNDING = 1e-12  # of friction at rest, below which a negative coefficient is zero
 FROM_ZERO = (
     at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LOOP_MOVED, at.LOOP_STILL, at.RETURNED, at.SIDE_LAST,
     at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE, at.TURN_LAST,
@@ -76,6 +86,8 @@ def open_book(m, i, c):
     s[at.RELEASE + i], s[at.RELEASE_CHANGE + i] = m.cells[at.MU_STATIC, c], inf
     s[at.MARK + i] = 1.0
     reset_extrema(s, i)
+    s[at.FASTEST + i], s[at.SLOWEST + i], s[at.CLOSEST + i], s[at.W_LEAST + i] = 0.0, inf, inf, inf
+    s[at.GAIN + i], s[at.GAIN_TOP + i] = 0.0, 0.0
     # Linear damping ratio of steady sliding on the curve, (gamma + mu'(b))/2; NaN where the belt is at rest.
     ratio = 0.5 * (m.cells[at.GAMMA, c] + coefficient_slope(m.law, m.cells, c, belt))
     m.observer.results[at.DAMPING_RATIO, c] = ratio if belt > 0.0 else nan
@@ -91,6 +103,7 @@ def is_over(m, i):
 
 def status_out_of_steps(m, i):
     if m.s[at.DECIDED + i] == 0.0 and settles_for_certain(m.law, m.s, i):
+        note_closest_trough(m.s, i)
         decide_settled(m, i, nan, m.s[at.XI_STAR + i], at.SETTLING_CERTAIN)
         return at.SETTLING_CERTAIN
     return at.STEP_LIMIT
@@ -98,10 +111,13 @@ def status_out_of_steps(m, i):
 
 def finish(m, i, status, u, velocity):
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
-    if s[at.DECIDED + i] == 0.0:
+    if friction_was_negative(m, i, c, abs(m.cells[at.BELT, c] - s[at.SIGMA + i] * velocity)):
+        results[at.REGIME, c], status = at.FAILED, at.NEGATIVE_FRICTION
+    elif s[at.DECIDED + i] == 0.0:
         unknown = status == at.HORIZON_REACHED or status == at.STEP_LIMIT
         results[at.REGIME, c] = at.UNRESOLVED if unknown else at.FAILED
         results[at.CROSSINGS, c] = s[at.CROSSED + i]
+        forget_extrema(results, c)
     results[at.STATUS, c] = status
     results[at.STEPS, c] = s[at.TRIED + i]
     results[at.STICKS, c], results[at.STICK_TIME, c] = s[at.STICK_COUNT + i], s[at.STICK_SUM + i]
@@ -109,16 +125,20 @@ def finish(m, i, status, u, velocity):
     return DONE
 
 
-def conclude(m):
-    """No verdict on cells whose slip reached speeds at which friction would drive the motion."""
-    cells, results = m.cells, m.observer.results
-    for c in range(cells.shape[1]):
-        if cells[at.A2, c] < 0.0 or cells[at.A3, c] < 0.0:
-            fastest = abs(cells[at.BELT, c] - results[at.ETA_END, c])
-            if results[at.SPEED_MAX, c] > fastest:
-                fastest = results[at.SPEED_MAX, c]
-            if coefficient(m.law, cells, c, fastest) < 0.0:
-                results[at.REGIME, c], results[at.STATUS, c] = at.FAILED, at.NEGATIVE_FRICTION
+@compiled(inline=True)
+def friction_was_negative(m, i, c, w_end):
+    """Whether the motion, now at slip speed w_end, went through speeds at which friction would drive it."""
+    s, cells = m.s, m.cells
+    if cells[at.A2, c] >= 0.0 and cells[at.A3, c] >= 0.0:
+        return False
+    note_range(s, i)
+    slowest, fastest = min(s[at.SLOWEST + i], max(s[at.W_LEAST + i], 0.0)), s[at.FASTEST + i]
+    if w_end > fastest:  # no extreme yet, or one of a motion that was not followed to its end
+        fastest = w_end
+    if w_end < slowest:
+        slowest = w_end
+    least = least_coefficient(m.law, cells, c, min(slowest, fastest), fastest)
+    return least < -ROUNDING * (cells[at.A1, c] + abs(cells[at.A3, c]))
 
 
 # --- slip on the curve ----------------------------------------------------------------------------------------------
@@ -153,6 +173,7 @@ def watch(m):
 
 def keep(m):
     record_tops(m.s)
+    grow_errors(m.s)
 
 
 def observe_slip_begin(m, i, u, w, fresh):
@@ -174,6 +195,7 @@ def watch_from(m, i, u):
 
 
 def observe_step(m, i, h, y, w, dw, jerk, work):
+    note_gain(m.s, i, h, w, dw, jerk)
     if m.s[at.MARK + i] > 0.0:
         record_extrema(m, i, h, w, dw, jerk)
     note_entry(m.s, i, h, y, w)
@@ -221,15 +243,16 @@ def stays_on_line(m, i, line, u, w, dw, kind, t):
 
 
 def observe_standstill(m, i, dw):
+    note_closest_trough(m.s, i)
     note_standstill(m.s, i, dw)
 
 
 def observe_trough(m, i, u, w):
     s, b = m.s, m.s[at.B + i]
     note_trough(s, i, w)
+    note_closest_trough(s, i)
     s[at.HELD + i] = 1.0
     if s[at.DECIDED + i] == 0.0 and is_shrinking(s, i, m.cells, u, w, b):
-        note_ends(s, i, s[at.SIGMA + i] * s[at.XI_STAR + i], b, 0.0)
         decide_settled(m, i, s[at.ENTERED + i], s[at.XI_STAR + i], at.SETTLING_OBSERVED)
 
 
@@ -238,6 +261,14 @@ def observe_load_that_stays(m, i, u, b):
         note_ends(m.s, i, u, 0.0, 0.0)
         come_to_a_point(m.observer.results, int(m.s[at.CELL + i]), m.s[at.SIGMA + i] * u)
         decide(m, i, at.STUCK, at.NEVER_BREAKS_AWAY)
+
+
+def observe_contact(m, i, room, comes_back):
+    s = m.s
+    share = exp(-s[at.GAIN + i]) / s[at.AMPLITUDE + i]
+    note_closeness(s, i, share * room)
+    if not comes_back:
+        note_closeness(s, i, share * s[at.W_LEAST + i])
 
 
 def observe_stick(m, i, start, u_start, load, after_slip, thrown):

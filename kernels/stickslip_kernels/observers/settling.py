@@ -11,7 +11,7 @@ from ..dense import rise_and_work, speed
 from ..exponential import exp
 from ..jit import compiled
 from ..laws import inflection, shape, weakening_slope
-from .margin import note_trough
+from .margin import note_closeness, note_closest_trough, note_trough
 from .verdict import decide_settled, note_ends
 
 BAND_SHARE = 1e-4  # settling band over the distance from steady sliding at which the slip began
@@ -24,7 +24,8 @@ NOTHING = 1e-12  # a drag that no integration sees
 def set_band(s, i, u, w, b):
     """The settling band of a slip that begins at (u, w)."""
     p, q = u - s[at.SIGMA + i] * s[at.XI_STAR + i], w - b
-    band = max(BAND_SHARE * (p * p + q * q) ** 0.5, SMALLEST_BAND)
+    s[at.AMPLITUDE + i] = max((p * p + q * q) ** 0.5, SMALLEST_BAND / BAND_SHARE)
+    band = BAND_SHARE * s[at.AMPLITUDE + i]
     s[at.BAND + i] = band
     s[at.BAND2 + i] = band * band
 
@@ -111,9 +112,10 @@ def check_settling(m, i):
     law, s = m.law, m.s
     p, q = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i]
     may_change = s[at.MODE + i] == at.RISE and s[at.W_MIN + i] > 0.0
-    inside = p * p + q * q < s[at.RADIUS2 + i] and (not may_change or creeps_in(law, s, i))
-    if inside and note_ring_down(law, s, i, m.rtol):
-        decide_settled(m, i, s[at.ENTERED + i], s[at.XI_STAR + i], at.SETTLED)
+    if p * p + q * q < s[at.RADIUS2 + i] and (not may_change or creeps_in(law, s, i)):
+        note_closest_trough(s, i)  # before those to come, which the disc rules out as an end
+        if note_ring_down(law, s, i, m.rtol):
+            decide_settled(m, i, s[at.ENTERED + i], s[at.XI_STAR + i], at.SETTLED)
 
 
 # --- what is still to come ------------------------------------------------------------------------------------------
@@ -155,8 +157,9 @@ def note_ring_down(law, s, i, rtol):
     bending = abs(drag_at(law, s, i, w) - 2.0 * zeta) + abs(drag_at(law, s, i, b + q) - 2.0 * zeta)
     if record and bending * (abs(w - b) + abs(q)) > rtol * b:
         return False
+    if s[at.CROSSED + i] < 2.0:
+        note_closeness(s, i, 1.0 - max(abs(p), abs(p_after)) / s[at.BAND + i])
     note_trough(s, i, b + min(q, q_after))
-    note_ends(s, i, u_star, b, 0.0)
     note_ends(s, i, u_star + p, b + q, 0.0)
     note_ends(s, i, u_star + p_after, b + q_after, 0.0)
     return True

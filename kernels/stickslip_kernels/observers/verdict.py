@@ -5,11 +5,11 @@ proven (`settling.py`), and a cell whose horizon or budget runs out first is `un
 state and the results.
 """
 
-from math import inf, isnan, nan
+from math import exp, inf, isnan, nan
 
 from .. import layout as at
 from ..jit import compiled
-from .margin import margin_of_slip, note_trough
+from .margin import margin_of_slip, note_closest_trough, note_trough
 
 # --- extremes -------------------------------------------------------------------------------------------------------
 
@@ -17,6 +17,7 @@ from .margin import margin_of_slip, note_trough
 @compiled
 def reset_extrema(s, i):
     """Reset the extremes."""
+    note_range(s, i)
     s[at.XI_HIGH + i], s[at.XI_LOW + i], s[at.V_HIGH + i], s[at.V_LOW + i], s[at.DW_TOP + i] = (
         -inf,
         inf,
@@ -48,6 +49,14 @@ def note_speed(s, i, w):
 
 
 @compiled(inline=True)
+def note_range(s, i):
+    """Extend the slip speeds of the whole motion by those since the last reset."""
+    high, low = s[at.V_HIGH + i], s[at.V_LOW + i]
+    s[at.FASTEST + i] = max(s[at.FASTEST + i], high, -low)
+    s[at.SLOWEST + i] = min(s[at.SLOWEST + i], max(low, -high, 0.0))
+
+
+@compiled(inline=True)
 def store_extrema(m, i):
     """Extend the extremes of the whole motion by those since the last reset."""
     s, results = m.s, m.observer.results
@@ -59,6 +68,13 @@ def store_extrema(m, i):
     results[at.XI_MAX, c], results[at.XI_MIN, c] = high, low
     results[at.SPEED_MAX, c], results[at.ACCELERATION_MAX, c] = top, steepest
     s[at.STORED + i] = 1.0
+
+
+@compiled(inline=True)
+def forget_extrema(results, c):
+    """Those stored on the way say nothing of a motion that is not known to its end."""
+    results[at.XI_MAX, c], results[at.XI_MIN, c] = nan, nan
+    results[at.SPEED_MAX, c], results[at.ACCELERATION_MAX, c] = nan, nan
 
 
 # --- verdicts -------------------------------------------------------------------------------------------------------
@@ -77,6 +93,7 @@ def decide(m, i, regime, status):
     results[at.MU_BREAKAWAY, c] = s[at.RELEASE + i]
     if regime != at.UNRESOLVED:
         results[at.RESTICK_MARGIN, c] = margin_of_slip(s, i)
+        results[at.CLOSENESS, c] = min(s[at.CLOSEST + i], exp(-s[at.GAIN_TOP + i]))
     s[at.DECIDED + i], s[at.DECIDED_BY + i] = 1.0, status
     s[at.MARK + i], s[at.RADIUS2 + i], s[at.BAND2 + i] = 0.0, 0.0, 0.0
 
@@ -90,6 +107,8 @@ def decide_settled(m, i, entered, xi, status):
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
     results[at.SETTLING_TIME, c] = max(entered - s[at.SLIP_START + i], 0.0) if not isnan(entered) else nan
     come_to_a_point(results, c, xi)
+    note_force(s, i, xi)
+    note_speed(s, i, s[at.B + i])
     note_trough(s, i, s[at.B + i])
     decide(m, i, at.DAMPED if s[at.CROSSED + i] >= 2.0 else at.CREEP, status)
 
@@ -105,6 +124,7 @@ def come_to_a_point(results, c, xi):
 def decide_cycle(m, i, regime, status, period, stick_time, heat):
     """A cycle with the extremes recorded last, with the time it sticks and its friction work."""
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
+    note_closest_trough(s, i)
     results[at.PERIOD, c], results[at.CYCLE_STICK_TIME, c], results[at.CYCLE_HEAT, c] = period, stick_time, heat
     results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c] = s[at.XI_HIGH + i], s[at.XI_LOW + i]
     results[at.CYCLE_SPEED_RANGE, c] = s[at.V_HIGH + i] - s[at.V_LOW + i]

@@ -45,7 +45,9 @@ class Lines:
         return prod(self.shape)
 
 
-def lines_of_cells(cells: Mapping[str, Any] | xr.Dataset, along: str, between: Between | None) -> Lines:
+def lines_of_cells(
+    cells: Mapping[str, Any] | xr.Dataset, along: str, between: Between | None, law: str = "stribeck"
+) -> Lines:
     """Lines through cells as `evaluate` takes them; what they say of `along` itself is left out.
 
     Raises TypeError or ValueError for bad input.
@@ -62,8 +64,8 @@ def lines_of_cells(cells: Mapping[str, Any] | xr.Dataset, along: str, between: B
             return cells.drop_vars(along, errors="ignore").assign({along: end})
         return {**cells, along: end}
 
-    full = given_cells(at(between[0]))
-    given_cells(at(between[1]))  # bounds that hold at both ends hold between: they are linear
+    full = given_cells(at(between[0]), law)
+    given_cells(at(between[1]), law)  # bounds that hold at both ends hold between: they are linear
     del full.cells[along]
     return Lines(along, between, None, full.dims, full.shape, full.coordinates(), full.part)
 

@@ -91,6 +91,6 @@ def broken_rules(config: Config, along: str, line: Line) -> Iterator[Finding]:
     others = tuple(axis for axis in config.axes if axis is not line.axis)
     searched = Range.model_construct(name=along, spacing="linear", start=low, stop=high, num=2)
     fixed = {name: value for name, value in config.fixed().items() if name != along}
-    for found in findings(Space(fixed, (*others, searched))):
+    for found in findings(Space(fixed, (*others, searched), law=config.friction.law)):
         path = ("border", "between") if found.path[:2] == ("axes", along) else found.path
         yield found._replace(path=path)

@@ -43,7 +43,7 @@ def broken_in_plane(config: Config, plane: Plane) -> Iterator[Finding]:
         for name, line in plane.items()
     ]
     fixed = {name: value for name, value in config.fixed().items() if name not in plane}
-    for found in findings(Space(fixed, (*others, *searched))):
+    for found in findings(Space(fixed, (*others, *searched), law=config.friction.law)):
         of_plane = found.path[:1] == ("axes",) and found.path[1] in plane
         yield found._replace(path=("contours", "between", found.path[1]) if of_plane else found.path)
 

@@ -140,7 +140,8 @@ class _Reader(Complaints):
             self.add(found.path, found.message, found.hint, at_key=True)
         fixed = _fixed(sections[key] for key in QUANTITY_SECTIONS)
         fixed = kinds.with_ramp(self._rig, fixed, sections["drive"], "ramp" in given)  # type: ignore[arg-type]
-        for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"))):
+        law = sections["friction"].law  # type: ignore[attr-defined]
+        for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"), law)):
             got = finding.got or self.text(finding.path)
             hint = self._about_list(finding.path) or finding.hint
             self.add(finding.path, f"got {got}, expected {finding.expected}", hint)

@@ -20,6 +20,7 @@ from stickslip.config.model import Axis, Group, Range, Values
 from stickslip.config.scatter import Uncertain
 from stickslip.errors import Path
 from stickslip.vocabulary.curve import coefficients
+from stickslip.vocabulary.laws import NO_MINIMUM, rise_to_a_maximum
 from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
 
 MOST_CELLS = 10_000_000_000
@@ -48,6 +49,7 @@ class Space:
     fixed: Mapping[str, float]
     axes: Sequence[Axis]
     uncertain: Uncertain | None = None
+    law: str = "stribeck"
 
     @cached_property
     def drawn(self) -> Mapping[str, Floats]:
@@ -90,6 +92,7 @@ def findings(space: Space) -> Iterator[Finding]:
     if not below_zero:  # else nothing could be right beside it
         yield from _stop(space, curve)
         yield from _static(space, curve)
+        yield from _minimum(space)
     yield from _measured(space)
     yield from _drive(space)
 
@@ -136,6 +139,19 @@ def _static(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
         hint = "static friction is at least that of the curve; leave mu_static out for mu_start"
         expected = f"at least {_start_text(cell.values, curve)}"
         yield Finding(cell.paths["mu_static"], expected, cell.hint(hint), cell.got("mu_static"))
+
+
+def _minimum(space: Space) -> Iterator[Finding]:
+    """Hysteresis needs a curve that does not rise to a maximum and fall without end then."""
+
+    def margin(p: Mapping[str, Floats]) -> Floats:
+        return np.where(np.isnan(p["mu_stop"]), np.nan, -rise_to_a_maximum(space.law, p))
+
+    worse = {"mu_stop": 1, "a2": 0, "a3": -1, "a4": -1, **({"delta": -1} if "delta" in space.names() else {})}
+    cell = _worst(space, worse, margin)
+    if cell and cell.margin < 0:
+        curve = ", ".join(f"{name} = {cell.values[name]:.6g}" for name in ("a2", "a3", "a4"))
+        yield Finding(cell.paths["mu_stop"], f"none with {curve}", cell.hint(NO_MINIMUM), cell.got("mu_stop"))
 
 
 def _measured(space: Space) -> Iterator[Finding]:
@@ -218,7 +234,7 @@ class _Cell:
 def _worst(space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str, Floats]], Floats]) -> _Cell | None:
     """The cell with the smallest margin.
 
-    worse : by quantity, +1 if the margin falls as it grows, -1 if it rises.
+    worse : by quantity, +1 if the margin falls as it grows, -1 if it rises, 0 if it is not monotone.
     Cells where a quantity is absent (NaN) do not count. None if there is no other, or a quantity is not in `space`.
     """
     if not set(worse) <= space.names():
@@ -251,7 +267,7 @@ def _worst(space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str
 
 def _candidates(points: Mapping[str, Floats], worse: Mapping[str, int]) -> NDArray[np.intp]:
     """Points of an axis that can be the worst: one for a lone quantity, all for several that vary together."""
-    if len(points) > 1:
+    if len(points) > 1 or not all(worse[name] for name in points):
         return np.arange(len(next(iter(points.values()))))
     ((name, values),) = points.items()
     ranked = worse[name] * values

@@ -46,7 +46,7 @@ class GivenCells:
         return {name: values[start:stop] for name, values in self.cells.items()}
 
 
-def given_cells(given: Mapping[str, Any] | xr.Dataset) -> GivenCells:
+def given_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") -> GivenCells:
     """Cells as `evaluate` takes them. Raises TypeError and ValueError as `as_cells` does, and ValueError for arrays of
     xarray whose indices differ or whose units are not those of their parameter.
     """
@@ -54,20 +54,21 @@ def given_cells(given: Mapping[str, Any] | xr.Dataset) -> GivenCells:
         check_names(given.columns)
         given = given.to_xarray()
     if isinstance(given, xr.Dataset):
-        return _labelled({str(name): given[name] for name in given.variables if name in PARAMETERS}, dict(given.coords))
+        named = {str(name): given[name] for name in given.variables if name in PARAMETERS}
+        return _labelled(named, dict(given.coords), law)
     if not any(type(value) is xr.DataArray for value in given.values()):
         _check_indices(given)
-        cells = as_cells(given)
+        cells = as_cells(given, law)
         size = cells["mass"].size
         return GivenCells(cells, ("cell",), (size,), lambda: cell_coordinates(cells, size))
     beside: dict[Hashable, xr.DataArray] = {}
     for value in given.values():
         if isinstance(value, xr.DataArray):
             beside |= {name: c for name, c in value.coords.items() if name not in beside}
-    return _labelled(dict(given), beside)
+    return _labelled(dict(given), beside, law)
 
 
-def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray]) -> GivenCells:
+def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray], law: str) -> GivenCells:
     """Cells of arrays with names of dimensions; `beside` are all their coordinates."""
     arrays = {name: _in_si(name, value) for name, value in given.items() if isinstance(value, xr.DataArray)}
     plain = {name: value for name, value in given.items() if name not in arrays}
@@ -81,7 +82,7 @@ def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray])
         raise ValueError(f"{listed(arrays, 'and')} do not fit together: {error}") from None
     dims, shape = tuple(map(str, same[0].dims)), same[0].shape
     _check_dims(dims, arrays)
-    cells = as_cells({name: one.values for name, one in zip(arrays, same, strict=True)} | plain)
+    cells = as_cells({name: one.values for name, one in zip(arrays, same, strict=True)} | plain, law)
     if cells["mass"].size != prod(shape):  # there are none, or no dimensions
         cells = {name: np.broadcast_to(values, prod(shape)) for name, values in cells.items()}
     return GivenCells(cells, dims, shape, lambda: _coordinates(cells, arrays, beside, dims))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stickslip.engine.compiled import warm_up
 from stickslip.engine.exponents import run_regimes
+from stickslip.engine.margins import integrate_closely
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import spread, stop_flag
@@ -198,9 +199,10 @@ def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[n
         run_regimes(options.law, cells, options.rtol, options.max_steps, stop, room, True)
     else:
         order = _longest_first(cells)
-        ordered, cells = np.ascontiguousarray(rows[:, order]), np.ascontiguousarray(cells[:, order])
-        run_regimes(options.law, cells, options.rtol, options.max_steps, stop, ordered, False)
+        ordered, longest_first = np.ascontiguousarray(rows[:, order]), np.ascontiguousarray(cells[:, order])
+        run_regimes(options.law, longest_first, options.rtol, options.max_steps, stop, ordered, False)
         rows[:, order] = ordered
+    integrate_closely(cells, rows, options, stop)
     done = int(np.count_nonzero(rows[layout.STATUS]))
     if done < size:  # nothing incomplete leaves this place
         rows[:, rows[layout.STATUS] == layout.NOT_RUN] = new_regimes(1)

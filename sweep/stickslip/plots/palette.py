@@ -52,6 +52,7 @@ FLAG_COLOURS: dict[str, dict[str, str]] = {
         "settling_certain": BLUE,
         "too_slow_to_tell": "#8c8c8c",
         "negative_friction": "#5c2a4d",
+        "hysteresis_undefined": "#3d3d3d",
     },
     "computed": {"inferred": WHITE, "computed": BLACK},
 }

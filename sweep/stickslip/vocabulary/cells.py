@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.beyond import beyond_the_model
+from stickslip.vocabulary.laws import NO_MINIMUM, rise_to_a_maximum
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.synonyms import meant
@@ -29,11 +30,11 @@ _PLAIN = (float, int)  # what most give, which takes NumPy a moment to find out
 _DEFAULTS = {name: np.array(row.default) for name, row in PARAMETERS.items() if row.default is not None}
 
 
-def as_cells(given: Mapping[str, Any] | xr.Dataset) -> Cells:
+def as_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") -> Cells:
     """Every parameter of `PARAMETERS` as a float64 array, all of one length.
 
     given : numbers or arrays in SI by parameter name, or texts with units, broadcast against each other and flattened;
-        of a Dataset, the variables and coordinates that carry names of parameters.
+        of a Dataset, the variables and coordinates that carry names of parameters. law : one of `vocabulary.laws.LAWS`.
     Raises TypeError for names or values of the wrong kind, ValueError for missing or impossible values.
     """
     named = _named(given)
@@ -49,7 +50,7 @@ def as_cells(given: Mapping[str, Any] | xr.Dataset) -> Cells:
     if all(arrays[name].ndim == 0 for name in _BETWEEN) and _fit_together(*(arrays[name].item() for name in _BETWEEN)):
         return _of_one_length(arrays)
     cells = _of_one_length(arrays)
-    _check_between(cells)
+    _check_between(cells, law)
     return cells
 
 
@@ -205,10 +206,12 @@ def _fit_together(a1: float, a3: float, mu_static: float, mu_stop: float) -> boo
     """What `_check_between` checks, of numbers that are the same in all cells."""
     mu_start = a1 + a3
     slack = abs(mu_start) * _ROUNDING
+    if a3 < 0.0 and mu_stop == mu_stop:  # the curve may have no minimum
+        return False
     return not (mu_start < -_ROUNDING * a1 or mu_static < mu_start - slack or mu_stop > mu_start + slack)
 
 
-def _check_between(cells: Cells) -> None:
+def _check_between(cells: Cells, law: str) -> None:
     """0 <= mu_start, mu_stop <= mu_start <= mu_static, as in configurations; NaN is neither too large nor too
     small."""
     mu_start = cells["a1"] + cells["a3"]
@@ -226,6 +229,11 @@ def _check_between(cells: Cells) -> None:
             i = int(np.argmax(wrong))
             found = f"{name}[{i}]: got {cells[name][i]:g}, expected {bound} mu_start = a1 + a3 = {mu_start[i]:g}"
             raise ValueError(f"{found}: {why}")
+    undefined = (rise_to_a_maximum(law, cells) > 0.0) & ~np.isnan(cells["mu_stop"])
+    if undefined.any():
+        i = int(np.argmax(undefined))
+        curve = ", ".join(f"{name} = {cells[name][i]:g}" for name in ("a2", "a3", "a4"))
+        raise ValueError(f"mu_stop[{i}]: got {cells['mu_stop'][i]:g}, expected none with {curve}: {NO_MINIMUM}")
 
 
 def taken(cells: Cells, which: NDArray[Any]) -> Cells:

@@ -30,6 +30,7 @@ STATUS_MESSAGES = {
     "settling_certain": "the settling band was not reached, but it is proven that the motion settles",
     "too_slow_to_tell": "the amplitude grows or decays too slowly for the integration to tell the two apart",
     "negative_friction": "the slip reached speeds at which the law makes the friction coefficient negative",
+    "hysteresis_undefined": "mu_stop was given for a curve that rises first and falls without end: it has no minimum",
 }
 MODE_MESSAGES = {
     "stick": "the mass moves with the belt",

@@ -29,6 +29,8 @@ class Variable:
     comment: str = ""
 
 
+_OF_WHAT = "Of the cycle where there is stick-slip, else of the whole motion."
+
 _VARIABLES = (
     Variable("regime", "1", "regime of motion"),
     Variable("status", "1", "how the integration ended"),
@@ -46,10 +48,10 @@ _VARIABLES = (
     Variable("period", "s", "period of the limit cycle"),
     Variable("frequency", "s-1", "frequency of the limit cycle"),
     Variable("stick_fraction", "1", "share of the period spent sticking"),
-    Variable("spring_force_max", "N", "largest spring force since the first break-away, or since the start"),
-    Variable("spring_force_min", "N", "smallest spring force since the first break-away, or since the start"),
-    Variable("slip_speed_max", "m s-1", "largest slip speed"),
-    Variable("acceleration_max", "m s-2", "largest magnitude of the acceleration"),
+    Variable("spring_force_max", "N", "largest spring force since slip began, or since the start", comment=_OF_WHAT),
+    Variable("spring_force_min", "N", "smallest spring force since slip began, or since the start", comment=_OF_WHAT),
+    Variable("slip_speed_max", "m s-1", "largest slip speed", comment=_OF_WHAT),
+    Variable("acceleration_max", "m s-2", "largest magnitude of the acceleration", comment=_OF_WHAT),
     Variable(
         "mu_reversal",
         "1",
@@ -65,7 +67,13 @@ _VARIABLES = (
         "at reversal, which is not the minimum of the curve. It diagnoses a motion, it does not predict one. NaN "
         "unless mu_stop is given.",
     ),
-    Variable("energy_per_cycle", "J", "friction heat per cycle"),
+    Variable(
+        "energy_per_cycle",
+        "J",
+        "friction heat per cycle",
+        comment="Exact to the tolerance, or to 1e-13 of the energy that the spring exchanges, which may be more where "
+        "friction nearly vanishes at speed.",
+    ),
     Variable("equilibrium_crossings", "1", "crossings of the equilibrium with extrema outside the settling band"),
     Variable(
         "settling_time",

@@ -1,0 +1,53 @@
+"""Cells whose answer hangs on less than the error of the integration: integrated again, more tightly.
+
+Such cells are few, since they lie beside a border of regimes, or have next to no friction at speed. Which they are
+depends on the cell alone, so its numbers do not depend on its neighbours.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.engine.exponents import run_regimes
+from stickslip.engine.options import Options, StopFlag
+from stickslip_kernels import layout
+from stickslip_kernels.blank import new_regimes
+
+Floats = NDArray[np.float64]
+
+_ERRORS = 2.0  # tolerances: verdicts this close to a border may be wrong (those that were lay within 0.2 of them)
+_WASTED = 10.0  # energy that a cycle exchanges over its friction work, from where on errors of the work show
+_STEP, _TIGHTEST = 1e-3, 1e-12  # of a tolerance to the next; what the kernels were tested to
+
+
+def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopFlag) -> None:
+    """Replace the results of cells that need a tighter tolerance than they were given.
+
+    cells, rows : (CELL_ROWS, n) and (RESULT_ROWS, n) of `layout.py`, in kernel units. STEPS are of all runs together.
+    """
+    rtol = np.full(rows.shape[1], options.rtol)
+    while not stop[0]:
+        wanted = np.maximum(_wanted(rows, rtol, options.rtol), _TIGHTEST)
+        again = np.flatnonzero(wanted < rtol)
+        if not again.size:
+            return
+        for tolerance in np.unique(wanted[again]):
+            chosen = again[wanted[again] == tolerance]
+            closer = new_regimes(chosen.size)
+            part = np.ascontiguousarray(cells[:, chosen])
+            run_regimes(options.law, part, float(tolerance), options.max_steps, stop, closer, options.early_stop)
+            closer[layout.STEPS] += rows[layout.STEPS, chosen]
+            rows[:, chosen], rtol[chosen] = closer, tolerance
+
+
+def _wanted(rows: Floats, rtol: Floats, asked: float) -> Floats:
+    """The tolerance that each cell needs; what it was integrated with where that will do."""
+    most, least, heat = rows[layout.CYCLE_XI_MAX], rows[layout.CYCLE_XI_MIN], np.abs(rows[layout.CYCLE_HEAT])
+    exchanged = (most - least) * np.maximum(np.abs(most), np.abs(least))
+    wanted = np.where(rows[layout.CLOSENESS] < _ERRORS * rtol, _STEP * rtol, rtol)
+    if (wasted := exchanged > _WASTED * heat).any():
+        # Whole decades, so that cells of a map share a few runs.
+        decades = np.ceil(np.log10(exchanged[wasted] / np.maximum(_WASTED * heat[wasted], np.finfo(float).tiny)))
+        wanted[wasted] = np.minimum(wanted[wasted], asked * 10.0**-decades)
+    return wanted
