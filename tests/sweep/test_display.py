@@ -114,7 +114,7 @@ def test_units_can_be_chosen_and_wrong_ones_are_refused():
 
 
 def test_powers_are_raised_in_print_only():
-    assert Unit("m/s2").printed == "m/s$^{2}$" and Unit("N s m^-1").printed == "N s m$^{-1}$"
+    assert Unit("m/s2").printed == "m/s²" and Unit("N s m^-1").printed == "N s m⁻¹"
     assert Unit("mm/s").printed == "mm/s" and Unit().printed == ""
 
 

@@ -173,10 +173,11 @@ def save_plot(ds: xr.Dataset, plot: Path | None, extras: Extras) -> bool:
         return False
     from stickslip import plots
 
+    drawn = False
     with drawing(plot):
         plots.save(shown.figure(ds, extras), plot)
-        return True
-    return False
+        drawn = True
+    return drawn
 
 
 def _write(extras: Extras, ds: xr.Dataset) -> None:

@@ -352,7 +352,7 @@ def kept_output(context: click.Context, output: Location | None) -> Location | N
     """Where a result is kept, if a table is asked for: beside it, as netCDF, which can be resumed and read again."""
     if not isinstance(output, Path) or output.suffix.lower() not in (".csv", ".xlsx"):
         return output
-    kept = checked(output.with_suffix(".nc"), "result")
+    kept: Path = checked(output.with_suffix(".nc"), "result")
     if context.command.name not in _KNOWS_ITS_OWN and kept.exists():
         fail(f"{output}: its numbers are kept in {kept}, which exists: choose another name, or remove that file")
     context.meta[_TABLE] = output
@@ -389,7 +389,7 @@ def location_or_none(name: str | None, *kinds: str) -> Any:
     return None if name is None else checked(location(name), *kinds)
 
 
-def checked(place: Location, *kinds: str) -> Location:
+def checked(place: Location, *kinds: str) -> Any:
     """The place itself; ends the command if no file of these kinds can be written there."""
     from stickslip.errors import StoreError
     from stickslip.files import targets

@@ -45,7 +45,7 @@ def terminal(stderr: bool = False) -> Console:
     class Plain(Console):
         """One that writes control characters out, which a terminal might obey."""
 
-        def render_str(self, text: str, **how: Any) -> Text:  # type: ignore[override]
+        def render_str(self, text: str, **how: Any) -> Text:
             """Whatever is printed comes through here."""
             return super().render_str(visible(text), **how)
 
