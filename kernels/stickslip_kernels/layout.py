@@ -80,6 +80,7 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     Y_NEW, W_NEW, DW_NEW, JERK_NEW, WEAK_NEW, SIDE_LAST_NEW, CROSSED_NEW, LOOP_COUNT_NEW, ERROR_LOG_NEW,
     STEP,  # the step to try next (Runge-Kutta); the most it may be (Taylor)
     TRIED,  # steps tried so far
+    PAUSE,  # steps after which the lane is looked at in any case (`observers.take_stock`)
     # law and guards of the present mode
     B,  # belt speed in the frame; plus gamma times its acceleration, at the start of the step, where there is one
     ALPHA,  # acceleration of the belt in the frame; 0 in maps
@@ -119,7 +120,7 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     # inside a Runge-Kutta step: stages and errors
     W_2, W_3, W_4, W_5, W_6, K_2, K_3, K_4, K_5, K_6, ERROR_Y, ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 69 * WIDTH, WIDTH)  # fmt: skip
+) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 70 * WIDTH, WIDTH)  # fmt: skip
 NOTHING_MET, LOOK_FIRST, HALTED = 0.0, 1.0, 2.0  # committed or rejected; good, but to be looked at; no step possible
 OF_SPEED, OF_SLOPE = 1.0, 2.0  # codes of SOUGHT
 ORDER = 14  # of the Taylor step

@@ -39,12 +39,14 @@ from .settling import (
     set_band,
     settles_for_certain,
 )  # fmt: skip
+from .slow import comes_to_rest, pass_slowly
 from .tops import find_tops, record_tops, seek
 from .verdict import come_to_a_point, decide, decide_settled, note_ends, reset_extrema
 
 # A trough this close to the belt speed, in settling bands, is steady sliding on the line: the drift that is left takes
 # a million times as long to matter.
 STANDSTILL = 1e-6
+FIRST_PAUSE, AFTER_PASSING = 400.0, 64.0  # steps after which stock is taken, in the beginning and after a slow passage
 FROM_ZERO = (
     at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LOOP_MOVED, at.LOOP_STILL, at.RETURNED, at.SIDE_LAST,
     at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE, at.TURN_LAST,
@@ -74,7 +76,7 @@ def open_book(m, i, c):
     s[at.ENTERED + i], s[at.TROUGH_TIME + i] = -inf, -inf
     s[at.PEAK + i], s[at.PEAK_BEFORE + i], s[at.LOOP_COUNT + i], s[at.LOOP_CHANGE + i] = inf, inf, -1.0, inf
     s[at.RELEASE + i], s[at.RELEASE_CHANGE + i] = m.cells[at.MU_STATIC, c], inf
-    s[at.MARK + i] = 1.0
+    s[at.MARK + i], s[at.PAUSE + i] = 1.0, min(FIRST_PAUSE, m.max_steps)
     reset_extrema(s, i)
     # Linear damping ratio of steady sliding on the curve, (gamma + mu'(b))/2; NaN where the belt is at rest.
     ratio = 0.5 * (m.cells[at.GAMMA, c] + coefficient_slope(m.law, m.cells, c, belt))
@@ -89,8 +91,19 @@ def is_over(m, i):
     return m.s[at.DECIDED + i] > 0.0 and m.observer.early_stop
 
 
+def take_stock(m, i):
+    """Many steps may be stiff ones."""
+    s = m.s
+    tried = s[at.TRIED + i]
+    if s[at.DECIDED + i] == 0.0 and comes_to_rest(m, i):
+        return
+    s[at.PAUSE + i] = min(m.max_steps, tried + (AFTER_PASSING if pass_slowly(m, i) else tried))
+    show_tops(s, i)
+
+
 def status_out_of_steps(m, i):
     if m.s[at.DECIDED + i] == 0.0 and settles_for_certain(m.law, m.s, i):
+        note_ends(m.s, i, m.s[at.SIGMA + i] * m.s[at.XI_STAR + i], m.s[at.B + i], 0.0)
         decide_settled(m, i, nan, m.s[at.XI_STAR + i], at.SETTLING_CERTAIN)
         return at.SETTLING_CERTAIN
     return at.STEP_LIMIT

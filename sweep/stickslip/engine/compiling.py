@@ -37,7 +37,7 @@ def compile_apart(law: str, signals: bool) -> Object:
 
 
 def _compile(law: str, signals: bool, path: Path) -> Object:
-    call = f"from stickslip_kernels.building import main; main({law!r}, {signals}, {str(path)!r})"
+    call = f"from stickslip_kernels.building import main; main({str(law)!r}, {signals}, {str(path)!r})"
     command = [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; {call}"]
     done = subprocess.run(command, check=False, capture_output=True, text=True)
     if made := objects.read(path):
