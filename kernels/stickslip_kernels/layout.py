@@ -165,12 +165,13 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     # the return map of stick-slip under ageing, from one break-away to the next (`observers/cycles.py`)
     RELEASE, RELEASE_CHANGE,  # load at the last break-away, and its change from the one before
     PERIOD_BEFORE, SPEED_BEFORE, HEAT_BEFORE,  # of the last cycle: period, largest slip speed, friction work
+    LEAPT,  # how the motion was put where it is known to come (`observers/weak.py`); 0: it was not
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(SLOW, SLOW + 45 * WIDTH, WIDTH)  # fmt: skip
+) = range(SLOW, SLOW + 46 * WIDTH, WIDTH)  # fmt: skip
 
 # --- lanes brought together: the same rows once more (`gathering.py`) -----------------------------------------------
-GATHERED = SLOW + 45 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
+GATHERED = SLOW + 46 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
 LANE_NUMBERS = 2 * GATHERED
 
 # --- belts that follow segments (`drive.py`): columns of their table; true frame ------------------------------------

@@ -19,6 +19,7 @@ from .. import layout as at
 from ..jit import compiled
 from .settling import is_neutral, settles_for_certain
 from .verdict import decide, decide_cycle, decide_settled, reset_extrema, store_extrema
+from .weak import FROM_OUTSIDE, decays_on_average, feeds_all_loops
 
 LOOPS = 12  # between two looks: a multiple of most lengths a cycle can have in loops
 SLOWEST = 1e-5  # what changes by more of its amplitude a loop is not periodic
@@ -39,8 +40,11 @@ def close_cycle(m, i, stick_time, load):
     if s[at.DECIDED + i] > 0.0:
         return
     if isnan(s[at.CYCLE_START + i]):
-        m.observer.results[at.BREAKAWAY_TIME, c] = tau
+        m.observer.results[at.BREAKAWAY_TIME, c] = tau if s[at.LEAPT + i] == 0.0 else nan
     elif m.cells[at.AGEING, c] == 0.0 or has_converged(s, i, tau, load, m.rtol):
+        if s[at.LEAPT + i] == FROM_OUTSIDE and not feeds_all_loops(m.law, s, i):
+            decide(m, i, at.UNRESOLVED, at.STEP_LIMIT)
+            return
         s[at.RELEASE + i], s[at.STORED + i] = load, 0.0
         heat = s[at.HEAT + i] - s[at.HEAT_START + i]
         decide_cycle(m, i, at.STICK_SLIP, at.CYCLE_CLOSED, tau - s[at.CYCLE_START + i], stick_time, heat)
@@ -118,7 +122,9 @@ def compare_loops(m, i, tau, heat, xi):
     set_reference(s, i, tau, heat, xi)
     if amplitude > ROUNDING and seems_periodic(m, i, change, before, still):
         begin_confirming(m, i)
-    elif given_up(m, i, amplitude, change, steps) and settles_for_certain(m.law, s, i):
+    elif given_up(m, i, amplitude, change, steps) and (
+        settles_for_certain(m.law, s, i) or decays_on_average(m.law, s, i)
+    ):
         decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
     elif s[at.LOOP_STILL + i] >= MOST_STILL:
         begin_confirming(m, i)

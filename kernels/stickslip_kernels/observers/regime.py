@@ -42,13 +42,15 @@ from .settling import (
 from .slow import comes_to_rest, pass_slowly
 from .tops import find_tops, record_tops, seek
 from .verdict import come_to_a_point, decide, decide_settled, note_ends, reset_extrema
+from .weak import decays_on_average, leaps
 
 # A trough this close to the belt speed, in settling bands, is steady sliding on the line: the drift that is left takes
 # a million times as long to matter.
 STANDSTILL = 1e-6
 FIRST_PAUSE, AFTER_PASSING = 400.0, 64.0  # steps after which stock is taken, in the beginning and after a slow passage
+LEAP_SHARE, AFTER_LEAP = 0.25, 2000.0  # of the steps, before motions leap ahead; from one look at these to the next
 FROM_ZERO = (
-    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LOOP_MOVED, at.LOOP_STILL, at.RETURNED, at.SIDE_LAST,
+    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LEAPT, at.LOOP_MOVED, at.LOOP_STILL, at.RETURNED, at.SIDE_LAST,
     at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE, at.TURN_LAST,
 )  # fmt: skip
 
@@ -97,12 +99,20 @@ def take_stock(m, i):
     tried = s[at.TRIED + i]
     if s[at.DECIDED + i] == 0.0 and comes_to_rest(m, i):
         return
-    s[at.PAUSE + i] = min(m.max_steps, tried + (AFTER_PASSING if pass_slowly(m, i) else tried))
+    steps = AFTER_PASSING if pass_slowly(m, i) else tried
+    if s[at.DECIDED + i] == 0.0 and tried >= LEAP_SHARE * m.max_steps:
+        steps = min(steps, AFTER_LEAP)
+        if s[at.LEAPT + i] > 0.0 and (settles_for_certain(m.law, s, i) or decays_on_average(m.law, s, i)):
+            note_ends(s, i, s[at.SIGMA + i] * s[at.XI_STAR + i], s[at.B + i], 0.0)
+            decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+        elif leaps(m, i):
+            forget_loops(s, i)
+    s[at.PAUSE + i] = min(m.max_steps, tried + steps)
     show_tops(s, i)
 
 
 def status_out_of_steps(m, i):
-    if m.s[at.DECIDED + i] == 0.0 and settles_for_certain(m.law, m.s, i):
+    if m.s[at.DECIDED + i] == 0.0 and (settles_for_certain(m.law, m.s, i) or decays_on_average(m.law, m.s, i)):
         note_ends(m.s, i, m.s[at.SIGMA + i] * m.s[at.XI_STAR + i], m.s[at.B + i], 0.0)
         decide_settled(m, i, nan, m.s[at.XI_STAR + i], at.SETTLING_CERTAIN)
         return at.SETTLING_CERTAIN
@@ -259,7 +269,7 @@ def observe_stick(m, i, start, u_start, load, after_slip, thrown):
         return
     s[at.STICK_COUNT + i] += 1.0
     s[at.STICK_SUM + i] += s[at.TAU + i] - start
-    if after_slip and isnan(results[at.RESTICK_TIME, c]):
+    if after_slip and isnan(results[at.RESTICK_TIME, c]) and s[at.LEAPT + i] == 0.0:
         results[at.RESTICK_TIME, c], results[at.RESTICK_XI, c] = start, s[at.SIGMA + i] * u_start
     note_ends(s, i, u_start, 0.0, 0.0)
     if s[at.DECIDED + i] == 0.0:
