@@ -160,6 +160,7 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     LOOP_MOVED,  # 1 once a change above the noise was seen
     LOOP_STILL,  # looks in a row that showed nothing above the noise
     CONFIRMING,  # 1 while a suspected cycle is gone through once more, every extremum being looked at
+    PUSH_STATE,  # whether the motion was pushed off a cycle that shows no change (`observers/cycles.py`)
     RETURNED,  # loops after which the state first was that of the reference again; 0 not yet
     HELD,  # 1 if the motion was on the line of a hysteretic curve since the reference
     # the return map of stick-slip under ageing, from one break-away to the next (`observers/cycles.py`)
@@ -168,10 +169,10 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     LEAPT,  # how the motion was put where it is known to come (`observers/weak.py`); 0: it was not
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(SLOW, SLOW + 46 * WIDTH, WIDTH)  # fmt: skip
+) = range(SLOW, SLOW + 47 * WIDTH, WIDTH)  # fmt: skip
 
 # --- lanes brought together: the same rows once more (`gathering.py`) -----------------------------------------------
-GATHERED = SLOW + 46 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
+GATHERED = SLOW + 47 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
 LANE_NUMBERS = 2 * GATHERED
 
 # --- belts that follow segments (`drive.py`): columns of their table; true frame ------------------------------------

@@ -13,8 +13,9 @@ from ..bits import select, widest_vectors
 from ..contact import DONE
 from ..events import NO_EVENT, TURNED
 from ..friction import coefficient, coefficient_slope, stable_speeds
+from ..jit import compiled
 from ..line import along_line
-from .cycles import close_cycle, forget_loops
+from .cycles import PUSH, PUSHED, RETURNS, TO_BE_PUSHED, close_cycle, forget_loops
 from .extrema import (
     has_low_speed,
     has_top_slope,
@@ -42,7 +43,7 @@ from .settling import (
 from .slow import comes_to_rest, pass_slowly
 from .tops import find_tops, record_tops, seek
 from .verdict import come_to_a_point, decide, decide_settled, note_ends, reset_extrema
-from .weak import decays_on_average, leaps
+from .weak import decays_on_average, leaps, put
 
 # A trough this close to the belt speed, in settling bands, is steady sliding on the line: the drift that is left takes
 # a million times as long to matter.
@@ -50,8 +51,8 @@ STANDSTILL = 1e-6
 FIRST_PAUSE, AFTER_PASSING = 400.0, 64.0  # steps after which stock is taken, in the beginning and after a slow passage
 LEAP_SHARE, AFTER_LEAP = 0.25, 2000.0  # of the steps, before motions leap ahead; from one look at these to the next
 FROM_ZERO = (
-    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LEAPT, at.LOOP_MOVED, at.LOOP_STILL, at.RETURNED, at.SIDE_LAST,
-    at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE, at.TURN_LAST,
+    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LEAPT, at.LOOP_MOVED, at.LOOP_STILL, at.PUSH_STATE, at.RETURNED,
+    at.SIDE_LAST, at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE, at.TURN_LAST,
 )  # fmt: skip
 
 
@@ -203,9 +204,20 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
 
 
 def observe_no_event(m, i):
+    if m.s[at.PUSH_STATE + i] == TO_BE_PUSHED:
+        push(m, i)
     if m.s[at.MARK + i] > 0.0:
         show_tops(m.s, i)
     check_settling(m, i)
+
+
+@compiled
+def push(m, i):
+    """Push the motion of lane i inwards: does it come back?"""
+    s = m.s
+    share = 1.0 - max(PUSH, 100.0 * RETURNS * m.rtol)
+    put(m, i, share * (s[at.Y + i] - s[at.Y_STAR + i]), share * (s[at.W + i] - s[at.B + i]))
+    s[at.PUSH_STATE + i] = PUSHED
 
 
 def observe_mode_end(m, i, u, kind):

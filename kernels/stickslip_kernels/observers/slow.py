@@ -8,8 +8,8 @@ w; with y' = b - w,
 
 Its slow solution is the limit of g_0 = (b - w)/F' and g_(n+1) = (b - w)/(F' + g_n'), each nearer by a factor of about
 g'/F', the ratio of the slow rate to the fast one: g_2 is taken where g_3 would be the same to the tolerance. A state
-beside the curve nears it at the rate F'; one that is on it to the tolerance of a step counts as on it. Time and work are
-integrals along q = w - b = q_0 e^-x, by Gauss over short panels, since dt = (F' + g') dx.
+beside the curve nears it at the rate F'; one that is on it to the tolerance of a step counts as on it. Time and work
+are integrals along q = w - b = q_0 e^-x, by Gauss over short panels, since dt = (F' + g') dx.
 
 After the singular perturbation theory of N. Fenichel, Journal of Differential Equations 31 (1979) 53-98.
 """
@@ -36,7 +36,7 @@ NOT_SLOW = (inf, inf)
 
 @compiled
 def slow_drag(law, s, i, w):
-    """F' + g' on the slow manifold of lane i, so that w' = (b - w)/(F' + g'), and its relative error; inf where none."""
+    """F' + g' on the slow manifold of lane i, where w' = (b - w)/(F' + g'), and its relative error; inf where none."""
     drag, q = drag_at(law, s, i, w), w - s[at.B + i]
     if drag <= 0.0:
         return NOT_SLOW

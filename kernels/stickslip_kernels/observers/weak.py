@@ -4,12 +4,13 @@ In polar coordinates about steady sliding, q = r sin(theta), p = r cos(theta), a
 order, D being the mean of the drag F' over the loop with weight cos^2(theta)/pi; where slip changes its direction, at
 w = 0, F jumps by twice the friction of standstill and F' has a peak of that size. To second order the change is wrong
 by what F differs by on a circle of another radius: at most by the change of r on the way times the integral of
-|F'| sin^2. Where D exceeds twice that, its sign is that of the change (averaging: J. A. Sanders, F. Verhulst, J. Murdock,
-Averaging Methods in Nonlinear Dynamical Systems, Springer 2007).
+|F'| sin^2. Where D exceeds twice that, its sign is that of the change (averaging: J. A. Sanders, F. Verhulst,
+J. Murdock, Averaging Methods in Nonlinear Dynamical Systems, Springer 2007).
 
-Orbits in a plane do not cross. So a spiral between two turns of another one does what that does, and it is certain what
-becomes of a motion if one of the same kind is followed from further in (`leap`), unless it comes to a cycle with a stick
-phase around sliding that is stable: the other may miss the stick phase. When is not known then.
+Orbits in a plane do not cross: the return map, from turn to turn, is monotone. So a spiral whose turns lie between those
+of another one does in the end what that does, and a motion is known by one that is followed from further in (`leaps`):
+if that sticks, so do all between, since the map is flat from there to the cycle. When is not known then. With ageing the
+state is more than a plane, and all that is known is that what grows must stick.
 """
 
 from math import asin, cos, inf, log, pi, sin
@@ -27,7 +28,6 @@ GRADED = 0.1  # first panel beside the slowest point, in units of a4
 RADII = 24  # between which the mean drag may change by less than itself
 CLOSER = 0.85  # of the distance to the circle that touches standstill, from one radius to the next
 CLOSEST = 20.0  # to that circle, in changes of r within a loop
-STEPS_A_LOOP = 8.0
 BARELY = 1e-9  # slip speed over that of the belt, just before standstill
 FROM_OUTSIDE, FROM_INSIDE = 1.0, 2.0  # of LEAPT: towards smaller loops, to the standstill that growing ones come to
 
@@ -47,7 +47,7 @@ def excess_force(law, s, i, w):
 
 @compiled
 def mean_drag(law, s, i, r, offset):
-    """Mean drag of a loop of radius r > 0 about p = offset, what it may be wrong by, and the change of r within a loop."""
+    """Mean drag of a loop of radius r > 0 about p = offset, its error, and the most r changes by within a loop."""
     b = s[at.B + i]
     lowest = -asin(min(b / r, 1.0))  # angle at which w is least, or zero
     mean, square, change = 0.0, 0.0, 0.0
@@ -124,14 +124,16 @@ def leaps(m, i):
     law, s, b = m.law, m.s, m.s[at.B + i]
     if s[at.W_MIN + i] > 0.0 or b <= 0.0 or s[at.TAU_END + i] < inf or not m.observer.early_stop:
         return False
-    p, q, loops_left = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - b, (m.max_steps - s[at.TRIED + i]) / STEPS_A_LOOP
+    p, q = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - b
+    loops_left = (m.max_steps / s[at.TRIED + i] - 1.0) * (s[at.TAU + i] - s[at.SLIP_START + i]) / (2.0 * pi)
     r = (p * p + q * q) ** 0.5
     if r < b:
         if not feeds_all_loops(law, s, i) or not is_caught(law, s, i):
             return False
         if log(b / r) < pi * -mean_drag(law, s, i, r, 0.0)[0] * loops_left:
             return False
-        leap(m, i, 0.0, b * (BARELY - 1.0), FROM_INSIDE)
+        put(m, i, 0.0, b * (BARELY - 1.0))
+        s[at.LEAPT + i] = FROM_INSIDE
         return True
     far = -friction_at(law, s, i, b)  # F0 of loops far beyond b
     offset = far if mean_drag(law, s, i, r, far)[2] < mean_drag(law, s, i, r, 0.0)[2] else 0.0
@@ -148,17 +150,17 @@ def leaps(m, i):
     share = end / r
     if loops < loops_left or b + share * q <= 0.0:
         return False
-    leap(m, i, offset + share * (p - offset), share * q, FROM_OUTSIDE)
+    put(m, i, offset + share * (p - offset), share * q)
+    s[at.LEAPT + i] = FROM_OUTSIDE
     return True
 
 
 @compiled
-def leap(m, i, p, q, how):
-    """Put lane i at (p, q); times are unknown from now on."""
+def put(m, i, p, q):
+    """Put lane i at (p, q)."""
     law, s = m.law, m.s
     y, w = s[at.Y_STAR + i] + p, s[at.B + i] + q
     s[at.Y + i], s[at.W + i], s[at.WEAK + i] = y, w, weakening_in_lane(law, s, i, w)
     s[at.DW + i] = slope_in_lane(law, s, i, y, w)
     s[at.JERK + i] = jerk_in_lane(law, s, i, y, w, s[at.DW + i], s[at.B + i])
-    s[at.LEAPT + i] = how
     restart(law, s, i, 0.01)
