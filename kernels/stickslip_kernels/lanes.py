@@ -23,13 +23,13 @@ def step_lanes(m):
     """
     try_step(m.law, m.s, m.rtol)
     observers.watch(m)
-    watch_and_commit(m.s, m.max_steps)
+    watch_and_commit(m.s)
     observers.keep(m)
     find_crossings(m.s)
 
 
 @compiled
-def watch_and_commit(s, max_steps):
+def watch_and_commit(s):
     """Raise flags where something happened inside the step; commit the other good steps."""
     widest_vectors()
     for i in range(at.WIDTH):
@@ -39,7 +39,7 @@ def watch_and_commit(s, max_steps):
         look = look | (s[at.LOOK + i] > 0.0) | (s[at.TAU + i] + h >= s[at.TAU_END + i])
         good = s[at.GOOD + i] > 0.0
         tried = s[at.TRIED + i] + 1.0
-        halted = (tried >= max_steps) | (not (s[at.STEP + i] >= at.SMALLEST_STEP))
+        halted = (tried >= s[at.PAUSE + i]) | (not (s[at.STEP + i] >= at.SMALLEST_STEP))
         commit = good & (not look) & (not halted)
         s[at.FLAG + i] = select(halted, at.HALTED, select(look & good, at.LOOK_FIRST, at.NOTHING_MET))
         s[at.TRIED + i] = tried

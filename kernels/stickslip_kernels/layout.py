@@ -81,6 +81,7 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     Y_NEW, W_NEW, DW_NEW, JERK_NEW, WEAK_NEW, SIDE_LAST_NEW, CROSSED_NEW, LOOP_COUNT_NEW, ERROR_LOG_NEW,
     STEP,  # the step to try next (Runge-Kutta); the most it may be (Taylor)
     TRIED,  # steps tried so far
+    PAUSE,  # steps after which the lane is looked at in any case (`observers.take_stock`)
     # law and guards of the present mode
     B,  # belt speed in the frame; plus gamma times its acceleration, at the start of the step, where there is one
     ALPHA,  # acceleration of the belt in the frame; 0 in maps
@@ -121,7 +122,7 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     # inside a Runge-Kutta step: stages and errors
     W_2, W_3, W_4, W_5, W_6, K_2, K_3, K_4, K_5, K_6, ERROR_Y, ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 71 * WIDTH, WIDTH)  # fmt: skip
+) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 72 * WIDTH, WIDTH)  # fmt: skip
 NOTHING_MET, LOOK_FIRST, HALTED = 0.0, 1.0, 2.0  # committed or rejected; good, but to be looked at; no step possible
 OF_SPEED, OF_SLOPE = 1.0, 2.0  # codes of SOUGHT
 ORDER = 14  # of the Taylor step
@@ -163,17 +164,19 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     LOOP_MOVED,  # 1 once a change above the noise was seen
     LOOP_STILL,  # looks in a row that showed nothing above the noise
     CONFIRMING,  # 1 while a suspected cycle is gone through once more, every extremum being looked at
+    PUSH_STATE,  # whether the motion was pushed off a cycle that shows no change (`observers/cycles.py`)
     RETURNED,  # loops after which the state first was that of the reference again; 0 not yet
     HELD,  # 1 if the motion was on the line of a hysteretic curve since the reference
     # the return map of stick-slip under ageing, from one break-away to the next (`observers/cycles.py`)
     RELEASE, RELEASE_CHANGE,  # load at the last break-away, and its change from the one before
     PERIOD_BEFORE, SPEED_BEFORE, HEAT_BEFORE,  # of the last cycle: period, largest slip speed, friction work
+    LEAPT,  # how the motion was put where it is known to come (`observers/weak.py`); 0: it was not
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(SLOW, SLOW + 50 * WIDTH, WIDTH)  # fmt: skip
+) = range(SLOW, SLOW + 52 * WIDTH, WIDTH)  # fmt: skip
 
 # --- lanes brought together: the same rows once more (`gathering.py`) -----------------------------------------------
-GATHERED = SLOW + 50 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
+GATHERED = SLOW + 52 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
 LANE_NUMBERS = 2 * GATHERED
 
 # --- belts that follow segments (`drive.py`): columns of their table; true frame ------------------------------------

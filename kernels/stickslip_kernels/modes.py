@@ -40,7 +40,7 @@ def start_cell(m, i, c):
     if isnan(s[at.W_MIN + i]):
         observers.refuse(m, c, at.HYSTERESIS_UNDEFINED)
         return DONE
-    s[at.HEAT + i], s[at.TRIED + i] = 0.0, 0.0
+    s[at.HEAT + i], s[at.TRIED + i], s[at.PAUSE + i] = 0.0, 0.0, m.max_steps
     s[at.G + i], s[at.RATE + i], s[at.EXPONENT + i] = cells[at.GAMMA, c], 1.0 / cells[at.A4, c], cells[at.DELTA, c]
     know_steepness(m.law, s, i, cells, c)
     open_drive(m, i, c)
@@ -105,10 +105,13 @@ def close(m, i, status):
 
 @compiled
 def give_up(m, i):
-    """No further step: the budget is spent, or the step size fell below rounding."""
+    """No further step for now: the observer pauses, the budget is spent, or the step size fell below rounding."""
     s = m.s
     finite = isfinite(s[at.Y + i]) and isfinite(s[at.W + i]) and isfinite(s[at.DW + i])
     if finite and s[at.STEP + i] >= at.SMALLEST_STEP:
+        if s[at.TRIED + i] < m.max_steps:
+            observers.take_stock(m, i)
+            return close(m, i, s[at.DECIDED_BY + i]) if observers.is_over(m, i) else RUNNING
         return close(m, i, observers.status_out_of_steps(m, i))
     mu = s[at.OFFSET + i] + s[at.SLOPE + i] * s[at.W + i] + weakening_in_lane(m.law, s, i, s[at.W + i])
     status = at.NEGATIVE_FRICTION if mu < 0.0 else at.STEP_UNDERFLOW if finite else at.NOT_FINITE

@@ -32,6 +32,11 @@ def is_over(m, i):
 
 
 @hook
+def take_stock(m, i):
+    """The cell has tried PAUSE steps, and slips."""
+
+
+@hook
 def status_out_of_steps(m, i):
     """How a cell ends whose step budget is spent."""
     return at.STEP_LIMIT

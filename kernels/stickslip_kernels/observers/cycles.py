@@ -8,7 +8,8 @@ each other until that map has converged.
 state: the motion is periodic when u recurs, after however many loops. Every LOOPS loops u is compared with what it
 was. Slip that returns within the noise of the integration, having been seen to approach what it returns to, or that
 nothing damps at all, is followed once more, every extremum being looked at, and is then sustained. One that shows
-nothing above the noise from the start may grow or decay too slowly to tell. Not so where slip changes its direction or
+nothing above the noise from the start may grow or decay too slowly to tell, unless it comes back after a push inwards
+(return maps of a plane are monotone: the cycle attracts), or grows and touches standstill already. Not so where slip changes its direction or
 follows a hysteretic line: that is no vibration about steady sliding, whose growth may vanish, and what does not change
 in hundreds of loops is the cycle.
 """
@@ -20,6 +21,7 @@ from ..jit import compiled
 from .margin import note_closeness, note_closest_trough
 from .settling import is_neutral, settles_for_certain
 from .verdict import decide, decide_cycle, decide_settled, reset_extrema, store_extrema
+from .weak import FROM_OUTSIDE, decays_on_average, feeds_all_loops
 
 LOOPS = 12  # between two looks: a multiple of most lengths a cycle can have in loops
 SLOWEST = 1e-5  # what changes by more of its amplitude a loop is not periodic
@@ -27,6 +29,9 @@ NOISE = 0.1  # of the tolerance: what the integration itself may add to the ampl
 RETURNS = 10.0  # tolerances within which a loop is the one it is compared with
 UNSTABLE = 1e-4  # growth of errors in LOOPS loops that shows more than how it is summed up
 ROUNDING = 1e-9  # amplitude below which rounding is seen as a change
+FAR_OUT_OF_REACH = 3.0  # budgets, by a rate that may grow on the way
+PUSH = 1e-3  # of the amplitude: by this much less, a cycle that attracts is come back to
+NO_PUSH, TO_BE_PUSHED, PUSHED, NO_RETURN = 0.0, 1.0, 2.0, 3.0  # codes of PUSH_STATE
 MOST_STILL = 20  # looks without a change that are enough to give up
 REMAINING = 1.0  # tolerances by which the cycles of stick-slip still to come may differ from the last
 
@@ -41,10 +46,13 @@ def close_cycle(m, i, stick_time, load):
     if s[at.DECIDED + i] > 0.0:
         return
     if isnan(s[at.CYCLE_START + i]):
-        m.observer.results[at.BREAKAWAY_TIME, c] = tau
+        m.observer.results[at.BREAKAWAY_TIME, c] = tau if s[at.LEAPT + i] == 0.0 else nan
         if not isnan(s[at.SLIP_START + i]):  # what slipped before belongs to the whole motion
             store_extrema(m, i)
     elif m.cells[at.AGEING, c] == 0.0 or has_converged(s, i, tau, load, m.rtol):
+        if s[at.LEAPT + i] == FROM_OUTSIDE and m.cells[at.AGEING, c] > 0.0 and not feeds_all_loops(m.law, s, i):
+            decide(m, i, at.UNRESOLVED, at.STEP_LIMIT)
+            return
         s[at.RELEASE + i], s[at.STORED + i] = load, 0.0
         heat = s[at.HEAT + i] - s[at.HEAT_START + i]
         decide_cycle(m, i, at.STICK_SLIP, at.CYCLE_CLOSED, tau - s[at.CYCLE_START + i], stick_time, heat)
@@ -123,7 +131,9 @@ def compare_loops(m, i, tau, heat, xi):
     set_reference(s, i, tau, heat, xi)
     if amplitude > ROUNDING and seems_periodic(m, i, change, before, still):
         begin_confirming(m, i)
-    elif given_up(m, i, amplitude, change, steps) and settles_for_certain(m.law, s, i):
+    elif (given_up(m, i, amplitude, change, steps, 1.0) and settles_for_certain(m.law, s, i)) or (
+        given_up(m, i, amplitude, change, steps, FAR_OUT_OF_REACH) and decays_on_average(m.law, s, i)
+    ):
         note_closest_trough(s, i)
         decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
     elif s[at.LOOP_STILL + i] >= MOST_STILL:
@@ -139,11 +149,11 @@ def begin_confirming(m, i):
 
 
 @compiled
-def given_up(m, i, amplitude, change, steps):
-    """Whether the settling band is out of reach of the steps left, the last loops having taken `steps`."""
+def given_up(m, i, amplitude, change, steps, times):
+    """Whether the settling band is out of reach of so many times the steps left, the last loops having taken `steps`."""
     s = m.s
     loops = log(max(amplitude / s[at.BAND + i], 1.0)) / change
-    return s[at.LOOP_STILL + i] >= MOST_STILL or loops * (steps / LOOPS) > m.max_steps - s[at.TRIED + i]
+    return s[at.LOOP_STILL + i] >= MOST_STILL or loops * (steps / LOOPS) > times * (m.max_steps - s[at.TRIED + i])
 
 
 @compiled
@@ -173,9 +183,21 @@ def confirm_cycle(m, i, tau, heat, xi):
     length = s[at.RETURNED + i]
     if not returns or LOOPS % length != 0.0:
         s[at.CONFIRMING + i], s[at.LOOP_CHANGE + i], s[at.LOOP_STILL + i] = 0.0, inf, 0.0
+        s[at.PUSH_STATE + i] = NO_RETURN if s[at.PUSH_STATE + i] == PUSHED else s[at.PUSH_STATE + i]
         set_reference(s, i, tau, heat, xi)
         return
     kind, share = kind_of_cycle(m.law, s, i), length / LOOPS
+    if kind == at.SLIP_CYCLE and s[at.LOOP_MOVED + i] == 0.0 and amplitude > ROUNDING:
+        if is_kept_by_standstill(m, i, xi):
+            kind = at.NEUTRAL_RINGING
+        elif s[at.PUSH_STATE + i] == NO_PUSH:
+            s[at.PUSH_STATE + i] = TO_BE_PUSHED
+            confirm_again(s, i, tau, heat)
+            return
+        elif s[at.PUSH_STATE + i] == PUSHED:  # and come back
+            s[at.LOOP_MOVED + i] = 1.0
+            confirm_again(s, i, tau, heat)
+            return
     if amplitude <= ROUNDING or (kind == at.SLIP_CYCLE and s[at.LOOP_MOVED + i] == 0.0):
         decide(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
         return
@@ -183,6 +205,21 @@ def confirm_cycle(m, i, tau, heat, xi):
         note_closeness(s, i, 0.0)
     period, work = (tau - s[at.LOOP_TAU + i]) * share, (heat - s[at.LOOP_HEAT + i]) * share
     decide_cycle(m, i, at.SUSTAINED, kind, period, 0.0, work)
+
+
+@compiled(inline=True)
+def confirm_again(s, i, tau, heat):
+    """Follow the next loops to the same reference; extrema of those before do not count."""
+    set_reference(s, i, tau, heat, s[at.LOOP_XI + i])
+    reset_extrema(s, i)
+
+
+@compiled
+def is_kept_by_standstill(m, i, xi):
+    """Whether a motion that turns at xi touches standstill to the tolerance, which ends growth, and cannot shrink."""
+    s = m.s
+    touches = abs(xi - s[at.XI_STAR + i]) >= (1.0 - RETURNS * m.rtol) * s[at.B + i]
+    return touches and feeds_all_loops(m.law, s, i)
 
 
 @compiled

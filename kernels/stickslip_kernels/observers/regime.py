@@ -15,7 +15,7 @@ from ..events import NO_EVENT, TURNED
 from ..friction import coefficient_slope, least_coefficient, stable_speeds
 from ..jit import compiled
 from ..line import along_line
-from .cycles import close_cycle, forget_loops
+from .cycles import PUSH, PUSHED, RETURNS, TO_BE_PUSHED, close_cycle, forget_loops
 from .extrema import (
     has_low_speed,
     has_top_slope,
@@ -48,16 +48,20 @@ from .settling import (
     set_band,
     settles_for_certain,
 )  # fmt: skip
+from .slow import comes_to_rest, pass_slowly
 from .tops import find_tops, record_tops, seek
 from .verdict import come_to_a_point, decide, decide_settled, forget_extrema, note_ends, note_range, reset_extrema
+from .weak import decays_on_average, leaps, put
 
 # A trough this close to the belt speed, in settling bands, is steady sliding on the line: the drift that is left takes
 # a million times as long to matter.
 STANDSTILL = 1e-6
 ROUNDING = 1e-12  # of friction at rest, below which a negative coefficient is zero
+FIRST_PAUSE, AFTER_PASSING = 400.0, 64.0  # steps after which stock is taken, in the beginning and after a slow passage
+LEAP_SHARE, AFTER_LEAP = 0.25, 2000.0  # of the steps, before motions leap ahead; from one look at these to the next
 FROM_ZERO = (
-    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LOOP_MOVED, at.LOOP_STILL, at.RETURNED, at.SIDE_LAST,
-    at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE, at.TURN_LAST,
+    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LEAPT, at.LOOP_MOVED, at.LOOP_STILL, at.PUSH_STATE, at.RETURNED,
+    at.SIDE_LAST, at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE, at.TURN_LAST,
 )  # fmt: skip
 
 
@@ -84,7 +88,7 @@ def open_book(m, i, c):
     s[at.ENTERED + i], s[at.TROUGH_TIME + i] = -inf, -inf
     s[at.PEAK + i], s[at.PEAK_BEFORE + i], s[at.LOOP_COUNT + i], s[at.LOOP_CHANGE + i] = inf, inf, -1.0, inf
     s[at.RELEASE + i], s[at.RELEASE_CHANGE + i] = m.cells[at.MU_STATIC, c], inf
-    s[at.MARK + i] = 1.0
+    s[at.MARK + i], s[at.PAUSE + i] = 1.0, min(FIRST_PAUSE, m.max_steps)
     reset_extrema(s, i)
     s[at.FASTEST + i], s[at.SLOWEST + i], s[at.CLOSEST + i], s[at.W_LEAST + i] = 0.0, inf, inf, inf
     s[at.GAIN + i], s[at.GAIN_TOP + i] = 0.0, 0.0
@@ -101,8 +105,25 @@ def is_over(m, i):
     return m.s[at.DECIDED + i] > 0.0 and m.observer.early_stop
 
 
+def take_stock(m, i):
+    """Many steps may be stiff ones."""
+    s = m.s
+    tried = s[at.TRIED + i]
+    if s[at.DECIDED + i] == 0.0 and comes_to_rest(m, i):
+        return
+    steps = AFTER_PASSING if pass_slowly(m, i) else tried
+    if s[at.DECIDED + i] == 0.0 and tried >= LEAP_SHARE * m.max_steps:
+        steps = min(steps, AFTER_LEAP)
+        if s[at.LEAPT + i] > 0.0 and (settles_for_certain(m.law, s, i) or decays_on_average(m.law, s, i)):
+            decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+        elif leaps(m, i):
+            forget_loops(s, i)
+    s[at.PAUSE + i] = min(m.max_steps, tried + steps)
+    show_tops(s, i)
+
+
 def status_out_of_steps(m, i):
-    if m.s[at.DECIDED + i] == 0.0 and settles_for_certain(m.law, m.s, i):
+    if m.s[at.DECIDED + i] == 0.0 and (settles_for_certain(m.law, m.s, i) or decays_on_average(m.law, m.s, i)):
         note_closest_trough(m.s, i)
         decide_settled(m, i, nan, m.s[at.XI_STAR + i], at.SETTLING_CERTAIN)
         return at.SETTLING_CERTAIN
@@ -202,9 +223,20 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
 
 
 def observe_no_event(m, i):
+    if m.s[at.PUSH_STATE + i] == TO_BE_PUSHED:
+        push(m, i)
     if m.s[at.MARK + i] > 0.0:
         show_tops(m.s, i)
     check_settling(m, i)
+
+
+@compiled
+def push(m, i):
+    """Push the motion of lane i inwards: does it come back?"""
+    s = m.s
+    share = 1.0 - max(PUSH, 100.0 * RETURNS * m.rtol)
+    put(m, i, share * (s[at.Y + i] - s[at.Y_STAR + i]), share * (s[at.W + i] - s[at.B + i]))
+    s[at.PUSH_STATE + i] = PUSHED
 
 
 def observe_mode_end(m, i, u, kind):
@@ -277,7 +309,7 @@ def observe_stick(m, i, start, u_start, load, after_slip, thrown):
         return
     s[at.STICK_COUNT + i] += 1.0
     s[at.STICK_SUM + i] += s[at.TAU + i] - start
-    if after_slip and isnan(results[at.RESTICK_TIME, c]):
+    if after_slip and isnan(results[at.RESTICK_TIME, c]) and s[at.LEAPT + i] == 0.0:
         results[at.RESTICK_TIME, c], results[at.RESTICK_XI, c] = start, s[at.SIGMA + i] * u_start
     note_ends(s, i, u_start, 0.0, 0.0)
     if s[at.DECIDED + i] == 0.0:

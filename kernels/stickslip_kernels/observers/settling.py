@@ -8,6 +8,7 @@ from math import atan2, cos, log, pi, sin
 
 from .. import layout as at
 from ..dense import rise_and_work, speed
+from ..equations import slope_in_lane
 from ..exponential import exp
 from ..jit import compiled
 from ..laws import inflection, shape, weakening_slope
@@ -68,22 +69,39 @@ def drag_at(law, s, i, w):
 
 
 @compiled
-def creeps_in(law, s, i):
-    """Whether w tends to b on the curve from below, without ever passing it.
+def least_drag(law, s, i, w, b):
+    """The least gamma + mu' between two slip speeds: at an end, or at the inflection, its only extremum."""
+    least, bend = min(drag_at(law, s, i, w), drag_at(law, s, i, b)), inflection(law, s[at.EXPONENT + i])
+    bend /= s[at.RATE + i]
+    return min(least, drag_at(law, s, i, bend)) if min(w, b) < bend < max(w, b) else least
 
-    As long as q < 0, q' cannot change its sign (where q' = 0, q'' = -q). And q stays negative beyond the eigenvector of
-    the faster of two real rates f, f^2 - d f + 1 = 0, d being the least drag on the way. The drag has its only extremum
-    at the inflection; with that not on the way, the least lies at an end.
+
+@compiled
+def creeps_in(law, s, i):
+    """Whether w tends to b on the curve, from below or from above, without ever passing it.
+
+    Let q > 0; the other side is its mirror image. Once q' <= 0 it stays so while q > 0 (where q' = 0, q'' = -q), and w
+    never leaves the way from here to b. And q stays positive on this side of the eigenvector of the faster of two real
+    rates f, f^2 - d f + 1 = 0, d being the least drag on that way: where q = f p, (q - f p)' = q/f - F + f q <= 0.
     """
-    p, q, w, b = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i], s[at.W + i], s[at.B + i]
-    bend = inflection(law, s[at.EXPONENT + i])
-    if q > 0.0 or (s[at.RATE + i] * w < bend) != (s[at.RATE + i] * b < bend):
+    w, b = s[at.W + i], s[at.B + i]
+    side = 1.0 if w > b else -1.0
+    p, q = side * (s[at.Y + i] + slope_in_lane(law, s, i, 0.0, b)), side * (w - b)
+    if side * s[at.DW + i] > 0.0 or changes_curve(s, i, side):
         return False
-    drag = min(drag_at(law, s, i, w), drag_at(law, s, i, b))
+    drag = least_drag(law, s, i, w, b)
     if drag < 2.0:
         return False
     fast = 0.5 * drag + (0.25 * drag * drag - 1.0) ** 0.5
-    return q >= fast * p
+    return q <= fast * p
+
+
+@compiled
+def changes_curve(s, i, side):
+    """Whether the way from w to b, from above (side 1) or below, leaves the law of the present mode."""
+    if s[at.W_MIN + i] == 0.0:
+        return False
+    return side > 0.0 if s[at.MODE + i] == at.RISE else s[at.B + i] <= s[at.W_MIN + i]
 
 
 @compiled

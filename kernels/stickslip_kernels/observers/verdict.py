@@ -105,6 +105,8 @@ def decide_settled(m, i, entered, xi, status):
     entered : when it came into the settling band for good; NaN if it is not there yet.
     """
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
+    if s[at.LEAPT + i] > 0.0:
+        entered, status = nan, at.SETTLING_CERTAIN
     results[at.SETTLING_TIME, c] = max(entered - s[at.SLIP_START + i], 0.0) if not isnan(entered) else nan
     come_to_a_point(results, c, xi)
     note_force(s, i, xi)

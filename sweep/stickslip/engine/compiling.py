@@ -77,7 +77,7 @@ def _cached(path: Path, signals: bool) -> Object | None:
 
 
 def _compile(law: str, signals: bool) -> Object:
-    done = _python(f"from stickslip_kernels.building import main; main({law!r}, {signals})")
+    done = _python(f"from stickslip_kernels.building import main; main({str(law)!r}, {signals})")
     if made := objects.unpacked(objects.name_of(law, signals), done.stdout):
         return made
     end = f"killed by signal {-done.returncode}" if done.returncode < 0 else done.stderr.decode(errors="replace")
