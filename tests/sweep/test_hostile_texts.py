@@ -127,3 +127,15 @@ def test_more_noise_than_there_is_force_or_a_bandwidth_of_nothing_is_refused(tmp
         (tmp_path / "rig.yaml").write_text(text.format(*values))
         done = CliRunner().invoke(main, ["rig", "run", str(tmp_path / "rig.yaml")])
         assert done.exit_code == 2 and "expected" in done.stderr, (values, done.output, done.exception)
+
+
+@pytest.mark.parametrize("unit", ["blub", "m/", "°", "m s-", "2", "kg**", "$x^{$", ""])
+def test_an_unknown_unit_in_a_file_of_others_is_told_without_a_traceback(unit, labelled, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    speeds = xr.DataArray([0.1, 0.2], dims="belt_speed", attrs={"units": unit})
+    ds = labelled.isel(pad=[0, 1]).drop_vars(["pad", "belt_speed"]).rename(pad="belt_speed")
+    ds.assign_attrs(title="theirs").assign_coords(belt_speed=speeds).to_netcdf("theirs.nc")
+    for more in ((), ("--units", "belt_speed=mm/s"), ("--limits", "belt_speed=0.1..0.2 m/s")):
+        done = CliRunner().invoke(main, ["plot", "theirs.nc", "-o", "theirs.png", *more])
+        assert isinstance(done.exception, SystemExit | None), (unit, more, done.exception)
+        assert done.exit_code == (2 if more else 0), done.output

@@ -13,6 +13,7 @@ import math
 import re
 from fractions import Fraction
 from functools import lru_cache
+from tokenize import TokenError
 from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import QuantityError
@@ -34,7 +35,15 @@ AS_TYPED = str.maketrans({  # what keyboards and word processors put for plain c
 })  # fmt: skip
 _QUOTES = "“”„‟‘’‚«»‹›"
 
-_NO_UNIT = (AttributeError, ValueError, OverflowError)  # pint.UndefinedUnitError is the first; nan and inf are others
+_POWERED = re.compile(r"(.*?)(-?\d+)?", re.DOTALL)  # a name and its power, in the units of `quantities.py`
+_NO_UNIT = (
+    AttributeError,
+    ValueError,
+    OverflowError,
+    KeyError,
+    AssertionError,
+    TokenError,
+)  # pint.UndefinedUnitError is the first; nan and inf are others
 
 _KINDS = {  # by unit: what such a quantity is, and how one writes it
     "kg": ("a mass", "250 g"),
@@ -125,6 +134,8 @@ def expected(units: str) -> str:
     """What to write for a quantity of these units: ``a speed such as '10 mm/s' or a number in m/s``."""
     if units == "1":
         return "a number (without unit)"
+    if units not in _KINDS:  # of a file of others
+        return f"a number in {spelled(units)}"
     kind, example = _KINDS[units]
     return f"{kind} such as '{example}' or a number in {spelled(units)}"
 
@@ -218,14 +229,16 @@ def _factors(units: str) -> list[tuple[str, int]]:
     """Units of `quantities.py` as names with powers: ``m s-1`` is m to the 1, s to the -1."""
     found = []
     for word in units.split():
-        name = word.rstrip("-0123456789")
-        found.append((name, int(word[len(name) :] or 1)))
+        name, power = _POWERED.fullmatch(word).groups()  # type: ignore[union-attr]
+        found.append((name, int(power or 1)))
     return found
 
 
 @lru_cache(maxsize=256)  # lists hold thousands of values in one unit
 def _factor(unit: str, units: str) -> Fraction:
     """What a number in `unit`, as people write it, is multiplied with to be in the SI `units`."""
+    if units not in _KINDS and not all(_is_known(name) for name, _ in _factors(units)):  # in a file of others
+        raise QuantityError(expected(units), f"'{units}' is no unit that is known")
     powers = _written_factors(unit, units)
     plain, asked = _plain_product(powers), _plain_product(_factors(units))
     if plain and asked and plain[1] == asked[1]:
@@ -300,7 +313,7 @@ def _is_known(name: str) -> bool:
         _all_units().Unit(name)
     except _NO_UNIT:
         return False
-    return True
+    return name.isalpha()
 
 
 def _product(registry: Any, powers: list[tuple[str, int]]) -> Any:
