@@ -45,8 +45,9 @@ CELL_ROWS = 15
     CYCLE_SPEED_RANGE,  # largest minus least velocity on the attractor
     RESTICK_MARGIN,  # by how much the slip after break-away misses standstill; below 0 where it sticks again
     CLOSENESS,  # smallest margin that the verdict hangs on, over the amplitude (`observers/margin.py`)
-) = range(28)  # fmt: skip
-RESULT_ROWS = 28
+    EXCHANGED,  # energy that the spring exchanges in a cycle, over the friction work
+) = range(29)  # fmt: skip
+RESULT_ROWS = 29
 
 # --- what a cell means (REGIME) and how its integration ended (STATUS) ----------------------------------------------
 NOT_COMPUTED, STICK_SLIP, DAMPED, CREEP, SUSTAINED, STUCK, UNRESOLVED, FAILED = range(8)

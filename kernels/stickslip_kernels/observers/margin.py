@@ -22,10 +22,11 @@ and is at least 0, since errors are made anew at any time. It is large beside un
 the falling branch.
 """
 
-from math import exp, inf, isnan, nan
+from math import inf, isnan, nan
 
 from .. import layout as at
 from ..bits import select, widest_vectors
+from ..exponential import exp
 from ..jit import compiled
 
 FLAT = 1e-18  # (w'/q)^2 below which rounding hides the drag

@@ -4,7 +4,7 @@ Extrema (`extrema.py`), cycles (`cycles.py`) and settling (`settling.py`, `on_li
 says that something happened; the verdict (`verdict.py`) ends the cell, or lets it run to the horizon.
 """
 
-from math import exp, inf, isnan, nan
+from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
 from .. import layout as at
@@ -12,6 +12,7 @@ from .. import observers
 from ..bits import select, widest_vectors
 from ..contact import DONE
 from ..events import NO_EVENT, TURNED
+from ..exponential import exp
 from ..friction import coefficient_slope, least_coefficient, stable_speeds
 from ..jit import compiled
 from ..line import along_line

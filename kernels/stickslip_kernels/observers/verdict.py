@@ -5,9 +5,10 @@ proven (`settling.py`), and a cell whose horizon or budget runs out first is `un
 state and the results.
 """
 
-from math import exp, inf, isnan, nan
+from math import inf, isnan, nan
 
 from .. import layout as at
+from ..exponential import exp
 from ..jit import compiled
 from .margin import margin_of_slip, note_closest_trough, note_trough
 
@@ -130,4 +131,6 @@ def decide_cycle(m, i, regime, status, period, stick_time, heat):
     results[at.PERIOD, c], results[at.CYCLE_STICK_TIME, c], results[at.CYCLE_HEAT, c] = period, stick_time, heat
     results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c] = s[at.XI_HIGH + i], s[at.XI_LOW + i]
     results[at.CYCLE_SPEED_RANGE, c] = s[at.V_HIGH + i] - s[at.V_LOW + i]
+    force = max(abs(s[at.XI_HIGH + i]), abs(s[at.XI_LOW + i]))
+    results[at.EXCHANGED, c] = force * (s[at.XI_HIGH + i] - s[at.XI_LOW + i]) / abs(heat)
     decide(m, i, regime, status)

@@ -26,6 +26,8 @@ def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopF
 
     cells, rows : (CELL_ROWS, n) and (RESULT_ROWS, n) of `layout.py`, in kernel units. STEPS are of all runs together.
     """
+    if not ((rows[layout.CLOSENESS] < _ERRORS * options.rtol).any() or (rows[layout.EXCHANGED] > _WASTED).any()):
+        return
     rtol = np.full(rows.shape[1], options.rtol)
     while not stop[0]:
         wanted = np.maximum(_wanted(rows, rtol, options.rtol), _TIGHTEST)
@@ -43,11 +45,7 @@ def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopF
 
 def _wanted(rows: Floats, rtol: Floats, asked: float) -> Floats:
     """The tolerance that each cell needs; what it was integrated with where that will do."""
-    most, least, heat = rows[layout.CYCLE_XI_MAX], rows[layout.CYCLE_XI_MIN], np.abs(rows[layout.CYCLE_HEAT])
-    exchanged = (most - least) * np.maximum(np.abs(most), np.abs(least))
     wanted = np.where(rows[layout.CLOSENESS] < _ERRORS * rtol, _STEP * rtol, rtol)
-    if (wasted := exchanged > _WASTED * heat).any():
-        # Whole decades, so that cells of a map share a few runs.
-        decades = np.ceil(np.log10(exchanged[wasted] / np.maximum(_WASTED * heat[wasted], np.finfo(float).tiny)))
-        wanted[wasted] = np.minimum(wanted[wasted], asked * 10.0**-decades)
-    return wanted
+    wasted = np.clip(np.nan_to_num(rows[layout.EXCHANGED] / _WASTED, nan=1.0), 1.0, 1e300)
+    # Whole decades, so that cells of a map share a few runs.
+    return np.minimum(wanted, asked * 10.0 ** -np.ceil(np.log10(wasted)))
