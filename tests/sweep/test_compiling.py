@@ -344,9 +344,11 @@ def test_compilers_that_are_killed_leave_nothing_that_is_loaded(tmp_path, whom):
                                    stderr=subprocess.PIPE, text=True)  # fmt: skip
         until(lambda process=process: process.poll() is not None or children(process.pid))
         time.sleep(chance.uniform(0.0, 12.0))
-        for pid in [process.pid] if whom == "who waits" else children(process.pid):
+        compilers = children(process.pid)
+        for pid in [process.pid] if whom == "who waits" else compilers:
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
+        until(lambda compilers=compilers: not any(Path(f"/proc/{pid}/exe").exists() for pid in compilers))
         said, errors = process.communicate(timeout=600)
         if process.returncode == 0:
             assert said.split()[0] == whole[0] and (said.split() == whole or "killed by signal 9" in errors)

@@ -23,6 +23,9 @@ from stickslip_kernels import objects
 Object = tuple[list[str], bytes]
 _log = logging.getLogger("stickslip")  # of what has to be known while it lasts; Python writes it to standard error
 _OWN_FOLDER = "name a folder of your own by the environment variable NUMBA_CACHE_DIR"
+_WITH_ITS_PARENT = (
+    "import os, threading; threading.Thread(target=lambda: (os.read(0, 1), os._exit(1)), daemon=True).start(); "
+)
 _TRY = (
     "from pathlib import Path; from stickslip_kernels import machine, objects\n"
     "machine.try_out(*objects.read(Path({path!r})), {signals})"
@@ -85,9 +88,16 @@ def _compile(law: str, signals: bool) -> Object:
 
 
 def _python(script: str) -> subprocess.CompletedProcess[bytes]:
-    """A script run by another process, with the modules of this one."""
-    command = [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; {script}"]
-    return subprocess.run(command, check=False, capture_output=True)
+    """A script run by another process, with the modules of this one; if this one is killed, so that nobody waits for
+    what it makes, its standard input ends, and it ends, too.
+    """
+    command = [sys.executable, "-c", f"{_WITH_ITS_PARENT}import sys; sys.path[:] = {sys.path!r}; {script}"]
+    theirs, ours = os.pipe()
+    try:
+        return subprocess.run(command, check=False, stdin=theirs, capture_output=True)
+    finally:
+        os.close(theirs)
+        os.close(ours)
 
 
 @contextmanager
