@@ -9,9 +9,9 @@ state: the motion is periodic when u recurs, after however many loops. Every LOO
 was. Slip that returns within the noise of the integration, having been seen to approach what it returns to, or that
 nothing damps at all, is followed once more, every extremum being looked at, and is then sustained. One that shows
 nothing above the noise from the start may grow or decay too slowly to tell, unless it comes back after a push inwards
-(return maps of a plane are monotone: the cycle attracts), or grows and touches standstill already. Not so where slip changes its direction or
-follows a hysteretic line: that is no vibration about steady sliding, whose growth may vanish, and what does not change
-in hundreds of loops is the cycle.
+(return maps of a plane are monotone: the cycle attracts), or grows and touches standstill already. Not so where slip
+changes its direction or follows a hysteretic line: that is no vibration about steady sliding, whose growth may vanish,
+and what does not change in hundreds of loops is the cycle.
 """
 
 from math import inf, isnan, log, nan
@@ -150,7 +150,7 @@ def begin_confirming(m, i):
 
 @compiled
 def given_up(m, i, amplitude, change, steps, times):
-    """Whether the settling band is out of reach of so many times the steps left, the last loops having taken `steps`."""
+    """Whether so many times the steps left do not reach the settling band, the last loops having taken `steps`."""
     s = m.s
     loops = log(max(amplitude / s[at.BAND + i], 1.0)) / change
     return s[at.LOOP_STILL + i] >= MOST_STILL or loops * (steps / LOOPS) > times * (m.max_steps - s[at.TRIED + i])

@@ -7,10 +7,10 @@ by what F differs by on a circle of another radius: at most by the change of r o
 |F'| sin^2. Where D exceeds twice that, its sign is that of the change (averaging: J. A. Sanders, F. Verhulst,
 J. Murdock, Averaging Methods in Nonlinear Dynamical Systems, Springer 2007).
 
-Orbits in a plane do not cross: the return map, from turn to turn, is monotone. So a spiral whose turns lie between those
-of another one does in the end what that does, and a motion is known by one that is followed from further in (`leaps`):
-if that sticks, so do all between, since the map is flat from there to the cycle. When is not known then. With ageing the
-state is more than a plane, and all that is known is that what grows must stick.
+Orbits in a plane do not cross: the return map, from turn to turn, is monotone. So a spiral whose turns lie between
+those of another one does in the end what that does, and a motion is known by one that is followed from further in
+(`leaps`): if that sticks, so do all between, since the map is flat from there to the cycle. When is not known then.
+With ageing the state is more than a plane, and all that is known is that what grows must stick.
 """
 
 from math import asin, cos, inf, log, pi, sin
