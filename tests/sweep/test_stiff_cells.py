@@ -18,7 +18,7 @@ FEW = 5000  # steps; explicit ones were ten to a hundred times as many
 CREEP = {
     "from above": {"belt_speed": 0.00555, "a1": 0.322, "a2": 0.00203, "a3": 0.898, "a4": 0.00343},
     "from above, steeper": {"belt_speed": 0.0104, "a1": 0.176, "a2": 0.0, "a3": 1.14, "a4": 0.0071},
-    "from above, static friction": {"belt_speed": 0.00482, "damping": 3.05, "a1": 0.782, "a2": 7.78e-6, "a3": 1.54, "a4": 0.00382},
+    "with a damper": {"belt_speed": 0.00482, "damping": 3.05, "a1": 0.782, "a2": 0.0, "a3": 1.54, "a4": 0.00382},
     "from below": {"belt_speed": 0.1, "damping": 40.0, "a1": 0.5, "a2": 0.0, "a3": 0.1, "a4": 0.5, "displacement": 1.0},
 }  # fmt: skip
 RELAXATION = {
@@ -110,20 +110,23 @@ def test_a_cycle_that_has_converged_when_first_looked_at_is_pushed_off_and_come_
 
 
 @pytest.mark.parametrize("cell", [
-    {"belt_speed": 0.0, "damping": 13.4, "a1": 0.662, "a2": 1.24, "a3": 0.00591, "a4": 0.00305, "displacement": -0.697, "velocity": 0.559},
-    {"belt_speed": 0.0, "damping": 3.0, "a1": 0.5, "a2": 0.0, "a3": 0.01, "a4": 0.1, "displacement": 2.0},
+    {"damping": 13.4, "a1": 0.662, "a2": 1.24, "a3": 0.00591, "a4": 0.00305, "displacement": -0.697, "velocity": 0.559},
+    {"damping": 3.0, "a1": 0.5, "a2": 0.0, "a3": 0.01, "a4": 0.1, "displacement": 2.0},
 ], ids=["reverse", "forward"])  # fmt: skip
 def test_slip_that_creeps_to_rest_on_a_belt_at_rest_is_stuck(cell):
-    found = evaluate(cell, "cubic")
+    found = evaluate(cell | {"belt_speed": 0.0}, "cubic")
     assert (found["regime"], found["status"]) == ("stuck", "never_breaks_away")
     side = 1.0 if cell["displacement"] > 0.0 else -1.0
     assert found["settled_displacement"] == pytest.approx(side * (cell["a1"] + cell["a3"]), rel=1e-12)
 
 
 SLOW = {
-    "decays": ("stribeck", {"belt_speed": 0.27, "a1": 0.157, "a2": 5.33e-5, "a3": 1.13e-4, "a4": 2.0}),
-    "grows": ("rational", {"belt_speed": 2.4, "a1": 0.0587, "a2": 0.0, "a3": 4.23e-3, "a4": 0.0629, "velocity": 2.3, "displacement": 0.0588}),
-    "slips both ways": ("stribeck", {"belt_speed": 0.00136, "a1": 0.0, "a2": 2.66e-5, "a3": 0.0285, "a4": 0.00226, "displacement": 0.639}),
+    "decays": ("stribeck", {"belt_speed": 0.27, "a1": 0.157, "a2": 1.6e-3, "a3": 3.4e-3, "a4": 2.0}),
+    "grows": ("rational", {"belt_speed": 2.4, "a1": 1.0, "a2": 0.0, "a3": 0.02115, "a4": 0.0629, "velocity": 0.046}),
+    "slips both ways": (
+        "stribeck",
+        {"belt_speed": 0.00136, "a1": 0.0, "a2": 2.66e-5, "a3": 0.0285, "a4": 0.00226, "displacement": 0.639},
+    ),
 }  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from ..jit import compiled
 from .margin import note_closeness, note_closest_trough
 from .settling import is_neutral, settles_for_certain
 from .verdict import decide, decide_cycle, decide_settled, reset_extrema, store_extrema
-from .weak import FROM_OUTSIDE, decays_on_average, feeds_all_loops
+from .weak import FROM_OUTSIDE, decays_on_average, feeds_all_loops, is_caught
 
 LOOPS = 12  # between two looks: a multiple of most lengths a cycle can have in loops
 SLOWEST = 1e-5  # what changes by more of its amplitude a loop is not periodic
@@ -186,10 +186,10 @@ def confirm_cycle(m, i, tau, heat, xi):
         s[at.PUSH_STATE + i] = NO_RETURN if s[at.PUSH_STATE + i] == PUSHED else s[at.PUSH_STATE + i]
         set_reference(s, i, tau, heat, xi)
         return
-    kind, share = kind_of_cycle(m.law, s, i), length / LOOPS
+    regime, kind, share = at.SUSTAINED, kind_of_cycle(m.law, s, i), length / LOOPS
     if kind == at.SLIP_CYCLE and s[at.LOOP_MOVED + i] == 0.0 and amplitude > ROUNDING:
         if is_kept_by_standstill(m, i, xi):
-            kind = at.NEUTRAL_RINGING
+            regime, kind = at.STICK_SLIP, at.CYCLE_CLOSED
         elif s[at.PUSH_STATE + i] == NO_PUSH:
             s[at.PUSH_STATE + i] = TO_BE_PUSHED
             confirm_again(s, i, tau, heat)
@@ -204,7 +204,7 @@ def confirm_cycle(m, i, tau, heat, xi):
     if s[at.GAIN + i] > s[at.LOOP_GAIN + i] + UNSTABLE:  # errors grow from loop to loop: no cycle that attracts
         note_closeness(s, i, 0.0)
     period, work = (tau - s[at.LOOP_TAU + i]) * share, (heat - s[at.LOOP_HEAT + i]) * share
-    decide_cycle(m, i, at.SUSTAINED, kind, period, 0.0, work)
+    decide_cycle(m, i, regime, kind, period, 0.0, work)
 
 
 @compiled(inline=True)
@@ -216,10 +216,13 @@ def confirm_again(s, i, tau, heat):
 
 @compiled
 def is_kept_by_standstill(m, i, xi):
-    """Whether a motion that turns at xi touches standstill to the tolerance, which ends growth, and cannot shrink."""
+    """Whether a motion that turns at xi touches standstill to the tolerance, and every loop of it grows.
+
+    It sticks there, in a phase too short to be resolved, and starts again from break-away: a cycle of stick-slip.
+    """
     s = m.s
     touches = abs(xi - s[at.XI_STAR + i]) >= (1.0 - RETURNS * m.rtol) * s[at.B + i]
-    return touches and feeds_all_loops(m.law, s, i)
+    return touches and feeds_all_loops(m.law, s, i) and is_caught(m.law, s, i)
 
 
 @compiled

@@ -4,8 +4,9 @@ In polar coordinates about steady sliding, q = r sin(theta), p = r cos(theta), a
 order, D being the mean of the drag F' over the loop with weight cos^2(theta)/pi; where slip changes its direction, at
 w = 0, F jumps by twice the friction of standstill and F' has a peak of that size. To second order the change is wrong
 by what F differs by on a circle of another radius: at most by the change of r on the way times the integral of
-|F'| sin^2. Where D exceeds twice that, its sign is that of the change (averaging: J. A. Sanders, F. Verhulst,
-J. Murdock, Averaging Methods in Nonlinear Dynamical Systems, Springer 2007).
+|F'| sin^2; and by (F/r)^2 of what F does in a loop at all, since theta' = 1 - F cos(theta)/r (the term before is odd).
+Where D exceeds twice the sum, its sign is that of the change (averaging: J. A. Sanders, F. Verhulst, J. Murdock,
+Averaging Methods in Nonlinear Dynamical Systems, Springer 2007).
 
 Orbits in a plane do not cross: the return map, from turn to turn, is monotone. So a spiral whose turns lie between
 those of another one does in the end what that does, and a motion is known by one that is followed from further in
@@ -24,6 +25,7 @@ from ..stepping import restart
 from .settling import drag_at
 
 SAFETY = 2.0
+WEAKEST = 0.25  # force over radius: beyond, friction decides how long the motion stays where it is
 GRADED = 0.1  # first panel beside the slowest point, in units of a4
 RADII = 24  # between which the mean drag may change by less than itself
 CLOSER = 0.85  # of the distance to the circle that touches standstill, from one radius to the next
@@ -50,7 +52,7 @@ def mean_drag(law, s, i, r, offset):
     """Mean drag of a loop of radius r > 0 about p = offset, its error, and the most r changes by within a loop."""
     b = s[at.B + i]
     lowest = -asin(min(b / r, 1.0))  # angle at which w is least, or zero
-    mean, square, change = 0.0, 0.0, 0.0
+    mean, square, change, top = 0.0, 0.0, 0.0, 0.0
     for side in range(2):
         way, sign = (0.5 * pi - lowest, 1.0) if side == 0 else (0.5 * pi + lowest, -1.0)
         start, size = 0.0, GRADED * min(1.0, 1.0 / (s[at.RATE + i] * r))
@@ -62,14 +64,18 @@ def mean_drag(law, s, i, r, offset):
                 drag = drag_at(law, s, i, abs(b + q))
                 mean += weight * drag * cos(angle) ** 2
                 square += weight * abs(drag) * sin(angle) ** 2
-                change += weight * abs((excess_force(law, s, i, b + q) - offset) * sin(angle))
+                force = abs(excess_force(law, s, i, b + q) - offset)
+                change += weight * force * abs(sin(angle))
+                top = max(top, force)
             start += size
             size = min(1.5 * size, GRADED)
     if r > b:
         jump, steep = 2.0 * friction_at(law, s, i, 0.0), (1.0 - (b / r) ** 2) ** 0.5
         mean += 2.0 * jump * steep / r
         square += 2.0 * jump * (b / r) ** 2 / (r * steep)
-    return mean / pi, SAFETY * square / pi * change / r, change
+    if top > WEAKEST * r:
+        return mean / pi, inf, change
+    return mean / pi, SAFETY * (square + (top / r) ** 2) * change / (pi * r), change
 
 
 @compiled
