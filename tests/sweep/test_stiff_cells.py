@@ -120,21 +120,26 @@ def test_slip_that_creeps_to_rest_on_a_belt_at_rest_is_stuck(cell):
     assert found["settled_displacement"] == pytest.approx(side * (cell["a1"] + cell["a3"]), rel=1e-12)
 
 
-SLOW = {
-    "decays": ("stribeck", {"belt_speed": 0.27, "a1": 0.157, "a2": 1.6e-3, "a3": 3.4e-3, "a4": 2.0}),
-    "grows": ("rational", {"belt_speed": 2.4, "a1": 1.0, "a2": 0.0, "a3": 0.02115, "a4": 0.0629, "velocity": 0.046}),
+SLOW = {  # law, budget, cell
+    "decays": ("stribeck", 3000, {"belt_speed": 0.27, "a1": 0.157, "a2": 1.6e-3, "a3": 3.4e-3, "a4": 2.0}),
+    "grows": (
+        "rational",
+        3000,
+        {"belt_speed": 2.4, "a1": 1.0, "a2": 0.0, "a3": 0.02115, "a4": 0.0629, "velocity": 0.02, "displacement": 1.0},
+    ),
     "slips both ways": (
         "stribeck",
-        {"belt_speed": 0.00136, "a1": 0.0, "a2": 2.66e-5, "a3": 0.0285, "a4": 0.00226, "displacement": 0.639},
+        20_000,
+        {"belt_speed": 0.00136, "a1": 0.0, "a2": 2.66e-5, "a3": 0.00285, "a4": 0.00226, "displacement": 0.2},
     ),
-}  # fmt: skip
+}
 
 
-@pytest.mark.parametrize(("law", "cell"), SLOW.values(), ids=SLOW)
-def test_what_takes_too_many_loops_ends_as_it_does_when_followed(law, cell):
-    followed, found = evaluate(cell, law, 1e-9, max_steps=10_000_000), evaluate(cell, law, max_steps=3000)
-    assert followed["steps"] > 10_000
-    assert found["steps"] <= 3000
+@pytest.mark.parametrize(("law", "budget", "cell"), SLOW.values(), ids=SLOW)
+def test_what_takes_too_many_loops_ends_as_it_does_when_followed(law, budget, cell):
+    followed, found = evaluate(cell, law, 1e-9, max_steps=3_000_000), evaluate(cell, law, max_steps=budget)
+    assert followed["steps"] > 2 * budget
+    assert found["steps"] <= budget
     assert found["regime"] == followed["regime"] in ("damped", "stick_slip")
     assert found["period"] == pytest.approx(followed["period"], rel=1e-5, nan_ok=True)
     assert np.isnan(found["settling_time"])

@@ -59,7 +59,9 @@ class Manifest:
         return parse_config(self.configuration, f"{where}/{NAME}").shown_in(self.written_in)
 
 
-def make(config: Config, shape: tuple[int, ...], blocks: Blocks, kernels: str, software: str, fresh: bool) -> Manifest:
+def make(
+    config: Config, shape: tuple[int, ...], blocks: Blocks, kernels: str, software: str, fresh: bool = False
+) -> Manifest:
     """The manifest of a new store."""
     created = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return Manifest(
