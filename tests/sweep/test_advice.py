@@ -104,7 +104,7 @@ def test_no_way_out_is_no_error(here):
         (("advise", "pair.yaml", *AT, "--within", "1"), "factor above 1"),
         (("contours", "pair.yaml", "--over", "mass", "belt_speed"), "mass is no axis of the configuration"),
         (("contours", "pair.yaml", "--between", "belt_speed", "2", "1"), "swap the ends"),
-        (("contours", "pair.yaml", "--csv", "lines.txt"), "tables end in .csv"),
+        (("contours", "pair.yaml", "--csv", "lines.txt"), "tables of points end in .csv"),
         (("contours", "pair.yaml", "--scan", "1"), "scan: got 1"),
     ],
 )  # fmt: skip

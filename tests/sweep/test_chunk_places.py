@@ -147,3 +147,16 @@ def test_parts_across_chunks_are_those_of_the_whole(pair, key):
     with stickslip.open(pair[0]) as lazy, reading.look_into(pair[0]) as plain:
         whole = lazy["period"].load().isel(key)
         np.testing.assert_array_equal(plain["period"].isel(key).values, whole.values)
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+def test_coordinates_of_several_chunks_are_read_as_they_were_written(tmp_path, monkeypatch, suffix):
+    """As those of a result of more than 131,072 cells in a row."""
+    from stickslip.files import writing
+
+    monkeypatch.setattr(writing, "_CHUNK_VALUES", 2**9)
+    pair = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+    ds = stickslip.evaluate(pair | {"belt_speed": np.linspace(0.05, 0.3, 1300)})
+    writing.write(ds, tmp_path / f"cells{suffix}")
+    with stickslip.open(tmp_path / f"cells{suffix}") as again:
+        assert again["belt_speed"].equals(ds["belt_speed"])

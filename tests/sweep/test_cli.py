@@ -75,7 +75,7 @@ def test_the_first_run_on_a_machine_says_that_it_compiles(here, kernels, monkeyp
     monkeypatch.setattr(engine, "will_compile", lambda law, rigs: True)
     done = call("run", write_config(here, more="output: {file: map.nc}\n"))
     assert done.exit_code == 0
-    assert "Compiling the kernels for this machine: once" in done.stderr and "Compiled the kernels in" in done.stderr
+    assert "Compiling the kernels for this machine, once" in done.stderr and "Compiled the kernels in" in done.stderr
 
 
 def test_a_map_that_is_not_kept_can_be_drawn(here):

@@ -53,8 +53,7 @@ class _Where(click.ParamType):  # type: ignore[type-arg]
 
 
 class Target(click.ParamType):  # type: ignore[type-arg]
-    """A file to be written, of some kinds (`targets.check_target`): refused here, before anything is computed, if it
-    could not be written later."""
+    """A file to be written (`targets.check_target`), refused before anything is computed if it cannot be."""
 
     name = "path"
 
@@ -66,7 +65,8 @@ class Target(click.ParamType):  # type: ignore[type-arg]
         from stickslip.files.locations import location
 
         place = location(value)
-        if ctx is not None and not ctx.resilient_parsing:
+        finished = ctx is not None and ctx.info_name == "run" and place.exists()  # which a run itself looks at
+        if ctx is not None and not ctx.resilient_parsing and not finished:
             checked(place, *self._kinds)
         return place
 

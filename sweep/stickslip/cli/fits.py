@@ -49,7 +49,7 @@ def wanted_of(
     epilog="""\b
 Examples:
   stickslip fit configs/measured/dry.csv --plot dry.png    # columns: speed [mm/s], mu
-  stickslip fit configs/measured/table.csv                 # with several columns of friction: a fit of each
+  stickslip fit configs/measured/table.csv       # with several columns of friction: a fit of each
   stickslip fit configs/measured/dry.csv --law best        # of all laws that one fits best (AICc)
   stickslip fit bare.csv --unit mm/s                       # yours; columns: speed, mu
   stickslip fit odd.csv --speed-column "Motor 1" --friction-column "Signal B"

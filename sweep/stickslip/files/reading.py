@@ -163,7 +163,9 @@ def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
     for name, variable in list(ds.variables.items()):
         if name in ds.coords or not variable.ndim:
             values = variable.values
-            ds[name] = xr.Variable(variable.dims, values.astype(_native(values.dtype), copy=False), variable.attrs)
+            stored = {key: variable.encoding[key] for key in ("preferred_chunks",) if key in variable.encoding}
+            native = values.astype(_native(values.dtype), copy=False)
+            ds[name] = xr.Variable(variable.dims, native, variable.attrs, stored)
     return ds
 
 

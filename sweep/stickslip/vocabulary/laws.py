@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
 # Shapes of the weakening of friction: mu = a1 + a2 w + a3 shape(w/a4), shape(0) = 1.
 LAW_MESSAGES = {
@@ -23,6 +26,8 @@ def rise_to_a_maximum(law: str, cell: Mapping[str, ArrayLike]) -> NDArray[np.flo
 
     Such a curve has a maximum and no minimum at which the falling branch of `mu_stop` could end.
     """
+    import numpy as np  # here, since the command line needs the names alone
+
     a2, a3, a4 = (np.asarray(cell[name], np.float64) for name in ("a2", "a3", "a4"))
     first = 1.5 if law == "cubic" else np.where(np.greater(cell.get("delta", 1.0), 1.0), 0.0, 1.0)
     falls_at_last = (a3 < 0.0) & ((a2 < 0.0) | (law == "cubic"))

@@ -53,7 +53,7 @@ def refused(text, read=parse_rig):
         ("sensor: {rate: 0}\n", "my.yaml:5:16: sensor.rate: got 0, expected a frequency above 0 1/s"),
         ("sensor: {bandwidth: 500 Hz}\n", "my.yaml:5:21: sensor.bandwidth: got 500 Hz, expected less than half the"),
         ("features: {bandwidth: 2 kHz}\n", "my.yaml:5:23: features.bandwidth: got 2000 Hz, expected less than half"),
-        ("sensor: {force_noise: -1 N}\n", "my.yaml:5:23: sensor.force_noise: got '-1 N', expected a force of at least"),
+        ("sensor: {force_noise: -1 N}\n", "my.yaml:5:23: sensor.force_noise: got '-1 N', expected a force from 0 to"),
         ("sensor: {oversampling: 0}\n", "my.yaml:5:24: sensor.oversampling: got 0, expected a whole number from 1"),
         ("record: {}\n", "my.yaml:5:1: record: unknown key, expected title, system"),
     ],
