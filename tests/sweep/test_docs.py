@@ -188,7 +188,9 @@ def test_pages_of_the_reference_say_what_the_code_says(name):
 
 @pytest.mark.parametrize("line", commands())
 def test_every_command_line_of_docs_and_helps_is_one(here, line):
-    """Click raises where an option does not exist or an argument is missing."""
+    """Click raises where an option does not exist or an argument is missing, or a place for results cannot be."""
+    if "s3://" in line:
+        pytest.importorskip("s3fs")
     command, arguments = resolved(shlex.split(line.partition(" > ")[0].removesuffix(" &"), comments=True)[1:])
     assert command is not main
     assert command.make_context(command.name, list(arguments)).command is command

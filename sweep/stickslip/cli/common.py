@@ -65,10 +65,9 @@ class Target(click.ParamType):  # type: ignore[type-arg]
         from stickslip.files.locations import location
 
         place = location(value)
-        finished = ctx is not None and ctx.info_name == "run" and place.exists()  # which a run itself looks at
-        if ctx is not None and not ctx.resilient_parsing and not finished:
-            checked(place, *self._kinds)
-        return place
+        finished = ctx is not None and ctx.info_name == "run" and os.path.isfile(str(place))  # seen to by run
+        is_asked = ctx is not None and not ctx.resilient_parsing and not finished
+        return checked(place, *self._kinds) if is_asked else place
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """Files, as the shell finds them."""
@@ -233,9 +232,9 @@ def points_file(path: Path) -> Path:
 
 def fail(message: object) -> NoReturn:
     """End with the exit code for wrong input."""
-    text, context = str(getattr(message, "on_command_line", message)), click.get_current_context(silent=True)
-    if context is not None and not any("--fresh" in option.opts for option in context.command.params):
-        text = text.replace("--fresh", "stickslip run --fresh")  # the remedy of another command
+    text, here = str(getattr(message, "on_command_line", message)), click.get_current_context(silent=True)
+    if here and not any("--fresh" in option.opts for option in here.command.params):  # the remedy of another command
+        text = text.replace("--fresh", "stickslip run --fresh")
     screen.echo(text, err=True)
     sys.exit(WRONG_INPUT)
 

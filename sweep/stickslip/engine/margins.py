@@ -53,4 +53,4 @@ def _wanted(rows: Floats, rtol: Floats, asked: float) -> Floats:
     wanted = np.where(rows[layout.CLOSENESS] < _ERRORS * rtol, _STEP * rtol, rtol)
     wasted = np.clip(np.nan_to_num(rows[layout.EXCHANGED] / _WASTED, nan=1.0), 1.0, 1e300)
     # Whole decades, so that cells of a map share a few runs.
-    return np.minimum(wanted, asked * 10.0 ** -np.ceil(np.log10(wasted)))
+    return np.asarray(np.minimum(wanted, asked * 10.0 ** -np.ceil(np.log10(wasted))))

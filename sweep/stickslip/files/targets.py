@@ -78,8 +78,18 @@ def check_target(place: str | os.PathLike[str], *kinds: str) -> None:
     if isinstance(where, Url):
         from stickslip.files import swapping
 
+        check_url(where)
         return swapping.check_writable(where)
     check_place(where, is_zarr=where.suffix == ".zarr", folder=kind.folder)
+
+
+def check_url(place: Url) -> None:
+    """Raises StoreError for what is no Zarr store."""
+    if place.suffix != ".zarr":
+        raise StoreError(
+            f"{place}: behind a URL only Zarr stores are written, expected a name that ends in .zarr\n"
+            "hint: netCDF is written to a file of this machine, which can be copied then"
+        )
 
 
 def check_place(path: Path, *, is_zarr: bool = False, is_folder: bool = False, folder: bool = True) -> None:

@@ -34,6 +34,7 @@ from stickslip.files.locations import Location, Url, location
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.reading import open, require_zarr
 from stickslip.files.seal import GROUP, NOBODY_WROTE, TABLE, marks_of, sealed
+from stickslip.files.targets import check_url
 
 if TYPE_CHECKING:
     from stickslip.files.zarr_chunks import NewZarr
@@ -310,10 +311,7 @@ def _writer(
     if path.suffix == ".zarr":
         return write_zarr
     if isinstance(path, Url):
-        raise StoreError(
-            f"{path}: behind a URL only Zarr stores are written, expected a name that ends in .zarr\n"
-            "hint: netCDF is written to a file of this machine, which can be copied then"
-        )
+        check_url(path)
     if path.suffix == ".nc":
         return write_netcdf
     raise StoreError(f"{path}: unknown kind of file, expected a name that ends in .nc or .zarr")

@@ -246,7 +246,7 @@ def test_a_part_that_is_collected_says_which_cells_are_missing(few, tmp_path):
 
 @pytest.fixture
 def file(tmp_path):
-    config = write_config(tmp_path, more="solver: {max_steps: 60}\noutput: {variables: regime}\n")
+    config = write_config(tmp_path, more="solver: {max_steps: 9}\noutput: {variables: regime}\n")
     stickslip.run(config, tmp_path / "map.nc").close()
     return tmp_path / "map.nc"
 
