@@ -114,7 +114,7 @@ def test_draws_that_are_not_decided_are_carried_as_bounds():
     more = ", damping: {uniform: [0, 0.02]}"
     known, found = (results(sample(draws=256, more=more, steps=steps)) for steps in (100_000, 40))
     assert 0.02 < found["undecided"] < 0.5
-    assert (found["sobol_total_error"][0] > 1.5 * known["sobol_total_error"][0]).all()
+    assert (found["sobol_total_error"][0] > 1.2 * known["sobol_total_error"][0]).all()
 
 
 def test_means_and_quantiles_of_a_metric_are_those_of_the_draws_that_have_it():
