@@ -65,8 +65,8 @@ class Target(click.ParamType):  # type: ignore[type-arg]
         from stickslip.files.locations import location
 
         place = location(value)
-        finished = ctx is not None and ctx.info_name == "run" and os.path.isfile(str(place))  # seen to by run
-        is_asked = ctx is not None and not ctx.resilient_parsing and not finished
+        own = ctx is not None and ctx.info_name == "run" and "result" in self._kinds  # which a run itself looks at
+        is_asked = ctx is not None and not ctx.resilient_parsing and not (own and os.path.isfile(str(place)))
         return checked(place, *self._kinds) if is_asked else place
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:

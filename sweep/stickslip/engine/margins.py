@@ -25,8 +25,8 @@ def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopF
     """Replace the results of cells that need a tighter tolerance than they were given.
 
     cells, rows : (CELL_ROWS, n) and (RESULT_ROWS, n) of `layout.py`, in kernel units. STEPS are of all runs together.
-    What is as close at the tightest tolerance lies on the border, as ringing without any drag that grazes standstill
-    does: there tighter runs see rounding, and the first one holds.
+    Ringing without any drag may graze standstill, however closely that is looked at: what sticks there in the tightest
+    run is rounding, and the first one holds.
     """
     if not ((rows[layout.CLOSENESS] < _ERRORS * options.rtol).any() or (rows[layout.EXCHANGED] > _WASTED).any()):
         return
@@ -35,9 +35,10 @@ def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopF
         wanted = np.maximum(_wanted(rows, rtol, options.rtol), _TIGHTEST)
         again = np.flatnonzero(wanted < rtol)
         if not again.size:
-            on_it = (rtol < options.rtol) & (rows[layout.CLOSENESS] < _ERRORS * rtol)
+            grazes = (rtol < options.rtol) & (rows[layout.CLOSENESS] < _ERRORS * rtol)
+            grazes &= first[layout.STATUS] == layout.NEUTRAL_RINGING
             first[layout.STEPS] = rows[layout.STEPS]
-            rows[:, on_it] = first[:, on_it]
+            rows[:, grazes] = first[:, grazes]
             return
         for tolerance in np.unique(wanted[again]):
             chosen = again[wanted[again] == tolerance]
