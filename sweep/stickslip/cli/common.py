@@ -63,11 +63,14 @@ class Target(click.ParamType):  # type: ignore[type-arg]
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
         """The place that a text names."""
         from stickslip.files.locations import location
+        from stickslip.files.targets import KINDS
 
         place = location(value)
-        own = ctx is not None and ctx.info_name == "run" and "result" in self._kinds  # which a run itself looks at
-        is_asked = ctx is not None and not ctx.resilient_parsing and not (own and os.path.isfile(str(place)))
-        return checked(place, *self._kinds) if is_asked else place
+        ends = [end for kind in self._kinds if kind in KINDS for end in KINDS[kind].suffixes]
+        there = place.suffix.lower() in ends and os.path.isfile(str(place))
+        if ctx is not None and not ctx.resilient_parsing and not (there and ctx.info_name == "run"):
+            checked(place, *self._kinds)
+        return place  # if there, maybe of a finished run, which writes nothing; else a run looks itself
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """Files, as the shell finds them."""
@@ -382,10 +385,8 @@ def pairs(texts: tuple[str, ...]) -> dict[str, str]:
 
 
 def location_or_none(name: str | None, *kinds: str) -> Any:
-    """A name in a configuration as the place of a file to be written, of these kinds (`checked`)."""
-    from stickslip.files.locations import location
-
-    return None if name is None else checked(location(name), *kinds)
+    """A name in a configuration as the place of a file to be written, of these kinds, for a run (`Target`)."""
+    return None if name is None else Target(*kinds).convert(name, None, click.get_current_context())
 
 
 def checked(place: Location, *kinds: str) -> Any:
