@@ -24,7 +24,15 @@ if TYPE_CHECKING:
     from stickslip.files.locations import Location
 
 
-class _Where(click.ParamType):  # type: ignore[type-arg]
+class _Place(click.ParamType):  # type: ignore[type-arg]
+    """A place in the file system, or a URL."""
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Files, as the shell finds them."""
+        return [CompletionItem(incomplete, type="file")]
+
+
+class _Where(_Place):
     """A path, or the URL of a Zarr store, which a `Path` would spoil."""
 
     name = "path_or_url"
@@ -47,12 +55,8 @@ class _Where(click.ParamType):  # type: ignore[type-arg]
         here = names_in(Path(), RESULTS_HERE)
         return f"Results in this folder: {', '.join(here)}" if here else "No result (.nc, .zarr) is in this folder."
 
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Files, as the shell finds them."""
-        return [CompletionItem(incomplete, type="file")]
 
-
-class Target(click.ParamType):  # type: ignore[type-arg]
+class Target(_Place):
     """A file to be written (`targets.check_target`), refused before anything is computed if it cannot be."""
 
     name = "path"
@@ -71,10 +75,6 @@ class Target(click.ParamType):  # type: ignore[type-arg]
         if ctx is not None and not ctx.resilient_parsing and not (there and ctx.info_name == "run"):
             checked(place, *self._kinds)
         return place  # if there, maybe of a finished run, which writes nothing; else a run looks itself
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Files, as the shell finds them."""
-        return [CompletionItem(incomplete, type="file")]
 
 
 class ConfigPath(click.Path):
