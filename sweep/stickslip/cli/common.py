@@ -27,6 +27,12 @@ if TYPE_CHECKING:
 class _Place(click.ParamType):  # type: ignore[type-arg]
     """A place in the file system, or a URL."""
 
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
+        """What a text on the command line names."""
+        from stickslip.files.locations import location
+
+        return location(value)
+
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """Files, as the shell finds them."""
         return [CompletionItem(incomplete, type="file")]
@@ -39,12 +45,6 @@ class _Where(_Place):
 
     def __init__(self, or_configuration: bool = False) -> None:
         self._or_configuration = or_configuration
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
-        """What a text on the command line names."""
-        from stickslip.files.locations import location
-
-        return location(value)
 
     def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
         """What could have been named."""
@@ -66,10 +66,9 @@ class Target(_Place):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
         """The place that a text names."""
-        from stickslip.files.locations import location
         from stickslip.files.targets import KINDS
 
-        place = location(value)
+        place = super().convert(value, param, ctx)
         ends = [end for kind in self._kinds if kind in KINDS for end in KINDS[kind].suffixes]
         there = place.suffix.lower() in ends and os.path.isfile(str(place))
         if ctx is not None and not ctx.resilient_parsing and not (there and ctx.info_name == "run"):
