@@ -101,7 +101,9 @@ def test_method_says_where_the_margin_led_to_the_border():
         assert (ds["method"] == METHODS.index("bisection")).all()
 
 
-@pytest.mark.parametrize("hysteretic", [False, True], ids=["plain", "hysteretic"])
+@pytest.mark.parametrize(
+    "hysteretic", [pytest.param(False, id="plain"), pytest.param(True, id="hysteretic", marks=pytest.mark.slow)]
+)
 def test_right_beside_a_border_no_cell_has_a_regime_that_is_on_neither_side(hysteretic):
     """Motions hover there on the unstable cycle for long; 60 lines over decades, half of them damped."""
     draw, n = np.random.default_rng(5), 30

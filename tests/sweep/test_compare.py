@@ -93,7 +93,7 @@ def test_a_wide_table_compares_as_its_columns_do(compared):
 def test_the_interval_is_that_of_points_measured_again_and_again():
     """The fit repeated on points of the curve with new noise, and the border of each: the middle 68 % of them."""
     random = np.random.default_rng(3)
-    truth, scatter, trials = (0.27, 0.19, 0.15, 0.024), 0.004, 100
+    truth, scatter, trials = (0.27, 0.19, 0.15, 0.024), 0.004, 60
     ds = stickslip.compare(
         {"dry": fit_curve(SPEED, law(SPEED, *truth) + random.normal(0, scatter, SPEED.size), scatter)},
         **SYSTEM, level=0.68, draws=800,

@@ -93,6 +93,8 @@ def test_a_full_standard_output_is_said_and_no_traceback():
     assert done.stderr == "standard output: cannot be written (No space left on device)\n"
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(signal.getsignal(signal.SIGINT) is signal.SIG_IGN, reason="Ctrl-C is ignored, as by a shell's jobs")
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C as a signal")
 def test_a_silent_scheduler_ends_a_run_in_time_and_ctrl_c_says_what_it_interrupts(tmp_path):
     """Something listens at the port, and never answers."""

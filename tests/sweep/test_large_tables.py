@@ -182,6 +182,7 @@ def row(number, *cells):
 POINTS = row(1, ("A", "speed [mm/s]"), ("B", "mu")) + "".join(row(i, ("A", i), ("B", 0.5)) for i in range(2, 9))
 
 
+@pytest.mark.slow
 def test_hostile_tables_are_refused_in_seconds_and_little_memory(tmp_path):
     """A stray cell in the last row and column took four gigabytes before."""
     workbook(tmp_path / "stray.xlsx", POINTS + row(1048576, ("XFD", 1)))

@@ -233,6 +233,7 @@ def test_points_that_come_with_the_package_are_found_from_a_copied_configuration
     assert load_config(tmp_path / "map.yaml").friction.a1 == pytest.approx(0.27, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_command_that_finds_its_map_complete_ends(materials):
     """It read the map with threads of dask, which wait until they are told that there is no more to do."""
     (materials / "map.yaml").write_text(SEVERAL)

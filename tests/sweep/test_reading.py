@@ -132,6 +132,7 @@ def large_file(path: Path, rows: int, columns: int) -> None:
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="peak memory is read from /proc")
+@pytest.mark.slow
 def test_a_map_of_ten_million_cells_is_counted_listed_and_drawn_in_little_memory(tmp_path):
     large_file(tmp_path / "large.nc", 2500, 4000)
     writing.write(plane(), tmp_path / "small.nc")

@@ -91,7 +91,7 @@ def str_last(value):
 
 
 @given(data())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_the_resolved_configuration_reads_back_as_an_equal_one(plain):
     config = make_config(plain)
     text = config.to_yaml()

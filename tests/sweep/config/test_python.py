@@ -92,7 +92,7 @@ def changed(draw):
     return data
 
 
-@settings(max_examples=60, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@settings(max_examples=30, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
 @given(data=changed())
 def test_a_dict_is_read_as_the_yaml_that_says_the_same(data):
     assert read(data) == read(spelled_as_python(data))

@@ -198,6 +198,7 @@ def strings(data):
     return [text for one in inside for text in strings(one)]
 
 
+@pytest.mark.slow
 def test_the_page_has_every_point_of_short_axes_and_says_which_are_left_out(tmp_path, monkeypatch):
     monkeypatch.setattr(static, "CELLS", (2, 2))
     text = tmp_path / "three.yaml"
