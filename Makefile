@@ -45,7 +45,7 @@ bench: $(VENV)/.installed-bench  ## measure speed beside other solvers into benc
 	$(BIN)/python benchmarks/run.py $(ARGS)
 
 gallery: $(VENV)/.installed  ## compute the figures of docs/gallery.md again
-	$(BIN)/python -c "from stickslip.article import gallery; gallery.write('docs/gallery.md')"
+	PYTHONPATH=docs $(BIN)/python -m article --page docs/gallery.md
 
 reference: $(VENV)/.installed  ## write again what pages of docs/ take from the code: tables, outputs, pictures
 	PYTHONPATH=docs $(BIN)/python -m making docs $(ARGS)

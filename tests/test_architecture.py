@@ -27,7 +27,7 @@ FLOORS = (
     ("what is kept", {"runs"}),
     ("records of a rig, the Python calls", {"rig", "materials", "api", "api_basins", "designing"}),
     ("what datasets can do", {"accessor"}),
-    ("the article, recomputed; the explorer; the doors", {"article", "backend", "explore", "__init__"}),
+    ("the explorer; the doors", {"backend", "explore", "__init__"}),
     ("the command", {"cli"}),
     ("its process", {"__main__"}),
 )

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from click.testing import CliRunner
 from matplotlib.image import imread
 
-from stickslip.article.gallery import slim
+from article.gallery import slim
 from stickslip.cli import main
 
 _FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

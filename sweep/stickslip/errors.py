@@ -1,6 +1,6 @@
 """Whatever stickslip raises and warns of, worded so that people can correct it.
 
-ConfigError, QuantityError, PlotError and UnknownFigureError are for people's input, StoreError and its kin for what the
+ConfigError, QuantityError and PlotError are for people's input, StoreError and its kin for what the
 system refuses. A `Problem` is one thing that is wrong with a file, with its position; a `ConfigError` carries all of
 them at once. Everything else that is raised is a bug.
 """
@@ -273,7 +273,3 @@ class PlotError(ValueError):
 
     def _render_traceback_(self) -> list[str]:
         return _in_notebooks(self)
-
-
-class UnknownFigureError(ValueError):
-    """There is no figure of this name; the message lists those there are."""

@@ -151,14 +151,6 @@ def test_the_command_explains_a_file_that_will_not_do(folder, name):
     assert "Traceback" not in done.output
 
 
-def test_the_command_makes_figures_of_the_article(folder):
-    done = call("article", "fig2", "-o", folder / "figures")
-    assert done.exit_code == 0, done.output
-    assert {p.name for p in (folder / "figures").iterdir()} == {"fig2.png", "fig2.nc"}
-    wrong = call("article", "fig99", "-o", folder)
-    assert wrong.exit_code == 2 and "there are fig2" in wrong.stderr
-
-
 # --- several materials ------------------------------------------------------------------------------------------------
 
 SEVERAL = """\

@@ -27,7 +27,6 @@ from stickslip.cli import (
     planning,
     results,
     rigs,
-    science,
     screen,
     steps,
     stores,
@@ -48,7 +47,6 @@ SECTIONS = {  # of the help: a new command is one word here
     "Friction curves and materials": (fits.fit, comparing.compare, steps.points),
     "Test rigs": (rigs.rig,),
     "Long runs and clusters": (stores.status, stores.collect, stores.retry_failed),
-    "The article": (science.article,),
 }
 
 

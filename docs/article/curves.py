@@ -9,9 +9,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from stickslip.api import run
-from stickslip.article.plotting import SERIES, axes_of, blank_plot, legend, mark, name_axes
-from stickslip.article.recipe import (
+from article.plotting import SERIES, axes_of, blank_plot, legend, mark, name_axes
+from article.recipe import (
     Cell,
     Findings,
     Floats,
@@ -22,6 +21,7 @@ from stickslip.article.recipe import (
     labelled,
     stick_slip_border,
 )
+from stickslip.api import run
 from stickslip.dataset.axis import MapAxis
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION, paint
 from stickslip.theory import reversal_speed, stribeck, tendency

@@ -11,14 +11,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from article.plotting import DPI
+from article.recipe import Figure, Findings, Made
+from article.registry import FIGURES
 from stickslip import plots
-from stickslip.article.plotting import DPI
-from stickslip.article.recipe import Figure, Findings, Made
-from stickslip.article.registry import FIGURES
-from stickslip.errors import UnknownFigureError
 from stickslip.files import writing
 
-__all__ = ["FIGURES", "Figure", "Findings", "Made", "UnknownFigureError", "Written", "make"]
+__all__ = ["FIGURES", "Figure", "Findings", "Made", "Written", "make"]
 
 
 @dataclass(frozen=True)
@@ -37,11 +36,11 @@ def make(
     """Make figures into a folder, which is created: NAME.png and NAME.nc each.
 
     names : of `FIGURES`; none at all means every one. progress : called with each name before it is made.
-    Raises UnknownFigureError before anything is made.
+    Raises ValueError before anything is made.
     """
     wanted = list(dict.fromkeys(names)) or list(FIGURES)
     if unknown := [name for name in wanted if name not in FIGURES]:
-        raise UnknownFigureError(f"no figure is called {', '.join(unknown)}; there are {', '.join(FIGURES)}")
+        raise ValueError(f"no figure is called {', '.join(unknown)}; there are {', '.join(FIGURES)}")
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     written = []

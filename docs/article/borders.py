@@ -9,8 +9,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
+from article.recipe import STICK_SLIP, Findings, Floats, Made, cell, configuration, labelled
 from stickslip.api import run
-from stickslip.article.recipe import STICK_SLIP, Findings, Floats, Made, cell, configuration, labelled
 from stickslip.config.model import Config
 from stickslip.plots import plot_attractors, plot_map
 from stickslip.plots.figure import Figure as Plot

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.image import imread, imsave
 
-from stickslip.article import Written, make
-from stickslip.article.plotting import in_words
-from stickslip.article.recipe import FOLDER
-from stickslip.article.registry import FIGURES
+from article import Written, make
+from article.plotting import in_words
+from article.recipe import FOLDER
+from article.registry import FIGURES
 
 _HEAD = """# The article, figure by figure
 
@@ -23,9 +23,9 @@ Every theoretical figure of *Controlling Stick-Slip Noise Generation with Lubric
 configuration in [configs/article](../configs/article), which `stickslip run` takes; one command makes all plots and
 their data (netCDF) in about a minute:
 
-    stickslip article --output figures
+    PYTHONPATH=docs python -m article --output figures
 
-This page is written by `stickslip.article.gallery`, its numbers by the computation; tests check them
+This page is written by `make gallery`, its numbers by the computation; tests check them
 ([tests/sweep/test_article.py](../tests/sweep/test_article.py)). Unless said otherwise mass 1 kg, load 1 N, no damper,
 the curve of Figure 2, and a start from sticking. Figures 12 to 18 show the rig and its measurements: not here. What is
 headed *Beyond the article* answers what its sentences leave open.
@@ -69,7 +69,7 @@ def _entry(figure: Written, images: str) -> str:
     if known.differs:
         lines.append(f"- Differs: {known.differs.format(**words)}")
     links = ", ".join(f"[{name}.yaml](../configs/{FOLDER}/{name}.yaml)" for name in known.configs)
-    return "\n".join([*lines, f"- From {links}: `stickslip article {figure.name}`", ""])
+    return "\n".join([*lines, f"- From {links}: `python -m article {figure.name}`", ""])
 
 
 def heading(name: str) -> str:

@@ -8,10 +8,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from stickslip.api import run
-from stickslip.article.curves import friction, line, transition
-from stickslip.article.plotting import SERIES, axes_of, belt_line, blank_plot, in_words, legend, name_axes, shade_sticks
-from stickslip.article.recipe import (
+from article.curves import friction, line, transition
+from article.plotting import SERIES, axes_of, belt_line, blank_plot, in_words, legend, name_axes, shade_sticks
+from article.recipe import (
     Cell,
     Findings,
     Floats,
@@ -24,6 +23,7 @@ from stickslip.article.recipe import (
     traces,
     trajectory,
 )
+from stickslip.api import run
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREY
 from stickslip.vocabulary.flags import MODES, REGIMES
 

@@ -6,10 +6,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from article.curves import friction
+from article.plotting import SERIES, axes_of, blank_plot, legend, name_axes
+from article.recipe import Cell, Findings, Floats, Made, cell, cells, configuration, labelled, traces
 from stickslip.api import run
-from stickslip.article.curves import friction
-from stickslip.article.plotting import SERIES, axes_of, blank_plot, legend, name_axes
-from stickslip.article.recipe import Cell, Findings, Floats, Made, cell, cells, configuration, labelled, traces
 from stickslip.fit import AgeingFit, Ranking, fit_ageing, rank
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.theory import static_friction

@@ -8,9 +8,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from stickslip.api import evaluate, run
-from stickslip.article.plotting import SERIES, axes_of, belt_line, blank_plot, in_words, legend, name_axes, shade_sticks
-from stickslip.article.recipe import (
+from article.plotting import SERIES, axes_of, belt_line, blank_plot, in_words, legend, name_axes, shade_sticks
+from article.recipe import (
     STICK_SLIP,
     Cell,
     Findings,
@@ -22,6 +21,7 @@ from stickslip.article.recipe import (
     stick_slip_border,
     traces,
 )
+from stickslip.api import evaluate, run
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.vocabulary.flags import REGIMES
 

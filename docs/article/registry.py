@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-from stickslip.article import ageing, borders, curves, motion, stiffness, tendency
-from stickslip.article.recipe import Figure
+from article import ageing, borders, curves, motion, stiffness, tendency
+from article.recipe import Figure
 
 FIGURES: dict[str, Figure] = {
     "fig2": Figure(

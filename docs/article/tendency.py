@@ -13,10 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from stickslip.api import evaluate, run
-from stickslip.article.curves import friction
-from stickslip.article.plotting import axes_of, blank_plot, in_words, name_axes, tick_values, write_table
-from stickslip.article.recipe import (
+from article.curves import friction
+from article.plotting import axes_of, blank_plot, in_words, name_axes, tick_values, write_table
+from article.recipe import (
     STICK_SLIP,
     Findings,
     Floats,
@@ -26,6 +25,7 @@ from stickslip.article.recipe import (
     labelled,
     stick_slip_border,
 )
+from stickslip.api import evaluate, run
 from stickslip.plots.figure import Figure as Plot
 from stickslip.plots.palette import BLACK, paint
 from stickslip.theory import tendency
