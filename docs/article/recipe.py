@@ -22,7 +22,7 @@ from stickslip.config.model import Config
 from stickslip.config.reader import load_config
 from stickslip.dataset.provenance import provenance
 from stickslip.designing import border as find_border
-from stickslip.plots.figure import Figure as Plot
+from stickslip.plots.layout import Figure as Plot
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.quantities import PARAMETERS
 

@@ -14,7 +14,7 @@ from stickslip.dataset.axis import MapAxis, title
 from stickslip.dataset.build import cell_dataset, trace_dataset
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
-from stickslip.plots import page, traces
+from stickslip.plots import layout, traces
 from stickslip.plots.maps import plot_map
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR
 from stickslip.plots.traces import plot_trace
@@ -315,14 +315,14 @@ def test_a_map_is_no_trajectory():
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_plots_are_written_in_the_format_of_their_name(suffix, tmp_path):
     path = tmp_path / f"map{suffix}"
-    page.save(plot_map(plane()), path, dpi=60)
+    layout.save(plot_map(plane()), path, dpi=60)
     assert path.read_bytes()[:4] in (b"\x89PNG", b"<?xm", b"%PDF")
 
 
 @pytest.mark.parametrize("name", ["map.sketch", "absent/map.png"])
 def test_plots_that_cannot_be_written_are_named(name, tmp_path):
     with pytest.raises(PlotError, match=name):
-        page.save(plot_map(plane()), tmp_path / name)
+        layout.save(plot_map(plane()), tmp_path / name)
 
 
 def test_plotting_needs_no_pyplot():

@@ -41,7 +41,7 @@ class Picture:
     def prepared(self, ds: xr.Dataset) -> xr.Dataset:
         """The dataset, to be shown in the units that are asked for, or that limits have. Raises PlotError."""
         from stickslip.dataset.display import with_units
-        from stickslip.plots.look import pairs
+        from stickslip.plots.options import pairs
         from stickslip.vocabulary import units
 
         ends = [end for text in self.limits for end in pairs(text, "LOW..HIGH with a unit")]
@@ -60,7 +60,7 @@ class Picture:
     def save(self, figure: Figure, target: Path, request: str = "") -> None:
         """Write a figure in the size and at the resolution that are asked for. Raises PlotError."""
         from stickslip import plots
-        from stickslip.plots.page import resize
+        from stickslip.plots.layout import resize
 
         if self.size is not None:
             resize(figure, *inches(self.size, self.dpi or plots.DPI))
@@ -76,7 +76,7 @@ def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     from stickslip import api
     from stickslip.config.pick import shared_by
     from stickslip.dataset.one_cell import one_cell
-    from stickslip.plots.look import marks_in
+    from stickslip.plots.options import marks_in
     from stickslip.vocabulary.flags import REGIMES, flag_label
 
     points = [*marks_in(ds, path)]

@@ -71,8 +71,7 @@ def figure(ds: xr.Dataset, extras: Extras | None = None, picture: Picture | None
         picture = picture or Picture()
         behind = picture.prepared((extras or Extras()).map_behind(ds))
         behind = fitting(behind.assign_attrs(title=ds.attrs.get("title", "")))
-        title = str(behind.attrs["title"]) if picture.title is None else picture.title
-        return plots.plot_map(behind, lines=ds, title=title, look=picture.look(behind))
+        return plots.plot_result(ds, behind=behind, title=picture.title, look=picture.look(behind))
     return plots.plot_result(fitting(ds))
 
 
@@ -102,7 +101,8 @@ def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, pictu
     from stickslip import pages, plots
     from stickslip.cli.picture import Picture
     from stickslip.errors import PlotError
-    from stickslip.pages.result import Drawn, drawn_of, result_page
+    from stickslip.pages.result import Picture as Shown
+    from stickslip.pages.result import pictures_of, result_page
 
     picture = picture or Picture()
     if "quiet_above" in ds:
@@ -112,12 +112,12 @@ def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, pictu
         return screen.echo(f"page     {target} ({screen.size_of(target)})")
     if plots.is_over_map(ds):
         try:
-            found = [Drawn("borders between regimes", figure(ds, extras, picture))]
+            found = [Shown("borders between regimes", figure(ds, extras, picture))]
         except PlotError as error:
-            found = [Drawn(str(error))]
+            found = [Shown(str(error))]
     else:
         ds = picture.prepared(ds)
         part = fitting(ds) if is_drawn(ds) else ds
-        found = drawn_of(part, picture.look(part), picture.title) if is_drawn(ds) else []
+        found = pictures_of(part, picture.look(part), picture.title) if is_drawn(ds) else []
     pages.write_page(target, result_page(ds, found, picture.title))
     screen.echo(f"page     {target} ({screen.size_of(target)})")

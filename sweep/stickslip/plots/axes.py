@@ -8,7 +8,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.display import Unit
 from stickslip.errors import PlotError, visible
-from stickslip.plots.look import PLAIN, Look
+from stickslip.plots.options import PLAIN, Look
 
 _PLAIN = 0.005, 2e4  # between them numbers are written without powers of ten
 _FEW_DECADES = 100.0

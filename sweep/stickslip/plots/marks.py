@@ -17,9 +17,8 @@ from matplotlib.text import Annotation
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.select import places
 from stickslip.errors import PlotError
-from stickslip.plots.look import Mark
-from stickslip.plots.palette import FLAG_COLOURS
-from stickslip.vocabulary.flags import flag_label
+from stickslip.plots.options import Mark
+from stickslip.plots.palette import FLAG_COLOURS, regime_label
 
 _RING: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "white", "markeredgecolor": "black",
                          "markeredgewidth": 1.6, "linestyle": "none", "clip_on": False}  # fmt: skip
@@ -122,7 +121,7 @@ def entries(marks: Sequence[Mark], ds: xr.Dataset, line: bool = False) -> list[L
         axes = {name: MapAxis(ds, name) for name in mark.at}
         told = ", ".join(_told(ds, name, axis, mark.at[name]) for name, axis in axes.items())
         told = f"{key}: {told if key == mark.label else mark.label}"
-        told += f" ({flag_label(mark.regime).replace('stick_slip', 'stick-slip')})" if mark.regime else ""
+        told += f" ({regime_label(mark.regime)})" if mark.regime else ""
         found.append(Line2D([], [], label=told, **(LINE if line else _ring(mark) | {"markersize": 6})))
     return found
 

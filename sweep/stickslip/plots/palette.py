@@ -215,6 +215,11 @@ def ink(colour: str) -> str:
     return to_hex((red, green, blue))
 
 
+def regime_label(name: str) -> str:
+    """The name of a regime on plots and pages: stick_slip is written stick-slip."""
+    return flag_label(name).replace("stick_slip", "stick-slip")
+
+
 def _swatch(name: str, colour: str, remark: str = "", hatch: str | None = None) -> Patch:
     """A legend entry. stick_slip is written stick-slip."""
     label = "stick-slip" if name == "stick_slip" else name.replace("_", " ")

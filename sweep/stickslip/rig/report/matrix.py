@@ -24,7 +24,7 @@ from matplotlib.textpath import TextPath
 from numpy.typing import NDArray
 
 from stickslip.errors import PlotError, visible
-from stickslip.plots.figure import Figure
+from stickslip.plots.layout import Figure
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, paint
 from stickslip.rig.quantities import EXACT, FEATURES
 from stickslip.rig.report.traces import LIGHTS

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from stickslip.dataset.axis import title
 from stickslip.dataset.display import si_unit
-from stickslip.plots.figure import Figure
+from stickslip.plots.layout import Figure
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 from stickslip.rig.quantities import SIGNALS
 from stickslip.rig.records.record import force_of

@@ -12,8 +12,9 @@ from stickslip.dataset.axis import short_name
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.summary import summary
 from stickslip.errors import ConfigError
-from stickslip.plots.page import NOTE_WIDTH, folded
-from stickslip.vocabulary.flags import REGIMES, flag_label
+from stickslip.plots.layout import NOTE_WIDTH, folded
+from stickslip.plots.palette import regime_label
+from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _CURVE = "a1", "a2", "a3", "a4"
@@ -85,7 +86,7 @@ def why_nothing(ds: xr.Dataset, variable: str) -> str:
     found = ""
     if "regime" in ds.data_vars:
         shares = summary(ds)
-        names = [flag_label(name).replace("stick_slip", "stick-slip") for name in shares]
+        names = [*map(regime_label, shares)]
         found = f" (all cells: {names[0]})" if len(names) == 1 else f" (cells are {', '.join(names)})"
     return f"{reason}, so there is no {variable} to draw{found}"
 

@@ -1,4 +1,4 @@
-"""What is around the axes of a figure, the title and the legend, and the file it goes to."""
+"""Figure, title, legend and file of a plot; texts are shown as they are."""
 
 from __future__ import annotations
 
@@ -6,22 +6,23 @@ import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from textwrap import fill
 from typing import Any
 from weakref import WeakKeyDictionary
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as PlainFigure
 from matplotlib.legend import Legend
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.text import Text
+from matplotlib.ticker import FixedFormatter, FuncFormatter
 
 from stickslip.errors import PlotError, StoreError, reason, visible
 from stickslip.files.atomic import replaced
 from stickslip.files.targets import check_target
 from stickslip.plots import marks
-from stickslip.plots.verbatim import show_verbatim
 
 DPI = 150  # of pictures unless asked for
 TITLE_WIDTH = 70  # letters in a line above a plot
@@ -49,14 +50,14 @@ def wrapped(text: str, width: int) -> str:
     return fill(kept, width).replace(_FIRM_SPACE, " ")
 
 
-def annotate(figure: Figure, notes: Sequence[str | None]) -> None:
+def annotate(figure: PlainFigure, notes: Sequence[str | None]) -> None:
     """Lines in small print below a plot without a legend there."""
     if note := "\n".join(filter(None, notes)):
         figure.supxlabel(note, fontsize="x-small", color=_NOTE_COLOUR)
 
 
 def legend(
-    figure: Figure, handles: Sequence[Artist | tuple[Artist, ...]], *, at_right: bool,
+    figure: PlainFigure, handles: Sequence[Artist | tuple[Artist, ...]], *, at_right: bool,
     notes: Sequence[str | None] = (),
 ) -> None:  # fmt: skip
     """The legend, outside the axes: at the right of a lone map, else below. The notes, lines, are below the plot."""
@@ -76,10 +77,10 @@ class _Legend:
     note: str
 
 
-_LEGENDS: WeakKeyDictionary[Figure, _Legend] = WeakKeyDictionary()
+_LEGENDS: WeakKeyDictionary[PlainFigure, _Legend] = WeakKeyDictionary()
 
 
-def _place_legend(figure: Figure) -> None:
+def _place_legend(figure: PlainFigure) -> None:
     """The legend where it takes no more than a quarter of the figure: at the right, there in broken lines, or below; in
     smaller letters where it must be."""
     wished = _LEGENDS[figure]
@@ -114,14 +115,14 @@ def _place_legend(figure: Figure) -> None:
         _fit(below.get_title(), width)
 
 
-def _drawn_legend(figure: Figure, handles: list[Any], labels: list[str], size: float, **how: Any) -> Legend:
+def _drawn_legend(figure: PlainFigure, handles: list[Any], labels: list[str], size: float, **how: Any) -> Legend:
     together = {tuple: HandlerTuple(ndivide=None, pad=0.0)}
     made = figure.legend(handles, labels, frameon=False, fontsize=size, handler_map=together, **how)
     show_verbatim(figure, made)
     return made
 
 
-def entitle(figure: Figure, top: Axes, title: str, *, above_all: bool = False, width: int = TITLE_WIDTH) -> None:
+def entitle(figure: PlainFigure, top: Axes, title: str, *, above_all: bool = False, width: int = TITLE_WIDTH) -> None:
     """The title, over the axes it belongs to: over the figure it would be centred on a legend at the side as well.
 
     width : letters of a line over single axes.
@@ -134,7 +135,7 @@ def entitle(figure: Figure, top: Axes, title: str, *, above_all: bool = False, w
         top.set_title(title, fontsize="large")
 
 
-def resize(figure: Figure, width: float, height: float) -> None:
+def resize(figure: PlainFigure, width: float, height: float) -> None:
     """Give a figure another size, in inches. Letters keep theirs but for titles over narrow figures, and the lines of
     titles and notes fit the width."""
     narrower = min(1.0, width / figure.get_figwidth())
@@ -148,7 +149,7 @@ def resize(figure: Figure, width: float, height: float) -> None:
     fit(figure)
 
 
-def fit(figure: Figure) -> None:
+def fit(figure: PlainFigure) -> None:
     """Break what is written along axes and over them so that nothing of it is cut off at the edges of the figure."""
     show_verbatim(figure)
     for text in figure.texts:
@@ -168,7 +169,7 @@ def fit(figure: Figure) -> None:
         marks.turn_labels(ax)
 
 
-def _fit_rows(figure: Figure) -> bool:
+def _fit_rows(figure: PlainFigure) -> bool:
     """Break the names at the right of rows, and make them smaller, so that each has room in its row; whether there are
     any."""
     rows = [(text, ax) for ax in figure.axes for text in ax.texts if text.get_gid() == ROW]
@@ -205,7 +206,7 @@ def folded(text: str, width: int) -> str:
     return "\n".join(wrapped(line, width).replace("\n", " \n") for line in lines)
 
 
-def save(figure: Figure, path: str | os.PathLike[str], dpi: float = DPI, request: str = "") -> None:
+def save(figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, request: str = "") -> None:
     """Write a plot; its format is that of the name (.png, .svg, .pdf). Raises PlotError.
 
     request : what was asked of the picture besides what it shows by itself; kept in it, so that `request_of` tells
@@ -237,3 +238,49 @@ def request_of(path: str | os.PathLike[str]) -> str | None:
     except (OSError, ValueError):
         return None
     return said.removeprefix(_MADE_BY).strip() if said.startswith(_MADE_BY) else None
+
+
+def show_verbatim(figure: PlainFigure, part: Artist | None = None) -> None:
+    """Have matplotlib show all texts of a figure, or of a part of it, as they are, unless the figure has `formulas`.
+
+    Ticks that matplotlib labels by itself keep their powers of ten.
+    """
+    if getattr(figure, "formulas", False):
+        return
+    own = set[Artist]()
+    for ax in figure.axes:
+        for axis in (ax.xaxis, ax.yaxis):
+            if isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):  # labels that are given
+                axis.get_majorticklabels()  # which makes them
+            else:
+                own.update(set(axis.findobj(Text)) - {axis.label})
+    for text in (part or figure).findobj(Text):
+        if isinstance(text, Text) and text not in own:
+            text.set_parse_math(False)
+            text.set_text(visible(text.get_text()))
+
+
+_DPI = 100  # of a picture in a notebook
+
+
+class Figure(PlainFigure):
+    """matplotlib's `Figure`, shown by a notebook whose cell ends with it.
+
+    IPython shows figures once pyplot or `%matplotlib inline` have told it how, which plots without pyplot do not. What
+    they tell it goes first, with the format and resolution that the user has chosen.
+
+    formulas : whether texts may hold formulas between dollars, which those of people must not.
+    """
+
+    formulas = False
+
+    def draw(self, renderer: Any) -> None:
+        """Draw, texts as they are."""
+        show_verbatim(self)
+        super().draw(renderer)
+
+    def _repr_png_(self) -> bytes:
+        fit(self)
+        picture = BytesIO()
+        self.savefig(picture, format="png", dpi=_DPI)
+        return picture.getvalue()
