@@ -11,7 +11,7 @@ from stickslip.cli import screen
 from stickslip.cli.common import CONFIG_OR_RESULT, Target, fail, prepare_kernels, reports_wrong_input, settings
 
 if TYPE_CHECKING:
-    from stickslip.explore import Subject
+    from stickslip.explore import Source
     from stickslip.files.locations import Location
 
 _EXTRA = "the page is drawn by Bokeh, which is not installed\nhint: pip install 'stickslip[explore]'"
@@ -46,23 +46,23 @@ def explore(config: Location, port: int, no_browser: bool, static: Path | None) 
         import bokeh  # noqa: F401
     except ImportError:
         fail(_EXTRA)
-    from stickslip.explore import open_subject
+    from stickslip.explore import open_source
 
-    subject = open_subject(config, settings())  # type: ignore[arg-type]
-    prepare_kernels(subject.options.law)
-    prepare_kernels(subject.options.law, signals=True)
-    for note in subject.notes:
+    source = open_source(config, settings())  # type: ignore[arg-type]
+    prepare_kernels(source.options.law)
+    prepare_kernels(source.options.law, signals=True)
+    for note in source.notes:
         screen.echo(f"note: {note}", err=True)
     if static is not None:
-        return _write(subject, static)
-    _serve(subject, port, no_browser)
+        return _write(source, static)
+    _serve(source, port, no_browser)
 
 
-def _serve(subject: Subject, port: int, no_browser: bool) -> None:
+def _serve(source: Source, port: int, no_browser: bool) -> None:
     from stickslip.explore.server import Explorer
 
     try:
-        explorer = Explorer(subject, port)
+        explorer = Explorer(source, port)
     except OSError as error:
         fail(f"port {port}: {error.strerror}\nhint: leave --port out for any that is free")
 
@@ -79,10 +79,10 @@ def _serve(subject: Subject, port: int, no_browser: bool) -> None:
         screen.echo("\nended", err=True)
 
 
-def _write(subject: Subject, static: Path) -> None:
+def _write(source: Source, static: Path) -> None:
     from stickslip.explore.static import left_out, write_page
 
-    for note in left_out(subject):
+    for note in left_out(source):
         screen.echo(f"note: {note}", err=True)
-    target = write_page(subject, static)
+    target = write_page(source, static)
     screen.echo(f"page  {target} ({screen.size_of(target)})")

@@ -1,9 +1,9 @@
-"""The picture of a view: cells computed or read, as colours, numbers and words."""
+"""The picture of a view: cells computed or read, as colours, numbers, words and exact borders."""
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import prod
 
@@ -13,16 +13,20 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
-from stickslip.config.model import Config
+from stickslip import borders
+from stickslip.config.model import Config, Range
+from stickslip.config.options import options_of
 from stickslip.dataset import coarse
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import Pixel
-from stickslip.engine import Results, StopFlag, blocks, spread, warm_up
-from stickslip.explore.readable import Unit, number, unit_shown
-from stickslip.explore.subject import Subject
+from stickslip.dataset.contours import polylines
+from stickslip.engine import StopFlag, blocks, spread, warm_up
+from stickslip.explore.source import Source
+from stickslip.explore.units import Unit, number_text, unit_shown
 from stickslip.explore.view import FULL, Sides, View, start_value
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint
 from stickslip.runs.maps import MapStudy
+from stickslip.study import Finished, Study
 from stickslip.vocabulary.flags import FLAGS, flag_label
 from stickslip.vocabulary.results import VARIABLES
 
@@ -59,13 +63,13 @@ class Side:
         scaled = np.asarray(values, np.float64) / self.unit.factor
         return np.log10(scaled) if self.kind == "log" else scaled
 
+    def place(self, value: float | int) -> float:
+        """The coordinate on the page of a value in SI, or of a position."""
+        return float(self.places(np.array([value], np.float64))[0])
+
     def nearest(self, place: float) -> int:
         """The pixel at a coordinate of the page."""
         return int(np.abs(self.centres - place).argmin())
-
-    def text(self, i: int) -> str:
-        """Pixel `i` in words."""
-        return self.labels[i] if self.labels else self.unit.text(float(self.values[i]))
 
     def at(self, i: int) -> float | int:
         """What pixel `i` stands for: a value in SI, or the position of a listed point."""
@@ -81,13 +85,6 @@ class Column:
     unit: Unit
     values: NDArray[np.float32]
     names: tuple[str, ...] = ()
-
-    def text(self, row: int, column: int) -> str:
-        """The value of a pixel."""
-        value = float(self.values[row, column])
-        if self.names and value == value:
-            return self.names[int(value)]
-        return f"{number(value)} {self.unit.name}".rstrip()
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,43 +127,35 @@ class Picture:
 
 def computed(config: Config, stop: StopFlag) -> xr.Dataset | None:
     """The map of a configuration; None if the flag was raised on the way. In blocks, on threads."""
-    from stickslip.config.options import options_of
-
     study = MapStudy(config, options_of(config))
     for kernel in study.kernels:
         warm_up(kernel)
-    size, found = prod(study.shape), dict[int, Results]()
-    complete = True
+    parts = [*blocks(prod(study.shape), study.options)]
+    finished: dict[int, Finished] = {}
 
     def compute(cells: range) -> None:
-        nonlocal complete
-        finished = study.compute(cells, stop)
-        found[cells.start] = finished.results
-        if not finished.complete:
-            complete = False
+        finished[cells.start] = study.compute(cells, stop)
 
-    parts = [*blocks(size, study.options)]
     if len(parts) == 1:
         compute(parts[0])
     else:
         spread(compute, parts, study.options.threads, stop, lambda _: None)
-    if not complete or stop[0]:
+    if stop[0] or not all(part.complete for part in finished.values()):
         return None
-    return study.dataset([found[start] for start in sorted(found)], {"title": config.title})
+    return study.dataset([finished[start].results for start in sorted(finished)], {"title": config.title})
 
 
-def read(subject: Subject, view: View) -> xr.Dataset:
+def read(source: Source, view: View) -> xr.Dataset:
     """The cells of a view that shows what its file holds: two dimensions of it, nothing read yet."""
-    assert subject.computed is not None
-    ds, at = subject.computed, {}
-    dims = dict(zip(subject.axes, ds["regime"].dims, strict=True))
+    assert source.computed is not None
+    ds, at = source.computed, {}
+    dims = dict(zip(source.axes, ds["regime"].dims, strict=True))
     for name, dim in dims.items():
-        if name in view.plane:
-            continue
-        at[dim] = view.points.get(name, 0)
-        if name not in view.points and MapAxis(ds, dim).is_numeric:
-            value = view.values.get(name, start_value(subject, view, name))
-            at[dim] = int(np.abs(ds[dim].values - value).argmin())
+        if name not in view.plane:
+            at[dim] = view.points.get(name, 0)
+            if name not in view.points and MapAxis(ds, dim).is_numeric:
+                value = view.values.get(name, start_value(source, name))
+                at[dim] = int(np.abs(ds[dim].values - value).argmin())
     return ds.isel(at).transpose(dims[view.y], dims[view.x], ...)
 
 
@@ -276,7 +265,7 @@ def _ticks(painted: Paint, unit: Unit) -> tuple[tuple[float, str], ...]:
         return ()
     places = np.linspace(0.0, 1.0, _TICKS)
     at = np.asarray(painted.norm.inverse(places), np.float64) / unit.factor
-    return tuple((float(place), number(float(value))) for place, value in zip(places, at, strict=True))
+    return tuple((float(place), number_text(float(value))) for place, value in zip(places, at, strict=True))
 
 
 def _column(array: xr.DataArray, pixel: Pixel) -> Column:
@@ -305,3 +294,51 @@ def _note(pixel: Pixel, variable: str) -> str:
         return ""
     what = "their most frequent value" if variable in FLAG_COLOURS else "the mean of those that have a value"
     return f"each pixel shows {pixel[1]} x {pixel[0]} cells: {what}"
+
+
+Line = tuple[NDArray[np.float64], NDArray[np.float64]]
+# To a hundredth of a pixel. What is undecided after so many steps is so close to a border that it does not show:
+# a quarter of a pixel at most in the maps tried, where all the steps of maps take six times as long.
+_BORDER_POINTS, _SCAN, _TOLERANCE, _STEPS = 128, 64, 1e-5, 10_000
+
+
+def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] | None:
+    """Where the regime changes in the map of a configuration: x and y of each line; None if the flag was raised.
+
+    In a plane of two numbers lines with loops; between listed points the crossings of each, as strokes across it.
+    """
+    y, x = config.axes
+    limits, options = borders.Limits(_SCAN, _TOLERANCE), options_of(config)
+    options = replace(options, early_stop=True, max_steps=min(options.max_steps, _STEPS))
+    ranges = [axis for axis in (x, y) if isinstance(axis, Range)]
+    if not ranges:
+        return []
+    study: Study
+    if len(ranges) == 2:
+        plane = borders.plane_of_config(config, (y.name, x.name), {}, _BORDER_POINTS)
+        study = borders.ContourStudy(plane, limits, options)
+    else:
+        study = borders.BorderStudy(borders.lines_of_config(config, ranges[0].name, None), limits, options)
+    finished = study.compute(range(prod(study.shape)), stop)
+    if not finished.complete:
+        return None
+    ds = study.dataset([finished.results], {})
+    if len(ranges) == 2:
+        return [(shown.x.places(line.x), shown.y.places(line.y)) for line in polylines(ds)]
+    return _strokes(ds, shown, ranges[0].name == shown.x.name)
+
+
+def _strokes(ds: xr.Dataset, shown: Picture, along_x: bool) -> list[Line]:
+    """The crossings of lines side by side, each as a stroke as wide as its pixel."""
+    (across,) = (dim for dim in ds["border"].dims if dim != "crossing")
+    if MapAxis(ds, across).is_numeric:
+        ds = ds.sortby(across)  # as pictures are
+    crossings = ds["border"].transpose(across, "crossing").values
+    beside, along = (shown.y, shown.x) if along_x else (shown.x, shown.y)
+    half = 0.5 * (beside.ends[1] - beside.ends[0]) / len(beside.centres)
+    strokes: list[Line] = []
+    for middle, row in zip(beside.centres, crossings, strict=True):
+        for value in row[np.isfinite(row)]:
+            ends, level = np.array([middle - half, middle + half]), along.places(np.full(2, value))
+            strokes.append((level, ends) if along_x else (ends, level))
+    return strokes

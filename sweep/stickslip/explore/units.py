@@ -24,7 +24,7 @@ class Unit(NamedTuple):
 
     def text(self, value: float) -> str:
         """A value in SI, in this unit."""
-        words = number(value / self.factor)
+        words = number_text(value / self.factor)
         return words if value != value else f"{words} {self.name}".rstrip()
 
 
@@ -49,13 +49,13 @@ def unit_shown(array: xr.DataArray, values: ArrayLike) -> Unit:
     return unit_for(units, values)
 
 
-def number(value: float) -> str:
+def number_text(value: float) -> str:
     """A number with as many digits as are read at a glance; a dash where there is none."""
     if not isfinite(value):
         return "–" if value != value else ("∞" if value > 0 else "-∞")
     return f"{value:.{_DIGITS}g}"
 
 
-def quantity(value: float, units: str) -> str:
+def quantity_text(value: float, units: str) -> str:
     """A single value in SI, in the unit that suits it."""
     return unit_for(units, value).text(value)

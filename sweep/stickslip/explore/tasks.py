@@ -1,4 +1,4 @@
-"""What is asked for last is done: work beside the loop of the server, one thread for each kind."""
+"""Work beside the loop of the server, one thread for each kind: only what is asked for last is done."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stickslip.engine import StopFlag, stop_flag
 Job = TypeVar("Job")
 
 
-class Latest(Generic[Job]):
+class LatestOnly(Generic[Job]):
     """A thread that works on the job asked for last.
 
     work : called with a job and a stop flag, which is raised once another job waits or all is closed; errors are its

@@ -22,23 +22,23 @@ from stickslip.config.studies import STUDIES
 from stickslip.config.written import units_shown
 from stickslip.engine import Options
 from stickslip.errors import ConfigError, Problem
-from stickslip.explore.readable import quantity
+from stickslip.explore.units import quantity_text
 from stickslip.files import reading
-from stickslip.files.locations import Location, location
+from stickslip.files.locations import location
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _DRIVEN = "a test rig, whose cells have no regime"
 
 
 @dataclass(frozen=True, eq=False)
-class Subject:
+class Source:
     """A configuration of a map, and the map if it was computed.
 
-    source : the file, as it was named. notes : what is left out of it here, for people. computed : the dataset of a
+    name : of the file, as it was given. notes : what is left out of it here, for people. computed : the dataset of a
     result, whose data variables are read when they are used. assumed : values of what the file says no value of.
     """
 
-    source: str
+    name: str
     config: Config
     notes: tuple[str, ...] = ()
     computed: xr.Dataset | None = None
@@ -72,59 +72,48 @@ class Subject:
         return replace(options_of(self.config), early_stop=True)
 
 
-def open_subject(path: str | Path, settings: Sequence[Setting] = ()) -> Subject:
+def open_source(path: str | Path, settings: Sequence[Setting] = ()) -> Source:
     """What a file holds, YAML or a result. Raises ConfigError for what is no map, StoreError for what is unreadable.
 
     settings : of a command line, which are put into the configuration; the map of a file is no more that of it then.
     """
-    where = location(path)
+    name, where = str(path), location(path)
     if where.suffix.lower() not in OUTPUT_SUFFIXES:
-        return _of_config(str(path), load_config(path, settings))
-    return _of_result(str(path), where, settings)
-
-
-def _of_result(source: str, where: Location, settings: Sequence[Setting]) -> Subject:
-    """The map in a file, with the configuration it was computed from."""
+        return _of_config(name, load_config(path, settings))
     ds = reading.look_into(where)
     if "direction" in ds.dims:
-        raise _no_map(source, "a ramp, up and down, and no map", f"`stickslip plot {source}` draws it")
-    recipe = recipe_of(ds, source, settings)
+        raise _no_map(name, "a ramp, up and down, and no map", f"`stickslip plot {name}` draws it")
+    recipe = recipe_of(ds, name, settings)
     if not isinstance(recipe, Config):
-        raise _no_map(source, "cells that were computed one by one, and no map", "a map has axes: `stickslip run`")
-    subject = _of_config(source, recipe)
+        raise _no_map(name, "cells that were computed one by one, and no map", "a map has axes: `stickslip run`")
+    source = _of_config(name, recipe)
     if recipe.uncertain is not None or settings:  # its cells are draws, or those of another configuration
-        return subject
-    return replace(subject, computed=ds)
+        return source
+    return replace(source, computed=ds)
 
 
-def _of_config(source: str, config: Config) -> Subject:
-    """The map behind a configuration, whatever is asked of it."""
+def _of_config(file: str, config: Config) -> Source:
+    """The map behind a configuration; studies of it are left out."""
     if config.drive is not None or config.sensor is not None:
-        raise _no_map(source, f"got the configuration of {_DRIVEN}", f"stickslip rig {source}")
+        raise _no_map(file, f"got the configuration of {_DRIVEN}", f"stickslip rig {file}")
     notes, medians = [], dict[str, float]()
-    asked = {name: None for name in STUDIES if getattr(config, name, None) is not None}
-    if config.uncertain is not None:
-        config, medians = _at_medians(config)
-        words = ", ".join(f"{name} {quantity(value, QUANTITIES[name].units)}" for name, value in medians.items())
-        notes.append(f"what is uncertain has its median here: {words}")
-    others = [name for name in asked if name != "uncertain"]
-    if others:
+    studies = [study for study in STUDIES if getattr(config, study, None) is not None]
+    if (uncertain := config.uncertain) is not None:
+        drawn = uncertain.values(np.zeros((1, len(uncertain.names))))
+        medians = {quantity: float(drawn[quantity][0]) for quantity in uncertain.names}
+        sections: dict[str, Any] = {}
+        for name, value in medians.items():
+            section = QUANTITIES[name].section
+            sections[section] = sections.get(section, getattr(config, section)).model_copy(update={name: value})
+        config = config.model_copy(update=sections)
+        words = (
+            f"{quantity} {quantity_text(value, QUANTITIES[quantity].units)}" for quantity, value in medians.items()
+        )
+        notes.append(f"what is uncertain has its median here: {', '.join(words)}")
+    if others := [study for study in studies if study != "uncertain"]:
         notes.append(f"not shown here: what the section {', '.join(others)} asks for")
-    return Subject(source, config.model_copy(update=asked), tuple(notes), assumed=medians)
+    return Source(file, config.model_copy(update=dict.fromkeys(studies)), tuple(notes), assumed=medians)
 
 
-def _at_medians(config: Config) -> tuple[Config, dict[str, float]]:
-    """The configuration with the medians of what is uncertain, and these."""
-    assert config.uncertain is not None
-    names = config.uncertain.names
-    drawn = config.uncertain.values(np.zeros((1, len(names))))
-    medians = {name: float(drawn[name][0]) for name in names}
-    sections: dict[str, Any] = {}
-    for name in names:
-        section = QUANTITIES[name].section
-        sections[section] = sections.get(section, getattr(config, section)).model_copy(update={name: medians[name]})
-    return config.model_copy(update={**sections, "uncertain": None}), medians
-
-
-def _no_map(source: str, message: str, hint: str) -> ConfigError:
-    return ConfigError(source, [Problem((), message, hint=hint)])
+def _no_map(name: str, message: str, hint: str) -> ConfigError:
+    return ConfigError(name, [Problem((), message, hint=hint)])
