@@ -12,7 +12,7 @@ from stickslip import pages
 from stickslip.config.reader import parse_config
 from stickslip.errors import StoreError
 from stickslip.pages.result import Picture, pictures_of, result_page
-from stickslip.plots.fixed_values import held_fixed
+from stickslip.plots.fixed_values import fixed_values
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 
 HOSTILE = '<script>alert("1")</script> & $x$'
@@ -138,13 +138,13 @@ def test_a_title_may_be_given():
     assert "<figcaption>linear damping ratio" in result_page(plane(), drawn)
 
 
-def test_a_curve_is_held_fixed_as_it_was_written():
+def test_a_curve_is_fixed_values_as_it_was_written():
     text = """
 system: {mass: 1, normal_load: 1 N, damping: 0, belt_speed: 50 mm/s}
 friction: {mu_start: 0.4, mu_reversal: 0.3, v_reversal: 100 mm/s, a4: 20 mm/s}
 axes: {stiffness: [1 N/mm, 2 N/mm]}
 """
-    told = dict(held_fixed(stickslip.run(parse_config(text))))
+    told = dict(fixed_values(stickslip.run(parse_config(text))))
     assert told["mu_start"] == "0.4 falling to 0.3 at 100 mm/s" and "a1" not in told
     assert told["damping"].startswith("0 ")
 

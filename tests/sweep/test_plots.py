@@ -14,7 +14,7 @@ from stickslip.dataset.axis import MapAxis, title
 from stickslip.dataset.build import cell_dataset, trace_dataset
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
-from stickslip.plots import layout, traces
+from stickslip.plots import layout
 from stickslip.plots.maps import plot_map
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR
 from stickslip.plots.traces import plot_trace
@@ -296,7 +296,10 @@ def test_stick_phases_are_shaded_from_re_stick_to_break_away():
 
 
 def test_a_phase_that_lasts_to_the_end_is_shaded_to_the_end():
-    assert list(traces._spans(np.arange(3.0), np.array([False, True, True]))) == [(1.0, 2.0)]
+    ds = made_up_trace()
+    ds["mode"][-2:] = MODES.index("stick")
+    span = plot_trace(ds).axes[0].patches[-1]
+    assert span.get_x() + span.get_width() == ds["time"][-1]
 
 
 def test_the_phase_portrait_shows_the_belt_speed_if_it_is_constant():

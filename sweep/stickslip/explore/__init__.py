@@ -3,7 +3,7 @@
 `source.py` opens what is explored, `view.py` says what is seen of it and what can be changed; `maps.py` makes the
 picture of a view, `motions.py` what one of its cells does, `html.py` the words and files about both: all of these are
 arrays and texts, and know no browser. `figures.py`, `page.py` and `controls.py` draw them with Bokeh; `session.py`
-answers events, by `tasks.py` beside the loop of the `server.py`; `static.py` writes a page that needs none.
+answers events, `server.py` is the server; `static.py` writes a page that needs none.
 """
 
 from stickslip.explore.source import Source, open_source

@@ -174,12 +174,12 @@ class Actions:
 
     @property
     def pace(self) -> float:
-        """How many times slower sounds are than motions."""
+        """Factor by which sounds are slower than motions."""
         return float(self._pace.value)
 
     @property
     def is_loud(self) -> bool:
-        """Whether each sound is as loud as may be; else all are of one scale."""
+        """True if each sound is as loud as may be; else all are of one scale."""
         return bool(self._loud.active)
 
     @property

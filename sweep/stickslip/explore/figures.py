@@ -117,14 +117,13 @@ def place_format(log: bool, unit: str, least: float) -> CustomJSTickFormatter:
 
 
 TOOLS = "box_zoom,pan,wheel_zoom,reset,save"
-MARKS = ("cell", "A", "B")
 LINES: dict[str, tuple[str, str, float]] = {  # by motion: colour, dash, width
     "stick": (BLUE, "solid", 1.6),
     "sliding": (ORANGE, "dashed", 1.6),
     "A": (GREEN, "solid", 1.3),
     "B": (PURPLE, "dashdot", 1.3),
 }
-_MARK_COLOURS = {"cell": "white", "A": GREEN, "B": PURPLE}
+_MARKS = {"cell": "white", "A": GREEN, "B": PURPLE}
 _NO_SAMPLES: dict[str, Any] = {"t": [], "x": [], "v": [], "w": [], "mu": []}
 _NAMES = {"cycle": "unstable_cycle", "curve": "friction_curve", "steady": "steady_sliding", "blank": "blank"}
 _SHADES = 256
@@ -188,13 +187,13 @@ class MapFigure:
         self.lines.data = lines_of(lines)
 
     def mark(self, places: Mapping[str, tuple[float, float]]) -> None:
-        """Mark cells by the names of `MARKS`."""
-        names = [name for name in MARKS if name in places]
+        """Mark cells by the names of `_MARKS`."""
+        names = [name for name in _MARKS if name in places]
         self.marks.data = {
             "x": [places[name][0] for name in names],
             "y": [places[name][1] for name in names],
             "name": ["" if name == "cell" else name for name in names],
-            "colour": [_MARK_COLOURS[name] for name in names],
+            "colour": [_MARKS[name] for name in names],
         }
 
 

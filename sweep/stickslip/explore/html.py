@@ -46,13 +46,13 @@ def part(name: str, *arguments: Any) -> str:
 
 
 def legend_html(shown: Picture) -> str:
-    """What the colours of a map mean."""
+    """The legend: meanings of the colours of a map."""
     stops = ", ".join(shown.palette[:: max(1, len(shown.palette) // 16)][:16])
     return part("legend", shown, stops)
 
 
 def place_words(shown: Picture, at: Mapping[str, float | int]) -> str:
-    """Where a cell lies: `stiffness 50 N/m, belt speed 0.4 m/s`."""
+    """The place of a cell: `stiffness 50 N/m, belt speed 0.4 m/s`."""
     words = []
     for side in (shown.y, shown.x):
         value = at[side.name]

@@ -24,6 +24,7 @@ from stickslip.engine import StopFlag, blocks, spread, warm_up
 from stickslip.explore.source import Source
 from stickslip.explore.units import Unit, number_text, unit_shown
 from stickslip.explore.view import FULL, Sides, View, start_value
+from stickslip.plots.painting import note
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint
 from stickslip.runs.maps import MapStudy
 from stickslip.study import Finished, Study
@@ -72,7 +73,7 @@ class Side:
         return int(np.abs(self.centres - place).argmin())
 
     def at(self, i: int) -> float | int:
-        """What pixel `i` stands for: a value in SI, or the position of a listed point."""
+        """The coordinate of pixel `i`: a value in SI, or the position of a listed point."""
         return i if self.kind == "listed" else float(self.values[i])
 
 
@@ -111,7 +112,7 @@ class Picture:
 
     @property
     def size(self) -> int:
-        """How many pixels."""
+        """Number of pixels."""
         return self.shades.size
 
     @cached_property
@@ -160,10 +161,10 @@ def read(source: Source, view: View) -> xr.Dataset:
 
 
 def variables(ds: xr.Dataset) -> list[tuple[str, str]]:
-    """What can be drawn: names and titles, in the order of the vocabulary, whatever that of a file is."""
+    """The variables that can be drawn: names and titles, in the order of the vocabulary, whatever that of a file is."""
     dims = ds["regime"].dims
-    found = [str(name) for name in ds.data_vars if ds[name].dims == dims and name != "steps"]
-    ordered = sorted(found, key=lambda name: _ORDER.get(name, len(_ORDER)))
+    names = [str(name) for name in ds.data_vars if ds[name].dims == dims and name != "steps"]
+    ordered = sorted(names, key=lambda name: _ORDER.get(name, len(_ORDER)))
     return [(name, _label(ds[name])) for name in ordered]
 
 
@@ -177,32 +178,32 @@ def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
     shades, palette, painted, values = _shaded(ds[variable], variable, pixel)
     unit = unit_shown(ds[variable], values)
     title = f"{_label(ds[variable])} ({unit.name})" if unit.name else _label(ds[variable])
-    wanted = HOVER if pixel == (1, 1) else ("regime",)
-    names = dict.fromkeys((*(name for name in wanted if name in ds), variable))
+    hover = HOVER if pixel == (1, 1) else ("regime",)
+    names = dict.fromkeys((*(name for name in hover if name in ds), variable))
     columns = tuple(_column(ds[name], pixel) for name in names)
     y, x = side(ds, y_dim, view.y, pixel[0]), side(ds, x_dim, view.x, pixel[1])
     return Picture(
-        y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit), _note(pixel, variable),
+        y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit), note(pixel, variable in FLAG_COLOURS) or "",
         columns, ds, regions(variable, shades, y, x) if variable in FLAG_COLOURS else (),
     )  # fmt: skip
 
 
 def regions(variable: str, codes: NDArray[np.uint8], y: Side, x: Side) -> tuple[tuple[str, float, float], ...]:
-    """Where the names of flags are written, so that colours are not needed to tell them apart: in the middle of each.
+    """Places for the names of flags, so that colours are not needed to tell them apart: in the middle of each.
 
     The middle is what is farthest from all else, letters being wider than high; what is too narrow for a name has none.
     """
     rows, columns = (np.arange(_PLACES) * n // _PLACES for n in codes.shape)
     few = codes[np.ix_(rows, columns)]
-    found = []
+    named = []
     for code in np.unique(few[few < len(FLAGS[variable])]):  # mixed pixels belong to none
         inside = np.pad(few == code, 1)
         away = distance_transform_edt(inside, sampling=(_SHAPE, 1.0))[1:-1, 1:-1]
         i, j = np.unravel_index(int(away.argmax()), away.shape)
         if away[i, j] >= _WIDE * _PLACES:
             name = flag_label(list(FLAGS[variable])[code]).partition(" (")[0].replace("_", "-")
-            found.append((name, float(x.centres[columns[j]]), float(y.centres[rows[i]])))
-    return tuple(found)
+            named.append((name, float(x.centres[columns[j]]), float(y.centres[rows[i]])))
+    return tuple(named)
 
 
 def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> Side:
@@ -217,13 +218,13 @@ def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> Side:
     unit = unit_shown(ds[dim], np.sqrt(values[0] * values[-1]) if axis.is_log else values)
     words = str(ds[dim].attrs.get("long_name", name))
     title = f"{words} ({unit.name})" if unit.name else words
-    found = Side(name, title, "log" if axis.is_log else "linear", unit, (0.0, 1.0), values, values)
-    ends, centres = found.places(np.array([edges[0], edges[-1]])), found.places(values)
-    return Side(name, title, found.kind, unit, (float(ends[0]), float(ends[1])), centres, values)
+    scale = Side(name, title, "log" if axis.is_log else "linear", unit, (0.0, 1.0), values, values)
+    ends, centres = scale.places(np.array([edges[0], edges[-1]])), scale.places(values)
+    return Side(name, title, scale.kind, unit, (float(ends[0]), float(ends[1])), centres, values)
 
 
 def _is_even(axis: MapAxis) -> bool:
-    """Whether pixels of one width show the cells where they are."""
+    """True if pixels of one width show the cells where they are."""
     if axis.length < 2:
         return False
     steps = np.diff(np.log(axis.centres) if axis.is_log else axis.centres)
@@ -252,11 +253,11 @@ def _shaded(
 
 
 def _legend(painted: Paint) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    found = []
+    entries = []
     for entry in painted.handles():
         patches = entry if isinstance(entry, tuple) else (entry,)
-        found.append((str(patches[0].get_label()), tuple(to_hex(patch.get_facecolor()) for patch in patches)))
-    return tuple(found)
+        entries.append((str(patches[0].get_label()), tuple(to_hex(patch.get_facecolor()) for patch in patches)))
+    return tuple(entries)
 
 
 def _ticks(painted: Paint, unit: Unit) -> tuple[tuple[float, str], ...]:
@@ -280,20 +281,13 @@ def _column(array: xr.DataArray, pixel: Pixel) -> Column:
 
 
 def _usual(values: Floats) -> Sequence[float]:
-    """What size the values usually have where they are not zero, as amplitudes are of what settles."""
+    """The usual size of the values where they are not zero, as amplitudes are of what settles."""
     finite = np.abs(values[np.isfinite(values) & (values != 0)])
     return [float(np.median(finite))] if finite.size else []
 
 
 def _label(array: xr.DataArray) -> str:
     return str(array.attrs.get("long_name", array.name))
-
-
-def _note(pixel: Pixel, variable: str) -> str:
-    if pixel == (1, 1):
-        return ""
-    what = "their most frequent value" if variable in FLAG_COLOURS else "the mean of those that have a value"
-    return f"each pixel shows {pixel[1]} x {pixel[0]} cells: {what}"
 
 
 Line = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -303,7 +297,7 @@ _BORDER_POINTS, _SCAN, _TOLERANCE, _STEPS = 128, 64, 1e-5, 10_000
 
 
 def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] | None:
-    """Where the regime changes in the map of a configuration: x and y of each line; None if the flag was raised.
+    """The exact borders in the map of a configuration: x and y of each line; None if the flag was raised.
 
     In a plane of two numbers lines with loops; between listed points the crossings of each, as strokes across it.
     """

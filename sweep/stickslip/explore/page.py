@@ -89,7 +89,7 @@ navigator.clipboard.writeText(text).then(
 
 
 def meta_of(shown: Any) -> dict[str, Any]:
-    """What `READOUT` has to know of a picture."""
+    """The data of a picture that `READOUT` reads."""
     sides = {
         which: {
             "label": spoken(side.name), "low": side.ends[0], "high": side.ends[1], "n": len(side.centres),
@@ -149,7 +149,7 @@ class Page:
 
     @property
     def roots(self) -> list[UIElement]:
-        """What is embedded in the template, by their names."""
+        """The models that are embedded in the template, by their names."""
         return [self.map.plot, *self.cell.plots, self.legend, self.status, self.cell_words, self.numbers]
 
     def show_map(self, shown: Picture) -> None:

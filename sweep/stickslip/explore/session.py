@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import logging
 import shlex
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from math import prod
 from time import perf_counter
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import xarray as xr
 from bokeh.document import Document
@@ -17,7 +18,7 @@ from bokeh.events import Tap
 
 from stickslip.config.model import Config
 from stickslip.config.pick import cell_of
-from stickslip.engine import StopFlag
+from stickslip.engine import StopFlag, stop_flag
 from stickslip.errors import ConfigError, NotReachedError, StoreError
 from stickslip.explore import maps
 from stickslip.explore.controls import Actions, Controls, sound_of
@@ -26,7 +27,6 @@ from stickslip.explore.maps import Line, Picture, border_lines
 from stickslip.explore.motions import CellMotions, motions_of
 from stickslip.explore.page import Page, columns_of, fill
 from stickslip.explore.source import Source
-from stickslip.explore.tasks import LatestOnly
 from stickslip.explore.view import (
     COARSE,
     FULL,
@@ -37,6 +37,56 @@ from stickslip.explore.view import (
     is_as_opened,
     with_plane,
 )
+
+Job = TypeVar("Job")
+
+
+class LatestOnly(Generic[Job]):
+    """A thread that works on the job asked for last.
+
+    work : called with a job and a stop flag, which is raised once another job waits or all is closed; errors are its
+    own business. A job that is overtaken before it began is never begun.
+    """
+
+    def __init__(self, work: Callable[[Job, StopFlag], None], name: str) -> None:
+        self._work, self._waiting = work, list[Job]()
+        self._changed, self._closed = threading.Condition(), False
+        self._stop = stop_flag()
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def ask(self, job: Job) -> None:
+        """Have this done, and nothing else any more."""
+        with self._changed:
+            self._waiting = [job]
+            self._stop[0] = 1
+            self._changed.notify()
+
+    def pause(self, seconds: float) -> None:
+        """For the job that runs: wait, no longer than until the next one is asked for."""
+        with self._changed:
+            self._changed.wait_for(lambda: bool(self._waiting) or self._closed, seconds)
+
+    def close(self) -> None:
+        """End the thread, which leaves within milliseconds."""
+        with self._changed:
+            self._closed, self._waiting = True, []
+            self._stop[0] = 1
+            self._changed.notify()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(timeout=2.0)
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                while not self._waiting and not self._closed:
+                    self._changed.wait()
+                if self._closed:
+                    return
+                job, self._stop = self._waiting.pop(), stop_flag()
+                stop = self._stop
+            self._work(job, stop)
+
 
 _LOG = logging.getLogger(__name__)
 _BREATH = 0.05  # s, in which the browser draws the coarse map, and a slider that still moves asks for the next
@@ -56,7 +106,7 @@ class SelectedCell:
 
 @dataclass(eq=False)
 class State:
-    """What is seen at the moment; only the loop of the server touches it.
+    """The view, the cells and the pins of a tab; only the loop of the server touches it.
 
     bordered : the view whose borders are drawn, whatever its colours show.
     """

@@ -1,4 +1,4 @@
-"""What is explored: a configuration, or a map that was computed from one."""
+"""The source of an explorer: a configuration, or a map that was computed from one."""
 
 from __future__ import annotations
 
@@ -68,12 +68,12 @@ class Source:
 
     @cached_property
     def options(self) -> Options:
-        """How cells are integrated: until the regime is decided."""
+        """Options of the integration: until the regime is decided."""
         return replace(options_of(self.config), early_stop=True)
 
 
 def open_source(path: str | Path, settings: Sequence[Setting] = ()) -> Source:
-    """What a file holds, YAML or a result. Raises ConfigError for what is no map, StoreError for what is unreadable.
+    """The source in a file, YAML or a result. Raises ConfigError for what is no map, StoreError for what is unreadable.
 
     settings : of a command line, which are put into the configuration; the map of a file is no more that of it then.
     """

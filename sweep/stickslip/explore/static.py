@@ -165,7 +165,7 @@ def _fixed_at(axis: Axis) -> int:
 
 
 def _points(source: Source) -> tuple[str, list[tuple[str, View]]]:
-    """What can be chosen besides the sides, as a title, and its points: names and views."""
+    """The choice besides the sides: its title, and its points as names and views."""
     view, offered = first_view(source), _offered(source)
     points = []
     for places in product(*(range(axis.size) for axis in offered)):
@@ -208,7 +208,7 @@ def _places(shown: Picture, cells: Sides) -> list[tuple[int, int]]:
 
 
 def _cell(source: Source, view: View, shown: Picture, i: int, j: int) -> dict[str, Any]:
-    """What the page says and draws of the cell of a pixel, for the scripts."""
+    """The words and curves of the cell of a pixel, for the scripts."""
     at = {shown.y.name: shown.y.at(i), shown.x.name: shown.x.at(j)}
     motions = motions_of(cell_of(cell_config(source, view, at)), source.options)
     drawn = {line: _thinned(motion) for line, motion in motions_by_line(motions, {}).items()}
@@ -241,16 +241,16 @@ def essential(lines: NDArray[np.float64], deviation: float, most: int) -> NDArra
     """
     spans = np.ptp(lines, axis=1)
     scaled = lines / np.where(spans > 0, spans, 1.0)[:, np.newaxis]
-    kept, waiting = [0, lines.shape[1] - 1], [_worst(scaled, 0, lines.shape[1] - 1)]
-    while waiting and len(kept) < most:
+    places, waiting = [0, lines.shape[1] - 1], [_worst(scaled, 0, lines.shape[1] - 1)]
+    while waiting and len(places) < most:
         away, at, first, last = heappop(waiting)
         if -away <= deviation:
             break
-        kept.append(at)
+        places.append(at)
         for low, high in ((first, at), (at, last)):
             if high - low > 1:
                 heappush(waiting, _worst(scaled, low, high))
-    return np.sort(np.array(kept, np.intp))
+    return np.sort(np.array(places, np.intp))
 
 
 def _worst(lines: NDArray[np.float64], first: int, last: int) -> tuple[float, int, int, int]:

@@ -17,7 +17,7 @@ _DIGITS = 4
 
 
 class Unit(NamedTuple):
-    """What a number in SI is divided by to be in the unit called `name`."""
+    """A unit: its name, and its size in SI, by which numbers are divided."""
 
     factor: float
     name: str
@@ -43,9 +43,9 @@ def unit_shown(array: xr.DataArray, values: ArrayLike) -> Unit:
 
     values : what decides else.
     """
-    units, asked = str(array.attrs.get("units", "1")), display.unit_of(array)
-    if asked.name not in (si.spelled(units), "Hz", "s", "ms", "µs"):
-        return Unit(asked.size, asked.name)
+    units, display_unit = str(array.attrs.get("units", "1")), display.unit_of(array)
+    if display_unit.name not in (si.spelled(units), "Hz", "s", "ms", "µs"):
+        return Unit(display_unit.size, display_unit.name)
     return unit_for(units, values)
 
 

@@ -1,4 +1,4 @@
-"""What is seen: two sides of a map, everything else at a value or on a slider, and the configuration that says so."""
+"""The view: two sides of a map, everything else at a value or on a slider, and the configuration that says so."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def first_view(source: Source) -> View:
 
 
 def sides(source: Source) -> list[str]:
-    """What can be a side of the map: the axes, and what has a slider with a range of its own."""
+    """The possible sides of the map: the axes, and what has a slider with a range of its own."""
     axes = [name for name, axis in source.axes.items() if axis.size > 1]
     others = [one.name for one in sliders_of(source) if not isnan(one.start) and not one.rare]
     return [*axes, *(name for name in others if name not in axes)]
@@ -112,7 +112,7 @@ def start_value(source: Source, name: str) -> float:
 
 
 def is_as_opened(source: Source, view: View) -> bool:
-    """Whether a view shows what the file says, over two axes of its own."""
+    """True if a view shows what the file says, over two axes of its own."""
     return not view.values and all(name in source.axes for name in view.plane)
 
 
@@ -167,12 +167,12 @@ def _axis(source: Source, name: str, most: int) -> dict[str, Any]:
 
 
 def is_listed(axis: Axis) -> bool:
-    """Whether the points of an axis lie side by side under their names, and not along a scale."""
+    """True if the points of an axis lie side by side under their names, and not along a scale."""
     return not isinstance(axis, Range)
 
 
 def is_listed_in(source: Source, name: str) -> bool:
-    """Whether a quantity is an axis of listed points."""
+    """True if a quantity is an axis of listed points."""
     return name in source.axes and is_listed(source.axes[name])
 
 
@@ -209,7 +209,7 @@ class SliderRange:
 
     @property
     def may_be_absent(self) -> bool:
-        """Whether it can be switched off."""
+        """True if it can be switched off."""
         return QUANTITIES[self.name].may_be_absent
 
     @property
@@ -219,7 +219,7 @@ class SliderRange:
         return unit_for(QUANTITIES[self.name].units, centre, self.written)
 
     def place(self, value: float) -> float:
-        """Where on a scale from low to high, even in what counts, a value lies."""
+        """The place of a value on the scale of the slider."""
         return float(np.log10(value)) if self.is_log else value
 
     def value(self, place: float) -> float:

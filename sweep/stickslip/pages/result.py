@@ -30,7 +30,7 @@ from stickslip.pages.html import (
     warning,
 )
 from stickslip.plots import kind_of, plot_map, plot_result
-from stickslip.plots.fixed_values import held_fixed
+from stickslip.plots.fixed_values import fixed_values
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.palette import FLAG_COLOURS, regime_label
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES
@@ -140,7 +140,7 @@ def _spoken(name: str) -> str:
 
 
 def _warnings(ds: xr.Dataset, regimes: Mapping[str, Share]) -> list[str]:
-    """What keeps the result from being whole."""
+    """Reasons why the result is not whole."""
     texts = []
     if missing := ds.attrs.get("incomplete"):
         texts.append(warning(f"The result is incomplete: {missing}"))
@@ -150,7 +150,7 @@ def _warnings(ds: xr.Dataset, regimes: Mapping[str, Share]) -> list[str]:
 
 
 def _borders(ds: xr.Dataset) -> str:
-    """Where the regime changes along each line, and between which regimes; and lines without a border."""
+    """Table of where the regime changes along each line, and between which regimes; and lines without a border."""
     border = ds["border"].transpose(..., "crossing")
     axes, unit = [MapAxis(ds, dim, plain=True) for dim in border.dims[:-1]], unit_of(ds["border"])
     rows: list[list[str | Cell]] = []
@@ -174,7 +174,7 @@ def _borders(ds: xr.Dataset) -> str:
 
 
 def _undecided(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
-    """How many cells have no regime, by the reason."""
+    """Table of cells without a regime, by the reason."""
     bad = [REGIMES.index(name) for name in BAD_REGIMES if name in regimes]
     if not bad:
         return paragraph("None: every cell has a regime.")
@@ -194,7 +194,7 @@ def _quantities(ds: xr.Dataset) -> str:
     """Axes with their ends, then what is equal in all cells, in the units in which the configuration was written."""
     axes = [MapAxis(ds, dim, plain=True) for dim in ds.dims if dim not in ("state", "quantity", "quantile",
             "crossing", "line", "node", "direction")]  # fmt: skip
-    fixed = [(name, value.replace("$^{", "^").replace("}$", "")) for name, value in held_fixed(ds)]
+    fixed = [(name, value.replace("$^{", "^").replace("}$", "")) for name, value in fixed_values(ds)]
     return terms([*((_title(axis), _range(axis)) for axis in axes), *fixed], "two")
 
 

@@ -17,8 +17,8 @@ from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
-from stickslip.plots.axes import apply
-from stickslip.plots.fixed_values import held_note
+from stickslip.plots.axes import apply, shade
+from stickslip.plots.fixed_values import fixed_note
 from stickslip.plots.layout import Figure, entitle, legend, wrapped
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREEN, GREY, SKY, VERMILLION, regime_label
 from stickslip.vocabulary.flags import REGIMES
@@ -43,7 +43,7 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
     upper, lower = figure.subplots(2, sharex=True)
     handles: list[Any] = []
     for ax in (upper, lower):
-        shaded = shade(ax, x.edges, _bistable(ds))
+        shaded = shade(ax, x.edges, _bistable(ds), BAND)
     share, error = ds["settling_share"].values, 3.0 * ds["share_error"].values
     low, high = ds["settling_share_low"].values, ds["settling_share_high"].values
     safe = np.isposinf(ds["critical_shock"].values)
@@ -72,7 +72,7 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
     apply(x, lower, "x")
     if shaded:
         handles.append(Patch(**BAND, label="bistable"))
-    legend(figure, handles, at_right=False, notes=held_note(ds))
+    legend(figure, handles, at_right=False, notes=fixed_note(ds))
     entitle(figure, upper, title)
     return figure
 
@@ -98,7 +98,7 @@ def plot_ramp(
     figure = Figure(figsize=(7.6, 4.8), layout="constrained")
     ax = figure.subplots()
     up, down = (ds.sel(direction=name) for name in ("up", "down"))
-    shaded = shade(ax, edges_of(ds, x), _kinds(up["regime"].values) != _kinds(down["regime"].values))
+    shaded = shade(ax, edges_of(ds, x), _kinds(up["regime"].values) != _kinds(down["regime"].values), BAND)
     handles: list[Any] = []
     for branch, name, marker, style, width in ((up, "up", ">", "solid", 2.6), (down, "down", "<", "dashed", 1.2)):
         values = unit.of(branch[variable].values)
@@ -108,10 +108,9 @@ def plot_ramp(
         word = "rising" if name == "up" else "falling"
         handles.append(Line2D([], [], marker=marker, markerfacecolor="white", label=word, **look))
     if attractors is not None:
-        cycle = {"velocity_amplitude": "unstable_velocity_amplitude", "displacement_amplitude": "unstable_amplitude"}
-        if variable not in cycle:
+        if variable not in _UNSTABLE:
             raise PlotError(f"the unstable cycle has no {variable}")
-        unstable = x.unit.of(attractors[along].values), unit.of(attractors[cycle[variable]].values)
+        unstable = x.unit.of(attractors[along].values), unit.of(attractors[_UNSTABLE[variable]].values)
         ax.plot(*unstable, color=VERMILLION, linestyle="dotted", linewidth=1.8)
         handles.append(Line2D([], [], color=VERMILLION, linestyle="dotted", linewidth=1.8, label="unstable cycle"))
     drawn = np.isfinite(ds[variable].values) & (ds["regime"].values > 0)
@@ -126,7 +125,7 @@ def plot_ramp(
     ax.set(xlabel=x.title, ylabel=wrapped(array_title(ds[variable], unit), 45))
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     apply(x, ax, "x")
-    legend(figure, handles, at_right=False, notes=held_note(ds))
+    legend(figure, handles, at_right=False, notes=fixed_note(ds))
     entitle(figure, ax, title)
     return figure
 
@@ -148,7 +147,7 @@ def line_of(
 
 
 def _bistable(ds: xr.Dataset) -> NDArray[np.bool_]:
-    """Where sliding is reached from some states and vibration from others."""
+    """Cells where sliding is reached from some states and vibration from others."""
     reached = ds["coexisting"].values
 
     def any_of(names: list[str]) -> NDArray[np.bool_]:
@@ -164,7 +163,7 @@ def _kinds(regimes: NDArray[np.int8]) -> NDArray[np.int64]:
 
 
 def hopfs(ds: xr.Dataset, x: NDArray[np.float64]) -> list[float]:
-    """Where the damping ratio of steady sliding passes zero."""
+    """Places where the damping ratio of steady sliding passes zero."""
     if "damping_ratio" not in ds:
         return []
     ratio = ds["damping_ratio"].values
@@ -179,14 +178,6 @@ def edges_of(ds: xr.Dataset, x: MapAxis) -> NDArray[np.float64]:
     edges = x.edges.copy()
     edges[np.searchsorted(x.centres, places)] = places
     return edges
-
-
-def shade(ax: Axes, edges: NDArray[np.float64], where: NDArray[np.bool_], look: Mapping[str, Any] = BAND) -> bool:
-    """Shade runs of cells between their edges; whether there are any."""
-    changes = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(np.int8)))
-    for first, past in zip(changes[::2], changes[1::2], strict=True):
-        ax.axvspan(edges[first], edges[past], zorder=0, **look)
-    return bool(where.any())
 
 
 def _arrows(ax: Axes, x: NDArray[np.float64], y: NDArray[np.float64], regimes: NDArray[np.int8], marker: str) -> None:
@@ -239,7 +230,7 @@ def plot_branches(
     edges = edges_of(ds, x)
     handles += _unstable(ax, ds, variable, x.centres)
     handles += _limits(ax, ds, variable, x.centres, edges)
-    if shade(ax, edges, _branches_differ(ds)):
+    if shade(ax, edges, _branches_differ(ds), BAND):
         handles.append(Patch(**BAND, label="bistable"))
     ax.set(xlabel=x.title, ylabel=f"amplitude of {variable.removesuffix('_amplitude')} ({unit.printed})")
     apply(x, ax, "x")
@@ -265,7 +256,7 @@ def _is(ds: xr.Dataset, direction: str, *names: str) -> Flags:
 
 
 def _branches_differ(ds: xr.Dataset) -> Flags:
-    """Where the way up vibrates and the way down does not, or the other way round."""
+    """Cells where the way up vibrates and the way down does not, or the other way round."""
     up, down = (_is(ds, direction, *_CYCLES) for direction in ("up", "down"))
     return np.asarray(up != down)
 
@@ -334,7 +325,7 @@ def _unstable(ax: Axes, ds: xr.Dataset, variable: str, x: Floats) -> list[Line2D
 
 
 def _limits(ax: Axes, ds: xr.Dataset, variable: str, x: Floats, edges: Floats) -> list[Line2D]:
-    """Where branches end, and the jumps there of a slow ramp: up to there they are drawn from their last point."""
+    """Draw where branches end, and the jumps there of a slow ramp: up to there they are drawn from their last point."""
     handles = []
     for direction, step in (("up", 1), ("down", -1)):
         amplitude = ds[variable].sel(direction=direction).values

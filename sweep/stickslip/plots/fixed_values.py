@@ -1,8 +1,8 @@
-"""What a picture is of, besides what it shows: the quantities that are held fixed; and why there may be no picture."""
+"""The quantities that are held fixed in a picture; and why there may be no picture."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -29,25 +29,24 @@ _WHY = {  # what no cell does where a variable has no value
 }
 
 
-def held_fixed(ds: xr.Dataset, without: Collection[Hashable] = ()) -> list[tuple[str, str]]:
+def fixed_values(ds: xr.Dataset) -> list[tuple[str, str]]:
     """Quantities that are equal in all cells and matter, with their values as people write them.
 
-    Those at their default are left out (no damper, a start at rest), and so are those `without`. Once a quantity is
-    chosen for one picture out of many, its title says it.
+    Those at their default are left out (no damper, a start at rest).
     """
-    found = []
+    rows = []
     measured = _measured(ds)
     for name, one in ds.coords.items():
         declared = QUANTITIES.get(str(name))
-        if declared is None or one.dims or name in without or not np.isfinite(value := float(one)):
+        if declared is None or one.dims or not np.isfinite(value := float(one)):
             continue
         if measured and name in ("a1", "a2", "a3"):
             if name == "a1":
-                found.append(measured)
+                rows.append(measured)
         elif (value != declared.default or name in _SAID_ANYWAY) and not _of_no_use(ds, str(name)):
             unit = unit_of(one)
-            found.append((short_name(one), f"{unit.of(value):.4g} {unit.printed}".rstrip()))
-    return found
+            rows.append((short_name(one), f"{unit.of(value):.4g} {unit.printed}".rstrip()))
+    return rows
 
 
 def _measured(ds: xr.Dataset) -> tuple[str, str] | None:
@@ -69,26 +68,26 @@ def _measured(ds: xr.Dataset) -> tuple[str, str] | None:
     return "mu_start", f"{start:g} falling to {least:g} at {unit.of(speed):.4g} {unit.printed}"
 
 
-def held_note(ds: xr.Dataset, first: Sequence[str] = ()) -> list[str]:
+def fixed_note(ds: xr.Dataset, first: Sequence[str] = ()) -> list[str]:
     """The note below a plot of what is held fixed, a line or none. first : what is chosen for this plot."""
-    fixed = [*first, *(f"{name} = {value}" for name, value in held_fixed(ds))]
+    fixed = [*first, *(f"{name} = {value}" for name, value in fixed_values(ds))]
     return [folded(f"held fixed: {', '.join(fixed)}", NOTE_WIDTH)] if fixed else []
 
 
 def _of_no_use(ds: xr.Dataset, name: str) -> bool:
-    """Whether a quantity says nothing because another one is zero."""
+    """True if a quantity says nothing because another one is zero."""
     return name == "ageing_time" and "ageing_rate" in ds.coords and not ds["ageing_rate"].values.any()
 
 
 def why_nothing(ds: xr.Dataset, variable: str) -> str:
     """Why a variable of a map has no value anywhere: ``no cell stick-slips, so there is no period (all damped)``."""
     reason = _true_reason(ds, variable) or _WHY.get(variable, "no cell has a value")
-    found = ""
+    cells = ""
     if "regime" in ds.data_vars:
         shares = summary(ds)
         names = [*map(regime_label, shares)]
-        found = f" (all cells: {names[0]})" if len(names) == 1 else f" (cells are {', '.join(names)})"
-    return f"{reason}, so there is no {variable} to draw{found}"
+        cells = f" (all cells: {names[0]})" if len(names) == 1 else f" (cells are {', '.join(names)})"
+    return f"{reason}, so there is no {variable} to draw{cells}"
 
 
 def _true_reason(ds: xr.Dataset, variable: str) -> str | None:

@@ -38,7 +38,7 @@ def subject(ds: xr.Dataset) -> str:
 
 
 def is_over_map(ds: xr.Dataset) -> bool:
-    """Whether a result is drawn over a map: borders of many lines, or contours."""
+    """True if a result is drawn over a map: borders of many lines, or contours."""
     if kind_of(ds) == "borders":
         return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
     return kind_of(ds) == "contours"

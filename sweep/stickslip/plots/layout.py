@@ -41,13 +41,13 @@ _FEWEST_LETTERS = 8.0  # in a line
 _NOTE_COLOUR = "#555555"
 _FIRM_SPACE = "\N{NO-BREAK SPACE}"
 _MADE_BY = "stickslip plot"
-_KEPT_AS = {".png": "Description", ".svg": "Description", ".pdf": "Subject"}  # the keys that the formats have
+_METADATA_KEY = {".png": "Description", ".svg": "Description", ".pdf": "Subject"}  # the keys that the formats have
 
 
 def wrapped(text: str, width: int) -> str:
     """`text` in lines of about `width` letters; a value stays with its name, and so does what is in brackets."""
-    kept = re.sub(r"\([^)]*\)|[^\s,=][^,=]* = [^,]+", lambda found: found[0].replace(" ", _FIRM_SPACE), text)
-    return fill(kept, width).replace(_FIRM_SPACE, " ")
+    joined = re.sub(r"\([^)]*\)|[^\s,=][^,=]* = [^,]+", lambda part: part[0].replace(" ", _FIRM_SPACE), text)
+    return fill(joined, width).replace(_FIRM_SPACE, " ")
 
 
 def annotate(figure: PlainFigure, notes: Sequence[str | None]) -> None:
@@ -70,7 +70,7 @@ def legend(
 
 @dataclass(frozen=True)
 class _Legend:
-    """What a legend has to show, and where it is wished, so that it can be placed again in a figure of another size."""
+    """The content and the place of a legend, so that it can be placed again in a figure of another size."""
 
     handles: list[Any]
     at_right: bool
@@ -83,24 +83,24 @@ _LEGENDS: WeakKeyDictionary[PlainFigure, _Legend] = WeakKeyDictionary()
 def _place_legend(figure: PlainFigure) -> None:
     """The legend where it takes no more than a quarter of the figure: at the right, there in broken lines, or below; in
     smaller letters where it must be."""
-    wished = _LEGENDS[figure]
+    request = _LEGENDS[figure]
     for legend in list(figure.legends):
         legend.remove()
     figure.supxlabel("")
-    labels = [str((one[0] if isinstance(one, tuple) else one).get_label()) for one in wished.handles]
+    labels = [str((one[0] if isinstance(one, tuple) else one).get_label()) for one in request.handles]
     width, height = figure.bbox.width, figure.bbox.height
     for size in _LEGEND_SIZES:
         letters = int((_QUARTER * 72 * figure.get_figwidth() - _HANDLE * size) / (_LETTER * size))
-        for told in (labels, [folded(one, letters) for one in labels]) if wished.at_right and letters > 8 else ():
-            beside = _drawn_legend(figure, wished.handles, told, size, loc="outside right upper")
+        for texts in (labels, [folded(one, letters) for one in labels]) if request.at_right and letters > 8 else ():
+            beside = _drawn_legend(figure, request.handles, texts, size, loc="outside right upper")
             box = beside.get_window_extent()
             if box.width <= _QUARTER * width and box.height <= height:
-                return annotate(figure, [wished.note])
+                return annotate(figure, [request.note])
             beside.remove()
         letters = int((72 * figure.get_figwidth() - _HANDLE * size) / (_LETTER * size))
         for columns in range(min(4, len(labels)), 0, -1):
-            told = [folded(one, max(8, letters)) for one in labels] if columns == 1 else labels
-            below = _drawn_legend(figure, wished.handles, told, size, loc="outside lower center", ncols=columns)
+            texts = [folded(one, max(8, letters)) for one in labels] if columns == 1 else labels
+            below = _drawn_legend(figure, request.handles, texts, size, loc="outside lower center", ncols=columns)
             box = below.get_window_extent()
             if box.width <= width and (box.height <= _QUARTER * height or size == _LEGEND_SIZES[-1]):
                 break
@@ -108,8 +108,8 @@ def _place_legend(figure: PlainFigure) -> None:
         else:
             continue
         break
-    if wished.note:
-        below.set_title(wished.note)
+    if request.note:
+        below.set_title(request.note)
         show_verbatim(figure, below)
         below.get_title().set(fontsize="x-small", color=_NOTE_COLOUR, multialignment="center")
         _fit(below.get_title(), width)
@@ -143,7 +143,7 @@ def resize(figure: PlainFigure, width: float, height: float) -> None:
     figure.set_size_inches(width, height)
     for text in (ax.title for ax in figure.axes if float(ax.title.get_fontsize()) > _PANEL_TITLE):
         text.set_fontsize(smaller * float(text.get_fontsize()))
-        _refit(text, BESIDE_LEGEND * narrower / smaller)
+        text.set_text(folded(text.get_text(), int(BESIDE_LEGEND * narrower / smaller)))
     if figure in _LEGENDS:
         _place_legend(figure)
     fit(figure)
@@ -193,11 +193,7 @@ def _fit(text: Text, room: float) -> None:
         if length <= room:
             return
         letters = max(map(len, text.get_text().splitlines()))
-        _refit(text, max(_FEWEST_LETTERS, 0.97 * letters * room / length))
-
-
-def _refit(text: Text, letters: float) -> None:
-    text.set_text(folded(text.get_text(), int(letters)))
+        text.set_text(folded(text.get_text(), int(max(_FEWEST_LETTERS, 0.97 * letters * room / length))))
 
 
 def folded(text: str, width: int) -> str:
@@ -214,7 +210,7 @@ def save(figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, re
     """
     fit(figure)
     suffix = os.path.splitext(path)[1].lower()
-    where = _KEPT_AS.get(suffix)
+    where = _METADATA_KEY.get(suffix)
     metadata = {where: visible(f"{_MADE_BY} {request}").rstrip()} if where else None
     try:
         check_target(path, "plot")
@@ -234,10 +230,10 @@ def request_of(path: str | os.PathLike[str]) -> str | None:
         return None
     try:
         with Image.open(path) as image:
-            said = str(image.info.get(_KEPT_AS[".png"], ""))
+            text = str(image.info.get(_METADATA_KEY[".png"], ""))
     except (OSError, ValueError):
         return None
-    return said.removeprefix(_MADE_BY).strip() if said.startswith(_MADE_BY) else None
+    return text.removeprefix(_MADE_BY).strip() if text.startswith(_MADE_BY) else None
 
 
 def show_verbatim(figure: PlainFigure, part: Artist | None = None) -> None:

@@ -25,7 +25,7 @@ from stickslip.dataset.select import selected
 from stickslip.errors import PlotError
 from stickslip.plots import marks, overlays
 from stickslip.plots.axes import apply, plain_numbers, scaled
-from stickslip.plots.fixed_values import held_note, why_nothing
+from stickslip.plots.fixed_values import fixed_note, why_nothing
 from stickslip.plots.layout import BESIDE_LEGEND, TITLE_WIDTH, Figure, entitle, folded, legend, wrapped
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.overlays import BORDERS, border_handles, draw_borders, levels_inside
@@ -76,16 +76,14 @@ def plot_map(
     if not dims:
         raise PlotError("nothing to map: every parameter is fixed\nhint: look at one cell over time with `simulate`")
     marks.check(look.marks, dims, dims[-2:])
-    held = held_note(whole, places) if look.held else []
+    notes = fixed_note(whole, places) if look.held else []
     if len(dims) == 1:
-        figure = plot_strip(ds, variable, title, look, held)
-    else:
-        figure = _panels(ds, variable, title, borders, lines, look, held)
-    return figure
+        return _strip(ds, variable, title, look, notes)
+    return _panels(ds, variable, title, borders, lines, look, notes)
 
 
 def _panels(
-    ds: xr.Dataset, variable: str, title: str, borders: bool, lines: xr.Dataset | None, look: Look, held: Sequence[str]
+    ds: xr.Dataset, variable: str, title: str, borders: bool, lines: xr.Dataset | None, look: Look, notes: Sequence[str]
 ) -> Figure:
     """One panel for each combination of the leading dimensions; a single one if there are none."""
     *outer, y_dim, x_dim = ds[variable].dims
@@ -134,7 +132,7 @@ def _panels(
         bar.set_label(folded(array_title(ds[variable], unit), _BAR_WIDTH))
     handles = [*paint.handles(patterns(variable) if look.hatched else None), *border_handles(drawn)]
     handles += [*([overlays.entry()] if exact else []), *marks.entries(look.marks, ds)]
-    legend(figure, handles, at_right=is_flag and not outer, notes=[note(pixel, is_flag), *held])
+    legend(figure, handles, at_right=is_flag and not outer, notes=[note(pixel, is_flag), *notes])
     beside = is_flag and not outer
     entitle(figure, grid.flat[0], title, above_all=bool(outer), width=BESIDE_LEGEND if beside else TITLE_WIDTH)
     return figure
@@ -178,7 +176,7 @@ PIXELS = (540, 720)  # rows and columns a lone map has on a page of 150 dpi
 _ROW = "row of a strip"  # the second dimension of a map that has one
 
 
-def plot_strip(ds: xr.Dataset, variable: str, title: str, look: Look, notes: Sequence[str]) -> Figure:
+def _strip(ds: xr.Dataset, variable: str, title: str, look: Look, notes: Sequence[str]) -> Figure:
     """A map of one dimension: the flag as a strip of colours, below it a number as points of the same colours.
 
     The number is `variable`, or the damping ratio where that is a flag. notes : lines below the plot.

@@ -109,7 +109,7 @@ def draw_materials(ax: Axes, materials: Sequence[Drawn], unit: str, *, log: bool
 
 
 def entries(names: Sequence[str]) -> list[Line2D]:
-    """What a legend says of materials."""
+    """Legend entries of materials."""
     return [Line2D([], [], markersize=5, label=name, **look_of(i)) for i, name in enumerate(names)]
 
 
@@ -141,7 +141,7 @@ _LOUD, _CALM = FLAG_COLOURS["regime"]["stick_slip"], FLAG_COLOURS["regime"]["dam
 
 
 def plot_materials(ds: xr.Dataset, *, title: str | None = None) -> Figure:
-    """What `stickslip.compare` returned: friction over slip speed, and for each material where vibration ends.
+    """A comparison (`stickslip.compare`): friction over slip speed, and for each material where vibration ends.
 
     Materials are in their order, the best on top; their names, at the right of the bars, are the legend of both sides.
     Bars say what is known of the border.
@@ -234,8 +234,8 @@ def _legend(figure: Figure, ds: xr.Dataset, unit: str) -> None:
     ]
     if "quiet_above_low" in ds:
         handles.append(Line2D([], [], color=BLACK, linewidth=2.2, label=level))
-    if asked := speeds_of(ds):
-        speeds = [f"{speed / units.si_value(f'1 {unit}', 'm s-1'):g}" for speed in asked]
+    if belt_speeds := speeds_of(ds):
+        speeds = [f"{speed / units.si_value(f'1 {unit}', 'm s-1'):g}" for speed in belt_speeds]
         label = f"belt speed {(' to ' if 'speed_range_from' in ds.attrs else ', ').join(speeds)} {unit}"
         handles.append(Line2D([], [], color=BLACK, linestyle="dashdot", linewidth=1.2, label=label))
     legend(figure, handles, at_right=False)

@@ -1,4 +1,4 @@
-"""What may be wished of a map besides what it shows: scales, limits, operating points, hatching.
+"""Options of maps: scales, limits, operating points, hatching.
 
 Wishes come as Python values in SI or as texts with units (`Look.of`); they are checked against the dataset.
 """
@@ -37,7 +37,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Look:
-    """How a map is drawn.
+    """The appearance of a map.
 
     log : dimensions whose axis, and variables whose colours, are logarithmic in any case.
     limits : ends in SI, of the axis of a dimension or of the colours of a variable.
@@ -82,14 +82,14 @@ PLAIN = Look()
 def pairs(text: str, value: str) -> Iterator[tuple[str, str]]:
     """``name=value, name=value`` as pairs; `value` says what to write. Raises PlotError."""
     for one in text.split(","):
-        name, equals, found = one.partition("=")
-        if not (equals and name.strip() and found.strip()):
+        name, equals, content = one.partition("=")
+        if not (equals and name.strip() and content.strip()):
             raise PlotError(f"got {one.strip()!r}, expected NAME={value}")
-        yield name.strip(), found.strip()
+        yield name.strip(), content.strip()
 
 
 def _known(ds: xr.Dataset, name: str) -> xr.DataArray:
-    """What `name` names: something with numbers that is drawn along an axis or in colours."""
+    """The variable or dimension called `name`: something with numbers that is drawn along an axis or in colours."""
     if name not in ds.data_vars and name not in ds.dims:
         raise PlotError(f"no {name!r} in this result; axes are {_listed(ds.dims)}; "
                         f"variables are {_listed(ds.data_vars)}")  # fmt: skip
@@ -171,7 +171,7 @@ def marks_in(ds: xr.Dataset, path: Path) -> Iterator[Mark]:
 
 
 def _places(ds: xr.Dataset, values: Iterable[tuple[str, str]]) -> dict[str, Any]:
-    """Where a mark is along each axis that is named."""
+    """The place of a mark along each axis that is named."""
     at: dict[str, Any] = {}
     for name, value in values:
         if name not in ds.dims:

@@ -73,10 +73,10 @@ def over_panel(ax: Axes, panel: xr.Dataset, lines: xr.Dataset, x: MapAxis, y: Ma
     at = {name: one.values[()] for name, one in panel.coords.items() if not one.dims}
     if why := other_cells(lines, at):
         raise PlotError(f"the borders are those of other cells: {why}")
-    found = list(border_lines(lines, x, y, at))
-    for line in found:
+    polylines = list(border_lines(lines, x, y, at))
+    for line in polylines:
         _draw(ax, replace(line, x=x.unit.of(line.x), y=y.unit.of(line.y)), _looks(small))
-    return bool(found)
+    return bool(polylines)
 
 
 def entry() -> Line2D:

@@ -45,7 +45,7 @@ def painted(
 
 
 def note(pixel: Pixel, is_flag: bool) -> str | None:
-    """How many cells a pixel shows, unless it is one."""
+    """Number of cells that a pixel shows, unless it is one."""
     if pixel == (1, 1):
         return None
     rows, columns = pixel
@@ -62,9 +62,9 @@ _RECTANGLE = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY
 def hatch(ax: Axes, variable: str, codes: NDArray[np.generic], x_edges: Floats, y_edges: Floats) -> None:
     """Hatch the cells of those flags that have a pattern. codes : (rows, columns), edges one longer."""
     for name, pattern in patterns(variable).items():
-        found = rectangles(np.asarray(codes == list(FLAGS[variable]).index(name)))
-        if 0 < len(found) <= _MOST:
-            corners = np.stack([x_edges[found[:, 2]], x_edges[found[:, 3]], y_edges[found[:, 0]], y_edges[found[:, 1]]])
+        boxes = rectangles(np.asarray(codes == list(FLAGS[variable]).index(name)))
+        if 0 < len(boxes) <= _MOST:
+            corners = np.stack([x_edges[boxes[:, 2]], x_edges[boxes[:, 3]], y_edges[boxes[:, 0]], y_edges[boxes[:, 1]]])
             ax.add_patch(_patch(corners.T, pattern, ink(FLAG_COLOURS[variable][name])))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,12 +11,12 @@ from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import ScalarFormatter
-from numpy.typing import NDArray
 
 from stickslip.dataset.axis import spoken
 from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
+from stickslip.plots.axes import shade
 from stickslip.plots.layout import Figure, entitle, legend
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.vocabulary import units
@@ -49,15 +48,14 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     upper.tick_params(labelbottom=False)
     mass_line: dict[str, Any] = {"color": BLUE, "linewidth": 1.2}
     belt_line: dict[str, Any] = {"color": VERMILLION, "linewidth": 1.0, "linestyle": "dashed"}
-    shade: dict[str, Any] = {"facecolor": GREY, "alpha": 0.45, "linewidth": 0}
+    stuck: dict[str, Any] = {"facecolor": GREY, "alpha": 0.45, "linewidth": 0}
     start: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 4, "linestyle": "none"}
 
     upper.plot(time, displacement, **mass_line)
     lower.plot(time, velocity, **mass_line)
     lower.plot(time, belt, **belt_line)
     for ax in (upper, lower):
-        for begin, end in _spans(time, sticks):
-            ax.axvspan(begin, end, zorder=0, **shade)
+        shade(ax, np.append(time, time[-1]), sticks, stuck)
         ax.margins(x=0)
     phase.plot(displacement, velocity, **mass_line)
     phase.plot(displacement[:1], velocity[:1], **start)
@@ -76,7 +74,7 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
         Line2D([], [], label="start", **start),
     ]
     if sticks.any():
-        handles.append(Patch(label="sticking", **shade))
+        handles.append(Patch(label="sticking", **stuck))
     legend(figure, handles, at_right=False)
     entitle(figure, upper, _title(ds) if title is None else title, above_all=True)
     return figure
@@ -84,8 +82,10 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
 
 def _title(ds: xr.Dataset) -> str:
     """The title of the dataset, and below it the parameters of the cell."""
-    held = {name: float(ds[name]) for name in _NAMED if name in ds.coords and ds[name].ndim == 0}
-    words = [f"{spoken(name)} {_quantity(name, value)}" for name, value in held.items() if value or name in _ALWAYS]
+    parameters = {name: float(ds[name]) for name in _NAMED if name in ds.coords and ds[name].ndim == 0}
+    words = [
+        f"{spoken(name)} {_quantity(name, value)}" for name, value in parameters.items() if value or name in _ALWAYS
+    ]
     return "\n".join(filter(None, [str(ds.attrs.get("title", "")), ", ".join(words)]))
 
 
@@ -93,23 +93,6 @@ def _quantity(name: str, value: float) -> str:
     """A parameter as people write it."""
     unit = PARAMETERS[name].units
     return customary(unit, value) or f"{value:.4g} {units.spelled(unit)}".rstrip()
-
-
-def _spans(time: NDArray[np.float64], inside: NDArray[np.bool_]) -> Iterator[tuple[float, float]]:
-    """Start and end of the intervals in which `inside` holds; an interval ends where the next sample begins."""
-    changes = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
-    for first, past in zip(changes[::2], changes[1::2], strict=True):
-        yield float(time[first]), float(time[min(past, len(time) - 1)])
-
-
-Floats = NDArray[np.float64]
-
-_WINDOW = 0.09  # s: tones 20 Hz apart are told from each other
-_OVERLAP = 0.875  # of a window, with the next one
-_REFERENCE = 1e-6  # m/s2, ISO 1683
-_SHOWN = 60.0, 140.0  # dB, the same in all pictures, so that they can be compared; more where a sound has more
-_LEAST_SHOWN = 40.0  # dB below the largest line, of faint sounds
-_LOWEST, _HIGHEST = 20.0, 20e3  # Hz that are heard
 
 
 def plot_sound(acceleration: Floats, rate: float, *, title: str = "", slow: float = 1.0) -> Figure:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stickslip.dataset.axis import MapAxis, spoken
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply
-from stickslip.plots.fixed_values import held_note
+from stickslip.plots.fixed_values import fixed_note
 from stickslip.plots.layout import Figure, annotate, entitle
 from stickslip.plots.maps import plot_map
 from stickslip.plots.materials import look_of
@@ -71,7 +71,7 @@ def _cell(ds: xr.Dataset, state: str, title: str) -> Figure:
     left.set(xlim=(0, 1), xlabel=f"probability (bars: ± {_ERRORS:g} standard errors)")
     if right:
         _index_bars(right[0], ds.sel(state=state), state)
-    annotate(figure, held_note(ds))
+    annotate(figure, fixed_note(ds))
     entitle(figure, left, title, above_all=True)
     return figure
 
@@ -122,7 +122,7 @@ def _line(ds: xr.Dataset, state: str, title: str) -> Figure:
         _index_lines(lower[0], ds, x)
     apply(x, upper, "x")
     (lower[0] if lower else upper).set_xlabel(x.title)
-    annotate(figure, held_note(ds))
+    annotate(figure, fixed_note(ds))
     entitle(figure, upper, title)
     return figure
 

@@ -15,7 +15,7 @@ from helpers.configs import HOSTILE
 from helpers.pages import tags
 from stickslip.config.reader import parse_config
 from stickslip.explore import open_source
-from stickslip.explore.tasks import LatestOnly
+from stickslip.explore.session import LatestOnly
 
 pytest.importorskip("bokeh")
 from bokeh.document import Document  # noqa: E402
