@@ -175,6 +175,7 @@ def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
         ds = ds.sortby(unsorted)  # which copies it all
     pixel = coarse.pixel_for((ds.sizes[y_dim], ds.sizes[x_dim]), most)
     variable = view.variable if view.variable in ds.data_vars else "regime"
+    is_flag = variable in FLAG_COLOURS
     shades, palette, painted, values = _shaded(ds[variable], variable, pixel)
     unit = unit_shown(ds[variable], values)
     title = f"{_label(ds[variable])} ({unit.name})" if unit.name else _label(ds[variable])
@@ -183,8 +184,8 @@ def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
     columns = tuple(_column(ds[name], pixel) for name in names)
     y, x = side(ds, y_dim, view.y, pixel[0]), side(ds, x_dim, view.x, pixel[1])
     return Picture(
-        y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit), note(pixel, variable in FLAG_COLOURS) or "",
-        columns, ds, regions(variable, shades, y, x) if variable in FLAG_COLOURS else (),
+        y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit), note(pixel, is_flag) or "",
+        columns, ds, regions(variable, shades, y, x) if is_flag else (),
     )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import ScalarFormatter
+from numpy.typing import NDArray
 
 from stickslip.dataset.axis import spoken
 from stickslip.dataset.axis import title as array_title
@@ -24,8 +25,15 @@ from stickslip.vocabulary.customary import customary
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.quantities import PARAMETERS
 
+Floats = NDArray[np.float64]
 _ALWAYS = ("mass", "stiffness", "normal_load", "belt_speed")  # of the parameters that a title names
 _NAMED = (*_ALWAYS, "damping")  # the others where they are not 0
+_WINDOW = 0.09  # s: tones 20 Hz apart are told from each other
+_OVERLAP = 0.875  # of a window, with the next one
+_REFERENCE = 1e-6  # m/s2, ISO 1683
+_SHOWN = 60.0, 140.0  # dB, the same in all pictures, so that they can be compared; more where a sound has more
+_LEAST_SHOWN = 40.0  # dB below the largest line, of faint sounds
+_LOWEST, _HIGHEST = 20.0, 20e3  # Hz that are heard
 
 
 def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
