@@ -19,7 +19,7 @@ from stickslip.vocabulary.quantities import QUANTITIES
 
 _CURVE = "a1", "a2", "a3", "a4"
 _LONGEST = 20_000  # letters of a configuration that is looked into
-_SAID_ANYWAY = ("damping",)  # none decides everything
+_ALWAYS = ("damping",)  # none decides everything
 _OF_CYCLES = "period", "frequency", "stick_fraction", "energy_per_cycle", "mu_reversal", "mu_breakaway", "tendency"
 _WHY = {  # what no cell does where a variable has no value
     **dict.fromkeys(_OF_CYCLES, "no cell stick-slips"),
@@ -43,7 +43,9 @@ def fixed_values(ds: xr.Dataset) -> list[tuple[str, str]]:
         if measured and name in ("a1", "a2", "a3"):
             if name == "a1":
                 rows.append(measured)
-        elif (value != declared.default or name in _SAID_ANYWAY) and not _of_no_use(ds, str(name)):
+        elif name == "ageing_time" and "ageing_rate" in ds.coords and not ds["ageing_rate"].values.any():
+            continue  # says nothing
+        elif value != declared.default or name in _ALWAYS:
             unit = unit_of(one)
             rows.append((short_name(one), f"{unit.of(value):.4g} {unit.printed}".rstrip()))
     return rows
@@ -74,11 +76,6 @@ def fixed_note(ds: xr.Dataset, first: Sequence[str] = ()) -> list[str]:
     return [folded(f"held fixed: {', '.join(fixed)}", NOTE_WIDTH)] if fixed else []
 
 
-def _of_no_use(ds: xr.Dataset, name: str) -> bool:
-    """True if a quantity says nothing because another one is zero."""
-    return name == "ageing_time" and "ageing_rate" in ds.coords and not ds["ageing_rate"].values.any()
-
-
 def why_nothing(ds: xr.Dataset, variable: str) -> str:
     """Why a variable of a map has no value anywhere: ``no cell stick-slips, so there is no period (all damped)``."""
     reason = _true_reason(ds, variable) or _WHY.get(variable, "no cell has a value")
@@ -92,13 +89,10 @@ def why_nothing(ds: xr.Dataset, variable: str) -> str:
 
 def _true_reason(ds: xr.Dataset, variable: str) -> str | None:
     """Why motions that do what a variable needs have no value of it all the same."""
-    if variable in ("tendency", "mu_reversal") and not _is_given(ds, "mu_stop"):
+    given = "mu_stop" in ds.coords and np.isfinite(ds["mu_stop"].values).any()
+    if variable in ("tendency", "mu_reversal") and not given:
         return f"{variable} is defined where friction returns along a line to mu_stop, which is none in all cells"
     regime = ds.get("regime")
     if variable in _OF_CYCLES and regime is not None and (regime == REGIMES.index("stick_slip")).any():
         return "no cell has a value, although some stick-slip"
     return None
-
-
-def _is_given(ds: xr.Dataset, name: str) -> bool:
-    return name in ds.coords and bool(np.isfinite(ds[name].values).any())
