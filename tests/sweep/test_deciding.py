@@ -11,7 +11,7 @@ import stickslip
 from stickslip.cli import main
 from stickslip.config.examples import found_points
 from stickslip.errors import UnitWarning
-from stickslip.fit.design import best_measurements
+from stickslip.materials.design import best_measurements
 from stickslip.materials.varied import varied
 from stickslip.materials.words import Words
 from stickslip.plots import plot_materials

@@ -153,7 +153,7 @@ def compare(
         _show(words)
     written = _write(ds, words, outputs, plot, report, as_json, "," if decimal_comma else ".")
     if as_json:
-        from stickslip.fit.described import columns_of
+        from stickslip.fit.report import columns_of
 
         every = [each for one in fits for each in one.repeats or (one,)]
         read = {one.name: {"file": str(one.path), **columns_of(one)} for one in every}

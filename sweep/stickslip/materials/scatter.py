@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from stickslip.borders import Scan
 from stickslip.engine import Options
 from stickslip.fit import CurveFit, Drawn, draw_curves
-from stickslip.fit.design import best_measurements
 from stickslip.fit.repeats import RepeatedFit
 from stickslip.fit.uncertainty import student
+from stickslip.materials.design import best_measurements
 from stickslip.materials.quiet import UNRESOLVED, VIBRATES, Quiet, quiet_above
 from stickslip.materials.system import Question
 from stickslip.study import Moved
