@@ -22,7 +22,7 @@ _ASSUMED = 0.1  # of the shortest waiting time: the t0 taken where all are long 
 
 @dataclass(frozen=True)
 class AgeingFit:
-    """How static friction grows with waiting time, in SI: mu0 at time zero, beta per decade, t0 in s.
+    """Growth of static friction with waiting time, in SI: mu0 at time zero, beta per decade, t0 in s.
 
     standard_error, interval : by name; the intervals are those of 95 % confidence. That of t0 is (0, x) where nothing
         but an upper limit can be told, and without width where t0 was given.
@@ -171,7 +171,6 @@ def _fit_at(model: Model, t: Floats, t0: float, region: Region | None) -> Ageing
 
 
 def _reservations(fit: AgeingFit) -> list[str]:
-    """Sentences against ageing of this kind."""
     sentences = []
     low, high = fit.interval["beta"]
     if high < 0:

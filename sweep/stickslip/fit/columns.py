@@ -120,7 +120,6 @@ class Search:
         return None
 
     def _unit(self, i: int, unit: str, of: str) -> str:
-        """The unit of a column in symbols, if it has one. Raises ConfigError."""
         unit = unit or self._wanted.unit
         try:
             return column_unit(unit, of) if unit else ""
@@ -186,7 +185,6 @@ class Search:
         return roles
 
     def _friction(self, i: int, is_material: bool) -> Role:
-        """A column of friction coefficients, or of forces. Raises ConfigError."""
         one, column = self._headings[i], self._known[MU]
         label = one.text if is_material else ""
         if one.is_force() or one.unit and one.kind in ("", "other") and is_column_unit(one.unit, "N"):
@@ -217,7 +215,6 @@ class Search:
         return role._replace(load=load)
 
     def _newtons(self, i: int) -> str:
-        """The unit of a column of forces, which must have one. Raises ConfigError."""
         try:
             return column_unit(self._headings[i].unit, "N")
         except QuantityError as error:
@@ -257,7 +254,6 @@ class Search:
         return bool(label) and label in map(plain, names)
 
     def _group(self) -> int | None:
-        """The column that tells materials apart: of names, or of numbers that occur again."""
         columns = [i for i, one in enumerate(self._headings) if one.kind == "material" and not one.unit and one.text]
         named = [i for i in columns if not self._is_numbers(i)]
         counted = [i for i in columns if self._is_count(i) and len({*self._texts[i]}) < len(self._texts[i])]
@@ -280,7 +276,6 @@ class Search:
     # --- what is wrong ------------------------------------------------------------------------------------------------
 
     def _named(self, word: str) -> int:
-        """The position of the column that people call so. Raises ConfigError."""
         called = [i for i, one in enumerate(self._headings) if one.is_called(word)]
         if len(called) == 1:
             return called[0]
@@ -300,7 +295,6 @@ class Search:
         return ConfigError(self._table.name, [Problem((), message, cell.place, hint)])
 
     def _unknown(self, i: int) -> ConfigError:
-        """An error at a heading that is no column."""
         near = nearest(self._headings[i].name, self._known)
         hint = "the first line names the columns; remarks start with #; columns of other names are taken by "
         hint = f"did you mean {near!r}?" if near else f"{hint}--speed-column and --friction-column"

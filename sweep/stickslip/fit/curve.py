@@ -298,7 +298,6 @@ def _covariance(points: MeasuredPoints, chosen: Chosen, variance: float) -> Floa
 
 
 def _errors(matrix: Floats) -> dict[str, float]:
-    """Standard errors of a1 to a4 and of their sum mu_start."""
     certain = np.isfinite(matrix[0, 0]) and np.isfinite(matrix[2, 2])
     together = matrix[0, 0] + matrix[2, 2] + 2.0 * matrix[0, 2] if certain else math.inf
     errors = [*map(float, np.sqrt(np.diag(matrix))), math.sqrt(max(float(together), 0.0))]
@@ -308,7 +307,8 @@ def _errors(matrix: Floats) -> dict[str, float]:
 def _at_bound(estimates: Mapping[str, float], chosen: Chosen, points: MeasuredPoints) -> tuple[str, ...]:
     """Estimates, mu_start among them, at the end of the range that was allowed."""
     floor = {*chosen.form.nonnegative, "mu_start"} - {*chosen.form.assumed}
-    at_end = [name for name in ("a1", "a2", "a3", "mu_start") if name in floor and estimates[name] == 0.0]
+    bounded = (*COEFFICIENTS[:3], "mu_start")
+    at_end = [name for name in bounded if name in floor and estimates[name] == 0.0]
     low, high = points.limits
     if chosen.form is not STRAIGHT and not low * (1 + _AT_END) < chosen.best[3] < high * (1 - _AT_END):
         at_end.append("a4")

@@ -148,7 +148,6 @@ def join_repeats(fits: Sequence[MaterialFit], same: Sequence[str]) -> list[Mater
 
 
 def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
-    """Repeats as one material. Raises ConfigError."""
     points, names = [one.points for one in group], [one.name for one in group]
     columns = [name for name in points[0] if all(name in one for one in points)]
     whole = Columns({name: np.concatenate([one[name] for one in points]) for name in columns})
@@ -199,6 +198,5 @@ def names_of(paths: Sequence[Path]) -> list[str]:
 
 
 def _numbered(names: Sequence[str]) -> list[str]:
-    """The names, those that occur again with a number."""
     before = [names[:i].count(name) for i, name in enumerate(names)]
     return [f"{name} ({count + 1})" if count else name for name, count in zip(names, before, strict=True)]

@@ -276,7 +276,6 @@ def _known(name: str, kinds: tuple[str, ...]) -> tuple[str, str]:
 
 
 def _kind_of(word: str, kinds: tuple[str, ...]) -> str:
-    """The kind of column that is called so."""
     joined, index = _joined(word), _index()
     if (exact := next((kind for kind in kinds if joined in index[kind]), "")) or not word or "mu" not in kinds:
         return exact
@@ -296,7 +295,7 @@ def _kind_of(word: str, kinds: tuple[str, ...]) -> str:
 
 
 def _rest(text: str, kind: str, kinds: tuple[str, ...]) -> str:
-    """What stands behind a name, without qualifiers and further words for the same (`Sliding speed v`)."""
+    """The text behind a name, without qualifiers and further words for the same (`Sliding speed v`)."""
     words = text.strip(" ,/_:-").split()
     while words and (_is_spare(words[0]) or _kind_of(plain(words[0].strip("(),")), kinds) == kind):
         words = words[1:]

@@ -161,11 +161,11 @@ class MeasuredPoints:
         return Chosen(STRAIGHT, False, self.fit(STRAIGHT))
 
     def falls(self) -> bool:
-        """Whether friction falls over the whole range of speeds, by the order of the points alone (Kendall)."""
+        """True where friction falls over the whole range of speeds, by the order of the points alone (Kendall)."""
         return bool(stats.kendalltau(self.speed, self.mu, alternative="less").pvalue < _TREND)
 
     def _shows(self, a: Floats, falling: bool = False) -> bool:
-        """Whether the two coefficients of a branch lower the sum of squares by more than chance does."""
+        """True where the two coefficients of a branch lower the sum of squares by more than chance does."""
         gain, freedom = self.gain(a, falling), self.speed.size - 4
         if self.deviation is not None and (chi_squared := self.left(a)) > 0:
             return gain * chi_squared > -2.0 * math.log(1.0 - _CERTAIN)  # the quantile of chi-squared of 2 degrees
@@ -211,7 +211,6 @@ class MeasuredPoints:
         return np.asarray((self.shape(z ** (1.0 + step)) - self.shape(z)) * self.weight / step)
 
     def _rate(self, a: Floats) -> float:
-        """The slope of a curve at the slowest point."""
         slowest, step = float(self.place.min()), 1e-6 * a[3]
         weakening = self.shape(np.array([slowest, slowest + step]) / a[3])
         return float(a[1] + a[2] * (weakening[1] - weakening[0]) / step)
@@ -325,7 +324,7 @@ class Allowed:
 
     @property
     def can_draw(self) -> bool:
-        """Whether points are to spare, so that their scatter is known."""
+        """True where points are to spare, so that their scatter is known."""
         least = 1 if self._points.deviation is not None else _LEAST
         return self._points.freedom(self._form) >= least
 

@@ -123,9 +123,9 @@ def kind_of(path: Path, wanted: Wanted) -> tuple[Parameter, ...]:
     """The kind of points in a table: CURVE_COLUMNS or AGEING_COLUMNS. Raises ConfigError."""
     if wanted.speed or wanted.time:
         return CURVE_COLUMNS if wanted.speed else AGEING_COLUMNS
-    found = [heading(cell.text) for cell in _table(path, CURVE_COLUMNS, ("speed", "time"), wanted).heading]
-    has_speed = any(one.kind == "speed" or is_column_unit(one.unit, "m s-1") for one in found)
-    return AGEING_COLUMNS if not has_speed and any(one.kind == "time" for one in found) else CURVE_COLUMNS
+    headings = [heading(cell.text) for cell in _table(path, CURVE_COLUMNS, ("speed", "time"), wanted).heading]
+    has_speed = any(column.kind == "speed" or is_column_unit(column.unit, "m s-1") for column in headings)
+    return AGEING_COLUMNS if not has_speed and any(column.kind == "time" for column in headings) else CURVE_COLUMNS
 
 
 def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wanted | None = None) -> dict[str, Columns]:
@@ -172,7 +172,6 @@ def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wante
 
 
 def _positions(role: Role) -> tuple[int, ...]:
-    """The columns that a role reads: its own, and that of the load."""
     return (role.position, role.load[0]) if isinstance(role.load, tuple) else (role.position,)
 
 
@@ -210,7 +209,6 @@ def _check_units_above(table: Table, column: Parameter) -> None:
 
 
 def _ask_about_load(table: Table, wanted: Wanted) -> None:
-    """Warns where a line above the heading gives another load than the caller."""
     with suppress(ConfigError):  # several loads, of which this may be one
         if wanted.load is not None and (above := load_above(table)) is not None:
             own, given = above[0], newtons(wanted.load)

@@ -64,7 +64,7 @@ class Quality:
         return tuple(name for name in COEFFICIENTS if name in unknown)
 
     def determined(self) -> bool:
-        """Whether the points tell where vibration ends."""
+        """True where the points tell where vibration ends."""
         if self.freedom <= 0 or self._is_extrapolated():
             return False
         if self.chosen.form is STRAIGHT:
@@ -119,7 +119,6 @@ class Quality:
         return bool(gained < 2 * variance * stats.f(2, self.freedom).ppf(0.95))
 
     def _speed(self, speed: float, digits: int = 3) -> str:
-        """A speed in m/s, in the unit of the sentences."""
         rounded = float(f"{speed / units.factor(self.unit, 'm s-1'):.{digits}g}")
         return f"{rounded:g} {self.unit}"
 

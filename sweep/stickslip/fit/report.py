@@ -17,7 +17,6 @@ _UNITS = {"a2": "s/m", "a4": "m/s", "t0": "s", "beta": "per decade"}
 
 
 def _fit_of(material: MaterialFit) -> tuple[CurveFit | AgeingFit, tuple[str, ...]]:
-    """The fit of a material, and the names of its numbers."""
     if material.curve:
         return material.curve, (*COEFFICIENTS, "mu_start")
     assert material.ageing is not None

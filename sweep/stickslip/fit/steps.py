@@ -118,7 +118,8 @@ def step_points(
         parts = _plateaus(controls)
     else:
         parts = [(int(np.searchsorted(t, a)), int(np.searchsorted(t, b))) for a, b in steps]
-    rows, left_out, resolution = [], [], _resolution(y)
+    rows, left_out, values = [], [], np.unique(y[:10_000])
+    resolution = float(np.diff(values).min()) if values.size > 1 else 0.0  # to which friction was rounded
     for start, stop in parts:
         where = f"{t[min(start, t.size - 1)]:.6g} to {t[max(stop - 1, 0)]:.6g} s"
         try:
@@ -194,50 +195,41 @@ def _autocorrelation_time(y: Floats) -> float:
     return float(times[closed[0]] * (1.0 + bias))
 
 
-def _resolution(y: Floats) -> float:
-    """The smallest step between values of a signal, to which it was rounded."""
-    steps = np.diff(np.unique(y[:10_000]))
-    return float(steps.min()) if steps.size else 0.0
-
-
 def _plateaus(controls: Floats) -> list[tuple[int, int]]:
-    """Where all of some signals, (signals, samples), stay: first and last sample + 1 of each stretch."""
-    noisy = any(np.median(np.abs(np.diff(one, 2))) > 0 for one in controls)
+    """First and last sample + 1 of each stretch in which all signals of (signals, samples) stay."""
+    noisy = any(np.median(np.abs(np.diff(signal, 2))) > 0 for signal in controls)
     width = max(_NOISY_BLOCK if noisy else 1, controls.shape[1] // _MOST_BLOCKS)
     count = controls.shape[1] // width
     blocks = controls[:, : count * width].reshape(len(controls), count, width)
     middles, errors = np.median(blocks, axis=2).T, (blocks.std(axis=2) / math.sqrt(width)).T
     edge = 1 if width > 1 else 0  # blocks that may hold a piece of a ramp
-    found: list[tuple[int, int]] = []
+    stretches: list[tuple[int, int]] = []
     start, level, reach = 0, middles[0], _reach(middles[0], errors[0])
     for i in range(1, count + 1):
         if i < count and (np.abs(middles[i] - level) <= reach).all():
             level = level + (middles[i] - level) / (i + 1 - start)
-            reach = (
-                _reach(level, np.median(errors[start : min(i + 1, start + 20)], axis=0)) if i - start < 40 else reach
-            )
+            if i - start < 40:
+                reach = _reach(level, np.median(errors[start : min(i + 1, start + 20)], axis=0))
             continue
         first, last = (start + edge) * width, (i - edge) * width
         if last - first >= _FEWEST and _stays(middles[start:i], level, errors[start:i]):
-            found.append((first, last))
+            stretches.append((first, last))
         if i < count:
             start, level, reach = i, middles[i], _reach(middles[i], errors[i])
-    return found
+    return stretches
 
 
 def _reach(level: Floats, errors: Floats) -> Floats:
-    """How far from its level a signal may be, where it stays."""
+    """The distance from its level within which a signal stays."""
     return np.maximum(_ALIKE * np.abs(level), _SURE * errors)
 
 
 def _stays(run: Floats, level: Floats, errors: Floats) -> bool:
-    """Whether signals have no trend."""
     place = np.linspace(-0.5, 0.5, len(run))
     weight = float(place @ place) or 1.0
     slope = place @ (run - level) / weight
-    return bool(
-        (np.abs(slope) <= np.maximum(_TREND * np.abs(level), _SURE * np.median(errors, axis=0) / weight**0.5)).all()
-    )
+    allowed = np.maximum(_TREND * np.abs(level), _SURE * np.median(errors, axis=0) / weight**0.5)
+    return bool((np.abs(slope) <= allowed).all())
 
 
 # --- files ------------------------------------------------------------------------------------------------------------
