@@ -10,7 +10,7 @@ from stickslip.fit.headings import heading
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 
 def load_above(table: Table) -> tuple[float, int] | None:

@@ -14,7 +14,7 @@ from stickslip.fit.loads import load_above, newtons
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.suggest import listed, nearest
 
 MU, SIGMA = "mu", "sigma"
 WHOLE = re.compile(r"([-+]?\d+)(?:[.,]0*)?")  # workbooks write 1.0

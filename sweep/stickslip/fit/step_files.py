@@ -22,7 +22,7 @@ from stickslip.fit.steps import StepPoints, step_points
 from stickslip.fit.uncertainty import Floats
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import column_unit
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 _WORDS = {  # of columns that only records in steps and plans have
     "rotation": ("rpm", "upm", "n", "rotation", "rotational speed", "speed of rotation", "drehzahl"),

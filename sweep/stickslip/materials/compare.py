@@ -14,10 +14,9 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.borders import Limits, Scan
-from stickslip.config.examples import found_points
-from stickslip.config.forgotten_units import question as question_about
-from stickslip.config.plausible import question_about_points
+from stickslip.config.examples import points_path
 from stickslip.config.reader import make_config
+from stickslip.config.unit_warnings import friction_question_of_fit, unit_question
 from stickslip.config.yaml import Document
 from stickslip.dataset.materials import Material, material_dataset
 from stickslip.dataset.provenance import provenance
@@ -196,11 +195,11 @@ def _fits(materials: Asked, wanted: Wanted) -> list[MaterialFit]:
     if isinstance(materials, Mapping):
         fits = [_fit_of(name, points) for name, points in materials.items()]
     elif isinstance(materials, str | os.PathLike):
-        fits = fit_materials([found_points(materials)], wanted)
+        fits = fit_materials([points_path(materials)], wanted)
     elif all(isinstance(one, MaterialFit) for one in materials):
         fits = [one for one in materials if isinstance(one, MaterialFit)]
     else:
-        fits = fit_materials([found_points(one) for one in materials if not isinstance(one, MaterialFit)], wanted)
+        fits = fit_materials([points_path(one) for one in materials if not isinstance(one, MaterialFit)], wanted)
     if not fits:
         raise ValueError("materials: got none, expected at least one")
     for one in fits:
@@ -234,7 +233,7 @@ def _doubts(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], qu
     plain = {name: value for name, value in used.items() if name != "friction_scale"}
     bare = {name: plain[name] for name, value in given.items() if name in plain and is_plain(value)}
     config = make_config({"system": plain, "axes": {"material": {"zip": zipped}}})
-    asked = question_about(Document("compare", {"system": {**_written(plain), **bare}}), config)
+    asked = unit_question(Document("compare", {"system": {**_written(plain), **bare}}), config)
     odd = [f"{one.name}: {doubt}" for one in fits if (doubt := _doubt_of(one))]
     return "\n".join([*([asked] if asked else []), *odd]) or None
 
@@ -247,7 +246,7 @@ def _written(system: Mapping[str, float]) -> dict[str, str]:
 def _doubt_of(fit: MaterialFit) -> str | None:
     """What to ask about a material whose friction is implausible."""
     assert fit.curve is not None
-    return question_about_points(fit.curve.mu_start, fit.points.get("mu"))
+    return friction_question_of_fit(fit.curve.mu_start, fit.points.get("mu"))
 
 
 def _scan(known: Sequence[MaterialFit], fits: Sequence[MaterialFit], question: Question) -> Scan:

@@ -21,6 +21,7 @@ class Parameter:
     default : what holds when nothing is said; None: it must be given; NaN: "absent".
     above, at_least, at_most : bounds; `above` itself is not allowed. whole : only whole numbers.
     word : what people write for NaN. absent : what holds then.
+    plausible : the largest magnitudes that are taken as given, of a number without a unit and of one with its unit.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Parameter:
     whole: bool = False
     word: str | None = None
     absent: str | None = None
+    plausible: tuple[float, float] | None = None
 
     @property
     def may_be_absent(self) -> bool:

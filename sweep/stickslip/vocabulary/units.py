@@ -17,7 +17,7 @@ from tokenize import TokenError
 from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import QuantityError
-from stickslip.vocabulary.meant_units import meant_unit
+from stickslip.vocabulary.unit_suggestions import suggest_unit
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,14 +36,8 @@ AS_TYPED = str.maketrans({  # what keyboards and word processors put for plain c
 _QUOTES = "“”„‟‘’‚«»‹›"
 
 _POWERED = re.compile(r"(.*?)(-?\d+)?", re.DOTALL)  # a name and its power, in the units of `quantities.py`
-_NO_UNIT = (
-    AttributeError,
-    ValueError,
-    OverflowError,
-    KeyError,
-    AssertionError,
-    TokenError,
-)  # pint.UndefinedUnitError is the first; nan and inf are others
+# pint.UndefinedUnitError is the first; nan and inf are others
+_NO_UNIT = (AttributeError, ValueError, OverflowError, KeyError, AssertionError, TokenError)
 
 _KINDS = {  # by unit: what such a quantity is, and how one writes it
     "kg": ("a mass", "250 g"),
@@ -66,13 +60,9 @@ _PLAIN = {  # in SI base units: the factor; powers of metre, kilogram and second
     "µm": (_MICRO, (1, 0, 0)), "µs": (_MICRO, (0, 0, 1)),
 }  # fmt: skip
 _OTHER_KINDS = {  # what else people may write by mistake
-    "m2": "an area",
-    "Pa": "a pressure",
-    "J": "an energy or a torque",
-    "W": "a power",
-    "kg s": "a mass times a time",
+    "m2": "an area", "Pa": "a pressure", "J": "an energy or a torque", "W": "a power", "kg s": "a mass times a time",
     "K": "a temperature",
-}
+}  # fmt: skip
 
 
 def si_value(value: object, units: str) -> float:
@@ -191,7 +181,7 @@ def _from_text(text: str, units: str) -> float:
     try:
         factor = _factor(unit, units)
     except QuantityError as error:
-        if meant := meant_unit(unit, lambda other: _fits(other, units)):
+        if meant := suggest_unit(unit, lambda other: _fits(other, units)):
             raise QuantityError(error.expected, f"did you mean '{number} {meant}'?", error.found) from None
         raise
     try:
