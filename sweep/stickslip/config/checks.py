@@ -33,7 +33,7 @@ Ends = tuple[float | str, float | str]  # in SI, or texts with units
 
 
 def belongs(rig: bool, name: str) -> bool:
-    """Whether a configuration of a rig, or of a map, may have a section, or a quantity, of this name."""
+    """True if a configuration of a rig, or of a map, may have a section, or a quantity, of this name."""
     return name not in STUDIES if rig else not (name in OF_RIGS or name in DRIVE)
 
 
@@ -240,10 +240,10 @@ def check_study(config: Config, problems: ProblemCollector) -> None:
         problems.add(path, STATES_IN_BOX, at_key=True)
     for finding in _broken_boxes(config.axes, config.refine) if config.refine else ():
         add_finding(problems, finding, at_key=bool(finding.got))
-    path, kept = ("output", "variables"), config.output.variables or ()
-    if kept and not config.is_map:
+    path, variables = ("output", "variables"), config.output.variables or ()
+    if variables and not config.is_map:
         problems.add(path, "given for something else than a map, expected none: only maps can do without variables")
-    absent = [name for name in kept if VARIABLES[name].when == "full" and config.solver.early_stop]
+    absent = [name for name in variables if VARIABLES[name].when == "full" and config.solver.early_stop]
     if absent:
         message = f"got {listed(absent, 'and')}, which only a run to a horizon defines"
         problems.add(path, message, "add early_stop: false and a horizon to solver")

@@ -71,7 +71,7 @@ def _amounts(config: Config) -> Iterator[Row]:
 
 
 def _studies(config: Config) -> Iterator[Row]:
-    """What is asked for instead of a map, or of its inputs."""
+    """The rows of what is asked for instead of a map."""
     if (border := config.border) is not None:
         between = _ends(border.between, border.along) if border.between else "the range of its axis"
         meaning = f"between {between}, {border.scan} places first, tolerance {border.tolerance:g}"

@@ -1,4 +1,4 @@
-"""What a configuration says, once it is right: frozen pydantic models, all in SI.
+"""A configuration that is right: frozen pydantic models, all in SI.
 
 A quantity is either fixed, in the section that owns it (`sections.py`), or varied, in `axes`. `reader.py` reads these
 models from files and sees to it that they fit together.
@@ -196,16 +196,16 @@ class Config(Section):
         return self._written_in
 
     def shown_in(self, written_in: Mapping[str, str]) -> Config:
-        """The same configuration, its results to be shown in these units."""
+        """The configuration, its results to be shown in these units."""
         other = self.model_copy()
         other._written_in = dict(written_in)
         return other
 
     @property
     def is_map(self) -> bool:
-        """Whether a map of cells is asked for, refined or not, and nothing else."""
+        """True if a map of cells is asked for, refined or not, and nothing else."""
         others = (self.border, self.contours, self.margins, self.attractors, self.uncertain, self.drive)
-        return all(asked is None for asked in others)
+        return all(section is None for section in others)
 
     def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; `quantities.MEASURED` among them where they were given."""

@@ -76,7 +76,7 @@ class ProblemCollector:
         self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
 
     def is_text(self, value: object, path: Path, what: str) -> bool:
-        """Whether a value is a text that a screen can show; if not, that is noted."""
+        """True if a value is a text that a screen can show; if not, that is noted."""
         is_filled = isinstance(value, str) and bool(value.strip())
         if is_filled and visible(str(value)) == value:
             return True

@@ -179,7 +179,7 @@ def _number(problems: ProblemCollector, row: Parameter, name: str, raw: object, 
 
 
 def _rises(problems: ProblemCollector, row: Parameter, ends: Mapping[str, float | None], path: Path) -> bool:
-    """Whether `high`, at `path`, is above `low`, where both are given; if not, that is noted."""
+    """True if `high`, at `path`, is above `low`, where both are given; if not, that is noted."""
     low, high = ends.get("low"), ends.get("high")
     if low is None or high is None or low < high:
         return True
@@ -262,7 +262,7 @@ def _block(problems: ProblemCollector, raw: object, path: Path, quantities: Mapp
 
 
 def _is_square(rows: object, size: int) -> bool:
-    """Whether `rows` is a list of as many lists of finite numbers."""
+    """True for a list of as many lists of finite numbers."""
     if not isinstance(rows, list) or len(rows) != size:
         return False
     flat = [value for row in rows if isinstance(row, list) and len(row) == size for value in row]

@@ -62,7 +62,7 @@ def as_config(given: Given) -> Config:
 
 
 def is_config(given: object) -> bool:
-    """Whether a configuration was given, in any of its forms, and not a mapping of parameters of cells."""
+    """True for a configuration in any of its forms, and not for a mapping of parameters of cells."""
     return isinstance(given, Config | str | os.PathLike) or (
         isinstance(given, Mapping) and any(key in Config.model_fields for key in given)
     )
@@ -276,7 +276,7 @@ class _Reader(ProblemCollector):
         return Group(name=name, members=tuple(m for m in members if m), labels=labels)
 
     def _are_labels(self, labels: object, path: Path) -> bool:
-        """Whether `labels` is a list of texts that differ; if not, the reason is noted."""
+        """True if `labels` is a list of texts that differ; if not, the reason is noted."""
         if not isinstance(labels, list):
             self.refuse(path, "a list of names")
             return False

@@ -1,4 +1,4 @@
-"""What must hold between quantities, in every cell of the grid.
+"""Rules between quantities, which must hold in every cell of the grid.
 
 Grids have up to 1e10 cells, so nothing here walks over cells. Each rule is a margin that is monotone in every quantity
 it involves: along an axis that varies one of them only the worst end can break it; of quantities that vary together all

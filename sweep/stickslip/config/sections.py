@@ -47,7 +47,7 @@ def refused(expected: str, hint: str | None = None, found: str | None = None) ->
 
 
 def is_address(value: object) -> bool:
-    """Whether this names a Dask scheduler: by URL, by its scheduler file, or by one of the two words."""
+    """True if this names a Dask scheduler: by URL, by its scheduler file, or by one of the two words."""
     return isinstance(value, str) and re.fullmatch(_ADDRESS, value) is not None
 
 
@@ -84,9 +84,9 @@ def number(row: Parameter, value: object) -> float:
 
 def finite(row: Parameter, value: object) -> float:
     """The value of a row of the vocabulary, for which no word may stand."""
-    if (found := number(row, value)) != found:
+    if (si := number(row, value)) != si:
         raise refused(row.expected.removesuffix(row.otherwise))
-    return found
+    return si
 
 
 def interval(row: Parameter, value: object) -> tuple[float, float]:
@@ -221,8 +221,8 @@ class Section(BaseModel):
         row = cls.rows.get(str(info.field_name))
         if row is None:
             return value
-        found = number(row, value)
-        return None if row.whole and found != found else found  # no whole number is NaN
+        si = number(row, value)
+        return None if row.whole and si != si else si  # no whole number is NaN
 
     def resolved(self) -> dict[str, Any]:
         """The section as plain data: words for NaN, lists for tuples, nothing for None."""
@@ -248,7 +248,7 @@ def plain(value: Any) -> Any:
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Whether two values are equal; NaN, which stands for a word, is equal to itself."""
+    """Equality of values; NaN, which stands for a word, is equal to itself."""
     if isinstance(one, tuple) and isinstance(other, tuple):
         return len(one) == len(other) and all(map(_same, one, other))
     return bool(one == other or (one != one and other != other))

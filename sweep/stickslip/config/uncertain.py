@@ -63,7 +63,7 @@ class Scatter(Section):
 
     @property
     def is_truncated(self) -> bool:
-        """Whether a part of the distribution is cut off."""
+        """True if a part of the distribution is cut off."""
         return math.isfinite(self.low) or math.isfinite(self.high)
 
     @property
@@ -172,7 +172,7 @@ class Uncertain(Sampling):
 
     @property
     def correlation_in_words(self) -> str:
-        """Whether quantities are correlated, and what the numbers mean."""
+        """The correlation of the quantities, and the meaning of its numbers."""
         if self.correlation is None:
             return "none: the quantities are independent"
         if all(one.kind == "normal" and not one.is_truncated for one in self.quantities):
@@ -181,7 +181,7 @@ class Uncertain(Sampling):
 
     @property
     def method_in_words(self) -> str:
-        """How the quantities are drawn."""
+        """The method by which the quantities are drawn."""
         if (of := self.subset) is not None:
             return f"subset simulation: {of.repetitions} repetitions with {of.samples} samples a level, seed {of.seed}"
         words = f"scrambled Sobol points: {self.scramblings} scramblings of {self.draws} draws, seed {self.seed}"

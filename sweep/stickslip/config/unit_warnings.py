@@ -128,7 +128,7 @@ def warn_of_cell(source: str, given: Mapping[str, Any], recipe: Config | None, m
 
 
 def misread(value: float, least: float, most: float, name: str, unit: str | None) -> tuple[str, str] | None:
-    """How a number is read in SI, and what was likely meant, if it lies in a range (in SI) only when it has `unit`."""
+    """The number as read in SI, and as likely meant, if it lies in a range (in SI) only when it has `unit`."""
     declared = QUANTITIES[name].units if name in QUANTITIES else "1"
     if unit is None or declared == "1" or not value or least <= abs(value) <= most:
         return None
@@ -262,7 +262,7 @@ def _start(config: Config) -> Span | None:
 
 
 def _is_of_ratios(config: Config) -> bool:
-    """Whether the study is one of ratios: two of mass, stiffness and load are 1, or all is of order one."""
+    """True for a study of ratios: two of mass, stiffness and load are 1, or all is of order one."""
     fixed = config.fixed()
     if sum(fixed.get(name) == 1.0 for name in ("mass", "stiffness", "normal_load")) >= 2:
         return True

@@ -78,7 +78,7 @@ def column_unit(text: str, of: str) -> str:
 
 @lru_cache(maxsize=4096)
 def is_column_unit(text: str, of: str = "") -> bool:
-    """Whether a text is a unit of a column in these SI units; of any that a table may have where they are not given."""
+    """True for a unit of a column in these SI units; of any that a table may have where they are not given."""
     for kind in (of,) if of else _KINDS:
         try:
             column_unit(text, kind)

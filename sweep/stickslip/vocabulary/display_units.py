@@ -31,6 +31,7 @@ _CUSTOMARY = {  # by unit in SI: from which magnitude on, in SI, another one is 
     "m": ((0.0, 1e-6, "µm"), (1e-4, 1e-3, "mm"), (1.0, 1.0, "")),
     "s": ((0.0, 1e-6, "µs"), (1e-3, 1e-3, "ms"), (1.0, 1.0, ""), (120.0, 60.0, "min"), (7200.0, 3600.0, "h")),
     "J": ((0.0, 1e-6, "µJ"), (1e-3, 1e-3, "mJ"), (1.0, 1.0, "")),
+    "m-1": ((0.0, 1e3, "1/mm"),),
     "s-1": ((0.0, 1.0, ""), (1e3, 1e3, "kHz"), (1e6, 1e6, "MHz")),
 }
 # By unit in SI: the one in which people of the field give most values, and often forget to write.

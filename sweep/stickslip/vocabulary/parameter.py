@@ -1,4 +1,4 @@
-"""What a number that people give is called, what it may be, and how it is read."""
+"""Numbers that people give: names, units, bounds, and reading them."""
 
 from __future__ import annotations
 
@@ -40,18 +40,19 @@ class Parameter:
 
     @property
     def may_be_absent(self) -> bool:
-        """Whether NaN is a value."""
+        """True if NaN is a value."""
         return self.default is not None and math.isnan(self.default)
 
     @property
     def expected(self) -> str:
-        """What is allowed, in words: ``a mass above 0 kg``, ``a whole number from 1 to 64``, with the word for NaN."""
+        """The allowed values: ``a mass above 0 kg``, ``a whole number from 1 to 64``, with the word for NaN."""
         kind = "a whole number" if self.whole else units.kind(self.units)
         bounds = self.bounds
         if self.at_least is not None and self.at_most is not None:
             bounds = f"from {_spelled(self.at_least)} to {_spelled(self.at_most)}"
-        found = f"{kind} {bounds} {units.spelled(self.units)}".rstrip() if bounds else f"a finite number{_in(self)}"
-        return found + self.otherwise
+        if not bounds:
+            kind, bounds = "a finite number", "" if self.units == "1" else "in"
+        return f"{kind} {bounds} {units.spelled(self.units)}".rstrip() + self.otherwise
 
     @property
     def bounds(self) -> str:
@@ -61,11 +62,11 @@ class Parameter:
 
     @property
     def otherwise(self) -> str:
-        """What else may be written, as the end of a sentence."""
+        """The word for NaN, as the end of a sentence."""
         return f", or {self.word}" if self.word else ""
 
     def allows(self, values: Any) -> Any:
-        """Whether a number, or each number of an array, is within the bounds; NaN is if it may be absent."""
+        """True where a number, or a number of an array, is within the bounds; NaN is if it may be absent."""
         allowed = abs(values) < math.inf
         if self.above is not None:
             allowed &= values > self.above
@@ -113,7 +114,3 @@ def of_section(section: str, rows: Iterable[Parameter]) -> dict[str, Parameter]:
 
 def _spelled(bound: float) -> str:
     return str(bound) if isinstance(bound, int) else f"{bound:g}"
-
-
-def _in(row: Parameter) -> str:
-    return "" if row.units == "1" else f" in {units.spelled(row.units)}"
