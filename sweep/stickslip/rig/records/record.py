@@ -34,7 +34,7 @@ from stickslip.rig.settings import Condition, RecordSettings, condition, conditi
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.settings import CONDITIONS
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.suggest import listed, nearest
 
 FEWEST_SAMPLES = 16
 _EXAMPLE = "time [ms], force [N], acceleration [m/s2]"
