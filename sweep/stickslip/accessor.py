@@ -151,7 +151,7 @@ def map_behind(ds: xr.Dataset) -> xr.Dataset:
     from stickslip import api
     from stickslip.config.reader import parse_config
     from stickslip.config.written import units_shown
-    from stickslip.designing import coarse_map
+    from stickslip.studies import coarse_map
 
     config = parse_config(str(ds.attrs["configuration"]), "the configuration of the borders")
     return api.run(coarse_map(config).shown_in(units_shown(ds)))

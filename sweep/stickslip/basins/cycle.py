@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from stickslip.basins.plain import backwards, start_on_cycle, steady_displacement
 from stickslip.basins.starts import Work
 from stickslip.engine import Options, flows
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES, STATUSES
 
 Floats = NDArray[np.float64]
@@ -39,7 +39,7 @@ class Cycles:
     period: Floats
 
 
-def find_cycles(cells: Cells, work: Work) -> Cycles:
+def find_cycles(cells: Parameters, work: Work) -> Cycles:
     """The unstable cycles of cells that have one by the theorems of `plain.py`; their belts move in positive direction.
 
     Newton's method on the return map of the motion backwards in time, from one largest displacement to the next: from
@@ -57,7 +57,7 @@ def find_cycles(cells: Cells, work: Work) -> Cycles:
     return found
 
 
-def _approached(back: Cells, guess: Floats, work: Work) -> tuple[Floats, Floats]:
+def _approached(back: Parameters, guess: Floats, work: Work) -> tuple[Floats, Floats]:
     """Where the motions backwards in time tend to, reach and period; NaN where that does not become clear.
 
     Those that start outside the cycle may leave w > 0, where they mean nothing.
@@ -78,7 +78,7 @@ def _approached(back: Cells, guess: Floats, work: Work) -> tuple[Floats, Floats]
     return reach, period
 
 
-def _corrected(back: Cells, reach: Floats, period: Floats, options: Options) -> Cycles:
+def _corrected(back: Parameters, reach: Floats, period: Floats, options: Options) -> Cycles:
     """Newton's method on the return map; a cycle that does not close in the end is none, nor is steady sliding."""
     reach, period = reach.copy(), period.copy()
     scale = np.abs(back["belt_speed"]) * np.sqrt(back["mass"] / back["stiffness"])
@@ -100,7 +100,7 @@ def _corrected(back: Cells, reach: Floats, period: Floats, options: Options) -> 
         return Cycles(found & (defect <= CLOSED) & (reach > least), reach, period)
 
 
-def _correction(back: Cells, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:
+def _correction(back: Parameters, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:
     """The step of Newton's method, the slope being that to a motion close by; and the time of the return."""
     n = reach.size
     both = taken(back, np.tile(np.arange(n), 2))
@@ -111,7 +111,7 @@ def _correction(back: Cells, reach: Floats, period: Floats, options: Options) ->
         return (returned[:n] - reach) / (1.0 - slope), time[:n]
 
 
-def _return(back: Cells, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:
+def _return(back: Parameters, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:
     """The next largest displacement after one at `reach`, near `period`, and when it comes."""
     motion = sampled_motion(back, reach, period, 2, options)
     x, v, a = motion["displacement"][:, -1], motion["velocity"][:, -1], motion["acceleration"][:, -1]
@@ -120,7 +120,9 @@ def _return(back: Cells, reach: Floats, period: Floats, options: Options) -> tup
         return x - steady_displacement(back) - 0.5 * v * late, period - late
 
 
-def sampled_motion(back: Cells, reach: Floats, period: Floats, samples: int, options: Options) -> dict[str, Floats]:
+def sampled_motion(
+    back: Parameters, reach: Floats, period: Floats, samples: int, options: Options
+) -> dict[str, Floats]:
     """Motions from rest at `reach` beyond steady sliding, over `period`; both ends included."""
     start = {"displacement": steady_displacement(back) + reach, "velocity": np.zeros(reach.size)}
     return flows(back | start, period, samples, replace(options, rtol=RTOL))

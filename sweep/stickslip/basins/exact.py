@@ -13,7 +13,7 @@ from stickslip.basins.box import Box
 from stickslip.basins.cycle import find_cycles, sampled_motion
 from stickslip.basins.starts import Regimes, Work, settled
 from stickslip.engine import Results
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 
 Floats = NDArray[np.float64]
@@ -38,7 +38,7 @@ class Verdicts:
     inside: Flags
 
 
-def verdicts(cells: Cells, stick: Regimes, work: Work) -> Verdicts:
+def verdicts(cells: Parameters, stick: Regimes, work: Work) -> Verdicts:
     """Which theorem holds. stick : the regime reached from sticking."""
     known, stable = plain.slips_on_curve(cells, work.options.law), plain.damping(cells) > 0
     everywhere = known & stable & plain.sticks_on_curve(cells) & settled(stick)
@@ -48,7 +48,7 @@ def verdicts(cells: Cells, stick: Regimes, work: Work) -> Verdicts:
     return Verdicts(known & ~stable, everywhere, known & stable & np.isin(stick, _CYCLES))
 
 
-def exact_results(cells: Cells, stick: Regimes, box: Box, work: Work) -> tuple[Flags, Results]:
+def exact_results(cells: Parameters, stick: Regimes, box: Box, work: Work) -> tuple[Flags, Results]:
     """Of which cells the share is exact, and their results, by names of `ATTRACTOR_VARIABLES`; NaN elsewhere."""
     which = verdicts(cells, stick, work)
     n = stick.size
@@ -63,7 +63,7 @@ def exact_results(cells: Cells, stick: Regimes, box: Box, work: Work) -> tuple[F
     return np.isfinite(found["settling_share"]), found
 
 
-def _inside_cycles(cells: Cells, box: Box, work: Work) -> Results:
+def _inside_cycles(cells: Parameters, box: Box, work: Work) -> Results:
     """Of cells with an unstable cycle, all of it; NaN where the cycle was not found."""
     ahead = plain.forward(cells)
     cycles, back = find_cycles(ahead, work), plain.backwards(ahead)
@@ -84,7 +84,7 @@ def _inside_cycles(cells: Cells, box: Box, work: Work) -> Results:
     return found
 
 
-def _mirrored_box(cells: Cells, box: Box) -> tuple[Floats, Floats, Floats, Floats]:
+def _mirrored_box(cells: Parameters, box: Box) -> tuple[Floats, Floats, Floats, Floats]:
     """The box in the plane of the motion backwards in time: displacements from steady sliding, of the other sign.
 
     Where the belt goes the other way the whole plane is mirrored.

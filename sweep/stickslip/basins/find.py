@@ -14,7 +14,7 @@ from stickslip.basins.exact import exact_results
 from stickslip.basins.sampled import critical_disturbances, sampled_shares
 from stickslip.basins.starts import Work, decided, from_sliding, settled, steady_state, unloaded
 from stickslip.engine import Options, Results, StopFlag
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import FLAGS, REGIMES, SHARE_METHODS
 from stickslip.vocabulary.results import ATTRACTOR_VARIABLES
 
@@ -27,7 +27,7 @@ TOGETHER = 256  # cells that are held with their samples
 
 
 def find_attractors(
-    cells: Callable[[int, int], Cells],
+    cells: Cells,
     items: range,
     box: Box,
     sampling: Sampling,
@@ -44,11 +44,11 @@ def find_attractors(
     found = [{name: np.zeros(0) for name in COLUMNS}]
     for first in range(items.start, items.stop, TOGETHER):
         last = min(first + TOGETHER, items.stop)
-        found.append(_attractors(cells(first, last), box, sampling, work))
+        found.append(_attractors(cells[first:last], box, sampling, work))
     return {name: np.concatenate([part[name] for part in found]).astype(kind) for name, kind in COLUMNS.items()}
 
 
-def _attractors(cells: Cells, box: Box, sampling: Sampling, work: Work) -> Results:
+def _attractors(cells: Parameters, box: Box, sampling: Sampling, work: Work) -> Results:
     """The same of cells that are held together."""
     n, steady = cells["mass"].size, steady_state(cells, work.options.law)
     found: Results = {name: np.full(n, np.nan) for name in COLUMNS}
@@ -77,7 +77,7 @@ def _attractors(cells: Cells, box: Box, sampling: Sampling, work: Work) -> Resul
 
 
 def _sample(
-    cells: Cells, steady: Floats, sliding: NDArray[np.int8], where: NDArray[np.intp], box: Box, sampling: Sampling,
+    cells: Parameters, steady: Floats, sliding: NDArray[np.int8], where: NDArray[np.intp], box: Box, sampling: Sampling,
     work: Work, found: Results,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Fill in what sampling tells of some cells; the regimes their starting states reached."""

@@ -12,7 +12,7 @@ from stickslip.basins.cycle import find_cycles, sampled_motion
 from stickslip.basins.exact import verdicts
 from stickslip.basins.starts import Work
 from stickslip.engine import Options, stop_flag
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Parameters
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ class Loop:
         return float(np.ptp(self.velocity) / 2.0)
 
 
-def unstable_cycle(cell: Cells, regime: int, options: Options, samples: int = 257) -> Loop | None:
+def unstable_cycle(cell: Parameters, regime: int, options: Options, samples: int = 257) -> Loop | None:
     """The unstable cycle of a cell, where the theorems of `plain.py` say that there is one; None elsewhere.
 
     cell : arrays of length 1. regime : the one it reaches from sticking. On a hysteretic or ageing contact, and under

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,14 +14,14 @@ from stickslip.basins.box import Box, Sampling
 from stickslip.basins.find import COLUMNS, TOGETHER, find_attractors
 from stickslip.basins.plain import slips_on_curve
 from stickslip.basins.starts import DISTURBANCE
+from stickslip.borders.lines import CellsOrConfig
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
 from stickslip.config.states import STATES_IN_BOX, state_axes
 from stickslip.config.studies import Attractors
 from stickslip.dataset.attractors import attractor_dataset
 from stickslip.dataset.build import grid_coordinates
-from stickslip.dataset.given import GivenCells
+from stickslip.dataset.given import given_cells
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError
 from stickslip.study import Finished, Moved, Study, joined
@@ -36,55 +36,26 @@ _PROBED = 64  # cells that tell what the others may take
 _EXACT_COST, _SEARCH_COST = 40, 300  # cells that the cycle takes, and the search for critical disturbances
 
 
-@dataclass(frozen=True, eq=False)
-class Asked:
-    """The cells whose attractors are asked for: their dimensions, coordinates, and the cells from start to stop."""
-
-    dims: tuple[str, ...]
-    shape: tuple[int, ...]
-    coordinates: Mapping[str, xr.Variable]
-    cells: Callable[[int, int], Cells]
-
-
-def asked_of_cells(cells: GivenCells) -> Asked:
-    """Cells, complete and checked; what they say of the starting state is left out."""
-    coordinates = {name: c for name, c in cells.coordinates().items() if name not in _STATE}
-    return Asked(cells.dims, cells.shape, coordinates, cells.part)
-
-
-def asked_of_config(config: Config) -> Asked:
-    """The grid of a configuration. Raises ArgumentError where an axis is a starting state, or the belt has a drive."""
-    if config.drive is not None:
-        raise ArgumentError("config", "the configuration has a drive: cells of a rig have no attractors")
-    for path in state_axes(config):
-        raise ArgumentError(str(path[-1]), STATES_IN_BOX)
-    grid = build_grid(config)
-    coordinates = {name: c for name, c in grid_coordinates(grid).items() if name not in _STATE}
-    return Asked(grid.dims, grid.shape, coordinates, grid.cells)
-
-
 class AttractorStudy(Study):
     """The attractors of cells."""
 
     name, counted, weight = "attractor set", "cells", 4096 // TOGETHER
     columns = COLUMNS
 
-    def __init__(self, asked: Asked, box: Box, sampling: Sampling, options: Options) -> None:
-        self._asked, self._box, self._sampling = asked, box, sampling
-        self.dims, self.shape = asked.dims, asked.shape
+    def __init__(self, cells: Cells, box: Box, sampling: Sampling, options: Options) -> None:
+        self._cells, self._box, self._sampling = cells, box, sampling
+        self.dims, self.shape = cells.dims, cells.shape
         self.options = replace(options, early_stop=True)
-        size = int(np.prod(asked.shape))
-        known = slips_on_curve(asked.cells(0, min(size, _PROBED)), options.law)
+        known = slips_on_curve(cells[: min(cells.size, _PROBED)], options.law)
         share = float(known.mean()) if known.size else 1.0
         self.cells_each = _EXACT_COST + int((1.0 - share) * (sampling.samples + _SEARCH_COST))
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The attractors of a range of cells."""
         try:
-            found = find_attractors(self._asked.cells, items, self._box, self._sampling, self.options, stop, moved)
+            return Finished(find_attractors(self._cells, items, self._box, self._sampling, self.options, stop, moved))
         except StoppedError:
             return Finished({}, False)
-        return Finished(found)
 
     def blank(self, items: range) -> Results:
         """Cells that are "not computed"."""
@@ -96,18 +67,28 @@ class AttractorStudy(Study):
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The attractors with the dimensions of the cells."""
-        whole, asked = joined(parts), self._asked
-        told = dict(attributes) | _told(whole, self._box, self._sampling, self.options)
-        return attractor_dataset(asked.dims, asked.shape, asked.coordinates, whole, told)
+        whole = joined(parts)
+        coordinates = {name: c for name, c in grid_coordinates(self._cells).items() if name not in _STATE}
+        attributes = dict(attributes) | _attributes(whole, self._box, self._sampling, self.options)
+        return attractor_dataset(self.dims, self.shape, coordinates, whole, attributes)
 
 
-def attractor_study(config: Config, asked: Attractors) -> AttractorStudy:
-    """The attractors that a section of a configuration asks for. Raises ArgumentError."""
-    box, sampling = Box(asked.displacement, asked.velocity), Sampling(asked.samples, asked.seed)
-    return AttractorStudy(asked_of_config(config), box, sampling, options_of(config))
+def attractor_study(given: CellsOrConfig, section: Attractors, options: Options) -> AttractorStudy:
+    """The attractors that a section of a configuration asks for; what is said of the state at the start is left out.
+
+    Raises ArgumentError where an axis is a starting state, or the belt has a drive.
+    """
+    box, sampling = Box(section.displacement, section.velocity), Sampling(section.samples, section.seed)
+    if not isinstance(given, Config):
+        return AttractorStudy(given_cells(given, options.law), box, sampling, options)
+    if given.drive is not None:
+        raise ArgumentError("config", "the configuration has a drive: cells of a rig have no attractors")
+    for path in state_axes(given):
+        raise ArgumentError(str(path[-1]), STATES_IN_BOX)
+    return AttractorStudy(build_grid(given), box, sampling, options)
 
 
-def _told(found: Results, box: Box, sampling: Sampling, options: Options) -> dict[str, str | float]:
+def _attributes(found: Results, box: Box, sampling: Sampling, options: Options) -> dict[str, str | float]:
     """What was asked, how it was found, and how good it is, as global attributes."""
     scan = sampled.SCAN
     counts = {name: int((found["share_method"] == code).sum()) for code, name in enumerate(SHARE_METHODS)}

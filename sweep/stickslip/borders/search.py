@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -63,7 +64,7 @@ class Scan:
         """Log spacing where both ends are above 0 and a factor of 10 or more apart, else linear."""
         return cls(low, high, points, "log" if low > 0 and high >= _FAR * low else "linear")
 
-    @property
+    @cached_property
     def places(self) -> Floats:
         """The places, ascending."""
         spread = np.geomspace if self.spacing == "log" else np.linspace

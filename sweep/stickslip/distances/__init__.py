@@ -4,11 +4,11 @@
 the space of all of them; `regimes.py` is what they ask the engine, `find.py` puts it together.
 """
 
-from stickslip.distances.find import Asking, MarginStudy, Question, margin_study
+from stickslip.distances.find import MarginStudy, Question, margin_study
 from stickslip.distances.reach import CHANGEABLE, FACTOR, parameters_of, without_measured
 from stickslip.distances.regimes import worst
 
 __all__ = [
-    "CHANGEABLE", "FACTOR", "Asking", "MarginStudy", "Question", "margin_study", "parameters_of", "without_measured",
+    "CHANGEABLE", "FACTOR", "MarginStudy", "Question", "margin_study", "parameters_of", "without_measured",
     "worst",
 ]  # fmt: skip

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from stickslip.borders import Looked
 from stickslip.distances.reach import is_possible, without_measured
-from stickslip.engine import Options, StopFlag, compute_range
-from stickslip.errors import StoppedError
-from stickslip.vocabulary.cells import Cells
+from stickslip.engine import Options, StopFlag, solve
+from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import DECIDED, REGIMES, UNDECIDED, VIBRATING
 
 Integers = NDArray[np.int64]
@@ -22,14 +21,14 @@ NOT_COMPUTED = REGIMES.index("not_computed")
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class Search:
     """Cells, by parameters of length n, and how they are computed, until `stop` is raised.
 
     speeds : belt speeds (m/s) at all of which a cell is computed: the worst of its regimes counts. None: its own.
     moved : as of a study. steps : of integration that each cell took so far (n,).
     """
 
-    cells: Cells
+    cells: Parameters
     options: Options
     stop: StopFlag
     speeds: tuple[float, ...] = ()
@@ -39,39 +38,32 @@ class Asked:
     def __post_init__(self) -> None:
         object.__setattr__(self, "steps", np.zeros(next(iter(self.cells.values())).size))
 
-    def regimes(self, which: Integers, changed: Cells) -> Labels:
+    def regimes(self, which: Integers, changed: Parameters) -> Labels:
         """Regimes of the cells `which` (m,) with other values (m,) of some parameters; impossible ones are not
         computed. Raises StoppedError."""
         return self._computed(which, changed)[0]
 
-    def looked(self, which: Integers, changed: Cells, into: list[int] | None) -> Looked:
+    def looked(self, which: Integers, changed: Parameters, into: list[int] | None) -> Looked:
         """The same as a search takes it: labels (with `into`, whether it is one of these regimes), and the guide to
         where stick-slip ends by grazing."""
         regimes, guide = self._computed(which, changed)
         labels = regimes if into is None else np.isin(regimes, into).astype(np.int8)
         return Looked(labels, decided(regimes), guide)
 
-    def _computed(self, which: Integers, changed: Cells) -> tuple[Labels, Floats]:
+    def _computed(self, which: Integers, changed: Parameters) -> tuple[Labels, Floats]:
         some = without_measured({name: values[which] for name, values in self.cells.items()} | changed)
         possible = np.flatnonzero(is_possible(some))
         found, guide = np.full(which.size, NOT_COMPUTED, np.int8), np.full(which.size, np.nan)
         if possible.size:
             each = max(len(self.speeds), 1)
-            kept = {name: np.repeat(values[possible], each) for name, values in some.items()}
+            cells = {name: np.repeat(values[possible], each) for name, values in some.items()}
             if self.speeds:
-                kept["belt_speed"] = np.tile(self.speeds, possible.size)
-
-            def cells(start: int, stop: int) -> Cells:
-                return {name: values[start:stop] for name, values in kept.items()}
-
-            size = possible.size * each
-            done = compute_range(cells, 0, size, self.options, self.stop, self.moved, often=True)
-            if not done.complete:
-                raise StoppedError
-            np.add.at(self.steps, which[possible], done.results["steps"].reshape(-1, each).sum(axis=1))
-            found[possible] = worst(done.results["regime"].reshape(-1, each))
+                cells["belt_speed"] = np.tile(self.speeds, possible.size)
+            results = solve(cells, self.options, self.stop, self.moved)
+            np.add.at(self.steps, which[possible], results["steps"].reshape(-1, each).sum(axis=1))
+            found[possible] = worst(results["regime"].reshape(-1, each))
             if not self.speeds:  # of several speeds none leads to where all are quiet
-                guide[possible] = done.results["restick_margin"]
+                guide[possible] = results["restick_margin"]
         return found, guide
 
 

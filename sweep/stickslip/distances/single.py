@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.borders.search import Brackets, Looked, Scan, search_lines
 from stickslip.distances.reach import Reach
-from stickslip.distances.regimes import Asked, Floats, Integers, Labels, decided
+from stickslip.distances.regimes import Floats, Integers, Labels, Search, decided
 
 SIDES = ("below", "above")
 
@@ -26,7 +26,9 @@ class Borders:
     beyond: Labels
 
 
-def nearest(asked: Asked, reach: Reach, home: Labels, into: list[int] | None, points: int, tolerance: float) -> Borders:
+def nearest(
+    search: Search, reach: Reach, home: Labels, into: list[int] | None, points: int, tolerance: float
+) -> Borders:
     """The first change of regime on the way down and up.
 
     home : regimes of the cells as they are; those that are undecided have no border. into : codes of the regimes to be
@@ -39,7 +41,7 @@ def nearest(asked: Asked, reach: Reach, home: Labels, into: list[int] | None, po
         cell = line // 2
         up = line % 2
         change = place * room[up, cell] * np.where(up == 1, 1.0, -1.0)
-        return asked.looked(cell, {reach.name: reach.at(change, cell)}, into)
+        return search.looked(cell, {reach.name: reach.at(change, cell)}, into)
 
     searched = np.flatnonzero(decided(home))
     lines = np.repeat(2 * searched, 2) + np.tile([0, 1], searched.size)
@@ -47,7 +49,7 @@ def nearest(asked: Asked, reach: Reach, home: Labels, into: list[int] | None, po
     scan = Scan(0.0, 1.0, points + 1, "linear")
     found, _ = search_lines(lines.size, scan, tolerance, lambda line, place: labels_at(lines[line], place))
     found["line"] = lines[found["line"]]
-    return _table(first_entries(found, into), asked, reach, size)
+    return _table(first_entries(found, into), search, reach, size)
 
 
 def first_entries(found: Brackets, into: list[int] | None) -> Brackets:
@@ -57,7 +59,7 @@ def first_entries(found: Brackets, into: list[int] | None) -> Brackets:
     return entries[first]
 
 
-def _table(found: Brackets, asked: Asked, reach: Reach, size: int) -> Borders:
+def _table(found: Brackets, search: Search, reach: Reach, size: int) -> Borders:
     """First brackets as tables (n, 2)."""
     cell, up = found["line"] // 2, found["line"] % 2
     sign = np.where(up == 1, 1.0, -1.0)
@@ -67,5 +69,5 @@ def _table(found: Brackets, asked: Asked, reach: Reach, size: int) -> Borders:
     low[cell, up], high[cell, up] = np.minimum(near, far), np.maximum(near, far)
     change[cell, up] = found["high"] * room * sign
     beyond = np.zeros((size, 2), np.int8)
-    beyond[cell, up] = asked.regimes(cell, {reach.name: far})
+    beyond[cell, up] = search.regimes(cell, {reach.name: far})
     return Borders(low, high, change, beyond)

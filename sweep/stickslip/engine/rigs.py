@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stickslip.engine.exponents import run_signals
 from stickslip.engine.options import Options, Results, StopFlag
 from stickslip.engine.scales import to_kernel
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Parameters
 from stickslip_kernels import layout
 from stickslip_kernels.blank import new_signals
 
@@ -40,7 +40,7 @@ class RigRuns:
 
 
 def compute_rigs(
-    cells: Cells, drives: Sequence[Floats], sampling: Sampling, options: Options, stop: StopFlag
+    cells: Parameters, drives: Sequence[Floats], sampling: Sampling, options: Options, stop: StopFlag
 ) -> RigRuns:
     """Integrate some rigs to the end of their drives, in this thread alone.
 
@@ -85,7 +85,7 @@ def _tables(
     return (table, np.column_stack([np.r_[0, ends[:-1]], ends]).astype(np.float64)), runs
 
 
-def _results_to_si(rows: Floats, cells: Cells) -> Results:
+def _results_to_si(rows: Floats, cells: Parameters) -> Results:
     m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]
     time, length = np.sqrt(m / k), load / k
     work, heat, damper = rows[layout.RIG_DRIVE_WORK], rows[layout.RIG_FRICTION_HEAT], rows[layout.RIG_DAMPER_HEAT]
@@ -108,7 +108,7 @@ def _results_to_si(rows: Floats, cells: Cells) -> Results:
     return {"status": status.astype(np.int8), "steps": rows[layout.RIG_STEPS], **found}
 
 
-def _signals_to_si(rows: Floats, cells: Cells, i: int) -> Results:
+def _signals_to_si(rows: Floats, cells: Parameters, i: int) -> Results:
     m, k, load = (float(cells[name][i]) for name in ("mass", "stiffness", "normal_load"))
     return {
         "displacement": rows[layout.SIGNAL_XI] * (load / k),

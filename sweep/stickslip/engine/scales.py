@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.engine.options import Results
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Parameters
 from stickslip_kernels import layout
 
 Floats = NDArray[np.float64]
 _DECADE = float(np.log(10.0))
 
 
-def to_kernel(cells: Cells, horizon: float) -> Floats:
+def to_kernel(cells: Parameters, horizon: float) -> Floats:
     """Cells in SI to the rows of `layout.py`, shape (CELL_ROWS, n); horizon in s."""
     k, load = cells["stiffness"], cells["normal_load"]
     impedance = np.sqrt(k * cells["mass"])
@@ -95,7 +95,7 @@ _TO_HORIZON: dict[str, _Conversion] = {
 }
 
 
-def to_si(rows: Floats, cells: Cells, full: bool, kept: Collection[str] | None = None) -> Results:
+def to_si(rows: Floats, cells: Parameters, full: bool, kept: Collection[str] | None = None) -> Results:
     """The rows `run_block` filled to the variables people know.
 
     full : whether to add the variables that only a run to the horizon defines. kept : the only ones to convert.
@@ -106,7 +106,7 @@ def to_si(rows: Floats, cells: Cells, full: bool, kept: Collection[str] | None =
     return {name: convert(rows, by) for name, convert in wanted.items() if kept is None or name in kept}
 
 
-def signals_to_si(signals: NDArray[np.float64], cells: Cells, columns: NDArray[np.float64]) -> Results:
+def signals_to_si(signals: NDArray[np.float64], cells: Parameters, columns: NDArray[np.float64]) -> Results:
     """Signals on steady belts, in SI, by names of `TRACE_VARIABLES`.
 
     cells, columns : of each sample, in SI and in kernel units; those of a single cell serve all samples.

@@ -10,7 +10,7 @@ from stickslip.engine.options import Options, Results
 from stickslip.engine.scales import signals_to_si, to_kernel
 from stickslip.engine.threads import stop_flag
 from stickslip.errors import NotReachedError
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 from stickslip_kernels import layout
 from stickslip_kernels.blank import new_signals
@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 _BEYOND = 0.01  # of a step: how far past its last sample a motion is integrated, so that rounding does not lose it
 
 
-def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Results:
+def trajectory(cell: Parameters, times: NDArray[np.float64], options: Options) -> Results:
     """The motion of one cell (arrays of length 1) at `times` (s, evenly spaced, from 0), by names of `TRACE_VARIABLES`.
 
     The stepping is that of `compute`. Raises NotReachedError if the integration does not reach the last time.
@@ -41,7 +41,7 @@ def trajectory(cell: Cells, times: NDArray[np.float64], options: Options) -> Res
 
 
 def sampled(
-    cells: Cells, steps: Floats, counts: NDArray[np.int64], options: Options
+    cells: Parameters, steps: Floats, counts: NDArray[np.int64], options: Options
 ) -> tuple[list[Floats], Floats, NDArray[np.int8]]:
     """Displacements (m) of many cells, each at times of its own from the start on: one array per cell.
 
@@ -67,7 +67,7 @@ def sampled(
     return displacements, velocities, rows[layout.RIG_STATUS].astype(np.int8)
 
 
-def flows(cells: Cells, durations: NDArray[np.float64], samples: int, options: Options) -> Results:
+def flows(cells: Parameters, durations: NDArray[np.float64], samples: int, options: Options) -> Results:
     """The motions of many cells, each over its own duration (s), by names of `TRACE_VARIABLES`, shape (n, samples).
 
     The samples of a cell are evenly spaced and include both ends. The cells may be any that the kernels can integrate,

@@ -133,7 +133,7 @@ def compare(
     system, over = system_of(given)
     question = Question(
         system, over, speeds_of(belt_speed, speed_range), None if ends is None else (ends[0], ends[1]),
-        level, draws, seed, limits, Options(rtol=limits.rtol(), threads=threads),
+        level, draws, seed, limits, limits.applied(Options(threads=threads), None),
     )  # fmt: skip
     if asked := _doubts(fits, given | {"belt_speed": belt_speed}, question):
         warnings.warn(asked, UnitWarning, stacklevel=2)

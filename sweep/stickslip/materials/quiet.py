@@ -18,7 +18,8 @@ from stickslip.borders import Limits, Looked, Scan, search_lines
 from stickslip.engine import Options, Progress, compute
 from stickslip.errors import Interrupted
 from stickslip.study import Meter, Moved
-from stickslip.vocabulary.cells import Cells, as_cells
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
 
 Floats = NDArray[np.float64]
@@ -81,7 +82,7 @@ def quiet_above(
     return _last_borders(brackets, vibrates, decided, scan, tolerance)
 
 
-def cells_of(curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], belt_speed: ArrayLike) -> Cells:
+def cells_of(curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], belt_speed: ArrayLike) -> Parameters:
     """Cells of curves in a system, whose `friction_scale` multiplies friction at every speed; arrays broadcast."""
     scale = np.asarray(system["friction_scale"])
     of_cell = {name: value for name, value in system.items() if name != "friction_scale"}
@@ -89,7 +90,7 @@ def cells_of(curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], belt
     return as_cells({**of_cell, **friction, "belt_speed": belt_speed})
 
 
-def regimes(cells: Cells, options: Options, moved: Moved | None = None) -> dict[str, NDArray[Any]]:
+def regimes(cells: Parameters, options: Options, moved: Moved | None = None) -> dict[str, NDArray[Any]]:
     """What the engine says of cells. Raises Interrupted on Ctrl-C."""
     size, before = cells["mass"].size, 0
 
@@ -99,9 +100,7 @@ def regimes(cells: Cells, options: Options, moved: Moved | None = None) -> dict[
             moved(int(done) - before)
         before = int(done)
 
-    found = compute(
-        lambda start, stop: {name: values[start:stop] for name, values in cells.items()}, size, options, note
-    )
+    found = compute(Cells.of(cells), options, note)
     if not found.complete:
         raise Interrupted(found.done, size)
     return found.results

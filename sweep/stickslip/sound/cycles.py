@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.engine import Options, Results, compute
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 
 Floats = NDArray[np.float64]
@@ -31,17 +31,17 @@ class Cycles:
     """
 
     which: NDArray[np.intp]
-    cells: Cells
+    cells: Parameters
     period: Floats
     moving: Floats
 
 
-def results_of(cells: Cells, options: Options) -> Results:
+def results_of(cells: Parameters, options: Options) -> Results:
     """What becomes of cells, by names of `VARIABLES`."""
-    return compute(lambda start, stop: taken(cells, slice(start, stop)), cells["mass"].size, options).results  # type: ignore[arg-type]
+    return compute(Cells.of(cells), options).results
 
 
-def cycles_of(cells: Cells, results: Results, lead: float = LEAD) -> Cycles:
+def cycles_of(cells: Parameters, results: Results, lead: float = LEAD) -> Cycles:
     """The cycles of cells whose results are known; lead : s of sticking before the break-away, at most."""
     which = np.flatnonzero(np.isin(results["regime"], _PERIODIC) & (results["period"] > 0.0))
     own, found = taken(cells, which), {name: values[which] for name, values in results.items()}

@@ -12,12 +12,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine import Options, Results, StopFlag, compute_range, sampled
+from stickslip.engine import Options, Results, StopFlag, sampled, solve
 from stickslip.errors import StoppedError
 from stickslip.sound.cycles import Cycles, cycles_of
 from stickslip.sound.series import natural_frequency, samples_for, series_of
 from stickslip.sound.weighting import HIGHEST, a_weighting, decibels
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import STATUSES
 
 Floats = NDArray[np.float64]
@@ -31,7 +31,7 @@ _MOST_SAMPLES = 2**20  # at once
 _REACHED = STATUSES.index("horizon_reached")
 
 
-def levels_of(cells: Cells, options: Options, stop: StopFlag) -> tuple[Results, Floats]:
+def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Results, Floats]:
     """What becomes of some cells, by names of `VARIABLES`, and their levels in dB, in this thread.
 
     NaN where there is no cycle, or its integration failed; -inf where nothing of it is heard: it is all above 20 kHz,
@@ -39,8 +39,8 @@ def levels_of(cells: Cells, options: Options, stop: StopFlag) -> tuple[Results, 
     depend on the others. Raises StoppedError once `stop` is raised.
     """
     size = cells["mass"].size
-    found = compute_range(lambda start, end: taken(cells, np.arange(start, end)), 0, size, options, stop)
-    cycles, level = cycles_of(cells, found.results), np.full(size, np.nan)
+    results = solve(cells, options, stop)
+    cycles, level = cycles_of(cells, results), np.full(size, np.nan)
     windows = np.minimum(cycles.moving + FORGOTTEN, cycles.period)
     harmonics = np.minimum((HIGHEST * windows).astype(np.int64), MOST_HARMONICS)
     intervals = samples_for(windows, HIGHEST, natural_frequency(cycles.cells), OVERSAMPLING)
@@ -48,7 +48,7 @@ def levels_of(cells: Cells, options: Options, stop: StopFlag) -> tuple[Results, 
         if stop[0]:
             raise StoppedError
         level[cycles.which[some]] = _levels(cycles, some, windows, harmonics, intervals, options)
-    return found.results, level
+    return results, level
 
 
 def _together(intervals: NDArray[np.int64]) -> Iterator[slice]:
@@ -72,7 +72,7 @@ def _levels(
     options: Options,
 ) -> Floats:
     """The levels of the cycles in a slice, dB."""
-    own = {name: values[some] for name, values in cycles.cells.items()}
+    own = taken(cycles.cells, some)
     window, count = windows[some], intervals[some]
     motions, ends, status = sampled(own, window / count, count + 1, options)
     squares = np.full(window.size, np.nan)

@@ -7,7 +7,7 @@ subset      subset simulation of rare events                  rare       that of
 told        what was drawn, in words
 """
 
-from stickslip.uncertainty.rare import RareStudy, rare_study
-from stickslip.uncertainty.sampling import SampleStudy, sample_study
+from stickslip.uncertainty.rare import RareStudy
+from stickslip.uncertainty.sampling import SampleStudy
 
-__all__ = ["RareStudy", "SampleStudy", "rare_study", "sample_study"]
+__all__ = ["RareStudy", "SampleStudy"]

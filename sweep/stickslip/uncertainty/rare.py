@@ -10,7 +10,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
 from stickslip.config.scatter import Subset
 from stickslip.dataset.uncertainty import uncertain_dataset
 from stickslip.engine import Options, Results, StopFlag
@@ -93,11 +92,6 @@ class RareStudy(Study):
         return uncertain_dataset(
             grid, STATES, said.names, (), found, dict(attributes) | told(said, float(unknown.mean()))
         )
-
-
-def rare_study(config: Config, subset: Subset) -> RareStudy:
-    """The subset simulations that a configuration asks for."""
-    return RareStudy(config, subset, options_of(config))
 
 
 def limit_of(results: Results) -> Floats:

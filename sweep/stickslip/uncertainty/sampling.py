@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
 from stickslip.dataset.uncertainty import uncertain_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns
 from stickslip.study import Finished, Moved, Study
@@ -18,7 +17,7 @@ from stickslip.uncertainty.design import Design
 from stickslip.uncertainty.inputs import Inputs
 from stickslip.uncertainty.reduction import STATES, Asked, reduced
 from stickslip.uncertainty.told import told
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Parameters
 
 
 class SampleStudy(Study):
@@ -39,9 +38,9 @@ class SampleStudy(Study):
         """Number of draws, of all cells together."""
         return prod(self.shape)
 
-    def cells(self, start: int, stop: int) -> Cells:
-        """The parameters of draws."""
-        place = self.design.place(start, stop)
+    def __getitem__(self, part: slice) -> Parameters:
+        """The parameters of a range of draws."""
+        place = self.design.place(part.start, part.stop)
         return self.inputs.cells(place.cell, self.design.normals(place))[0]
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
@@ -62,8 +61,3 @@ class SampleStudy(Study):
         undecided = float(found["undecided"].mean())
         attributes = dict(attributes) | told(said, undecided)
         return uncertain_dataset(grid, STATES, said.names, said.quantiles, found, attributes)
-
-
-def sample_study(config: Config) -> SampleStudy:
-    """The draws that a configuration asks for."""
-    return SampleStudy(config, options_of(config))

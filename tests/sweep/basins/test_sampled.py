@@ -7,7 +7,8 @@ from stickslip.basins import Box, Sampling, find_attractors
 from stickslip.basins.sampled import critical_disturbances, sampled_shares, starting_states
 from stickslip.basins.starts import Work, steady_state
 from stickslip.engine import Options, stop_flag
-from stickslip.vocabulary.cells import as_cells, taken
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells, taken
 from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
@@ -20,7 +21,7 @@ BOX = Box((0.0, 2.0), (-1.0, 1.0))
 def find(cells, sampling=FEW, box=BOX, **options):
     full = as_cells(cells)
     items = range(full["mass"].size)
-    return find_attractors(lambda a, b: taken(full, np.s_[a:b]), items, box, sampling, Options(**options), stop_flag())
+    return find_attractors(Cells.of(full), items, box, sampling, Options(**options), stop_flag())
 
 
 def plain_cells(count):

@@ -11,7 +11,7 @@ from stickslip.engine import Options, stop_flag
 from stickslip.sound import levels
 from stickslip.sound.loudness import levels_of
 from stickslip.sound.weighting import a_weighting
-from stickslip.vocabulary.cells import as_cells
+from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.flags import REGIMES
 
 LEVEL = "acceleration_level_a"

@@ -9,11 +9,12 @@ import pytest
 from scipy import stats
 
 import stickslip
+from stickslip.config.options import options_of
 from stickslip.config.reader import parse_config
 from stickslip.engine import stop_flag
 from stickslip.uncertainty.design import Design
 from stickslip.uncertainty.reduction import STATES, Asked, reduced
-from stickslip.uncertainty.sampling import sample_study
+from stickslip.uncertainty.sampling import SampleStudy
 
 PAD = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 TEXT = """\
@@ -32,7 +33,7 @@ pytestmark = pytest.mark.usefixtures("kernels")
 
 def sample(draws=1024, seed=1, more="", axes="", steps=100_000, text=TEXT):
     config = parse_config(text.format(draws=draws, seed=seed, more=more, axes=axes, steps=steps))
-    return sample_study(config)
+    return SampleStudy(config, options_of(config))
 
 
 def results(of, block=20_000):
