@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stickslip.basins.plain import backwards, start_on_cycle, steady_displacement
 from stickslip.basins.starts import Work
-from stickslip.engine import Options, flows
+from stickslip.engine import Options, Scales, flows
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES, STATUSES
 
@@ -47,7 +47,7 @@ def find_cycles(cells: Parameters, work: Work) -> Cycles:
     the cycle anyway, but too slowly to wait for where the damping is weak. There is only one cycle to be found.
     """
     back = backwards(cells)
-    natural = 2.0 * np.pi * np.sqrt(back["mass"] / back["stiffness"])
+    natural = 2.0 * np.pi * Scales(back).time
     found = _corrected(back, start_on_cycle(cells), natural, work.options)
     rest = np.flatnonzero(~found.found)
     if rest.size:
@@ -81,7 +81,7 @@ def _approached(back: Parameters, guess: Floats, work: Work) -> tuple[Floats, Fl
 def _corrected(back: Parameters, reach: Floats, period: Floats, options: Options) -> Cycles:
     """Newton's method on the return map; a cycle that does not close in the end is none, nor is steady sliding."""
     reach, period = reach.copy(), period.copy()
-    scale = np.abs(back["belt_speed"]) * np.sqrt(back["mass"] / back["stiffness"])
+    scale = np.abs(back["belt_speed"]) * Scales(back).time
     found = np.isfinite(reach) & (reach > 0)
     least, defect = _COLLAPSED * reach, np.full(reach.size, np.inf)
     left = np.flatnonzero(found)

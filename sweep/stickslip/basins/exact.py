@@ -40,7 +40,7 @@ class Verdicts:
 
 def verdicts(cells: Parameters, stick: Regimes, work: Work) -> Verdicts:
     """Which theorem holds. stick : the regime reached from sticking."""
-    known, stable = plain.slips_on_curve(cells, work.options.law), plain.damping(cells) > 0
+    known, stable = plain.slips_on_curve(cells, work.options), plain.damping(cells) > 0
     everywhere = known & stable & plain.sticks_on_curve(cells) & settled(stick)
     some = np.flatnonzero(everywhere)
     far = taken(cells, some)

@@ -50,7 +50,7 @@ def find_attractors(
 
 def _attractors(cells: Parameters, box: Box, sampling: Sampling, work: Work) -> Results:
     """The same of cells that are held together."""
-    n, steady = cells["mass"].size, steady_state(cells, work.options.law)
+    n, steady = cells["mass"].size, steady_state(cells, work.options)
     found: Results = {name: np.full(n, np.nan) for name in COLUMNS}
     start = work.results(cells, *unloaded(cells))
     stick, sliding = start["regime"], from_sliding(cells, steady, work)

@@ -11,6 +11,7 @@ from scipy.stats import qmc  # type: ignore[import-untyped]
 from stickslip.basins.box import Box, Sampling
 from stickslip.basins.starts import Work, decided, settled
 from stickslip.borders.search import Looked, Scan, search_lines
+from stickslip.engine import Scales
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.settings import RANDOMISATIONS
@@ -72,8 +73,8 @@ def sampled_shares(cells: Parameters, box: Box, sampling: Sampling, work: Work) 
 
 def disturbance_scale(cells: Parameters) -> Floats:
     """A speed (m/s) to measure disturbances by: that of the belt, and that to which friction deflects the spring."""
-    impedance = np.sqrt(cells["stiffness"] * cells["mass"])
-    return np.abs(cells["belt_speed"]) + cells["normal_load"] * (cells["a1"] + cells["a3"]) / impedance
+    by = Scales(cells)
+    return np.abs(cells["belt_speed"]) + by.load * (cells["a1"] + cells["a3"]) / by.impedance
 
 
 def critical_disturbances(cells: Parameters, steady: Floats, work: Work) -> dict[str, Floats]:
@@ -84,7 +85,7 @@ def critical_disturbances(cells: Parameters, steady: Floats, work: Work) -> dict
     states come before.
     """
     speed, sign = disturbance_scale(cells), np.sign(cells["belt_speed"])
-    length, none = speed * np.sqrt(cells["mass"] / cells["stiffness"]), np.zeros(steady.size)
+    length, none = speed * Scales(cells).time, np.zeros(steady.size)
     found = {}
     for way, turn in (("along", sign), ("against", -sign)):
         found[f"shock_{way}"] = speed * _first_lost(cells, steady, none, turn * speed, work)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine import Options, Results, StopFlag, friction_at_belt_speed, solve
+from stickslip.engine import Options, Results, Scales, StopFlag, friction_at_belt_speed, solve
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED
 
@@ -51,10 +51,10 @@ class Work:
         return solve(some, self.options, self.stop, self.moved)
 
 
-def steady_state(cells: Parameters, law: str) -> Floats:
+def steady_state(cells: Parameters, options: Options) -> Floats:
     """Displacement of steady sliding (m), under any law; NaN where the belt is at rest."""
-    turn, force = np.sign(cells["belt_speed"]), cells["normal_load"] * friction_at_belt_speed(cells, law)
-    return np.where(turn == 0, np.nan, turn * force / cells["stiffness"])
+    by, turn = Scales(cells), np.sign(cells["belt_speed"])
+    return np.where(turn == 0, np.nan, turn * (by.load * friction_at_belt_speed(cells, options)) / by.stiffness)
 
 
 def unloaded(cells: Parameters) -> tuple[Floats, Floats]:

@@ -46,7 +46,7 @@ class AttractorStudy(Study):
         self._cells, self._box, self._sampling = cells, box, sampling
         self.dims, self.shape = cells.dims, cells.shape
         self.options = replace(options, early_stop=True)
-        known = slips_on_curve(cells[: min(cells.size, _PROBED)], options.law)
+        known = slips_on_curve(cells[: min(cells.size, _PROBED)], options)
         share = float(known.mean()) if known.size else 1.0
         self.cells_each = _EXACT_COST + int((1.0 - share) * (sampling.samples + _SEARCH_COST))
 

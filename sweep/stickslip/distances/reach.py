@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.engine import Scales
 from stickslip.theory import reversal_friction, reversal_speed
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.curve import coefficients
@@ -156,12 +157,12 @@ def _value(name: str, cells: Parameters) -> Floats:
 
 def _scale(name: str, cells: Parameters) -> Floats:
     """What a change of a parameter that may be 0 is compared with."""
-    mu_start = cells["a1"] + cells["a3"]
+    by, mu_start = Scales(cells), cells["a1"] + cells["a3"]
     slope = np.where(cells["a3"] > 0, cells["a3"], np.maximum(mu_start, 1.0)) / cells["a4"]
     speed = np.where(cells["belt_speed"] != 0, np.abs(cells["belt_speed"]), cells["a4"])
     scales: dict[str, Floats] = {
-        "damping": 2.0 * np.sqrt(cells["stiffness"] * cells["mass"]), "a2": slope, "belt_speed": speed,
-        "velocity": speed, "displacement": np.maximum(mu_start, 1e-3) * cells["normal_load"] / cells["stiffness"],
+        "damping": 2.0 * by.impedance, "a2": slope, "belt_speed": speed,
+        "velocity": speed, "displacement": np.maximum(mu_start, 1e-3) * by.load / by.stiffness,
         "contact_time": cells["ageing_time"],
     }  # fmt: skip
     return scales.get(name, np.maximum(mu_start, 1e-3))

@@ -85,11 +85,11 @@ def motions_of(cell: Mapping[str, float], options: Options) -> CellMotions:
     one = as_cells(cell)
     sticking, results = isnan(one["velocity"][0]), _results(one, options)
     stick = _motion("from stick" if sticking else "from the start", one, results, options, sticking)
-    steady = steady_state(one, options.law)
+    steady = steady_state(one, options)
     beside = float(stick.time[-1]) if stick.time.size else inf
     slid = _from_sliding(one, steady, options, beside) if isfinite(steady[0]) else None
     cycle = unstable_cycle(one, int(results["regime"]), options) if sticking else None
-    curve = _curve(one, [stick] if slid is None else [stick, slid], options.law)
+    curve = _curve(one, [stick] if slid is None else [stick, slid], options)
     parameters = {name: float(values[0]) for name, values in one.items()}
     return CellMotions(parameters, options.law, stick, slid, float(steady[0]), curve, cycle)
 
@@ -222,10 +222,10 @@ def _kept(mode: Floats, wanted: NDArray[np.bool_]) -> NDArray[np.intp]:
     return found if found.size > 1 else np.flatnonzero(wanted)[:: max(1, mode.size // _DRAWN)]
 
 
-def _curve(one: Parameters, shown: list[Motion], law: str) -> tuple[Floats, Floats]:
+def _curve(one: Parameters, shown: list[Motion], options: Options) -> tuple[Floats, Floats]:
     """The friction curve over the slip speeds that occur, dense where it is steep."""
     fastest = [np.abs(motion.samples["relative_speed"]).max() for motion in shown if motion.samples]
     reach = 1.05 * max([*fastest, 2.0 * abs(one["belt_speed"][0]), 3.0 * one["a4"][0]])
     w = np.unique(np.concatenate([np.linspace(0.0, reach, _CURVE), np.geomspace(1e-6 * reach, reach, _CURVE)]))
     cells = {name: np.full(w.size, values[0]) for name, values in one.items()} | {"belt_speed": w}
-    return w, friction_at_belt_speed(cells, law)
+    return w, friction_at_belt_speed(cells, options)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine import Options, Results, compute
+from stickslip.engine import Options, Results, Scales, compute
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 
@@ -50,7 +50,7 @@ def cycles_of(cells: Parameters, results: Results, lead: float = LEAD) -> Cycles
     belt, ahead = own["belt_speed"], np.minimum(0.5 * sticking, lead)
     forward = belt > 0.0
     force = np.where(forward, found["cycle_force_max"], found["cycle_force_min"])
-    load = np.where(forward, 1.0, -1.0) * found["mu_breakaway"] * own["normal_load"]
+    load = np.where(forward, 1.0, -1.0) * found["mu_breakaway"] * Scales(own).load
     force = np.where(sticks, load - own["damping"] * belt - own["stiffness"] * belt * ahead, force)
     start = {
         "displacement": force / own["stiffness"],

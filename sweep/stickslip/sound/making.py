@@ -14,7 +14,7 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine import Options, Results, SolverKeywords, sampled
+from stickslip.engine import Options, Results, Scales, SolverKeywords, sampled
 from stickslip.errors import NotReachedError
 from stickslip.sound.cycles import cycles_of, results_of
 from stickslip.sound.series import Series, natural_frequency, samples_for, series_of
@@ -154,7 +154,7 @@ def _sticks_at_first(cell: Parameters) -> bool:
     if not np.isnan(cell["velocity"][0]):
         return False
     mu = np.fmax(cell["mu_static"], cell["a1"] + cell["a3"])
-    limit = static_friction(cell["contact_time"], mu, cell["ageing_rate"], cell["ageing_time"]) * cell["normal_load"]
+    limit = static_friction(cell["contact_time"], mu, cell["ageing_rate"], cell["ageing_time"]) * Scales(cell).load
     return bool((np.abs(cell["stiffness"] * cell["displacement"] + cell["damping"] * cell["belt_speed"]) <= limit)[0])
 
 

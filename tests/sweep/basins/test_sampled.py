@@ -50,7 +50,7 @@ def test_searched_disturbances_of_plain_cells_are_those_of_their_unstable_cycle(
     exact, full, work = find(cells), as_cells(cells), Work(Options(rtol=1e-8), stop_flag())
     some = np.isfinite(exact["unstable_period"])
     part = taken(full, some)
-    found = critical_disturbances(part, steady_state(part, "stribeck"), work)
+    found = critical_disturbances(part, steady_state(part, Options()), work)
     for name, values in found.items():
         np.testing.assert_allclose(values, exact[f"critical_{name}"][some], rtol=3e-6)
 
@@ -89,7 +89,7 @@ def test_a_hysteretic_curve_has_its_own_bistable_band():
     found = find(cell)
     assert [REGIMES[found[f"regime_from_{start}"][0]] for start in ("stick", "sliding")] == ["stick_slip", "damped"]
     full, work = as_cells(cell), Work(Options(), stop_flag())
-    steady = steady_state(full, "stribeck")
+    steady = steady_state(full, Options())
     for way, sign in (("along", 1), ("against", -1)):
         shock = sign * found[f"critical_shock_{way}"]
         ends = [REGIMES[work.regimes(full, steady, share * shock)[0]] for share in (0.9999, 1.0001)]
