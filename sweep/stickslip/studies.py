@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from numbers import Real
-from typing import Any, Unpack
+from typing import Any, SupportsInt, Unpack
 
 import numpy as np
 import xarray as xr
@@ -337,7 +336,7 @@ def _rtol(solver: SolverKeywords) -> float | None:
 
 
 def _whole(name: str, value: Any, row: Parameter) -> int:
-    if isinstance(value, bool) or not isinstance(value, Real) or not row.allows(value) or value != int(value):
+    if isinstance(value, bool) or not isinstance(value, SupportsInt) or not row.allows(value) or value != int(value):
         raise ArgumentError(name, f"got {value!r}, expected {row.expected}")
     return int(value)
 

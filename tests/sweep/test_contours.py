@@ -11,8 +11,7 @@ import stickslip
 from helpers.configs import GOOD, write_config
 from stickslip import theory
 from stickslip.borders import ContourStudy, Limits, contours, plane_over
-from stickslip.borders.junctions import meeting_points
-from stickslip.borders.tracing import Crossing, Segment, chained, joined
+from stickslip.borders.tracing import Crossing, Segment, chained, joined, meeting_points
 from stickslip.borders.walk import Points, border_cells
 from stickslip.config.reader import parse_config
 from stickslip.dataset.contours import polylines

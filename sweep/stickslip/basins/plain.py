@@ -71,8 +71,9 @@ def backwards(cells: Parameters) -> Parameters:
 
 def start_on_cycle(cells: Parameters) -> Floats:
     """A guess of how far the unstable cycle goes beyond steady sliding (m), inside it unless friction is strong."""
-    by, given = Scales(cells), (cells[name] for name in ("belt_speed", "a2", "a3", "a4", "damping"))
-    speed = np.minimum(unstable_amplitude(*given, by.load), _INSIDE * np.abs(cells["belt_speed"]))
+    by, (a2, a3, a4) = Scales(cells), (cells[name] for name in ("a2", "a3", "a4"))
+    speed = unstable_amplitude(cells["belt_speed"], a2, a3, a4, cells["damping"], by.load)
+    speed = np.minimum(speed, _INSIDE * np.abs(cells["belt_speed"]))
     return np.asarray(speed * by.time)
 
 

@@ -1,14 +1,14 @@
 """Where along a parameter the regime changes, to as many digits as asked for.
 
-`search.py` finds where labels change along lines and knows nothing of friction (`secant.py`: where to look next);
-`lines.py` leaves one or two parameters of cells open; `find.py` puts the two together through the engine.
+`search.py` finds where labels change along lines and knows nothing of friction (`search.py`: where to look next);
+`lines.py` leaves one or two parameters of cells open; `border.py` puts the two together through the engine.
 
 In planes of two parameters: `walk.py` follows borders over the cells of a grid, `tracing.py` joins crossings to lines,
-`junctions.py` closes in on where three regimes meet; `contours.py` puts these together.
+`tracing.py` closes in on where three regimes meet; `contours.py` puts these together.
 """
 
+from stickslip.borders.border import BorderStudy, Limits, border_study
 from stickslip.borders.contours import ContourStudy, contour_study
-from stickslip.borders.find import BorderStudy, Limits, border_study
 from stickslip.borders.lines import Side, lines_along, plane_over
 from stickslip.borders.search import Looked, Scan, search_lines
 

@@ -10,11 +10,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.borders.find import Limits
-from stickslip.borders.junctions import meeting_points
+from stickslip.borders.border import Limits
 from stickslip.borders.lines import CellsOrConfig, Side, plane_over
 from stickslip.borders.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
-from stickslip.borders.tracing import Chain, Crossing, Segment, chained, joined
+from stickslip.borders.tracing import Chain, Crossing, Segment, chained, joined, meeting_points
 from stickslip.borders.walk import Points, border_cells, corner_labels
 from stickslip.config.studies import Contours
 from stickslip.dataset.build import grid_coordinates

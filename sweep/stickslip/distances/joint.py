@@ -16,8 +16,7 @@ from scipy.stats import qmc  # type: ignore[import-untyped]
 
 from stickslip.borders.search import Looked, Scan, search_lines
 from stickslip.distances.reach import Reach
-from stickslip.distances.regimes import Floats, Integers, Labels, Search, decided
-from stickslip.distances.single import first_entries
+from stickslip.distances.single import Floats, Integers, Labels, Search, decided, first_entries
 
 MOST_STEPS = 1e7  # of integration for a cell, some ten seconds: where damping is weak, each of 20,000 takes 30,000
 _RAYS, _MOST_RAYS = 5, 9  # powers of two: rays for one parameter, and twice as many for every two more

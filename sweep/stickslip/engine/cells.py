@@ -198,11 +198,11 @@ def _run_block(part: Parameters, options: Options, stop: StopFlag) -> tuple[NDAr
     cells, room = to_kernel(part, options.horizon), new_regimes((ceil(size / _LINE) | 1) * _LINE)
     rows = room[:, :size]
     if options.early_stop:
-        run_regimes(options.law, cells, options.rtol, options.max_steps, stop, room, True)
+        run_regimes(options, options.rtol, cells, stop, room)
     else:
         order = _longest_first(cells)
         ordered, longest_first = np.ascontiguousarray(rows[:, order]), np.ascontiguousarray(cells[:, order])
-        run_regimes(options.law, longest_first, options.rtol, options.max_steps, stop, ordered, False)
+        run_regimes(options, options.rtol, longest_first, stop, ordered)
         rows[:, order] = ordered
     integrate_closely(cells, rows, options, stop)
     done = int(np.count_nonzero(rows[layout.STATUS]))

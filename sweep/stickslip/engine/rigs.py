@@ -53,9 +53,7 @@ def compute_rigs(
     belts, runs = _tables(drives, counts, by, sampling)
     rows = new_signals(by.mass.size)
     signals = np.full((layout.SIGNAL_ROWS, sum(counts)), np.nan)
-    run_signals(
-        options.law, to_kernel(cells, np.inf), options.rtol, options.max_steps, stop, belts, rows, runs, signals
-    )
+    run_signals(options, to_kernel(cells, np.inf), stop, belts, rows, runs, signals)
     parts = np.split(signals, np.cumsum(counts)[:-1], axis=1)
     results = _results_to_si(rows, by, cells["displacement"])
     return RigRuns(results, [_signals_to_si(part, by, i) for i, part in enumerate(parts)])

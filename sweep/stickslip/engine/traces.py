@@ -82,5 +82,5 @@ def _signals(
     belts = np.column_stack([ends, columns[layout.BELT], np.zeros(n)]), np.column_stack([numbers, numbers + 1.0])
     signals = np.full((layout.SIGNAL_ROWS, int(last[-1])), np.nan)
     runs = np.column_stack([last - counts, last, np.zeros(n), steps]).astype(np.float64)
-    run_signals(options.law, columns, options.rtol, options.max_steps, stop_flag(), belts, rows, runs, signals)
+    run_signals(options, columns, stop_flag(), belts, rows, runs, signals)
     return signals, rows[layout.RIG_STATUS].astype(np.int8)

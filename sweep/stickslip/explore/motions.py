@@ -9,7 +9,7 @@ from math import inf, isfinite, isnan, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.basins.portrait import Loop, unstable_cycle
+from stickslip.basins.exact import Loop, unstable_cycle
 from stickslip.basins.starts import DISTURBANCE, steady_state
 from stickslip.engine import Options, compute, flows, friction_at_belt_speed
 from stickslip.vocabulary.cell_values import as_cells

@@ -15,10 +15,9 @@ from stickslip.config.refined import refined_axes
 from stickslip.config.studies import Refine
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range
-from stickslip.refinement.audit import CONFIDENCE, Audit, density
 from stickslip.refinement.boxes import Labels
 from stickslip.refinement.painting import Painter, Sketch, labels_of
-from stickslip.refinement.rounds import Refined, refine
+from stickslip.refinement.rounds import CONFIDENCE, Audit, Refined, density, refine
 from stickslip.refinement.tiles import Indices, Tiles
 from stickslip.study import Finished, Moved, Study, joined
 

@@ -2,12 +2,15 @@
 
 Of a cycle the series of one period is computed, and summed at the times of the samples: exactly periodic, however long
 it lasts. Other motions are a series of the stretch that is heard.
+
+That of a record is made from an acceleration that was measured, or simulated on a rig.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from math import isfinite, nan, pi
 from typing import Unpack
 
@@ -17,9 +20,9 @@ from numpy.typing import NDArray
 from stickslip.engine import Options, Results, Scales, SolverKeywords, sampled
 from stickslip.errors import NotReachedError
 from stickslip.sound.cycles import cycles_of, results_of
+from stickslip.sound.loudness import HIGHEST
 from stickslip.sound.series import Series, natural_frequency, samples_for, series_of
 from stickslip.sound.sounds import FULL_SCALE, Sound
-from stickslip.sound.weighting import HIGHEST
 from stickslip.theory.ageing import static_friction
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Parameters
@@ -183,3 +186,31 @@ def checked(**numbers: float) -> None:
             raise ValueError(f"{name}: got {value!r}, expected a number > 0")
     if numbers["rate"] != int(numbers["rate"]):
         raise ValueError(f"rate: got {numbers['rate']!r}, expected a whole number of samples a second")
+
+
+_FINEST = 1000  # denominator of the ratio of two rates
+
+
+def of_record(
+    acceleration: Floats,
+    record_rate: float,
+    *,
+    rate: int = RATE,
+    slow: float = 1.0,
+    full_scale: float = FULL_SCALE,
+    title: str = "",
+) -> Sound:
+    """The sound of an evenly sampled acceleration (m/s2).
+
+    record_rate : samples a second of the record; tones up to half of it are in the sound. rate, slow, full_scale : as
+        for `of`. Resampled by a symmetric low-pass, unless the rates are equal. Raises ValueError.
+    """
+    checked(record_rate=record_rate, rate=rate, slow=slow, full_scale=full_scale)
+    values = np.asarray(acceleration, np.float64)
+    ratio = Fraction(rate * slow / record_rate).limit_denominator(_FINEST)
+    if ratio != 1:
+        from scipy import signal  # type: ignore[import-untyped]
+
+        values = signal.resample_poly(values, ratio.numerator, ratio.denominator)
+    values = values * fades(values.size, rate)
+    return Sound(values, int(rate), float(slow), float(full_scale), "", nan, False, title)

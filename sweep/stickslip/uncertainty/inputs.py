@@ -69,3 +69,13 @@ class Inputs:
         for name, values in results.items():
             values[possible] = computed.results[name]
         return Computed(results, computed.done + numbers.size - chosen.size)
+
+    def attributes(self, undecided: float) -> dict[str, str]:
+        """Global attributes of a result: method, quantities, correlation, and the share of undecided draws."""
+        uncertain = self.uncertain
+        return {
+            "uncertain_method": uncertain.method_in_words,
+            "uncertain_quantities": "; ".join(f"{one.name}: {one.in_words}" for one in uncertain.quantities),
+            "uncertain_correlation": uncertain.correlation_in_words,
+            "uncertain_undecided": f"{100 * undecided:.3g} % of all draws were unresolved, failed or not computed",
+        }

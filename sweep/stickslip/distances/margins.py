@@ -20,8 +20,7 @@ from stickslip.dataset.given import given_cells
 from stickslip.dataset.margins import ON_SIDES, SIDES, margin_dataset
 from stickslip.distances.joint import MOST_STEPS, Cheapest, cheapest
 from stickslip.distances.reach import FACTOR, Reach, parameters_of, reach_of, with_measured, within_of
-from stickslip.distances.regimes import Floats, Labels, Search, codes, decided
-from stickslip.distances.single import Borders, nearest
+from stickslip.distances.single import Borders, Floats, Labels, Search, codes, decided, nearest
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study, joined
