@@ -128,7 +128,7 @@ def _lengths(rig: RigConfig) -> Iterator[Problem]:
         message = f"got {grid.size:,} tests, expected at most {MOST_TESTS:,}"
         yield Problem(("axes",), message, hint="use fewer points, or fewer axes")
         return
-    durations = duration(rig.drive.profile, rig.drive.strokes, grid.cells(0, grid.size))
+    durations = duration(rig.drive.profile, rig.drive.strokes, grid[:])
     longest, shortest = float(durations.max()), float(durations.min())
     fine = sensor.rate * sensor.oversampling
     if (samples := longest * fine) > MOST_SAMPLES:
