@@ -107,7 +107,7 @@ class Controls:
 def _slider(limits: SliderRange, label: str, value: float) -> Slider:
     """A slider over the places of a quantity in its unit."""
     unit = limits.unit
-    low, high, at = (limits.place(one / unit.factor) for one in (limits.low, limits.high, value))
+    low, high, at = (limits.place(one / unit.size) for one in (limits.low, limits.high, value))
     step = (high - low) / _STEPS
     return Slider(
         start=low, end=high, value=min(max(at, low), high), step=step, title=label, name=f"slider_{limits.name}",
@@ -117,10 +117,10 @@ def _slider(limits: SliderRange, label: str, value: float) -> Slider:
 
 def _si(limits: SliderRange, place: float) -> float:
     """The value of a place on the slider."""
-    span = (limits.high - limits.low) / limits.unit.factor
+    span = (limits.high - limits.low) / limits.unit.size
     if not limits.is_log and abs(place) < _ROUNDING * span / _STEPS:
         return 0.0
-    return limits.value(float(place)) * limits.unit.factor
+    return limits.value(float(place)) * limits.unit.size
 
 
 def _select(

@@ -27,8 +27,8 @@ from bokeh.plotting import figure
 
 from stickslip.explore.maps import Line, Picture, Side
 from stickslip.explore.motions import CellMotions, Motion
-from stickslip.explore.units import Unit, unit_for
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
+from stickslip.vocabulary.display_units import Unit, unit_for
 
 _MOST_LABELS = 16
 _LONGEST = 40  # letters of all labels along x, beyond which they are written at a slant
@@ -256,7 +256,7 @@ class CellFigures:
         for line in self.belt:
             line.visible = current is not None
             if current is not None:
-                line.location = current.cell["belt_speed"] / units.speed.factor
+                line.location = current.cell["belt_speed"] / units.speed.size
 
 
 def _figure(name: str, **ranges: Any) -> figure:
@@ -270,9 +270,9 @@ def _figure(name: str, **ranges: Any) -> figure:
 class Units:
     """In which the figures of a cell are drawn."""
 
-    time: Unit = Unit(1.0, "s")
-    length: Unit = Unit(1.0, "m")
-    speed: Unit = Unit(1.0, "m/s")
+    time: Unit = Unit("s")
+    length: Unit = Unit("m")
+    speed: Unit = Unit("m/s")
 
 
 def units_of(motions: Sequence[Motion]) -> Units:
@@ -284,7 +284,7 @@ def units_of(motions: Sequence[Motion]) -> Units:
     time = unit_for("s", [float(np.ptp(motion.time)) for motion in motions])
     speeds = [*largest("velocity"), *largest("relative_speed")]
     return Units(
-        time if time.factor <= 1.0 else Unit(1.0, "s"),
+        time if time.size <= 1.0 else Unit("s"),
         unit_for("m", largest("displacement")),
         unit_for("m s-1", speeds),
     )
@@ -316,13 +316,13 @@ def cell_data(current: CellMotions | None, motions: Mapping[str, Motion], units:
         return data
     loop, (w, mu) = current.cycle, current.curve
     if loop is not None:
-        data["cycle"] = {"x": loop.displacement / units.length.factor, "v": loop.velocity / units.speed.factor}
+        data["cycle"] = {"x": loop.displacement / units.length.size, "v": loop.velocity / units.speed.size}
     two_ways = any((one.samples["relative_speed"] < 0).any() for one in current.motions if one.samples)
     if two_ways or current.cell["belt_speed"] < 0:
         w, mu = np.concatenate([-w[::-1], [np.nan], w]), np.concatenate([-mu[::-1], [np.nan], mu])
-    data["curve"] = {"w": w / units.speed.factor, "mu": mu}
+    data["curve"] = {"w": w / units.speed.size, "mu": mu}
     if isfinite(current.steady):
-        data["steady"] = {"x": [current.steady / units.length.factor], "v": [0.0]}
+        data["steady"] = {"x": [current.steady / units.length.size], "v": [0.0]}
     return data
 
 
@@ -331,9 +331,9 @@ def _samples(motion: Motion, units: Units) -> dict[str, Any]:
     if not samples:
         return {name: np.zeros(0) for name in _NO_SAMPLES}
     return {
-        "t": motion.time / units.time.factor,
-        "x": samples["displacement"] / units.length.factor,
-        "v": samples["velocity"] / units.speed.factor,
-        "w": samples["relative_speed"] / units.speed.factor,
+        "t": motion.time / units.time.size,
+        "x": samples["displacement"] / units.length.size,
+        "v": samples["velocity"] / units.speed.size,
+        "w": samples["relative_speed"] / units.speed.size,
         "mu": samples["friction_coefficient"],
     }

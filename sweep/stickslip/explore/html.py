@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment, PackageLoader
 
-from stickslip.config.pick import cell_of
+from stickslip.config.select import cell_of
 from stickslip.dataset.axis import spoken
 from stickslip.dataset.build import variable_of
 from stickslip.dataset.export import write_table
@@ -22,8 +22,8 @@ from stickslip.errors import ConfigError
 from stickslip.explore.maps import Picture
 from stickslip.explore.motions import CellMotions, Motion, regime_of
 from stickslip.explore.source import Source
-from stickslip.explore.units import Unit, quantity_text, unit_for
 from stickslip.explore.view import View, cell_config, settings
+from stickslip.vocabulary.display_units import Unit, number, quantity, unit_for
 from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES, flag_label
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
@@ -56,7 +56,7 @@ def place_words(shown: Picture, at: Mapping[str, float | int]) -> str:
     words = []
     for side in (shown.y, shown.x):
         value = at[side.name]
-        text = side.labels[int(value)] if side.kind == "listed" else side.unit.text(float(value))
+        text = side.labels[int(value)] if side.kind == "listed" else side.unit.text(float(value), 4)
         words.append(f"{spoken(side.name)} {text}")
     return ", ".join(words)
 
@@ -77,18 +77,22 @@ def numbers_html(columns: Sequence[tuple[str, str, Motion]], units: Mapping[str,
         if any(map(isfinite, values)):
             row = VARIABLES[name]
             unit = (units or {}).get(name) or unit_for(row.units, values)
-            rows.append((name.replace("_", " "), row.long_name, list(map(unit.text, values))))
+            rows.append((name.replace("_", " "), row.long_name, [_text(unit, value) for value in values]))
     return part("numbers", columns, regimes, rows, sorted({motion.why for motion in motions if motion.why}))
+
+
+def _text(unit: Unit, value: float) -> str:
+    return "–" if isnan(value) else f"{number(unit.of(value))} {unit.name}".rstrip()
 
 
 def cell_html(motions: CellMotions, where: str, sides: Collection[str] = ()) -> str:
     """Which cell it is, and what is known of its unstable cycle. sides : what `where` says already."""
     parameters = ", ".join(
-        f"{spoken(name)} {quantity_text(value, PARAMETERS[name].units)}"
+        f"{spoken(name)} {quantity(value, PARAMETERS[name].units)}"
         for name, value in motions.cell.items()
         if name not in sides and isfinite(value) and (name not in _RARE or value != PARAMETERS[name].default)
     )
-    speed = None if motions.cycle is None else quantity_text(motions.cycle.velocity_amplitude, "m s-1")
+    speed = None if motions.cycle is None else quantity(motions.cycle.velocity_amplitude, "m s-1")
     return part("cell", where, parameters, speed, any(motion.late for motion in motions.motions))
 
 

@@ -10,7 +10,7 @@ from math import prod
 import numpy as np
 import xarray as xr
 from matplotlib.colors import to_hex
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
 from stickslip import borders
@@ -20,16 +20,18 @@ from stickslip.dataset import coarse
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import Pixel
 from stickslip.dataset.contours import polylines
+from stickslip.dataset.display import unit_of
 from stickslip.engine import StopFlag, blocks, spread, warm_up
 from stickslip.explore.source import Source
-from stickslip.explore.units import Unit, number_text, unit_shown
 from stickslip.explore.view import FULL, Sides, View, start_value
 from stickslip.plots.painting import note
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint
 from stickslip.runs.maps import MapStudy
 from stickslip.study import Finished, Study
+from stickslip.vocabulary.display_units import Unit, number, unit_for
 from stickslip.vocabulary.flags import FLAGS, flag_label
 from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.units import spelled
 
 Floats = NDArray[np.float64]
 LEVELS = 255  # of the colours of numbers; one more is for cells without a value
@@ -61,7 +63,7 @@ class Side:
         """Coordinates on the page of values in SI."""
         if self.kind == "listed":
             return np.asarray(values, np.float64)
-        scaled = np.asarray(values, np.float64) / self.unit.factor
+        scaled = np.asarray(values, np.float64) / self.unit.size
         return np.log10(scaled) if self.kind == "log" else scaled
 
     def place(self, value: float | int) -> float:
@@ -214,7 +216,7 @@ def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> Side:
     if not evenly:
         places = np.arange(axis.length, dtype=np.float64)
         labels = tuple(axis.text(i) for i in range(axis.length))
-        return Side(name, axis.title, "listed", Unit(1.0, ""), (-0.5, axis.length - 0.5), places, places, labels)
+        return Side(name, axis.title, "listed", Unit(), (-0.5, axis.length - 0.5), places, places, labels)
     values, edges = axis.unit.to_si(axis.pixel_points(step)), axis.unit.to_si(axis.edges)
     unit = unit_shown(ds[dim], np.sqrt(values[0] * values[-1]) if axis.is_log else values)
     words = str(ds[dim].attrs.get("long_name", name))
@@ -266,8 +268,8 @@ def _ticks(painted: Paint, unit: Unit) -> tuple[tuple[float, str], ...]:
     if painted.flags is not None:
         return ()
     places = np.linspace(0.0, 1.0, _TICKS)
-    at = np.asarray(painted.norm.inverse(places), np.float64) / unit.factor
-    return tuple((float(place), number_text(float(value))) for place, value in zip(places, at, strict=True))
+    at = np.asarray(painted.norm.inverse(places), np.float64) / unit.size
+    return tuple((float(place), number(float(value))) for place, value in zip(places, at, strict=True))
 
 
 def _column(array: xr.DataArray, pixel: Pixel) -> Column:
@@ -275,10 +277,21 @@ def _column(array: xr.DataArray, pixel: Pixel) -> Column:
     if name in FLAGS:
         labels = tuple(flag_label(flag).replace("_", " ") for flag in FLAGS[name])
         codes = np.ma.filled(coarse.flags(array, pixel).values.astype(np.float32), np.nan)
-        return Column(name, name, Unit(1.0, ""), codes, labels)
+        return Column(name, name, Unit(), codes, labels)
     values = coarse.numbers(array, pixel).values
     unit = unit_shown(array, _usual(values))
-    return Column(name, name.replace("_", " "), unit, (values / unit.factor).astype(np.float32))
+    return Column(name, name.replace("_", " "), unit, (values / unit.size).astype(np.float32))
+
+
+def unit_shown(array: xr.DataArray, values: ArrayLike) -> Unit:
+    """The unit for an array of a dataset: that of its display, where people or their configuration asked for one.
+
+    values : what decides else.
+    """
+    si, shown = str(array.attrs.get("units", "1")), unit_of(array)
+    if shown.name not in (spelled(si), "Hz", "s", "ms", "µs"):
+        return Unit(shown.name, shown.size)
+    return unit_for(si, values)
 
 
 def _usual(values: Floats) -> Sequence[float]:
@@ -310,10 +323,11 @@ def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] |
         return []
     study: Study
     if len(ranges) == 2:
-        plane = borders.plane_of_config(config, (y.name, x.name), {}, _BORDER_POINTS)
-        study = borders.ContourStudy(plane, limits, options)
+        plane = borders.plane_over(config, (y.name, x.name), {}, _BORDER_POINTS, options)
+        study = borders.ContourStudy(*plane, limits, options)
     else:
-        study = borders.BorderStudy(borders.lines_of_config(config, ranges[0].name, None), limits, options)
+        lines = borders.lines_along(config, ranges[0].name, None, _SCAN, options)
+        study = borders.BorderStudy(*lines, limits, options)
     finished = study.compute(range(prod(study.shape)), stop)
     if not finished.complete:
         return None

@@ -16,8 +16,8 @@ from stickslip.explore.html import legend_html, numbers_html
 from stickslip.explore.maps import Picture
 from stickslip.explore.motions import CellMotions, Motion
 from stickslip.explore.source import Source
-from stickslip.explore.units import Unit
 from stickslip.plots.palette import FLAG_COLOURS
+from stickslip.vocabulary.display_units import Unit
 
 # Under the pointer: the cell in words. `columns` has the numbers of all pixels, its tag says what they are.
 READOUT = """

@@ -15,16 +15,15 @@ from stickslip.config.grid import quantity_of
 from stickslip.config.model import Axis, Config
 from stickslip.config.options import options_of
 from stickslip.config.overrides import Setting
-from stickslip.config.pick import recipe_of
 from stickslip.config.reader import load_config
 from stickslip.config.sections import OUTPUT_SUFFIXES, Output
+from stickslip.config.select import recipe_of
 from stickslip.config.studies import STUDIES
-from stickslip.config.written import units_shown
 from stickslip.engine import Options
 from stickslip.errors import ConfigError, Problem
-from stickslip.explore.units import quantity_text
 from stickslip.files import reading
 from stickslip.files.locations import location
+from stickslip.vocabulary.display_units import quantity, units_shown
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _DRIVEN = "a test rig, whose cells have no regime"
@@ -100,15 +99,13 @@ def _of_config(file: str, config: Config) -> Source:
     studies = [study for study in STUDIES if getattr(config, study, None) is not None]
     if (uncertain := config.uncertain) is not None:
         drawn = uncertain.values(np.zeros((1, len(uncertain.names))))
-        medians = {quantity: float(drawn[quantity][0]) for quantity in uncertain.names}
+        medians = {name: float(drawn[name][0]) for name in uncertain.names}
         sections: dict[str, Any] = {}
         for name, value in medians.items():
             section = QUANTITIES[name].section
             sections[section] = sections.get(section, getattr(config, section)).model_copy(update={name: value})
         config = config.model_copy(update=sections)
-        words = (
-            f"{quantity} {quantity_text(value, QUANTITIES[quantity].units)}" for quantity, value in medians.items()
-        )
+        words = (f"{name} {quantity(value, QUANTITIES[name].units)}" for name, value in medians.items())
         notes.append(f"what is uncertain has its median here: {', '.join(words)}")
     if others := [study for study in studies if study != "uncertain"]:
         notes.append(f"not shown here: what the section {', '.join(others)} asks for")

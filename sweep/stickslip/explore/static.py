@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from stickslip._version import __version__
 from stickslip.config.model import Axis, Range
-from stickslip.config.pick import cell_of
+from stickslip.config.select import cell_of
 from stickslip.dataset.axis import spoken
 from stickslip.engine import stop_flag
 from stickslip.explore import maps
@@ -219,7 +219,7 @@ def _cell(source: Source, view: View, shown: Picture, i: int, j: int) -> dict[st
     return {
         "x": float(shown.x.centres[j]), "y": float(shown.y.centres[i]), "data": light,
         "axes": {name: list(titles) for name, titles in axis_words(units).items()},
-        "belt": motions.cell["belt_speed"] / units.speed.factor,
+        "belt": motions.cell["belt_speed"] / units.speed.size,
         "words": f"{cell_html(motions, place_words(shown, at), at)}<br>{part('note', _NEAREST)}",
         "numbers": numbers_html(columns_of(motions, {}), shown.units) + command,
     }  # fmt: skip

@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 
 from stickslip.config.model import Axis, Config, Group, Range, Values
-from stickslip.config.pick import point_text, value_text
 from stickslip.config.reader import make_config
-from stickslip.config.rules import members
+from stickslip.config.select import point_text, value_text
 from stickslip.errors import ConfigError, Problem
 from stickslip.explore.source import Source
-from stickslip.explore.units import Unit, unit_for
+from stickslip.vocabulary.display_units import Unit, unit_for
 from stickslip.vocabulary.quantities import QUANTITIES
 
 Sides = tuple[int, int]  # most points along y and x
@@ -139,7 +138,7 @@ def _data(source: Source, view: View, at: Mapping[str, float | int]) -> dict[str
             data[QUANTITIES[name].section].pop(name, None)
     for name, value in _chosen(source, view, at).items():
         if is_listed_in(source, name):
-            values = {member.name: float(member.points()[int(value)]) for member in members(source.axes[name])}
+            values = {member.name: float(member.points()[int(value)]) for member in source.axes[name].members}
         else:
             values = {name: float(value)}
         for quantity, number in values.items():
@@ -182,9 +181,10 @@ def labels_of(source: Source, axis: Axis) -> tuple[str, ...]:
         return axis.labels or tuple(map(str, range(axis.size)))
     row = QUANTITIES[axis.name]
     if isinstance(axis, Range):
-        return tuple(map(unit_for(row.units, axis.points(), source.written_in.get(axis.name)).text, axis.points()))
+        unit = unit_for(row.units, axis.points(), source.written_in.get(axis.name))
+        return tuple(unit.text(value, _DIGITS) for value in axis.points())
     unit = unit_for(row.units, axis.points())
-    return tuple(str(row.written(value)) if isnan(value) else unit.text(value) for value in axis.values)
+    return tuple(str(row.written(value)) if isnan(value) else unit.text(value, _DIGITS) for value in axis.values)
 
 
 # --- sliders ----------------------------------------------------------------------------------------------------------
@@ -253,7 +253,7 @@ def typical_cell(source: Source) -> dict[str, float]:
     """A cell in the middle of the configuration, as it is given."""
     cell = dict(source.fixed)
     for axis in source.axes.values():
-        cell |= {member.name: middle(member) for member in members(axis)}
+        cell |= {member.name: middle(member) for member in axis.members}
     return {"mu_start": cell.get("a1", 0.0) + cell.get("a3", 0.0)} | cell
 
 

@@ -31,7 +31,7 @@ from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.overlays import BORDERS, border_handles, draw_borders, levels_inside
 from stickslip.plots.painting import hatch, note, painted, patterns
 from stickslip.plots.palette import BLUE, FLAG_COLOURS, UNDEFINED_COLOUR, UNDEFINED_HATCH, Entry, ink
-from stickslip.vocabulary.words import nearest
+from stickslip.vocabulary.suggest import nearest
 
 _MAX_PANEL_COLUMNS = 4
 _BAR_WIDTH = 45  # letters along a colour bar

@@ -21,7 +21,7 @@ from stickslip.plots.axes import shade
 from stickslip.plots.layout import Figure, entitle, legend
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.vocabulary import units
-from stickslip.vocabulary.customary import customary
+from stickslip.vocabulary.display_units import customary
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.quantities import PARAMETERS
 

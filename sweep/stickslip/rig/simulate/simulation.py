@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip import engine
-from stickslip.config.grid import Grid, build_grid
+from stickslip.config.grid import build_grid
 from stickslip.dataset.build import grid_coordinates
 from stickslip.rig.quantities import EXACT, MATERIAL
 from stickslip.rig.records.record import make_record
@@ -19,6 +19,7 @@ from stickslip.rig.simulate import sensor as sensors
 from stickslip.rig.simulate.config import RigConfig
 from stickslip.rig.simulate.drive import motion, segments
 from stickslip.rig.words import Along, along, name_of
+from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import MODES, STATUSES
 from stickslip.vocabulary.settings import CONDITIONS
 
@@ -47,7 +48,7 @@ class RigTests:
     rig: RigConfig
 
     @cached_property
-    def grid(self) -> Grid:
+    def grid(self) -> Cells:
         """The grid of the matrix."""
         return build_grid(self.rig.config)
 
@@ -68,7 +69,7 @@ class RigTests:
         """The tests of these numbers, one after the other, by this thread alone."""
         stop = engine.stop_flag() if stop is None else stop
         for together in self._batches(numbers):
-            parts = [self.grid.cells(n, n + 1) for n in together]
+            parts = [self.grid[n : n + 1] for n in together]
             cells = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
             drives = [self.drive(self._one(n)) for n in together]
             sensor = self.rig.sensor
@@ -88,7 +89,7 @@ class RigTests:
         return engine.Options(config.friction.law, rtol=solver.rtol, max_steps=solver.max_steps, threads=threads)
 
     def _one(self, number: int) -> dict[str, float]:
-        return {name: float(values[0]) for name, values in self.grid.cells(number, number + 1).items()}
+        return {name: float(values[0]) for name, values in self.grid[number : number + 1].items()}
 
     def _batches(self, numbers: Sequence[int]) -> Iterator[list[int]]:
         """Tests that are computed together: as many as their samples allow."""

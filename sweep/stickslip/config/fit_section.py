@@ -1,0 +1,148 @@
+"""The step between reading a document and checking it: curves fitted to the points it names."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.config.checks import varied_paths
+from stickslip.config.examples import points_path
+from stickslip.config.yaml import Document
+from stickslip.errors import ConfigError, FitWarning, Problem
+from stickslip.errors import Path as KeyPath
+from stickslip.vocabulary.quantities import MEASURED, REPLACED
+from stickslip.vocabulary.suggest import listed
+
+if TYPE_CHECKING:
+    from stickslip.fit import MaterialFit
+
+COEFFICIENTS = (*REPLACED, "a4")
+AXIS = "material"  # the axis of several fits, unless they are in a group (zip) that has a name
+
+
+def with_fits(document: Document) -> Document:
+    """The document, its curves with the coefficients fitted to the points that it names.
+
+    One curve is known (section friction), or as uncertain as the points leave it (section uncertain). Several, of a
+    list of files or a table of several materials, are an axis with the materials as labels, or part of a group (zip).
+
+    Where a curve is given beside the name of the points it came from (a resolved configuration), and nothing is
+    read. What is wrong with the section is left to whoever checks it. Raises ConfigError for wrong points, and warns
+    of a fit that they do not support.
+    """
+    data = document.data if isinstance(document.data, dict) else {}
+    friction, axes, uncertain = data.get("friction", {}), data.get("axes") or {}, data.get("uncertain") or {}
+    if not isinstance(friction, dict) or friction.get("law", "stribeck") != "stribeck":
+        return document
+    axes = axes if isinstance(axes, dict) else {}
+    given = {*friction, *(str(path[-1]) for path in varied_paths(axes))}
+    if {*COEFFICIENTS, *MEASURED} & given:
+        return document
+    for name, axis in axes.items():
+        group = axis.get("zip") if isinstance(axis, dict) else None
+        if isinstance(group, dict) and (files := _files(group)):
+            return replace(document, data={**data, "axes": {**axes, name: _in_group(axis, _fits(document, files))}})
+    if files := _files(friction):
+        return _in_section(document, data, friction, files)
+    if isinstance(uncertain, dict) and len(files := _files(uncertain)) == 1:
+        return _scattered(document, data, uncertain, files[0])
+    return document
+
+
+def _files(section: dict[str, Any]) -> list[str]:
+    """The files of points that a section names; none if what it says is wrong."""
+    fit = section.get("fit")
+    names = fit if isinstance(fit, list) else [fit]
+    right = all(isinstance(name, str) and name.lower().endswith(".csv") for name in names)
+    return [str(name) for name in names] if right else []
+
+
+def _fits(document: Document, files: list[str]) -> list[MaterialFit]:
+    """The fits of files beside the configuration, or of those that come with the package."""
+    from stickslip.fit import CURVE_COLUMNS, fit_materials  # SciPy takes its time
+
+    folder = Path(document.name).parent
+    paths = []
+    for name in files:
+        beside, shipped = folder / name, points_path(name)
+        paths.append(beside if beside.exists() or not shipped.exists() else shipped)
+    fits = fit_materials(paths, columns=CURVE_COLUMNS)
+    for fit in fits:
+        if fit.curve is not None and not fit.curve.good:
+            name = files[0] if len(fits) == 1 else fit.name
+            warnings.warn(f"{name}: {fit.curve.quality}", FitWarning, stacklevel=6)
+    return fits
+
+
+def _in_section(document: Document, data: dict[str, Any], friction: dict[str, Any], files: list[str]) -> Document:
+    """One curve for all cells, or an axis of several, the outermost."""
+    fits = _fits(document, files)
+    if len(fits) == 1 and not isinstance(friction["fit"], list):
+        return replace(document, data={**data, "friction": {**friction, **_coefficients(fits[0])}})
+    axes = data.get("axes") or {}
+    if not isinstance(axes, dict):
+        return document  # the reader says what is wrong with it
+    if AXIS in axes:
+        message = f"these fits are an axis called {AXIS}, and there is another of this name"
+        hint = f"call that one otherwise, or put the fits into it: {AXIS}: {{zip: {{fit: [...]}}}}"
+        raise _refused(document, ("friction", "fit"), message, hint)
+    return replace(document, data={**data, "axes": {AXIS: _in_group({"zip": {}}, fits), **axes}})
+
+
+def _in_group(axis: dict[str, Any], fits: list[MaterialFit]) -> dict[str, Any]:
+    """A group with the coefficients of several curves in place of `fit`, whose labels they are unless it has some."""
+    curves = [_coefficients(fit) for fit in fits]
+    columns = {name: [curve[name] for curve in curves] for name in COEFFICIENTS}
+    others = {key: value for key, value in axis["zip"].items() if key != "fit"}
+    return {"labels": [fit.name for fit in fits]} | axis | {"zip": columns | others}
+
+
+def _coefficients(fit: MaterialFit) -> dict[str, float]:
+    assert fit.curve is not None
+    return fit.curve.coefficients()
+
+
+def _refused(document: Document, path: KeyPath, message: str, hint: str) -> ConfigError:
+    return ConfigError(document.name, [Problem(path, message, document.values.get(path), hint)])
+
+
+def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, Any], file: str) -> Document:
+    """The document with a1 to a4 as normal quantities that are correlated as the fit says; those it assumed are fixed.
+
+    What the section says of their truncation stays.
+    """
+    quantities = uncertain.get("quantities") or {}
+    if not isinstance(quantities, dict) or any(
+        isinstance(own := quantities.get(name, {}), dict) and set(own) - {"truncated"} for name in COEFFICIENTS
+    ):
+        return document  # given already, or wrong
+    fits = _fits(document, [file])
+    fit = fits[0].curve
+    if fit is None or len(fits) > 1:
+        several = listed([one.name for one in fits], "and")
+        message = f"{file} holds {len(fits)} materials ({several}), expected one"
+        raise _refused(document, ("uncertain", "fit"), message, "write a file for each")
+    variance = np.diag(fit.covariance)
+    if unknown := [name for name, one in zip(COEFFICIENTS, variance, strict=True) if not np.isfinite(one)]:
+        message = f"the points of {file} do not determine {listed(unknown, 'and')}"
+        hint = "measure more points where it matters, or give a1 to a4 distributions of your own"
+        raise _refused(document, ("uncertain", "fit"), message, hint)
+    known, free = fit.coefficients(), np.flatnonzero(variance > 0)
+    names, std = [COEFFICIENTS[i] for i in free], np.sqrt(variance[free])
+    matrix = fit.covariance[np.ix_(free, free)] / np.outer(std, std)
+    np.fill_diagonal(matrix, 1.0)
+    drawn = {
+        name: {"normal": {"mean": known[name], "std": float(one)}, **(quantities.get(name) or {})}
+        for name, one in zip(names, std, strict=True)
+    }
+    own = uncertain.get("correlation")
+    blocks = [*(own if isinstance(own, list) else [own] if own is not None else [])]
+    if len(names) > 1:
+        blocks.append({"between": names, "matrix": matrix.tolist()})
+    section = {**uncertain, "quantities": {**quantities, **drawn}} | ({"correlation": blocks} if blocks else {})
+    fixed = {name: known[name] for name in COEFFICIENTS if name not in names}
+    return replace(document, data={**data, "friction": {**data.get("friction", {}), **fixed}, "uncertain": section})

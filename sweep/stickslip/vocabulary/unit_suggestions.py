@@ -1,0 +1,56 @@
+"""Units as people write them by mistake, and what they were probably meant to be."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+
+_COMMON = "kg g mg N kN mN m cm mm µm s ms min h Hz kHz Pa MPa J".split()
+_SPELLINGS = {word.lower(): word for word in _COMMON} | {
+    "newton": "N", "newtons": "N", "meter": "m", "metre": "m", "meters": "m", "kilogram": "kg", "kilo": "kg",
+    "kgs": "kg", "gram": "g", "grams": "g", "sec": "s", "secs": "s", "seconds": "s", "second": "s",
+    "millimeter": "mm", "millimetre": "mm", "hertz": "Hz", "mins": "min", "hr": "h", "hrs": "h", "n": "N",
+}  # fmt: skip
+_WORD = re.compile(r"[A-Za-zµμ]+")
+_MOST = 40  # characters; a longer unit is nonsense
+
+
+def suggest_unit(unit: str, fits: Callable[[str], bool]) -> str | None:
+    """The unit that was probably meant; None if none comes close.
+
+    fits : whether a unit is understood, and of the right kind.
+    """
+    if len(unit) > _MOST or not _WORD.match(unit):
+        return None
+    tried = dict.fromkeys(_rewritten(unit))
+    return next((written for written in tried if written not in ("", unit) and fits(written)), None)
+
+
+def _rewritten(unit: str) -> Iterator[str]:
+    """A unit with one or two of the usual mistakes undone, the likeliest first."""
+    spelled = _WORD.sub(lambda word: _respelled(word[0]), re.sub(r"\s+per\s+", "/", unit)).rstrip(".,;")
+    spaced = re.sub(r"(?<=[A-Za-z0-9])[.\-](?=[A-Za-z])", " ", spelled)
+    over, slash, under = spaced.partition("/")
+    for text in (spelled, spaced):
+        yield text
+        yield text.replace(" ", "")  # m m
+        yield re.sub(r"\s*(\^|\*\*)?[-+]?[0-9]", "", text)  # N/mm^2
+    yield over + slash + under.replace(" ", "/").replace("*", "/")  # N/m m
+    yield re.sub(r"[\s*·]+", "/", spaced)  # N mm for N/mm
+    if slash:
+        yield f"{under}/{over}"  # s/mm
+
+
+def _respelled(word: str) -> str:
+    """One unit as it is spelled, or two that were written together with a space between them."""
+    if word in _COMMON:
+        return word
+    if word.lower() in _SPELLINGS:
+        return _SPELLINGS[word.lower()]
+    return next((" ".join(parts) for parts in _halves(word)), word)
+
+
+def _halves(word: str) -> Iterator[tuple[str, str]]:
+    """A word as two common units: Ns is N s."""
+    places = range(len(word) - 1, 0, -1)  # mms is mm s rather than m ms
+    return ((word[:i], word[i:]) for i in places if word[:i] in _COMMON and word[i:] in _COMMON)
