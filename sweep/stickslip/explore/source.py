@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -50,9 +49,9 @@ class Source:
         return self.config.written_in | {quantity_of(name): unit for name, unit in of_file.items()}
 
     @cached_property
-    def plain(self) -> dict[str, Any]:
-        """The configuration as plain data, without files to write."""
-        return self.config.model_copy(update={"output": Output.model_construct(file=None, plot=None)}).resolved()
+    def bare(self) -> Config:
+        """The configuration without files to write."""
+        return self.config.model_copy(update={"output": Output.model_construct(file=None, plot=None)})
 
     @cached_property
     def axes(self) -> Mapping[str, Axis]:
@@ -100,11 +99,7 @@ def _of_config(file: str, config: Config) -> Source:
     if (uncertain := config.uncertain) is not None:
         drawn = uncertain.values(np.zeros((1, len(uncertain.names))))
         medians = {name: float(drawn[name][0]) for name in uncertain.names}
-        sections: dict[str, Any] = {}
-        for name, value in medians.items():
-            section = QUANTITIES[name].section
-            sections[section] = sections.get(section, getattr(config, section)).model_copy(update={name: value})
-        config = config.model_copy(update=sections)
+        config = config.at(**medians)
         words = (f"{name} {quantity(value, QUANTITIES[name].units)}" for name, value in medians.items())
         notes.append(f"what is uncertain has its median here: {', '.join(words)}")
     if others := [study for study in studies if study != "uncertain"]:

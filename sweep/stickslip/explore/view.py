@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from copy import deepcopy
 from dataclasses import dataclass, replace
 from math import isnan, sqrt
 from typing import Any
@@ -132,19 +131,14 @@ def _chosen(source: Source, view: View, at: Mapping[str, float | int]) -> dict[s
 
 def _data(source: Source, view: View, at: Mapping[str, float | int]) -> dict[str, Any]:
     """The configuration as plain data without axes; its sides are left open unless `at` has them."""
-    data = deepcopy(source.plain) | {"axes": {}}
-    for name in view.plane:
-        if name in QUANTITIES:
-            data[QUANTITIES[name].section].pop(name, None)
+    values: dict[str, float] = {}
     for name, value in _chosen(source, view, at).items():
         if is_listed_in(source, name):
-            values = {member.name: float(member.points()[int(value)]) for member in source.axes[name].members}
+            values |= {member.name: float(member.points()[int(value)]) for member in source.axes[name].members}
         else:
-            values = {name: float(value)}
-        for quantity, number in values.items():
-            row = QUANTITIES[quantity]
-            data[row.section][quantity] = row.written(number)
-    return data
+            values[name] = float(value)
+    sides = [name for name in view.plane if name in QUANTITIES and name not in at]
+    return source.bare.at(**values).without(*sides).resolved() | {"axes": {}}
 
 
 def _axis(source: Source, name: str, most: int) -> dict[str, Any]:
