@@ -114,7 +114,7 @@ def number_of(level: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(np.clip(np.floor(np.asarray(level, np.float64) + 0.5), LOWEST, HIGHEST))
 
 
-def number_text(number: float) -> str:
+def rpn_text(number: float) -> str:
     """A number as it is shown: "?" where it is not known, which was 0 in older files."""
     return f"{number:.0f}" if number >= LOWEST else "?"
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft, interpolate, ndimage, signal, special  # type: ignore[import-untyped]
 
-from stickslip.rig.records.sampling import Floats
+from stickslip.rig.signals import Flags, Floats
 
 LAG = 3e-3  # s, of the second difference: passes 40 to 300 Hz, and hardly what is slower
 _SMOOTH = 0.02  # s, over which the bend is judged quiet: a period of mains
@@ -66,7 +66,7 @@ class _Channel:
     def __init__(self, name: str, values: Floats, lag: int, step: float) -> None:
         self.name, self.values, self._lag, self._step = name, values, lag, step
         self._edges = np.linspace(0, values.size, max(1, round(values.size * step / _BLOCK)) + 1).astype(np.intp)
-        self._within: NDArray[np.bool_] | None = None  # where another channel is quiet
+        self._within: Flags | None = None  # where another channel is quiet
         self._least = _LEAST[name] * float(np.abs(values).max())
         self._look()
 
@@ -88,7 +88,7 @@ class _Channel:
             gain = -gain * (0.5 * self._step / np.sin(np.maximum(angle, 1e-9))) ** 2
         return gain
 
-    def clean(self, other: _Channel, within: NDArray[np.bool_] | None = None) -> list[Tone]:
+    def clean(self, other: _Channel, within: Flags | None = None) -> list[Tone]:
         """Subtract the lines that are no motion; `other` is the channel that would share it."""
         original, frequencies, self._within = self.values, list[float](), within
         self._look()
@@ -163,9 +163,7 @@ class _Channel:
         time = np.arange(self.values.size, dtype=np.float64)
         return [np.asarray(2.0 * np.pi * f * self._step * time, np.float64) for f in frequencies]
 
-    def _fit(
-        self, bend: Floats, phases: list[Floats], where: NDArray[np.bool_] | None = None
-    ) -> NDArray[np.complex128]:
+    def _fit(self, bend: Floats, phases: list[Floats], where: Flags | None = None) -> NDArray[np.complex128]:
         """Complex amplitudes in each block by least squares over its quiet samples; NaN where they are few."""
         where = self.quiet if where is None else where
         found = np.full((self._edges.size - 1, len(phases)), np.nan, np.complex128)

@@ -18,13 +18,12 @@ import xarray as xr
 
 from stickslip import pages
 from stickslip.pages import Cell, Column, Section
+from stickslip.rig.config import RigConfig
+from stickslip.rig.labels import Dimension, dimension, number_text, point_name, quantity_text
+from stickslip.rig.plots import LIGHTS, MEANINGS, plot_matrix, plot_records
 from stickslip.rig.quantities import FEATURES
-from stickslip.rig.report.matrix import MEANINGS, plot_matrix
-from stickslip.rig.report.traces import LIGHTS, plot_records
-from stickslip.rig.risk import BANDS, RPN_NAME, number_text
-from stickslip.rig.simulate.config import RigConfig
-from stickslip.rig.simulate.simulation import RigTests
-from stickslip.rig.words import Along, along, name_of, number, quantity
+from stickslip.rig.rpn import BANDS, RPN_NAME, rpn_text
+from stickslip.rig.simulation import RigTests
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.quantities import PARAMETERS
 
@@ -32,7 +31,6 @@ MOST_ROWS = 500  # of the table
 _MOST_TOGETHER = 6  # records drawn over each other, as many as there are colours
 _WIDEST_ENTRY = 22  # letters, of a legend
 _MOST_NAMED = 20  # tests that a warning names
-_DOTS = 200  # per inch, of plots without lines
 _LIGHTS_IN_PRINT = """\
 .green, .yellow, .red, .unknown { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
 td.green, td.yellow, td.red, td.unknown { text-align: center; font-weight: 600; }
@@ -62,17 +60,30 @@ _COLUMNS = (
 def write_report(
     path: str | os.PathLike[str], ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: RigConfig
 ) -> Path:
-    """Write the report of a test matrix (`run_matrix`) as one HTML file, replacing `path` only once it is whole.
+    """Write the report of a test matrix as one file, replacing `path` only once it is whole.
 
-    records : those to draw, by name; names that `RigTests.name` gives get their model RPN in the legend. rig : what the
-    matrix was computed from. Raises StoreError.
+    Parameters
+    ----------
+    path
+        HTML, or PDF.
+    ds
+        The matrix (`run_matrix`).
+    records
+        Those to draw, by name; names that `RigTests.name` gives get their model RPN in the legend.
+    rig
+        The configuration the matrix was computed from.
+
+    Raises
+    ------
+    StoreError
+        Where the file cannot be written.
     """
     return pages.write_page(path, report(ds, records, rig))
 
 
 def report(ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: RigConfig) -> str:
     """The text of the file that `write_report` writes."""
-    dims = [along(ds, dim) for dim in ds["model_rpn"].dims]
+    dims = [dimension(ds, dim) for dim in ds["model_rpn"].dims]
     traces = _traces(records, _known(ds, rig)) or pages.paragraph("No traces were asked for.")
     again = pages.paragraph("The full configuration; saved as a file, it gives the same matrix again:")
     sections = [
@@ -98,23 +109,23 @@ def _style() -> str:
 # --- words ------------------------------------------------------------------------------------------------------------
 
 
-def _summary(ds: xr.Dataset, dims: list[Along]) -> str:
+def _summary(ds: xr.Dataset, dims: list[Dimension]) -> str:
     """`324 tests: pair (12) × ...` and how many are in which band."""
     sizes = " × ".join(f"{d.name} ({len(d.points)})" for d in dims)
     count = ds["model_rpn"].size
     tests = f"{count} tests: {sizes}" if dims else "One test"
     bands = ds["model_rpn_band"].values.ravel()
-    shares = [f"{int((bands == code).sum())} {name}" for code, name in enumerate(("unknown", *BANDS)) if code in bands]
+    shares = [f"{int((bands == code).sum())} {name}" for code, name in enumerate(LIGHTS) if code in bands]
     return f"{tests}. Bands of the {RPN_NAME}: {', '.join(reversed(shares))}."
 
 
-def _warnings(ds: xr.Dataset, dims: list[Along]) -> list[str]:
+def _warnings(ds: xr.Dataset, dims: list[Dimension]) -> list[str]:
     """Tests that were not integrated to their end, by the reason."""
     status = ds["status"].values.ravel()
     found = []
     for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
         numbers = np.flatnonzero(status == code).tolist()
-        names = "; ".join(name_of(dims, n) or "the only one" for n in numbers[:_MOST_NAMED])
+        names = "; ".join(point_name(dims, n) or "the only one" for n in numbers[:_MOST_NAMED])
         more = f"; and {len(numbers) - _MOST_NAMED} more" if len(numbers) > _MOST_NAMED else ""
         tests = "1 test was" if len(numbers) == 1 else f"{len(numbers)} tests were"
         said = f"{tests} not integrated to the end: {STATUS_MESSAGES[STATUSES[code]]} ({names}{more})"
@@ -135,14 +146,9 @@ def _same(ds: xr.Dataset, rig: RigConfig) -> str:
     found = []
     for name, c in ds.coords.items():
         if name not in left_out and not c.dims and c.dtype.kind == "f" and np.isfinite(c):
-            value = quantity(float(c), str(c.attrs.get("units", "1")))
+            value = quantity_text(float(c), str(c.attrs.get("units", "1")))
             found.append((str(c.attrs.get("long_name", name)), value))
     return pages.terms(found, "two")
-
-
-def _numbers(ds: xr.Dataset) -> str:
-    """What the RPN is, and the columns of the table."""
-    return Template(_WORDS).substitute(rpn_name=escape(RPN_NAME), meanings=_meanings(ds))
 
 
 def _meanings(ds: xr.Dataset) -> str:
@@ -156,7 +162,7 @@ def _meanings(ds: xr.Dataset) -> str:
 # --- table ------------------------------------------------------------------------------------------------------------
 
 
-def _table(ds: xr.Dataset, dims: list[Along]) -> str:
+def _table(ds: xr.Dataset, dims: list[Dimension]) -> str:
     """All tests, the rows after `MOST_ROWS` left out, which a line below says."""
     size = ds["model_rpn"].size
     columns = [Column("test"), *(Column(d.name, d.unit, d.is_text) for d in dims), Column("RPN")]
@@ -165,17 +171,17 @@ def _table(ds: xr.Dataset, dims: list[Along]) -> str:
     return pages.table(columns, islice(_rows(ds, dims), MOST_ROWS)) + (cut if size > MOST_ROWS else "")
 
 
-def _rows(ds: xr.Dataset, dims: list[Along]) -> Iterator[list[str | Cell]]:
+def _rows(ds: xr.Dataset, dims: list[Dimension]) -> Iterator[list[str | Cell]]:
     """A row for each test."""
     lengths = [len(d.points) for d in dims]
     values = [_best(ds, feature) * factor for feature, _, _, factor in _COLUMNS]
     rpn, bands = ds["model_rpn"].values.ravel().tolist(), ds["model_rpn_band"].values.ravel().tolist()
-    lights = ("unknown", *BANDS)
+    lights = list(LIGHTS)
     for n in range(ds["model_rpn"].size):
         at = np.unravel_index(n, lengths) if dims else ()
         where = (d.points[int(i)] for d, i in zip(dims, at, strict=True))
-        found = (number(float(column[n])) for column in values)
-        yield [str(n), *where, Cell(number_text(rpn[n]), lights[bands[n]]), *found]
+        found = (number_text(float(column[n])) for column in values)
+        yield [str(n), *where, Cell(rpn_text(rpn[n]), lights[bands[n]]), *found]
 
 
 def _is_limited(ds: xr.Dataset, feature: str) -> bool:
@@ -203,8 +209,8 @@ def _known(ds: xr.Dataset, rig: RigConfig) -> dict[str, tuple[str, float]]:
     tests, rpn = RigTests(rig), ds["model_rpn"].values.ravel().tolist()
     if tests.grid.size != len(rpn):
         return {}
-    dims = [along(ds, dim) for dim in ds["model_rpn"].dims]
-    return {tests.name(n): (name_of(dims, n) or tests.name(n), rpn[n]) for n in range(len(rpn))}
+    dims = [dimension(ds, dim) for dim in ds["model_rpn"].dims]
+    return {tests.name(n): (point_name(dims, n) or tests.name(n), rpn[n]) for n in range(len(rpn))}
 
 
 def _traces(records: Mapping[str, xr.Dataset], known: Mapping[str, tuple[str, float]]) -> str:
