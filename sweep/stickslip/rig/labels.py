@@ -13,14 +13,15 @@ from numpy.typing import ArrayLike
 from stickslip.dataset.display import Unit
 from stickslip.vocabulary import customary, units
 
+_AS_THEY_ARE = ("s", "N")  # units that people give all times of a matrix in, and all forces
 _NO_BREAK = "\N{NO-BREAK SPACE}"
 
 
 def unit_for(si: str, values: ArrayLike) -> Unit:
-    """The customary unit for the largest of some values in SI; times stay in seconds."""
+    """The customary unit for the largest of some values in SI."""
     sizes = np.abs(np.asarray(values, np.float64))
     largest = float(np.max(sizes, where=np.isfinite(sizes), initial=0.0))
-    size, name = (1.0, "") if si == "s" else customary.unit_of(si, largest)
+    size, name = (1.0, "") if si in _AS_THEY_ARE else customary.unit_of(si, largest)
     return Unit(name or ("Hz" if si == "s-1" else units.spelled(si)), size)
 
 

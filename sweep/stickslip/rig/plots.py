@@ -82,8 +82,7 @@ def plot_records(
         Part of each record to draw, s since its start.
     """
     parts = [_part(record, window) for record in records.values()]
-    rated = {name: f"{name}: {rpn_text(number)}" for name, number in (numbers or {}).items()}
-    labels = [rated.get(name, name) for name in records]
+    labels = [f"{name}: {rpn_text(numbers[name])}" if numbers and name in numbers else name for name in records]
     columns = min(_IN_A_ROW, len(parts)) if beside else 1
     rows = -(-len(parts) // columns) if beside else 1
     figure = Figure(figsize=(10.0, 1.2 + 3.6 * rows), layout="constrained")
@@ -230,9 +229,9 @@ def _grown(figure: Figure, ax: Axes) -> Figure:
     """The figure of cells, made as large as all that stands around them needs."""
     show_verbatim(figure)
     box, (width, height), margin = figure.get_tightbbox(), figure.get_size_inches(), _MARGIN / _POINTS
-    whole = (box.width + 2 * margin, box.height + 2 * margin)
-    figure.set_size_inches(*whole)
-    ax.set_position(((margin - box.x0) / whole[0], (margin - box.y0) / whole[1], width / whole[0], height / whole[1]))
+    across, down = box.width + 2 * margin, box.height + 2 * margin
+    figure.set_size_inches(across, down)
+    ax.set_position(((margin - box.x0) / across, (margin - box.y0) / down, width / across, height / down))
     return figure
 
 
