@@ -6,7 +6,7 @@ standard deviation of one level; a number has the 0.29 of rounding to whole ones
 more. Few pairs, or pairs whose features vary together, thus move the model only along what they determine. A number
 at an end of the scale (1 or 10) says that the level is there or beyond, so levels beyond it are no misfit.
 
-How good it is, is told by leaving out each pair in turn: the others predict it.
+Its quality is that of predictions: each pair is left out in turn, and the others predict it.
 """
 
 from __future__ import annotations
@@ -75,12 +75,12 @@ class Calibration:
 
     @property
     def default_error(self) -> float:
-        """The same of the default model, which is not fitted."""
+        """Error of the default model, which is not fitted."""
         return rms(_misfit(self.default, self.rpn))
 
     @property
     def is_better(self) -> bool:
-        """Whether the calibrated model predicts pairs it has not seen better than the default does."""
+        """True if the calibrated model predicts pairs it has not seen better than the default does."""
         return self.error < self.default_error
 
     def prediction(self) -> str:
@@ -248,7 +248,7 @@ class _Ridge:
 
 
 def _beyond(level: Floats, rpn: Floats) -> Flags:
-    """Whether both lie at or beyond the same end of the scale."""
+    """True if both lie at or beyond the same end of the scale."""
     return ((rpn <= LOWEST) & (level < LOWEST)) | ((rpn >= HIGHEST) & (level > HIGHEST))
 
 

@@ -78,7 +78,7 @@ def load_rig(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterabl
 
 
 def is_rig(path: str | os.PathLike[str]) -> bool:
-    """Whether a YAML file is that of a rig: whether it has a drive. Raises ConfigError if it cannot be read."""
+    """True if a YAML file is that of a rig: whether it has a drive. Raises ConfigError if it cannot be read."""
     data = read_yaml(found(path)).data
     return isinstance(data, dict) and "drive" in data
 

@@ -184,7 +184,7 @@ def _changes(values: Floats, before: Positions, after: Positions) -> Floats:
 
 
 def _is_opposite(record: xr.Dataset, force: Floats) -> bool:
-    """Whether the specimen does work on the drive, not the other way round."""
+    """True if the specimen does work on the drive, not the other way round."""
     way = drive_displacement(record)
     if way is None or not np.ptp(way) > 0:
         return False

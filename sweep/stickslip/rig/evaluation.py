@@ -254,7 +254,7 @@ def _drops(record: xr.Dataset, settings: FeatureSettings) -> Numbers:
 
 
 def _motion(record: xr.Dataset, sticks: Sticks) -> Numbers:
-    """What needs the motion of the drive, or at least its speed."""
+    """Features that need the motion of the drive, or at least its speed."""
     time, way = record["time"].values, drive_displacement(record)
     duration = float(time[-1] - time[0])
     speed = condition_of(record, "drive_speed")

@@ -96,7 +96,7 @@ def _evaluated(
 
 
 def _is_spoiled(row: Sequence[Cell], at: Mapping[str, int]) -> bool:
-    """Whether a row of `rig features` lacks a feature: all are empty, or its remarks say why one is."""
+    """True if a row of `rig features` lacks a feature: all are empty, or its remarks say why one is."""
     texts = [row[at[name]].text if at[name] < len(row) else "" for name in INPUTS]
     return not any(texts) or (not all(texts) and _remark(row, at) != _NO_FEATURES)
 

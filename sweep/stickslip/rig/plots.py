@@ -336,7 +336,7 @@ def _label_rows(ax: Axes, dims: Sequence[Dimension], height: float) -> float:
 
 
 def _label_columns(ax: Axes, dims: Sequence[Dimension], width: float) -> float:
-    """The same of the columns, from the cells upwards; labels too wide for their cells are turned."""
+    """Points and names of the columns, from the cells upwards; labels too wide for their cells are turned."""
     reach = 0.5 * _GAP
     for k, dim in reversed([*enumerate(dims)]):
         span = _size(dims[k + 1 :])

@@ -86,24 +86,19 @@ def report(ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: RigConfig) ->
     dims = [dimension(ds, dim) for dim in ds["model_rpn"].dims]
     traces = _traces(records, _known(ds, rig)) or pages.paragraph("No traces were asked for.")
     again = pages.paragraph("The full configuration; saved as a file, it gives the same matrix again:")
+    words = Template(_WORDS).substitute(rpn_name=escape(RPN_NAME), meanings=_meanings(ds))
     sections = [
         Section("The matrix", _maps(ds)),
         Section("Traces", traces),
         Section("All tests", f'<p class="legend">RPN: {escape(RPN_NAME)}. {_legend()}</p>\n{_table(ds, dims)}'),
-        Section(
-            "What the numbers mean", Template(_WORDS).substitute(rpn_name=escape(RPN_NAME), meanings=_meanings(ds))
-        ),
-        Section("Equal in all tests", _same(ds, rig)),
+        Section("What the numbers mean", words),
+        Section("Equal in all tests", _constants(ds, rig)),
         Section("Where this comes from", pages.provenance(ds.attrs) + again + pages.configuration(rig.to_yaml())),
     ]
     title = str(ds.attrs.get("title", "")) or rig.config.title
-    return pages.page(title, _summary(ds, dims), sections, warnings=_warnings(ds, dims), style=_style())
-
-
-def _style() -> str:
-    """The colours of the bands."""
-    lights = (f".{name} {{ background: {colour}; color: #000; }}\n" for name, colour in LIGHTS.items())
-    return "".join(lights) + _LIGHTS_IN_PRINT
+    lights = "".join(f".{name} {{ background: {colour}; color: #000; }}\n" for name, colour in LIGHTS.items())
+    style = lights + _LIGHTS_IN_PRINT
+    return pages.page(title, _summary(ds, dims), sections, warnings=_warnings(ds, dims), style=style)
 
 
 # --- words ------------------------------------------------------------------------------------------------------------
@@ -122,41 +117,41 @@ def _summary(ds: xr.Dataset, dims: list[Dimension]) -> str:
 def _warnings(ds: xr.Dataset, dims: list[Dimension]) -> list[str]:
     """Tests that were not integrated to their end, by the reason."""
     status = ds["status"].values.ravel()
-    found = []
+    warnings = []
     for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
         numbers = np.flatnonzero(status == code).tolist()
         names = "; ".join(point_name(dims, n) or "the only one" for n in numbers[:_MOST_NAMED])
         more = f"; and {len(numbers) - _MOST_NAMED} more" if len(numbers) > _MOST_NAMED else ""
         tests = "1 test was" if len(numbers) == 1 else f"{len(numbers)} tests were"
-        said = f"{tests} not integrated to the end: {STATUS_MESSAGES[STATUSES[code]]} ({names}{more})"
-        found.append(pages.warning(said))
-    return found
+        message = f"{tests} not integrated to the end: {STATUS_MESSAGES[STATUSES[code]]} ({names}{more})"
+        warnings.append(pages.warning(message))
+    return warnings
 
 
 def _legend() -> str:
     """The bands, each on its colour."""
-    words = [f"{low}–{high}: {MEANINGS[band]}" for band, (low, high) in BANDS.items()]
-    return " ".join(f'<span class="{band}">{escape(said)}</span>' for band, said in zip(BANDS, words, strict=True))
+    words = ((band, f"{low}–{high}: {MEANINGS[band]}") for band, (low, high) in BANDS.items())
+    return " ".join(f'<span class="{band}">{escape(text)}</span>' for band, text in words)
 
 
-def _same(ds: xr.Dataset, rig: RigConfig) -> str:
-    """What is equal in all tests, and matters: rigs start sticking, and `delta` is for one law only."""
+def _constants(ds: xr.Dataset, rig: RigConfig) -> str:
+    """Quantities that are equal in all tests, and matter: rigs start sticking, and `delta` is for one law only."""
     left_out = {name for name, declared in PARAMETERS.items() if declared.section == "start"}
     left_out |= set() if rig.config.friction.law == "stribeck_delta" else {"delta"}
-    found = []
+    rows = []
     for name, c in ds.coords.items():
         if name not in left_out and not c.dims and c.dtype.kind == "f" and np.isfinite(c):
             value = quantity_text(float(c), str(c.attrs.get("units", "1")))
-            found.append((str(c.attrs.get("long_name", name)), value))
-    return pages.terms(found, "two")
+            rows.append((str(c.attrs.get("long_name", name)), value))
+    return pages.terms(rows, "two")
 
 
 def _meanings(ds: xr.Dataset) -> str:
     """The columns of the table, in words."""
-    said = [(heading, FEATURES[feature].long_name) for feature, heading, _, _ in _COLUMNS]
+    meanings = [(heading, FEATURES[feature].long_name) for feature, heading, _, _ in _COLUMNS]
     if any(_is_limited(ds, feature) for feature, *_ in _COLUMNS):
-        said.append(("limited", "accelerations are those within the bandwidth that the configuration gives"))
-    return pages.terms(said, "short")
+        meanings.append(("limited", "accelerations are those within the bandwidth that the configuration gives"))
+    return pages.terms(meanings, "short")
 
 
 # --- table ------------------------------------------------------------------------------------------------------------
@@ -180,8 +175,8 @@ def _rows(ds: xr.Dataset, dims: list[Dimension]) -> Iterator[list[str | Cell]]:
     for n in range(ds["model_rpn"].size):
         at = np.unravel_index(n, lengths) if dims else ()
         where = (d.points[int(i)] for d, i in zip(dims, at, strict=True))
-        found = (number_text(float(column[n])) for column in values)
-        yield [str(n), *where, Cell(rpn_text(rpn[n]), lights[bands[n]]), *found]
+        numbers = (number_text(float(column[n])) for column in values)
+        yield [str(n), *where, Cell(rpn_text(rpn[n]), lights[bands[n]]), *numbers]
 
 
 def _is_limited(ds: xr.Dataset, feature: str) -> bool:
@@ -215,18 +210,18 @@ def _known(ds: xr.Dataset, rig: RigConfig) -> dict[str, tuple[str, float]]:
 
 def _traces(records: Mapping[str, xr.Dataset], known: Mapping[str, tuple[str, float]]) -> str:
     """Records over each other, as many as colours tell apart, and the first stroke in detail."""
-    names, found = list(records), []
+    names, figures = list(records), []
     for first in range(0, len(names), _MOST_TOGETHER):
         chosen = {name: known.get(name, (name, None)) for name in names[first : first + _MOST_TOGETHER]}
-        drawn = {_in_legend(said): records[name] for name, (said, _) in chosen.items()}
-        rpn = {_in_legend(said): number for said, number in chosen.values() if number is not None}
+        drawn = {_in_legend(label): records[name] for name, (label, _) in chosen.items()}
+        rpn = {_in_legend(label): number for label, number in chosen.values() if number is not None}
         end = min(_first_stroke(record) for record in drawn.values())
         whole = plot_records(drawn, numbers=rpn, heading="Whole tests")
         start = plot_records(drawn, numbers=rpn, heading="The first stroke", window=(0.0, end))
-        said = "; ".join(said for said, _ in chosen.values())
-        found.append(pages.embedded(whole, f"Force and acceleration over time: {said}"))
-        found.append(pages.embedded(start, f"The first stroke of the same: {said}"))
-    return "\n".join(found)
+        labels = "; ".join(label for label, _ in chosen.values())
+        figures.append(pages.embedded(whole, f"Force and acceleration over time: {labels}"))
+        figures.append(pages.embedded(start, f"The first stroke of the same: {labels}"))
+    return "\n".join(figures)
 
 
 def _in_legend(name: str) -> str:
@@ -235,7 +230,7 @@ def _in_legend(name: str) -> str:
 
 
 def _first_stroke(record: xr.Dataset) -> float:
-    """When the first stroke ends, s since the start; a tenth of the record where the drive is not known."""
+    """End of the first stroke, s since the start; a tenth of the record where the drive is not known."""
     time = record["time"].values - record["time"].values[0]
     if "drive_velocity" in record:
         moving = record["drive_velocity"].values > 0

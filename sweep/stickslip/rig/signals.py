@@ -28,7 +28,7 @@ def sample_rate(time: Floats) -> float:
 
 
 def is_even(time: Floats) -> bool:
-    """Whether the samples are evenly spaced, to a fiftieth of the step."""
+    """True if the samples are evenly spaced, to a fiftieth of the step."""
     step = 1.0 / sample_rate(time)
     return bool(np.abs(np.diff(time) - step).max() <= _EVEN * step)
 
@@ -107,7 +107,7 @@ def slope_noise(noise: float, step: float, width: int) -> float:
 
 
 def band_limited(values: Floats, rate: float, bandwidth: float) -> Floats:
-    """What a sensor of a bandwidth (Hz, -3 dB) shows: a causal Butterworth low-pass of order 4.
+    """The record of a sensor of a bandwidth (Hz, -3 dB): a causal Butterworth low-pass of order 4.
 
     rate : samples per second, more than twice the bandwidth. Raises ValueError.
     """
@@ -150,7 +150,7 @@ def turning_points(values: Floats, threshold: float) -> Positions:
     swing may be unfinished. Empty if no swing is as high.
     """
     candidates = _reduced(values, _extrema(values), threshold)
-    found: list[int] = []
+    turns: list[int] = []
     low = high = int(candidates[0])
     rising: bool | None = None
     for i in candidates.tolist():
@@ -158,14 +158,14 @@ def turning_points(values: Floats, threshold: float) -> Positions:
         high = i if value > values[high] else high
         low = i if value < values[low] else low
         if rising is not False and values[high] - value >= threshold:
-            found += [low, high] if rising is None and low < high else [high]
+            turns += [low, high] if rising is None and low < high else [high]
             rising, low, high = False, i, i
         elif rising is not True and value - values[low] >= threshold:
-            found += [high, low] if rising is None and high < low else [low]
+            turns += [high, low] if rising is None and high < low else [low]
             rising, low, high = True, i, i
     if rising is None:
         return np.empty(0, np.intp)
-    return np.array([*found, high if rising else low], np.intp)
+    return np.array([*turns, high if rising else low], np.intp)
 
 
 def _extrema(values: Floats) -> Positions:

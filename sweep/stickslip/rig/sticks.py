@@ -80,7 +80,7 @@ class Sticks:
         return self.starts.size
 
     def flags(self) -> Flags:
-        """Whether the contact sticks, for each sample."""
+        """True if the contact sticks, for each sample."""
         return _within(self.starts, self.ends, self.time.size)
 
     def slips(self) -> tuple[Positions, Positions]:
@@ -130,7 +130,7 @@ def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> 
 
 
 def _within(starts: Positions, ends: Positions, size: int) -> Flags:
-    """Whether each of `size` samples lies in one of the intervals, which do not overlap."""
+    """True for each of `size` samples that lies in one of the intervals, which do not overlap."""
     changes = np.zeros(size + 1, np.int8)
     changes[starts] = 1
     changes[ends + 1] -= 1
@@ -208,11 +208,11 @@ class _Rates:
 
     @property
     def is_known(self) -> bool:
-        """Whether stiffness and speed say how fast a stick loads."""
+        """True if stiffness and speed say how fast a stick loads."""
         return bool(self._stiffness) and (self._velocity is not None or self._known is not None)
 
     def is_sustained(self) -> bool:
-        """Whether the force often rises just as fast as it ever does for long: the contact sticks then."""
+        """True if the force often rises just as fast as it ever does for long: the contact sticks then."""
         moving = self._velocity if self._velocity is not None else np.sign(self._force)
         rates = self._rate * np.sign(moving) / max(self.full_rate(), 1e-300)
         rates = rates[np.abs(moving) > 0.95 * np.abs(moving).max()]
@@ -226,7 +226,7 @@ class _Rates:
         return self._full * (float(np.abs(self._velocity).max()) if self._velocity is not None else 1.0)
 
     def _sticking(self) -> Flags:
-        """Whether the slip speed is small, for each sample."""
+        """True if the slip speed is small, for each sample."""
         if not self._full > 0:
             return np.zeros(self._force.size, np.bool_)
         if self._velocity is not None:
@@ -241,7 +241,7 @@ class _Rates:
     # --- the phases ---------------------------------------------------------------------------------------------------
 
     def _turns_while_sticking(self, starts: Positions, ends: Positions) -> Flags:
-        """Whether the drive reverses between a phase and the next, for each gap: the contact sticks all the while.
+        """True if the drive reverses between a phase and the next, for each gap: the contact sticks all the while.
 
         Such a gap leads to a phase in which the force falls through zero, is shorter than it, and the force does not
         fall faster in it, as it does in a slip.
@@ -306,14 +306,14 @@ class _Rates:
         return starts, ends, unclear, self._rest(_within(starts, ends, size))
 
     def _rest(self, sticking: Flags) -> float:
-        """How much less time (s) a drive at full speed would have taken to load the spring as far."""
+        """Time (s) that a drive at full speed would have saved to load the spring as far."""
         share = np.abs(self._rate) / self._full
         starts, ends = runs_of(sticking & (share < 1.0 - self._tolerance))
         long = ends - starts > 2 * self._width
         return self._step * float(np.sum(1.0 - share[_within(starts[long], ends[long], share.size)]))
 
     def _follow_drops(self, begins: Positions, drops: Drops, bottoms: Positions, starts: Positions) -> Flags:
-        """Whether what begins at these positions follows, or precedes as the first of a stroke, a drop of usual size:
+        """True for each position at which something begins that follows, or precedes as the first of a stroke, a drop of usual size:
         at least half as large as those after which the contact sticks."""
         next_stick = np.append(starts, 2 * self._force.size)[np.searchsorted(starts, drops.starts + 1)]
         sticks_again = next_stick - bottoms <= self._width
@@ -334,7 +334,7 @@ class _Rates:
         return np.searchsorted(turns, np.arange(self._force.size), "right")
 
     def _unclear(self, inside: Flags, noise: float) -> Flags:
-        """Where the force is constant up to a reversal of the drive or the end of the record, and rises after one."""
+        """Samples of a constant force up to a reversal of the drive or the end, and of its rise after one."""
         unclear = np.zeros(inside.size, np.bool_)
         turns = np.flatnonzero(np.diff(self._strokes())) + 1
         inside[turns] = False
