@@ -313,8 +313,10 @@ class _Rates:
         return self._step * float(np.sum(1.0 - share[_within(starts[long], ends[long], share.size)]))
 
     def _follow_drops(self, begins: Positions, drops: Drops, bottoms: Positions, starts: Positions) -> Flags:
-        """True for each position at which something begins that follows, or precedes as the first of a stroke, a drop of usual size:
-        at least half as large as those after which the contact sticks."""
+        """True for positions that follow a drop of usual size, or precede one as the first of a stroke.
+
+        Usual is at least half the size of those after which the contact sticks.
+        """
         next_stick = np.append(starts, 2 * self._force.size)[np.searchsorted(starts, drops.starts + 1)]
         sticks_again = next_stick - bottoms <= self._width
         if np.count_nonzero(sticks_again) < 2:
