@@ -164,7 +164,7 @@ def test_records_reach_to_the_end_of_the_drive_whatever_the_rate(seed):
     drive |= {"ramp": None} if drive["profile"] == "sine" else {}
     tests = RigTests(rig(drive=drive, sensor={"rate": rate, "oversampling": over}))
     (test,) = tests.tests([0])
-    whole = float(tests.drive(tests._one(0))[:, 0].sum()) - wait
+    whole = float(tests.drive(tests._cell(0))[:, 0].sum()) - wait
     time = test.record["time"].values
     assert np.isfinite(test.record["acceleration"]).all()
     assert whole - 2.0 / rate < time[-1] <= whole
