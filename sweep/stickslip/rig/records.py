@@ -27,8 +27,8 @@ from numpy.typing import ArrayLike
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.files.atomic import replaced
 from stickslip.files.tables import Table, line_of, numbers, read_table
+from stickslip.fit.columns import load_above
 from stickslip.fit.headings import PURE, RECORD, Heading, heading, with_units_below, words_for
-from stickslip.fit.loads import load_above
 from stickslip.rig.quantities import COLUMNS, FORCES, MATERIAL, SIGNALS, TIME
 from stickslip.rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
 from stickslip.rig.signals import Floats, cumulative
@@ -121,7 +121,7 @@ def read_record(
 
     table = read_table(Path(path), _EXAMPLE, is_heading=are_headings)
     headings = [heading(cell.text, RECORD, tuple(COLUMNS)) for cell in table.heading]
-    headings, has_units_below = with_units_below(table, headings, {}, RECORD)
+    headings, has_units_below = with_units_below(table, headings, RECORD)
     table = replace(table, lines=table.lines[has_units_below:])
     columns = _columns(table, headings, settings)
     if len(table.lines) < FEWEST_SAMPLES and not table.rest:
