@@ -13,13 +13,13 @@ from openpyxl import load_workbook
 
 import stickslip
 from stickslip.cli import main
-from stickslip.config.examples import found_points
+from stickslip.config.examples import points_path
 from stickslip.errors import ConfigError, UnitWarning
 from stickslip.fit import draw_curves, fit_curve
 from stickslip.materials.page import material_page
 from stickslip.materials.table import RankTable
 
-FILES = [found_points(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
+FILES = [points_path(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
 SYSTEM = {"mass": "100 g", "stiffness": "5 N/mm", "normal_load": "10 N", "damping": "1 N s/m"}
 SI = {"mass": 0.1, "stiffness": 5000.0, "normal_load": 10.0, "damping": 1.0}
 OPTIONS = ["--mass", "100 g", "--stiffness", "5 N/mm", "--load", "10 N"]
@@ -82,7 +82,7 @@ def test_the_order_of_the_files_changes_nothing(compared, order):
 
 
 def test_a_wide_table_compares_as_its_columns_do(compared):
-    wide = stickslip.compare(found_points("configs/measured/table.csv"), **SYSTEM, belt_speed=0.02, draws=150)
+    wide = stickslip.compare(points_path("configs/measured/table.csv"), **SYSTEM, belt_speed=0.02, draws=150)
     assert list(wide["material"].values) == ["grease B", "grease A", "dry"]
     for i in (0, 2):  # a point of grease A is missing there
         np.testing.assert_allclose(wide["quiet_above"][i], compared["quiet_above"][i], rtol=1e-9)

@@ -9,13 +9,13 @@ from click.testing import CliRunner
 
 import stickslip
 from stickslip.cli import main
-from stickslip.config.examples import found_points
+from stickslip.config.examples import points_path
 from stickslip.errors import UnitWarning
 from stickslip.materials.stick_slip_end import best_measurements
 from stickslip.materials.table import RankTable
 from stickslip.plots import plot_materials
 
-FILES = [found_points(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
+FILES = [points_path(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
 SYSTEM = {"mass": "100 g", "stiffness": "5 N/mm", "normal_load": "10 N", "damping": "1 N s/m"}
 SI = {"mass": 0.1, "stiffness": 5000.0, "normal_load": 10.0, "damping": 1.0}
 SPEED = np.geomspace(0.0005, 0.4, 14)

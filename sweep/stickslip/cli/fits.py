@@ -83,8 +83,8 @@ def fit(
     Excel write it: commas, semicolons or tabs, decimal points or commas. The header of each names columns and units; a
     table with several columns of friction, one a material, gives a fit of each.
     """
-    from stickslip.config.pick import seconds
-    from stickslip.config.plausible import question_about_points
+    from stickslip.config.select import seconds
+    from stickslip.config.unit_warnings import friction_question_of_fit
     from stickslip.errors import UnitWarning
     from stickslip.fit import report
     from stickslip.fit.columns import newtons
@@ -96,7 +96,7 @@ def fit(
     wanted = wanted_of(unit, speed_column, friction_column, time_column, load)
     fits = fitted([points_file(file) for file in files], wanted, not as_json, same, law)
     for one in fits:
-        if one.curve and (asked := question_about_points(one.curve.mu_start, one.points.get("mu"))):
+        if one.curve and (asked := friction_question_of_fit(one.curve.mu_start, one.points.get("mu"))):
             warnings.warn(f"{one.name}: {asked}", UnitWarning, stacklevel=1)
     ageing = {one.name: one.ageing for one in fits if one.ageing}
     if plot is not None:

@@ -77,7 +77,7 @@ def _sounds(asked: RigConfig) -> Iterator[tuple[int, Sound]]:
 
     tests = RigTests(asked)
     for number in range(tests.grid.size):
-        cell = {name: float(values[0]) for name, values in tests.grid.cells(number, number + 1).items()}
+        cell = {name: float(values[0]) for name, values in tests.grid[number : number + 1].items()}
         seconds = float(tests.drive(cell)[:, 0].sum()) - cell["waiting_time"]
         changes = {
             "rate": float(sound.RATE), "bandwidth": None, "force_noise": 0.0, "acceleration_noise": 0.0,

@@ -11,7 +11,7 @@ from stickslip.fit.curve import CurveFit
 from stickslip.fit.files import MaterialFit
 from stickslip.fit.models import COEFFICIENTS
 from stickslip.fit.steps import StepPoints
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 _UNITS = {"a2": "s/m", "a4": "m/s", "t0": "s", "beta": "per decade"}
 

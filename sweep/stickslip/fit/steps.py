@@ -29,7 +29,7 @@ from stickslip.fit.headings import PERCENT, PURE, heading, plain
 from stickslip.fit.uncertainty import Floats
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import column_unit
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 _ALIKE = 0.05  # of its value, within which a speed or load stays during a step
 _TREND = 0.02  # of its value, by which it changes from the begin of a step to its end

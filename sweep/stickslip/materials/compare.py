@@ -14,10 +14,9 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.borders import Limits, Scan
-from stickslip.config.examples import found_points
-from stickslip.config.forgotten_units import question as question_about
-from stickslip.config.plausible import question_about_points
+from stickslip.config.examples import points_path
 from stickslip.config.reader import make_config
+from stickslip.config.unit_warnings import friction_question_of_fit, unit_question
 from stickslip.config.yaml import Document
 from stickslip.dataset.materials import Material, material_dataset
 from stickslip.dataset.provenance import provenance
@@ -139,7 +138,7 @@ def compare(
     system, over = system_of(given)
     request = Request(
         system, over, speeds_of(belt_speed, speed_range), None if low is None or high is None else (low, high),
-        level, draws, seed, limits, Options(rtol=limits.rtol(), threads=threads),
+        level, draws, seed, limits, limits.applied(Options(threads=threads), None),
     )  # fmt: skip
     if question := _question(fits, given | {"belt_speed": belt_speed}, request):
         warnings.warn(question, UnitWarning, stacklevel=2)
@@ -196,7 +195,7 @@ def _fits(materials: Materials, wanted: Wanted) -> list[MaterialFit]:
         several = [materials] if isinstance(materials, str | os.PathLike) else [*materials]
         fits = [one for one in several if isinstance(one, MaterialFit)]
         if len(fits) < len(several):
-            paths = [found_points(one) for one in several if not isinstance(one, MaterialFit)]
+            paths = [points_path(one) for one in several if not isinstance(one, MaterialFit)]
             fits = fit_materials(paths, wanted)
     if not fits:
         raise ValueError("materials: got none, expected at least one")
@@ -224,7 +223,7 @@ def _curve(fit: MaterialFit) -> CurveFit:
 
 
 def _doubt(fit: MaterialFit) -> str | None:
-    return question_about_points(_curve(fit).mu_start, fit.points.get("mu"))
+    return friction_question_of_fit(_curve(fit).mu_start, fit.points.get("mu"))
 
 
 def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], request: Request) -> str | None:
@@ -241,7 +240,7 @@ def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], 
         name: value if is_plain(given.get(name)) else f"{value!r} {units.spelled(PARAMETERS[name].units)}"
         for name, value in system.items()
     }
-    question = question_about(Document("compare", {"system": written}), config)
+    question = unit_question(Document("compare", {"system": written}), config)
     odd = [f"{name}: {doubt}" for name, doubt in doubts.items()]
     return "\n".join([*([question] if question else []), *odd]) or None
 

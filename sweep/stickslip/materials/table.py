@@ -16,7 +16,7 @@ from stickslip.materials.system import VARIED, critical_damping
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, VIBRATING, flag_label
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 _SYSTEM = ("mass", "stiffness", "damping", "normal_load")
 _VARIED = {"damping": ("damping", "{} N s/m"), "normal_load": ("load", "{} N"),

@@ -9,14 +9,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stickslip.config.examples import found
-from stickslip.config.forgotten_units import ask
+from stickslip.config.examples import existing_config
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.python import python_document
 from stickslip.config.reader import read_rig_config
 from stickslip.config.sections import Drive, Sensor
+from stickslip.config.unit_warnings import warn_of_units
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Problem
 from stickslip.rig.apparatus import duration
@@ -61,7 +61,7 @@ def load_rig(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterabl
     Parameters
     ----------
     path
-        A YAML file, the name of one of the package (see `examples.found`), or what such a file would say as a mapping.
+        A YAML file, the name of one of the package, or what such a file would say as a mapping.
     settings
         Of a command line, which are put into the file.
 
@@ -70,16 +70,16 @@ def load_rig(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterabl
     ConfigError
         With everything that is wrong.
     """
-    document = python_document(path) if isinstance(path, Mapping) else read_yaml(found(path))
+    document = python_document(path) if isinstance(path, Mapping) else read_yaml(existing_config(path))
     document = overridden(document, settings)
     rig = _read(document)
-    ask(document, rig.config)
+    warn_of_units(document, rig.config)
     return rig
 
 
 def is_rig(path: str | os.PathLike[str]) -> bool:
     """True if a YAML file is that of a rig: whether it has a drive. Raises ConfigError if it cannot be read."""
-    data = read_yaml(found(path)).data
+    data = read_yaml(existing_config(path)).data
     return isinstance(data, dict) and "drive" in data
 
 
@@ -134,7 +134,7 @@ def _lengths(rig: RigConfig) -> Iterator[Problem]:
         message = f"got {grid.size:,} tests, expected at most {MOST_TESTS:,}"
         yield Problem(("axes",), message, hint="use fewer points, or fewer axes")
         return
-    durations = duration(rig.drive.profile, rig.drive.strokes, grid.cells(0, grid.size))
+    durations = duration(rig.drive.profile, rig.drive.strokes, grid[:])
     longest, shortest = float(durations.max()), float(durations.min())
     fine = sensor.rate * sensor.oversampling
     if (samples := longest * fine) > MOST_SAMPLES:

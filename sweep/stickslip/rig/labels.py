@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.dataset.display import Unit
-from stickslip.vocabulary import customary, units
+from stickslip.vocabulary import display_units
+from stickslip.vocabulary.display_units import Unit
 
 _AS_THEY_ARE = ("s", "N")  # units that people give all times of a matrix in, and all forces
 _NO_BREAK = "\N{NO-BREAK SPACE}"
@@ -19,10 +19,7 @@ _NO_BREAK = "\N{NO-BREAK SPACE}"
 
 def unit_for(si: str, values: ArrayLike) -> Unit:
     """The customary unit for the largest of some values in SI."""
-    sizes = np.abs(np.asarray(values, np.float64))
-    largest = float(np.max(sizes, where=np.isfinite(sizes), initial=0.0))
-    size, name = (1.0, "") if si in _AS_THEY_ARE else customary.unit_of(si, largest)
-    return Unit(name or ("Hz" if si == "s-1" else units.spelled(si)), size)
+    return display_units.unit_for(si, 0.0 if si in _AS_THEY_ARE else values)
 
 
 def number_text(value: float) -> str:

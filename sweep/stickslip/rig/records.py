@@ -37,7 +37,7 @@ from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.results import Variable
 from stickslip.vocabulary.settings import CONDITIONS
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.suggest import listed, nearest
 
 FEWEST_SAMPLES = 16
 _EXAMPLE = "time [ms], force [N], acceleration [m/s2]"

@@ -19,7 +19,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path as FilePath
 from typing import Any
 
-from stickslip.config.complaints import Complaints
+from stickslip.config.problems import ProblemCollector
 from stickslip.config.yaml import Document, read_yaml
 from stickslip.errors import Path, QuantityError
 from stickslip.fit.headings import RECORD, Heading, heading
@@ -27,7 +27,7 @@ from stickslip.rig.quantities import COLUMNS, CONDITION_WORDS, MATERIAL, SIGNAL_
 from stickslip.rig.rpn import Risk
 from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS, RISK
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 Condition = str | float
 
@@ -110,7 +110,7 @@ def read_settings(document: Document) -> Settings:
     return Settings(of_record, conditions, FeatureSettings(**chosen), Risk(**weights))
 
 
-class _Reader(Complaints):
+class _Reader(ProblemCollector):
     """Mappings of a document, and what is wrong with them."""
 
     def section(self, value: object, path: Path, keys: Collection[str]) -> dict[str, Any]:

@@ -13,9 +13,8 @@ import numpy as np
 import xarray as xr
 
 from stickslip import engine
-from stickslip.config.grid import Grid, build_grid
+from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
-from stickslip.config.rules import members
 from stickslip.dataset.build import grid_coordinates
 from stickslip.dataset.provenance import provenance
 from stickslip.errors import NotReachedError
@@ -27,10 +26,11 @@ from stickslip.rig.labels import Dimension, dimension, point_name
 from stickslip.rig.quantities import EXACT, FEATURES, MATERIAL
 from stickslip.rig.records import make_record
 from stickslip.rig.signals import Floats
+from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import FLAGS, MODES, STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import CONDITIONS
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 Progress = Callable[[int, int], None]
 
@@ -58,7 +58,7 @@ class RigTests:
     rig: RigConfig
 
     @cached_property
-    def grid(self) -> Grid:
+    def grid(self) -> Cells:
         """The grid of the matrix."""
         return build_grid(self.rig.config)
 
@@ -99,7 +99,7 @@ class RigTests:
 
     def _cell(self, number: int) -> dict[str, float]:
         """The quantities of one test."""
-        return {name: float(values[0]) for name, values in self.grid.cells(number, number + 1).items()}
+        return {name: float(values[0]) for name, values in self.grid[number : number + 1].items()}
 
     def _batches(self, numbers: Sequence[int]) -> Iterator[dict[int, tuple[dict[str, float], Floats]]]:
         """Cells and drives of tests that are computed together: as many as their samples allow."""
@@ -290,7 +290,7 @@ def _one_test(config: Config, number: int) -> dict[str, Any]:
     if not 0 <= number < int(np.prod(shape, dtype=int)):
         raise IndexError(f"test {number} of {int(np.prod(shape, dtype=int))}")
     for axis, i in zip(config.axes, np.unravel_index(number, shape) if shape else (), strict=True):
-        for member in members(axis):
+        for member in axis.members:
             row = QUANTITIES[member.name]
             plain[row.section][row.name] = row.written(float(member.points()[i]))
     return plain | {"axes": {}}

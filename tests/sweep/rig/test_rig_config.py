@@ -124,7 +124,7 @@ axes:
     made = parse_rig(text)
     grid = build_grid(made.config)
     assert grid.dims == ("dwell", "speed", "waiting_time") and grid.shape == (2, 2, 3)
-    cells = grid.cells(0, grid.size)
+    cells = grid[:]
     assert cells["dwell"].tolist() == [0.0] * 6 + [1.0] * 6
     assert cells["stroke"].tolist() == [0.002] * 3 + [0.02] * 3 + [0.002] * 3 + [0.02] * 3
     assert cells["waiting_time"][:3] == pytest.approx([1, 10, 100])
