@@ -5,7 +5,6 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_rgb
 
-from stickslip.dataset.display import Unit
 from stickslip.errors import PlotError
 from stickslip.plots.page import save
 from stickslip.plots.palette import UNDEFINED_COLOUR
@@ -13,6 +12,7 @@ from stickslip.rig import RPN_NAME
 from stickslip.rig.labels import dimension, number_text, point_name, quantity_text, unit_for
 from stickslip.rig.plots import LIGHTS, plot_matrix
 from stickslip.rig.rpn import BANDS, band_of
+from stickslip.vocabulary.display_units import Unit
 
 COORDINATES = {
     "material": ("material", ["dry", "felt", "fluid $A$"], {"long_name": "material"}),
