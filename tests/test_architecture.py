@@ -33,7 +33,11 @@ FLOORS = (
 )
 # The same inside two rooms that are large; what lies beside the folders comes in where it is needed.
 INNER_FLOORS = {
-    "rig": ({"quantities", "risk", "words", "settings"}, {"records"}, {"analysis"}, {"simulate"}, {"report"}),
+    "rig": (
+        {"quantities", "rpn", "labels", "settings"}, {"signals", "records"}, {"sticks", "hum"}, {"defects"},
+        {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "config", "simulation"}, {"plots"},
+        {"report"},
+    ),
     "runs": (
         {"blocks", "regions", "settings", "reuse", "maps", "work", "memory"}, {"workdir"},
         {"request", "earlier", "probe"}, {"estimate", "compute"}, {"assembly"}, {"session", "collecting"},

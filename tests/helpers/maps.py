@@ -36,6 +36,7 @@ class Grid:
     coords: list[Coordinate]
     fixed: dict[str, float] = field(default_factory=dict)
     written_in: dict[str, str] = field(default_factory=dict)
+    labelled: None = None
 
     @property
     def dims(self):
