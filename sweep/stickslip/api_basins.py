@@ -18,9 +18,9 @@ from .config.model import Config
 from .config.options import options_of
 from .config.reader import Given, as_config, is_config
 from .config.studies import Attractors, alone
-from .dataset.attractors import ramp_dataset
 from .dataset.given import given_cells
 from .dataset.provenance import provenance
+from .dataset.studies import ramp_dataset
 from .engine import Options, stop_flag, warm_up
 from .errors import ArgumentError
 from .progress import Watch, watched

@@ -15,7 +15,7 @@ from stickslip.borders.junctions import meeting_points
 from stickslip.borders.tracing import Crossing, Segment, chained, joined
 from stickslip.borders.walk import Points, border_cells
 from stickslip.config.reader import parse_config
-from stickslip.dataset.contours import polylines
+from stickslip.dataset.polylines import polylines
 from stickslip.engine import Computed, stop_flag
 from stickslip.errors import ConfigError
 from stickslip.files import writing

@@ -19,7 +19,7 @@ from stickslip.borders.walk import Points, border_cells, corner_labels
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.config.studies import Contours
-from stickslip.dataset.contours import contour_dataset
+from stickslip.dataset.studies import contour_dataset
 from stickslip.engine import Options, Results, StopFlag, compute_range
 from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study

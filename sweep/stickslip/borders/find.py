@@ -16,7 +16,7 @@ from stickslip.borders.search import Brackets, Floats, Integers, Looked, Scan, s
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.config.studies import Border
-from stickslip.dataset.borders import border_dataset
+from stickslip.dataset.studies import border_dataset
 from stickslip.engine import Options, Results, StopFlag, compute_range
 from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study, joined

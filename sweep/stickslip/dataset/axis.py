@@ -18,7 +18,7 @@ _SYMBOLS = ("mu_", "v_")  # how names begin that are symbols, not words
 
 
 class MapAxis:
-    """One dimension of a map, ready to be drawn or told.
+    """One dimension of a map, ready to be drawn or named.
 
     Numeric if the dimension has a numeric index, laid out as its `axis_spacing` says. Otherwise (named points,
     parameters that vary together) the points are placed side by side under their labels.
@@ -28,8 +28,7 @@ class MapAxis:
     """
 
     def __init__(self, ds: xr.Dataset, dim: Hashable, plain: bool = False, log: bool = False) -> None:
-        self._quantity = _plain_quantity if plain else _quantity
-        self._log = log
+        self._plain, self._log = plain, log
         self.dim = dim
         self.length = ds.sizes[dim]
         self._index = ds[dim] if dim in ds.coords else None
@@ -85,6 +84,10 @@ class MapAxis:
             return ", ".join(f"{short_name(c)} = {self._quantity(c, c.values[i])}" for c in self._beside)
         return str(i)
 
+    def _quantity(self, array: xr.DataArray, value: float) -> str:
+        unit = unit_of(array)
+        return unit.text(value) if self._plain else f"{unit.of(value):.4g} {unit.printed}".rstrip()
+
     def heading(self, i: int) -> str:
         """Point `i` with the name of what it is a point of, short enough for the title of a panel."""
         if self._index is not None and self.is_numeric:
@@ -111,17 +114,6 @@ def title(array: xr.DataArray, unit: Unit | None = None) -> str:
     name = str(array.attrs.get("long_name", array.name)).replace("_", " ")
     printed = (unit or unit_of(array)).printed
     return f"{name} ({printed})" if printed else name
-
-
-def _quantity(array: xr.DataArray, value: float) -> str:
-    """A value with its unit."""
-    unit = unit_of(array)
-    return f"{unit.of(value):.4g} {unit.printed}".rstrip()
-
-
-def _plain_quantity(array: xr.DataArray, value: float) -> str:
-    """A value with its unit, without mathematical print."""
-    return unit_of(array).told(value)
 
 
 def _midpoints(centres: NDArray[np.float64]) -> NDArray[np.float64]:

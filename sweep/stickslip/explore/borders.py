@@ -13,7 +13,7 @@ from stickslip import borders
 from stickslip.config.model import Config, Range
 from stickslip.config.options import options_of
 from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.contours import polylines
+from stickslip.dataset.polylines import polylines
 from stickslip.engine import Options, StopFlag
 from stickslip.explore.maps import Picture
 from stickslip.study import Study

@@ -29,13 +29,13 @@ from xarray.core.indexing import (
 )
 
 from stickslip.errors import StoreError, reason
-from stickslip.files.duck_arrays import import_no_more
+from stickslip.files.lazy_duck_arrays import wait_for_imports
 from stickslip.files.locations import Url, location
 from stickslip.files.mistaken import RESULTS_HERE, names_in, no_result
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.seal import GROUP, MARKED, SEAL, TABLE, Marks, digest, has_bare_values, is_unwritten, marks_of
 
-import_no_more()
+wait_for_imports()
 
 _LABEL = "_label"
 _REMEDY = "hint: copy it again, or compute it again"

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from stickslip.config.yaml import parse_yaml
 from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.chunks import chunks
+from stickslip.dataset.coarse import chunks
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.summary import BAD_REGIMES, Share, codes, shares, summary
 from stickslip.errors import ConfigError, PlotError
@@ -156,7 +156,7 @@ def _borders(ds: xr.Dataset) -> str:
         for one in found:
             below, above = (REGIMES[int(one[name])] for name in ("regime_below", "regime_above"))
             width = f"{unit.of(float(one['border_width'])):.2g} {unit.name}"
-            rows.append([*where, unit.told(float(one["border"])), _swatched(below), _swatched(above), width])
+            rows.append([*where, unit.text(float(one["border"])), _swatched(below), _swatched(above), width])
         if not found:
             rows.append([*where, "none: one regime throughout", "", "", ""])
         if len(rows) >= _MOST_BORDERS:

@@ -7,7 +7,7 @@ Every function returns a matplotlib Figure and touches no global state: no pyplo
     axes   their axes      page   title, legend and file      palette   colours
 """
 
-from stickslip.dataset.panels import MAX_PANELS
+from stickslip.dataset.selection import MAX_PANELS
 from stickslip.errors import PlotError
 from stickslip.plots.attractors import plot_attractors, plot_ramp
 from stickslip.plots.branches import plot_branches, plot_of_ramp

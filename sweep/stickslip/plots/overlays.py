@@ -13,8 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.contours import Polyline
-from stickslip.dataset.polylines import border_lines, other_cells
+from stickslip.dataset.polylines import Polyline, border_lines, other_cells
 from stickslip.errors import PlotError
 
 _LABEL = "border, exact"

@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.dataset.select import selected
+from stickslip.dataset.selection import selected
 from stickslip.errors import PlotError
 from stickslip.plots.attractors import plot_attractors
 from stickslip.plots.branches import plot_of_ramp
