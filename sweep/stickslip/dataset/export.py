@@ -25,8 +25,8 @@ from stickslip.dataset.coarse import Chunk, chunks
 from stickslip.dataset.display import Unit, unit_of
 from stickslip.errors import StoreError, visible
 from stickslip.files.atomic import replaced
-from stickslip.files.formulas import inert, is_live
 from stickslip.files.targets import check_target
+from stickslip.files.texts import inert, is_live
 from stickslip.vocabulary.flags import QUIET_STATES
 from stickslip.vocabulary.words import listed, nearest
 

@@ -17,7 +17,7 @@ from stickslip.engine.margins import integrate_closely
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import spread, stop_flag
-from stickslip.files.machine import processors
+from stickslip.files.process import processors
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.results import VARIABLES
 from stickslip_kernels import layout

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.files import machine
+from stickslip.files import process
 from stickslip.files.seal import content_of
 
 Packed = Any  # bytes, or an array or view of them
@@ -57,7 +57,7 @@ class Chunks(ABC):
     """
 
     def __init__(self, threads: int | None = None) -> None:
-        self._threads = threads or machine.processors()
+        self._threads = threads or process.processors()
         self._layouts: dict[str, Layout] = {}
         self._contents: Contents = {}
         self._waiting: deque[Future[Callable[[], None]]] = deque()

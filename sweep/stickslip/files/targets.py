@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 from stickslip.errors import StoreError, reason
-from stickslip.files.locations import ROOT, Url, location
+from stickslip.files.locations import ROOT, Url, check_writable, location
 
 _ZARR_MARKERS = (ROOT, ".zgroup")
 _LONGEST_NAME = 255  # bytes
@@ -76,10 +76,8 @@ def check_target(place: str | os.PathLike[str], *kinds: str) -> None:
             f"{kind.suffixes[0]}"
         )
     if isinstance(where, Url):
-        from stickslip.files import swapping
-
         check_url(where)
-        return swapping.check_writable(where)
+        return check_writable(where)
     check_place(where, is_zarr=where.suffix == ".zarr", folder=kind.folder)
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
 
-from stickslip.files import machine
+from stickslip.files import process
 from stickslip.files.chunks import Chunks, Contents, Layout, Origin, Packed
 from stickslip.files.locations import ROOT
 from stickslip.files.seal import GROUP, SEAL, TABLE, marks_of
@@ -87,7 +87,7 @@ class ZarrChunks(Chunks):
     """The chunks of a store that is being written, put by the threads that compress."""
 
     def __init__(self, store: NewZarr, threads: int | None = None) -> None:
-        super().__init__(max(threads or machine.processors(), _AT_ONCE) if store.waits else threads)
+        super().__init__(max(threads or process.processors(), _AT_ONCE) if store.waits else threads)
         self._group, self._store = zarr.open_group(store.said, mode="r"), store
 
     def _declared(self, name: str) -> Layout:

@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import Protocol
 
 from stickslip.files.atomic import flush, placed
-from stickslip.files.locations import location
-from stickslip.files.remote import explained
+from stickslip.files.locations import explained, location
 
 TEMPORARY = ".tmp"
 
@@ -45,7 +44,7 @@ class Folder(Protocol):
     def remove(self, name: str) -> None:
         """Remove a name, if it is there."""
 
-    def vanish(self) -> None:
+    def rmdir(self) -> None:
         """Remove the folder itself, if it is empty."""
 
     def size(self) -> int:
@@ -95,7 +94,7 @@ class LocalFolder:
         with explained(str(self.path / name), "removed"), suppress(FileNotFoundError):
             os.unlink(self.path / name)
 
-    def vanish(self) -> None:
+    def rmdir(self) -> None:
         """Remove the folder."""
         with suppress(OSError):
             self.path.rmdir()

@@ -21,7 +21,7 @@ from datetime import datetime
 
 from stickslip.errors import StoreError, printable
 from stickslip.files.locations import Location, Url
-from stickslip.files.machine import host, is_alive, space
+from stickslip.files.process import host, is_alive, space
 from stickslip.runs.blocks import Shard
 from stickslip.runs.workdir.folder import Folder
 
@@ -100,7 +100,7 @@ def held(folder: Folder, shard: Shard | None, lost: Callable[[], None], notice: 
             yield lock
     finally:
         lock.release()
-        folder.vanish()  # nothing is left of a run that was refused
+        folder.rmdir()  # nothing is left of a run that was refused
 
 
 @contextmanager
