@@ -210,9 +210,9 @@ def contour_dataset(
         variables[name].attrs[CONTAINER] = CONTAINER
     nodes = {}
     for name, axis, spacing, unit in zip(names, "xy", spacings, shown, strict=True):
-        row = {"units": SEARCHABLE[name].units, "long_name": SEARCHABLE[name].long_name}
-        row |= {"axis": axis.upper(), "axis_spacing": spacing}
-        nodes[name] = shown_in(xr.Variable("node", table[axis], row, NO_FILL), unit)
+        about = {"units": SEARCHABLE[name].units, "long_name": SEARCHABLE[name].long_name}
+        about |= {"axis": axis.upper(), "axis_spacing": spacing}
+        nodes[name] = shown_in(xr.Variable("node", table[axis], about, NO_FILL), unit)
     panels = _panels(dims, shape, coordinates, table["panel"])
     return xr.Dataset(variables, attrs=dict(attributes)).assign_coords(panels | nodes)
 

@@ -52,7 +52,7 @@ def differences(there: Config, here: Config) -> dict[str, tuple[str, str]]:
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
 
 
-def told(differing: dict[str, tuple[str, str]]) -> str:
+def described(differing: dict[str, tuple[str, str]]) -> str:
     """Differences for people, one a line."""
     pairs = differing.items()
     return "\n".join(f"  {name}: {_short(there)} there, {_short(here)} here" for name, (there, here) in pairs)

@@ -79,7 +79,7 @@ def test_a_run_that_is_refused_leaves_no_folder(config, output, monkeypatch):
     def full(*_):
         raise StoreError("no space left")
 
-    monkeypatch.setattr("stickslip.runs.session.parts.prepare", full)
+    monkeypatch.setattr("stickslip.runs.session.block_store.prepare", full)
     with pytest.raises(StoreError, match="no space left"):
         stickslip.run(config, output)
     assert not output.with_name("map.nc.parts").exists()

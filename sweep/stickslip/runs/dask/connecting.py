@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import signal
 import threading
 from collections import Counter
@@ -21,8 +22,7 @@ import dask.config
 from stickslip.config.addresses import LOCAL
 from stickslip.engine import processor, processors
 from stickslip.errors import ClusterError, Interrupted
-from stickslip.runs.compute.dask.quiet import SILENT, quiet
-from stickslip.runs.compute.dask.worker import describe, loaded, unlike, versions
+from stickslip.runs.dask.worker import describe, loaded, unlike, versions
 from stickslip.runs.request import Request
 from stickslip.runs.workdir.lock import Notice
 
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 PATIENCE = 10.0  # s, for a scheduler to answer
 _STARTING = 60.0  # s, for processes to start on a busy machine
+_SILENT = logging.CRITICAL + 1
+_TALKATIVE = ("distributed", "tornado", "asyncio")  # loggers
 _NAMED = 3  # workers named in a message
 _HOW = (
     "hint: start one with `dask scheduler` and `dask worker tcp://HOST:8786`, and name it as tcp://HOST:8786; "
@@ -86,7 +88,7 @@ def _found(stack: ExitStack, request: Request) -> Cluster:
     if not isinstance(request.cluster, str):
         return Cluster(request.cluster, request.cluster.scheduler.address, request.notice)
     _require_distributed()
-    stack.enter_context(quiet())
+    stack.enter_context(_silenced())
     patience = _STARTING if request.cluster == LOCAL else PATIENCE
     stack.enter_context(dask.config.set({"distributed.comm.timeouts.connect": f"{patience:g} s"}))
     return _connect(stack, request.cluster, request)
@@ -153,11 +155,11 @@ def _local_cluster(threads: int | None) -> Any:
 
     count = threads or processors()
     own = dask.config.get("distributed.worker.preload", None) or []
-    preload = [*([own] if isinstance(own, str) else own), "stickslip.runs.compute.dask.worker"]
+    preload = [*([own] if isinstance(own, str) else own), "stickslip.runs.dask.worker"]
     with _no_ctrl_c():
         return LocalCluster(
             n_workers=count, threads_per_worker=1, memory_limit=0, host="127.0.0.1", dashboard_address=None,
-            silence_logs=SILENT, preload=preload,
+            silence_logs=_SILENT, preload=preload,
         )  # fmt: skip
 
 
@@ -172,6 +174,26 @@ def _no_ctrl_c() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _silenced() -> Iterator[None]:
+    """Silence Dask, unless its configuration says how it is to log (`logging`, or DASK_LOGGING__DISTRIBUTED).
+
+    It reports lost connections at length, and our messages would be lost among its own.
+    """
+    if dask.config.get("logging", None) is not None:
+        yield
+        return
+    names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in _TALKATIVE]
+    before = {name: logging.getLogger(name).level for name in [*names, *_TALKATIVE]}
+    for name in before:
+        logging.getLogger(name).setLevel(_SILENT)
+    try:
+        yield
+    finally:
+        for name, level in before.items():
+            logging.getLogger(name).setLevel(level)
 
 
 def _address_in(file: Path) -> str:

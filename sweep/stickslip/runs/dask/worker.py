@@ -84,7 +84,7 @@ def describe() -> Description:
     """This worker, which has imported what its first block needs once it has said so."""
     from stickslip import engine
     from stickslip.config import reader  # noqa: F401
-    from stickslip.runs.workdir import parts  # noqa: F401
+    from stickslip.runs.workdir import block_store  # noqa: F401
 
     return {"host": host(), "processor": engine.processor(), "versions": versions()}
 
@@ -106,8 +106,8 @@ def compute_block(job: Job, number: int, wanted: bytes | None = None) -> bytes |
 
 def _computed(job: Job, number: int, wanted: bytes | None) -> bytes | None:
     from stickslip import engine
+    from stickslip.runs.workdir.block_store import encoded
     from stickslip.runs.workdir.encoding import encode
-    from stickslip.runs.workdir.parts import encoded
 
     work, manifest = _loaded(job["configuration"], job["blocks"])
     for law in work.study.kernels:
@@ -138,7 +138,7 @@ def _loaded(configuration: str, blocks: tuple[int, int, int]) -> tuple[Work, Man
     from stickslip.config.reader import parse_config
     from stickslip.runs.blocks import Blocks
     from stickslip.runs.work import Work
-    from stickslip.runs.workdir.parts import manifest_of
+    from stickslip.runs.workdir.block_store import manifest_of
 
     work = Work(parse_config(configuration), cut=Blocks(*blocks))
     return work, manifest_of(work)
@@ -151,13 +151,13 @@ def _written(job: Job, manifest: Manifest, number: int, block: Block) -> bool:
     leaves nothing behind.
     """
     from stickslip.errors import StoreError
+    from stickslip.runs.workdir.block_store import BlockStore
     from stickslip.runs.workdir.folder import folder_at
-    from stickslip.runs.workdir.parts import Parts
 
     try:
         folder = folder_at(job["place"])
         folder.read(job["token"])
-        Parts(folder, manifest, job["packing"]).save(number, block)
+        BlockStore(folder, manifest, job["packing"]).save(number, block)
     except (FileNotFoundError, StoreError):  # whatever keeps this machine from it may not keep the other
         return False
     return True
