@@ -42,7 +42,7 @@ class MapAxis:
 
     @cached_property
     def title(self) -> str:
-        """What the axis shows, with its unit."""
+        """The quantity that the axis shows, with its unit."""
         if self._index is not None:
             return title(self._index)
         return title(self._beside[0]) if len(self._beside) == 1 else str(self.dim).replace("_", " ")
@@ -69,7 +69,7 @@ class MapAxis:
 
     @cached_property
     def is_log(self) -> bool:
-        """Whether the axis is logarithmic."""
+        """Tell whether the axis is logarithmic."""
         spacing = None if self._index is None else self._index.attrs.get("axis_spacing")
         return self.is_numeric and (self._log or spacing == "log") and bool((self.centres > 0).all())
 

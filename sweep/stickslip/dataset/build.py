@@ -121,7 +121,7 @@ def _declared(results: Mapping[str, Any], table: Mapping[str, Variable]) -> list
 
 
 def grid_coordinates(grid: Grid) -> dict[str, xr.Variable]:
-    """What varies, the labels of points, and what is equal in every cell."""
+    """Coordinates: axes, labels of points, and what is equal in every cell."""
     coordinates = {c.name: shown_in(axis_variable(c), grid.written_in.get(quantity_of(c.name))) for c in grid.coords}
     for c in grid.coords:
         if c.labels is not None and c.dim not in coordinates:  # values of one quantity, or points of a group
@@ -162,7 +162,7 @@ def _attributes_of_parameter(name: str) -> dict[str, Any]:
 
 
 def _comment(name: str) -> dict[str, str]:
-    """What NaN means, where it means something."""
+    """The meaning of NaN, where it has one."""
     declared = PARAMETERS.get(name)
     return {"comment": f"NaN: {declared.absent}"} if declared and declared.absent else {}
 

@@ -128,7 +128,7 @@ def between(array: xr.DataArray, pixel: Pixel, box: int) -> NDArray[np.float64]:
 
 
 def middles(length: int, step: int) -> NDArray[np.intp]:
-    """Which cell lies in the middle of each pixel along an axis; the last pixel may be short."""
+    """The number of the cell in the middle of each pixel along an axis; the last pixel may be short."""
     starts = np.arange(0, length, step)
     return (starts + np.minimum(starts + step, length)) // 2
 

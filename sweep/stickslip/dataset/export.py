@@ -56,7 +56,7 @@ class Table:
 
     @property
     def rows(self) -> int:
-        """How many rows, without the headings."""
+        """The number of rows, without the headings."""
         return prod(self.shape)
 
     @cached_property
@@ -264,7 +264,7 @@ def _unit(array: xr.DataArray) -> Unit:
 
 
 def _digits(array: xr.DataArray) -> int:
-    """How many digits the numbers of a column have: six, more where neighbours on an axis lie closer."""
+    """The number of digits of a column: six, more where neighbours on an axis lie closer."""
     if array.dims != (array.name,) or array.dtype.kind != "f" or array.size < 2:
         return _DIGITS
     step = float(np.min(np.abs(np.diff(array.values)), where=np.diff(array.values) != 0, initial=np.inf))

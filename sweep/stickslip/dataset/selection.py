@@ -105,7 +105,7 @@ def _cell_of(ds: xr.Dataset, dim: Hashable, value: Any) -> int:
 
 
 def span(ds: xr.Dataset, dim: Hashable) -> tuple[float, float, str]:
-    """How far the cells of a numeric axis that rises reach, in SI, and from where to where it runs, in words."""
+    """The range that the cells of a numeric axis that rises cover, in SI, and its first and last point in words."""
     axis = MapAxis(ds, dim, plain=True)
     low, high = (float(axis.unit.to_si(end)) for end in (axis.edges[0], axis.edges[-1]))
     return low, high, _runs(axis)

@@ -118,9 +118,9 @@ def why_absent(ds: xr.Dataset, *names: str) -> str | None:
             f"holds no {listed(absent, 'and')}, which only a run to a horizon defines\n"
             "hint: solver: {early_stop: false, horizon: ...} computes to a horizon"
         )
-    wanted = [name for name in VARIABLES if name in there or name in absent]
+    variables = ", ".join(name for name in VARIABLES if name in there or name in absent)
     return (
         f"holds no {listed(absent, 'and')}, since output.variables kept {listed(there, 'and')} alone\n"
-        f"hint: stickslip run CONFIG --set 'output.variables=[{', '.join(wanted)}]' -o other.nc computes the map with "
+        f"hint: stickslip run CONFIG --set 'output.variables=[{variables}]' -o other.nc computes the map with "
         f"{'it' if len(absent) == 1 else 'them'}"
     )

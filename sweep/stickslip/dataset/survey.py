@@ -143,7 +143,7 @@ def _cells(ds: xr.Dataset, recipe: Recipe, places: list[tuple[int, ...]]) -> lis
 
 
 def duration_of(recipe: Recipe, cell: xr.Dataset) -> float:
-    """How long to look at a cell, in s: to the horizon, or some cycles, or some oscillations after break-away."""
+    """The time worth looking at a cell, in s: to the horizon, or some cycles, or some oscillations after break-away."""
     solver = recipe.get("solver", {}) if isinstance(recipe, dict) else dict(recipe.solver)  # type: ignore[union-attr]
     known = {name: float(cell[name]) for name in _LOOK if name in cell.variables}
     oscillation = 2.0 * math.pi * math.sqrt(known.get("mass", 1.0) / known.get("stiffness", 1.0))

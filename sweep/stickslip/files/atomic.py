@@ -38,7 +38,7 @@ def replaced(path: str | os.PathLike[str], move: Move = os.replace, *, zarr: boo
 
 @contextmanager
 def placed(temporary: Path, target: Path, move: Move = os.replace) -> Iterator[None]:
-    """What is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed."""
+    """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed."""
     try:
         yield
         _flush_all(temporary)

@@ -58,7 +58,7 @@ def plain_numbers(
 
 
 def _has_cells(block: bytes, separator: str, width: int) -> bool:
-    """Whether every line has so many cells."""
+    """Tell whether every line has so many cells."""
     text = np.frombuffer(block, np.uint8)
     ends = np.flatnonzero(text == _LINE)
     if not ends.size or ends[-1] != text.size - 1:

@@ -78,7 +78,7 @@ class Chunks(ABC):
             self._close()
 
     def layout(self, name: str) -> Layout:
-        """How a variable is stored."""
+        """The layout of a variable in the file."""
         if name not in self._layouts:
             self._layouts[name] = self._declared(name)
         return self._layouts[name]
@@ -120,7 +120,7 @@ class Chunks(ABC):
 
     @abstractmethod
     def _declared(self, name: str) -> Layout:
-        """What the file says of a variable."""
+        """The layout that the file declares."""
 
     @abstractmethod
     def _place(self, layout: Layout, origin: Origin, data: Packed) -> Callable[[], None]:

@@ -38,7 +38,7 @@ class Url(os.PathLike[str]):
 
     @property
     def name(self) -> str:
-        """What comes after the last slash."""
+        """The part after the last slash."""
         return self.text.rpartition("/")[2]
 
     @property
@@ -47,11 +47,11 @@ class Url(os.PathLike[str]):
         return PurePosixPath(self.name).suffix
 
     def with_name(self, name: str) -> Url:
-        """The same place but for its name."""
+        """A place in the same folder, of another name."""
         return Url(f"{self.text.rpartition('/')[0]}/{name}")
 
     def with_suffix(self, suffix: str) -> Url:
-        """The same place but for its suffix."""
+        """A place of the same name but for the suffix."""
         return self.with_name(self.stem + suffix)
 
     @property
@@ -60,7 +60,7 @@ class Url(os.PathLike[str]):
         return self.name.removesuffix(self.suffix)
 
     def exists(self) -> bool:
-        """Whether a store is there, and whole: what it says of itself is written last."""
+        """Tell whether a store is there, and whole: what it says of itself is written last."""
         return self.folder().has(ROOT)
 
     def folder(self) -> RemoteFolder:
@@ -72,7 +72,7 @@ Location = Path | Url
 
 
 def location(place: str | os.PathLike[str]) -> Location:
-    """What a text names; `~` is the folder of its user."""
+    """The place that a text names; `~` is the folder of its user."""
     if isinstance(place, Path | Url):
         return place
     text = os.fspath(place)
@@ -111,7 +111,7 @@ class RemoteFolder:
         return sorted(path.removeprefix(self._root).lstrip("/") for path in self._objects())
 
     def has(self, name: str) -> bool:
-        """Whether a name exists."""
+        """Tell whether a name exists."""
         try:
             self.read(name)
         except FileNotFoundError:
@@ -119,7 +119,7 @@ class RemoteFolder:
         return True
 
     def read(self, name: str) -> bytes:
-        """What is written under a name."""
+        """The bytes under a name."""
         with explained(f"{self.where}/{name}", "read"):
             return bytes(self._fs.cat_file(self._path(name)))
 

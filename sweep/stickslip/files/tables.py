@@ -117,7 +117,7 @@ def _whole_lines(text: str) -> Iterator[tuple[int, str]]:
 def _heading_at(
     lines: Sequence[str], declared: str, is_heading: Callable[[Sequence[str]], bool] | None
 ) -> tuple[int, str]:
-    """Which line names the columns, and what separates them."""
+    """The number of the line that names the columns, and their separator."""
     marks = [declared] if declared else [*_SEPARATORS]
     for i, line in enumerate(lines):
         for mark in marks:
@@ -154,7 +154,7 @@ def _is_number(text: str) -> bool:
 
 
 def _separator(heading: str, row: str) -> str:
-    """What separates columns: what cuts the heading and the first row into as many cells; else what the heading has."""
+    """The separator that cuts the heading and the first row into as many cells; else the one that the heading has."""
     counts = {mark: tuple(len(list(_parts(line, mark))) for line in (heading, row)) for mark in _SEPARATORS}
     used = [mark for mark, (cells, _) in counts.items() if cells > 1]
     alike = [mark for mark in used if len(set(counts[mark])) == 1]
@@ -310,7 +310,7 @@ def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...
 
 
 def _parts(line: str, separator: str) -> Iterator[tuple[int, int]]:
-    """Where the cells of a line begin and end; separators in quotation marks are none."""
+    """Begin and end of each cell of a line; separators in quotation marks are none."""
     quoted, begin = False, 0
     for i, character in enumerate(f"{line}{separator}"):
         if character == '"':
@@ -324,12 +324,12 @@ def _parts(line: str, separator: str) -> Iterator[tuple[int, int]]:
 
 
 def has_decimal_commas(table: Table, rows: Iterable[Sequence[str]], columns: Sequence[int]) -> bool:
-    """Whether numbers are written with commas in the columns `columns` of the cells in `rows`."""
+    """Tell whether numbers are written with commas in the columns `columns` of the cells in `rows`."""
     return table.separator != "," and any("," in row[column] for row in rows for column in columns if column < len(row))
 
 
 def thousands(texts: Sequence[str], comma: bool) -> bool:
-    """Whether the decimal marks of a column rather stand between thousands: 500, 1,000, 1,500."""
+    """Tell whether the decimal marks of a column rather stand between thousands: 500, 1,000, 1,500."""
     marked = re.compile(r"[-+]?[1-9]\d{0,2}[,]\d{3}" if comma else r"[-+]?[1-9]\d{0,2}[.]\d{3}")
     whole = [text for text in texts if text.lstrip("+-").isdigit()]
     others = [text for text in texts if text and text not in whole]
@@ -368,7 +368,7 @@ def _wrong_lines(table: Table, columns: Sequence[int], comma: bool) -> Iterator[
 
 
 def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:
-    """What is wrong with a cell, None if it is a finite number."""
+    """The problem of a cell, None if it is a finite number."""
     text = cell.text
     if hint := mixed_marks(text, comma):
         pass

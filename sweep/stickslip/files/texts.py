@@ -206,7 +206,7 @@ def _refused(path: Path, message: str, hint: str | None, place: Place | None = N
 
 
 def is_live(text: str) -> bool:
-    """Whether a spreadsheet may take a text for a formula. A number is a number."""
+    """Tell whether a spreadsheet may take a text for a formula. A number is a number."""
     return bool(_LIVE.search(text)) and not _is_number(text)
 
 

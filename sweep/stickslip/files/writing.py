@@ -146,7 +146,7 @@ def _create_zarr(ds: xr.Dataset, encoding: Encoding, later: _Later, new: NewZarr
     from xarray.backends import ZarrStore
 
     # Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
-    store = ZarrStore.open_group(new.said, mode="w-", consolidated=False, zarr_format=3, write_empty=True)
+    store = ZarrStore.open_group(new.metadata, mode="w-", consolidated=False, zarr_format=3, write_empty=True)
     ds.dump_to_store(store, writer=later, encoding=encoding)
     store.close()
 
@@ -216,7 +216,7 @@ def _with_plain_texts(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _is_text(ds: xr.Dataset, dim: Hashable) -> bool:
-    """Whether a dimension has labels."""
+    """Tell whether a dimension has labels."""
     return dim in ds.coords and ds[dim].dtype.kind in "OTU"
 
 

@@ -119,7 +119,7 @@ class Gathered:
         return {name: column(values) for name, values in self._made_up(number).items()}
 
     def _made_up(self, number: int) -> Results:
-        """What stands for a block that is not there."""
+        """The results that stand for a block that is not there."""
         if self._repair:
             return self._repair(number)
         results = self._work.known_only(number)

@@ -1,4 +1,4 @@
-"""How the cells of a run are cut into blocks: one file, one thread and one unit of loss each.
+"""Cells of a run, cut into blocks: one file, one thread and one unit of loss each.
 
 A block of a map is a chunk of its file too, so that what a thread has compressed goes into the file as it is.
 """
@@ -85,10 +85,10 @@ def blocks_of(shape: tuple[int, ...], weight: int = 1) -> Blocks:
     """
     size = prod(shape)
     fewest, most = max(_FEWEST // weight, 1), max(_MOST // weight, 1)
-    wanted, below = min(max(-(-size // _BLOCKS), fewest), most), 1
+    aim, below = min(max(-(-size // _BLOCKS), fewest), most), 1
     for length in reversed(shape):
-        if below * length > wanted:
-            parts = -(-length // (wanted // below))
+        if below * length > aim:
+            parts = -(-length // (aim // below))
             return Blocks(size, -(-length // parts) * below, length * below)
         below *= length
     return Blocks(size, size, size)
@@ -115,10 +115,10 @@ def blocks_of_chunks(chunks: tuple[int, ...], shape: tuple[int, ...]) -> Blocks:
 
 def parse_shard(text: str) -> Shard:
     """The shard called `2/8`. Raises ValueError."""
-    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
-    if not found or not int(found[2]):
+    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
+    if not match or not int(match[2]):
         raise ValueError(f"got {text!r}, expected a shard such as 1/8, 2/8 up to 8/8")
-    number, count = int(found[1]), int(found[2])
+    number, count = int(match[1]), int(match[2])
     if not 1 <= number <= count:
         raise ValueError(
             f"got {text!r}, but shards are counted from 1: 1/{count} to {count}/{count}\n"

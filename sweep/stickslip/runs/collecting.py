@@ -1,4 +1,4 @@
-"""What can be done with an incomplete store: inspect it, and write a result from its finished blocks."""
+"""Incomplete stores: their status, and a result collected from their finished blocks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stickslip.runs.request import Request
 from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir import block_store
 from stickslip.runs.workdir.block_store import Failure
-from stickslip.runs.workdir.lock import Holder, held, holders, shard_of, writing_alone
+from stickslip.runs.workdir.lock import Holder, hold_lock, holders, shard_of, writing_alone
 from stickslip.study import Study
 
 _OTHER = block_store.SAME_SETTINGS + ", or name another file with {output}"
@@ -22,7 +22,7 @@ _OTHER = block_store.SAME_SETTINGS + ", or name another file with {output}"
 
 @dataclass(frozen=True)
 class Collected:
-    """What `collect` wrote: how many cells (or lines, ...) it has, and how many of them are "not computed".
+    """The file that `collect` wrote: number of its cells (or lines, ...), and of those that are "not computed".
 
     where : the store, if it is still there. up_to_date : the result was there and whole, and no store.
     """
@@ -71,7 +71,7 @@ def collect(request: Request) -> Collected:
     if missing or request.keep:
         return Collected(request.output, store.blocks.size, missing, store.where, work.study)
     try:
-        with held(folder, None, lambda: None, request.notice):
+        with hold_lock(folder, None, lambda: None, request.notice):
             store.delete()
     except StoreError:  # another run works there; the last one removes it
         return Collected(request.output, store.blocks.size, 0, store.where, work.study)
@@ -79,7 +79,7 @@ def collect(request: Request) -> Collected:
 
 
 def _whole(request: Request, output: Location) -> Collected | None:
-    """What is there, if it is the whole result of this configuration; None where there is none.
+    """An existing result, if it is the whole one of this configuration; None where there is none.
 
     Raises StoreError for a part of it, and for something else.
     """
@@ -128,7 +128,7 @@ class Status:
 
 @dataclass(frozen=True)
 class ShardStatus:
-    """How far a shard is whose lock is there: blocks in all, numbers of missing ones; holder : None if it has died."""
+    """The progress of a shard whose lock is there: blocks in all, numbers of missing ones. holder : None if it died."""
 
     shard: str
     blocks: int

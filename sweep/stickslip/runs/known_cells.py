@@ -28,7 +28,7 @@ class KnownCells:
     points: tuple[Indices, ...]
 
     def cells(self, cells: range) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]] | None:
-        """Which cells of a range of the new grid are known, and their results; None if none is."""
+        """Flags of the known cells of a range of the new grid, and their results; None if none is known."""
         parts = [self._region(region) for region in regions(cells.start, cells.stop, self.shape)]
         have = np.concatenate([part[0] for part in parts])
         if not have.any():
@@ -37,7 +37,7 @@ class KnownCells:
         return have, {name: np.concatenate([part[name] for part in results]) for name in results[0]}
 
     def _region(self, region: Region) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]:
-        """The same for a region; without results where none are known."""
+        """Flags and results as `cells` gives them, of a region; no results where none are known."""
         places = [points[side] for points, side in zip(self.points, region, strict=True)]
         have: NDArray[np.bool_] = np.ones((), bool)
         for place in places:

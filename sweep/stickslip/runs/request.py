@@ -1,4 +1,4 @@
-"""What is asked of a run, and its outcome."""
+"""The request of a run, and its outcome."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ OnError = Literal["continue", "stop"]
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked of a run.
+    """The request of a run.
 
     output : result to write; None leaves the blocks in the store.
     place : path or URL of the store; None lays it beside the output.

@@ -20,7 +20,7 @@ from stickslip.runs.work import Work
 from stickslip.runs.workdir import block_store
 from stickslip.runs.workdir.block_store import BlockStore
 from stickslip.runs.workdir.folder import Folder
-from stickslip.runs.workdir.lock import Lock, held, writing_alone
+from stickslip.runs.workdir.lock import Lock, hold_lock, writing_alone
 
 Choice = Callable[[BlockStore, Request], set[int]]
 
@@ -124,7 +124,7 @@ def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines
     def lost() -> None:
         stop[0] = 1
 
-    with held(folder, request.shard, lost, request.notice) as lock:
+    with hold_lock(folder, request.shard, lost, request.notice) as lock:
         with existing_output.opened(request.output, request.config, anew) as old:
             work = Work(request.config, old.known if old else None)
             store = block_store.prepare(folder, work, request.fresh, request.notice, work.packing(request.output))
@@ -177,7 +177,7 @@ def _computed(
 
 
 def _of_share(store: BlockStore, request: Request) -> Progress | None:
-    """What is called with the items done of a shard, and of its own; what others did before does not count."""
+    """A callback with the items done of a shard, and of its own; what others did before does not count."""
     progress = request.progress
     if progress is None or request.shard is None:
         return progress
@@ -191,7 +191,7 @@ def _interrupted(store: BlockStore, work: Work) -> Interrupted:
 
 
 def _saved(store: BlockStore, work: Work) -> str:
-    """What has been saved, whatever happened."""
+    """The cells that have been saved, whatever happened."""
     return _interrupted(store, work).kept_cells
 
 
@@ -236,14 +236,14 @@ def _remove_leftovers(folder: Folder, request: Request) -> None:
         return
     try:
         if block_store.is_empty(folder):
-            with held(folder, None, lambda: None, request.notice):
+            with hold_lock(folder, None, lambda: None, request.notice):
                 return block_store.remove_temporary(folder)
         store = block_store.find(folder)
         if store.manifest.fingerprint != fingerprint(request.config):
             return
         if store.manifest.fresh and not store.is_complete():
             return request.notice(f"{store.where} holds a fresh run that was interrupted: the same command resumes it")
-        with held(folder, None, lambda: None, request.notice):
+        with hold_lock(folder, None, lambda: None, request.notice):
             store.delete()
     except StoreError:  # not ours to remove, in use, or in a folder that is read-only
         return

@@ -9,7 +9,7 @@ from helpers.runs import FEW, opened, same, stop_early, with_axes
 from stickslip.errors import StoreError
 from stickslip.files import locations, writing
 from stickslip.files.locations import Url
-from stickslip.runs.workdir.lock import held
+from stickslip.runs.workdir.lock import hold_lock
 
 pytest.importorskip("zarr")
 
@@ -148,7 +148,7 @@ def test_what_a_killed_writer_left_is_no_part_of_the_next_map(config, whole, url
 
 def test_two_do_not_write_at_once(config, url):
     where = Url(url)
-    with held(where.with_name(".map.zarr.lock").folder(), None, lambda: None, print):
+    with hold_lock(where.with_name(".map.zarr.lock").folder(), None, lambda: None, print):
         with pytest.raises(stickslip.IncompleteError, match="another run works there"):
             stickslip.run(config, url)
     stickslip.run(config, url).close()

@@ -49,11 +49,11 @@ class Cluster:
     notice: Notice
 
     def threads(self) -> int:
-        """How many blocks its workers compute at once, now. Raises ClusterError if the scheduler is gone."""
+        """The number of blocks that its workers compute at once, now. Raises ClusterError if the scheduler is gone."""
         return sum(self.ask(self.client.nthreads).values())
 
     def ask(self, question: Callable[[], Any]) -> Any:
-        """What the scheduler answers. Raises ClusterError if it is gone."""
+        """The answer of the scheduler. Raises ClusterError if it is gone."""
         try:
             return question()
         except (OSError, RuntimeError, ValueError, CancelledError) as error:  # whatever a closed client raises
@@ -218,23 +218,21 @@ def _check_alike(cluster: Cluster) -> None:
     """Raise ClusterError unless scheduler and workers run what this process runs; workers to come check themselves."""
     if reason := cluster.ask(lambda: _scheduler_lacks(cluster.client)):
         raise ClusterError(f"{cluster.where}: {reason}\nhint: its scheduler needs stickslip too: install it there")
-    found = cluster.ask(lambda: cluster.client.run(describe, on_error="return"))
-    if wrong := _unlike(found):
+    workers = cluster.ask(lambda: cluster.client.run(describe, on_error="return"))
+    if wrong := _unlike(workers):
         named = "\n".join(f"  {text}" for text in wrong[:_NAMED])
         more = f"\n  and {len(wrong) - _NAMED} more" if len(wrong) > _NAMED else ""
         raise ClusterError(
-            f"{cluster.where}: {len(wrong)} of {len(found)} workers do not run what runs here\n{named}{more}\n"
+            f"{cluster.where}: {len(wrong)} of {len(workers)} workers do not run what runs here\n{named}{more}\n"
             "hint: install the same versions there and start the workers again"
         )
-    found = {address: worker for address, worker in found.items() if worker["processor"] != processor()}
-    if found:
-        kinds = Counter(worker["processor"] for worker in found.values())
-        told = ", ".join(f"{count} on {kind}" for kind, count in kinds.items())
-        cluster.notice(f"workers on another processor than this one ({processor()}): {told}; last digits may differ")
+    if kinds := Counter(kind for worker in workers.values() if (kind := worker["processor"]) != processor()):
+        counts = ", ".join(f"{count} on {kind}" for kind, count in kinds.items())
+        cluster.notice(f"workers on another processor than this one ({processor()}): {counts}; last digits may differ")
 
 
 def _scheduler_lacks(client: Client) -> str:
-    """What the scheduler does not have of what it must load to pass tasks on; empty if nothing."""
+    """The reason why the scheduler cannot load what passes tasks on; empty if it can."""
     try:
         client.run_on_scheduler(loaded)
     except OSError:
@@ -244,10 +242,10 @@ def _scheduler_lacks(client: Client) -> str:
     return ""
 
 
-def _unlike(found: Mapping[str, Any]) -> list[str]:
-    """What is wrong with which worker; `found` are descriptions, or the errors of those who could not give one."""
+def _unlike(workers: Mapping[str, Any]) -> list[str]:
+    """The workers that will not do, and why; given descriptions, or the errors of those without."""
     wrong = []
-    for address, worker in found.items():
+    for address, worker in workers.items():
         if isinstance(worker, BaseException):
             wrong.append(f"{address}: {str(worker) or type(worker).__name__}")
         elif differing := unlike(versions(), worker["versions"]):

@@ -130,7 +130,7 @@ class _Flight:
         self._under_way.clear()
 
     def _room(self) -> int:
-        """How many blocks may be in flight: it follows the workers as they come and go."""
+        """The number of blocks that may be in flight: it follows the workers as they come and go."""
         now = monotonic()
         if now - self._counted > _COUNT:
             self._threads, self._counted = self.cluster.threads(), now
@@ -145,10 +145,10 @@ class _Flight:
         known = self.work.known_cells(number)
         if known is not None and known[0].all():
             return self._save(number, self.work.compute(number))
-        wanted = None if known is None else bits(~known[0])
+        mask = None if known is None else bits(~known[0])
         key = f"{self._run}-{number}{'-alone' if self._alone else ''}"
         future = self.cluster.client.submit(
-            compute_block, self.job, number, wanted, key=key, retries=_RETRIES, pure=False
+            compute_block, self.job, number, mask, key=key, retries=_RETRIES, pure=False
         )
         self._under_way[key] = number, future
         future.add_done_callback(self._arrived.put)

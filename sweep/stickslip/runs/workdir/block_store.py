@@ -96,8 +96,8 @@ class BlockStore:
     def _checked(self, number: int, data: bytes, work: Work) -> dict[str, Column]:
         header, columns = opened(data)
         cells = self.blocks.cells(number)
-        wanted = {"run": self.manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
-        if wrong := [name for name, value in wanted.items() if header.get(name) != value]:
+        expected = {"run": self.manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
+        if wrong := [name for name, value in expected.items() if header.get(name) != value]:
             raise ForeignBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
         types = {name: column.dtype for name, column in columns.items()}
         if not work.fits(number, types, [column.cells for column in columns.values()]):
@@ -113,17 +113,17 @@ class BlockStore:
         """Record why a block could not be computed; `trace` is the traceback, if not that of the error."""
         message = f"{type(error).__name__}: {error}" if trace is None else str(error)
         trace = "".join(traceback.format_exception(error)) if trace is None else trace
-        found = {
+        record = {
             "run": self.manifest.fingerprint, "block": number, "message": message,
             "traceback": trace, "stickslip": __version__,
         }  # fmt: skip
-        self.folder.write(_failed_name(number), json.dumps(found, ensure_ascii=False).encode())
+        self.folder.write(_failed_name(number), json.dumps(record, ensure_ascii=False).encode())
 
     def failure(self, number: int) -> Failure:
         """Why a block could not be computed."""
         try:
-            found = json.loads(self.folder.read(_failed_name(number)))
-            return Failure(number, str(found["message"]), str(found["traceback"]))
+            record = json.loads(self.folder.read(_failed_name(number)))
+            return Failure(number, str(record["message"]), str(record["traceback"]))
         except (FileNotFoundError, ValueError, TypeError, KeyError):
             return Failure(number, "the record of what happened is damaged", "")
 
@@ -132,7 +132,7 @@ class BlockStore:
         self.folder.remove(_failed_name(number))
 
     def is_complete(self) -> bool:
-        """Whether no block is missing."""
+        """Tell whether no block is missing."""
         return len(self.finished()) == self.blocks.count
 
     def no_longer_fresh(self) -> None:
@@ -147,8 +147,8 @@ class BlockStore:
         self.folder.remove(manifests.NAME)
 
     def _numbers(self, pattern: re.Pattern[str]) -> set[int]:
-        found = {int(match[1]) for name in self.folder.names() if (match := pattern.fullmatch(name))}
-        return {number for number in found if number < self.blocks.count}
+        numbers = {int(match[1]) for name in self.folder.names() if (match := pattern.fullmatch(name))}
+        return {number for number in numbers if number < self.blocks.count}
 
 
 def encoded(manifest: Manifest, number: int, block: Block, packing: str) -> bytes:
@@ -202,7 +202,7 @@ def check_ours(folder: Folder) -> None:
 
 
 def is_empty(folder: Folder) -> bool:
-    """Whether a folder holds nothing but what a run leaves that is killed while it removes its store."""
+    """Tell whether a folder holds nothing but what a run leaves that is killed while it removes its store."""
     return all(is_lock(name) or _is_temporary(name) for name in folder.names())
 
 
@@ -250,7 +250,7 @@ def _prepared(folder: Folder, work: Work, fresh: bool, notice: Notice) -> BlockS
 
 
 def goes_on_fresh(manifest: Manifest, work: Work) -> bool:
-    """Whether a store is that of the same fresh run, which was interrupted."""
+    """Tell whether a store is that of the same fresh run, which was interrupted."""
     same = (fingerprint(work.config), work.size, engine.kernels_digest(), manifests.FORMAT)
     return manifest.fresh and same == (manifest.fingerprint, manifest.size, manifest.kernels[-1], manifest.format)
 
@@ -354,5 +354,5 @@ def _check_version(folder: Folder, manifest: Manifest) -> None:
 
 
 def same_major(version: str) -> bool:
-    """Whether a version resumes what this one began: the same major version."""
+    """Tell whether a version resumes what this one began: the same major version."""
     return version.partition(".")[0] == __version__.partition(".")[0]

@@ -48,7 +48,7 @@ class Column:
     sha256: str = ""
 
     def is_one_value(self) -> bool:
-        """Whether all cells share one value, and `data` is that."""
+        """Tell whether all cells share one value, and `data` is that."""
         return self.packing == _ONE
 
     def content(self) -> bytes:
@@ -146,6 +146,6 @@ def _as_described_now(about: Header) -> Header:
 
 
 def _all_equal(values: NDArray[Any]) -> bool:
-    """Whether all values have the same bits; NaN may be shared."""
+    """Tell whether all values have the same bits; NaN may be shared."""
     bits = values.view(f"u{values.itemsize}")
     return bool(bits[0] == bits[-1] and (bits == bits[0]).all())

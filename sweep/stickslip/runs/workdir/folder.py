@@ -33,7 +33,7 @@ class Folder(Protocol):
         """Names that exist; none where there is no folder."""
 
     def read(self, name: str) -> bytes:
-        """What is written under a name. Raises FileNotFoundError."""
+        """The bytes under a name. Raises FileNotFoundError."""
 
     def write(self, name: str, data: bytes) -> None:
         """Write, replacing what was there at once; make the folder if need be."""
@@ -77,7 +77,7 @@ class LocalFolder:
                 return []
 
     def read(self, name: str) -> bytes:
-        """What is written under a name."""
+        """The bytes under a name."""
         with explained(str(self.path / name), "read"):
             return (self.path / name).read_bytes()
 
