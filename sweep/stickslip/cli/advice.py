@@ -63,7 +63,7 @@ def advise(
     those to vibrating ones.
     """
     from stickslip import designing
-    from stickslip.config.pick import cell_of, config_at
+    from stickslip.config.select import cell_of, config_at
     from stickslip.errors import Interrupted
     from stickslip.files import writing
     from stickslip.materials.system import ends_of

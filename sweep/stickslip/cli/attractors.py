@@ -135,7 +135,7 @@ def ramp(
 
 def _interval(name: str, ends: tuple[str, str]) -> tuple[float, float]:
     """Both ends in SI."""
-    from stickslip.config.pick import value_of
+    from stickslip.config.select import value_of
 
     low, high = (value_of(name, end, f"--{name}") for end in ends)
     return low, high

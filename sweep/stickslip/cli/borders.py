@@ -57,8 +57,8 @@ def border(
     search survives interruption as a run does, and `stickslip run` does the same for a configuration with a section
     `border`.
     """
-    from stickslip.config.pick import config_at
     from stickslip.config.sections import Output
+    from stickslip.config.select import config_at
     from stickslip.config.studies import Border, alone
     from stickslip.runs.request import Request
 
@@ -78,7 +78,7 @@ def border(
 
 def _ends(along: str, between: tuple[str, str]) -> tuple[float, float]:
     """Both ends in SI."""
-    from stickslip.config.pick import value_of
+    from stickslip.config.select import value_of
 
     low, high = (value_of(along, end, "--between") for end in between)
     return low, high

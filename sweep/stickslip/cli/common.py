@@ -182,9 +182,9 @@ def next_step() -> str:
 
 def config_file(path: Path) -> Path:
     """The file of a configuration: the one named or, which is said, the one of the package that is called so."""
-    from stickslip.config.examples import found
+    from stickslip.config.examples import existing_config
 
-    file = found(path)
+    file = existing_config(path)
     if file != path:
         screen.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
     return file
@@ -224,9 +224,9 @@ def _remember(context: click.Context, texts: tuple[str, ...]) -> None:
 
 def points_file(path: Path) -> Path:
     """A table of measured points: the file named or, which is said, the one of the package that is called so."""
-    from stickslip.config.examples import found_points
+    from stickslip.config.examples import points_path
 
-    file = found_points(path)
+    file = points_path(path)
     if file != path:
         screen.echo(f"{path}: no such file here, taken from those that come with stickslip: {file}", err=True)
     return file
@@ -322,10 +322,10 @@ def _nowhere() -> Iterator[None]:
 
 
 def _dask(value: str | None) -> str | None:
-    from stickslip.config.addresses import EXPECTED, is_address
+    from stickslip.config.sections import ADDRESS, is_address
 
     if value is not None and not is_address(value):
-        raise click.BadParameter(f"got {value!r}, expected {EXPECTED}")
+        raise click.BadParameter(f"got {value!r}, expected {ADDRESS}")
     return value
 
 

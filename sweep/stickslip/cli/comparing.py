@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from stickslip.materials.words import Shown, Words
+    from stickslip.materials.table import RankColumn, RankTable
 
 _ASKED = (
     "belt_speed",
@@ -123,7 +123,7 @@ def compare(
     from stickslip.dataset.display import with_units
     from stickslip.errors import Interrupted
     from stickslip.materials import compare as compared
-    from stickslip.materials.words import Words
+    from stickslip.materials.table import RankTable
 
     one_load = load[0] if len(load) == 1 and ".." not in load[0] else None
     wanted = wanted_of(unit, speed_column, friction_column, load=one_load)
@@ -148,16 +148,16 @@ def compare(
             ds, {str(name): unit_shown for name, one in ds.variables.items() if one.attrs.get("units") == "m s-1"}
         )
     ds = ds if title is None else ds.assign_attrs(title=title)
-    words = Words(ds)
+    ranking = RankTable(ds)
     if not as_json:
-        _show(words)
-    written = _write(ds, words, outputs, plot, report, as_json, "," if decimal_comma else ".")
+        _show(ranking)
+    written = _write(ds, outputs, plot, report, as_json, "," if decimal_comma else ".")
     if as_json:
-        from stickslip.fit.described import columns_of
+        from stickslip.fit.report import columns_of
 
         every = [each for one in fits for each in one.repeats or (one,)]
         read = {one.name: {"file": str(one.path), **columns_of(one)} for one in every}
-        tell_json(_answer(ds, words, written) | {"read": read})
+        tell_json(_answer(ds, ranking, written) | {"read": read})
 
 
 def _one(given: tuple[str, ...]) -> str | tuple[str, ...]:
@@ -173,33 +173,30 @@ def _unit_of(speeds: tuple[str, ...]) -> str | None:
 
 def tell(ds: xr.Dataset, as_json: bool) -> None:
     """Say what is in the file of a comparison: what the command said."""
-    from stickslip.materials.words import Words
+    from stickslip.materials.table import RankTable
 
     if as_json:
-        return tell_json(_answer(ds, Words(ds), {}))
-    _show(Words(ds))
+        return tell_json(_answer(ds, RankTable(ds), {}))
+    _show(RankTable(ds))
 
 
-def _show(words: Words) -> None:
+def _show(ranking: RankTable) -> None:
     """The table of ranks, and remarks."""
-    from stickslip.materials.varied import varied
-
-    screen.echo(f"system   {', '.join(f'{name} {value}' for name, value in words.conditions())}\n")
-    _print_table(words.columns())
-    if words.speeds:
-        screen.echo(words.answer())
-    for remark in words.remarks():
+    screen.echo(f"system   {', '.join(f'{name} {value}' for name, value in ranking.conditions())}\n")
+    _print_table(ranking.columns())
+    if ranking.speeds:
+        screen.echo(ranking.answer())
+    for remark in ranking.remarks():
         screen.echo(f"note     {remark}")
-    for one in varied(words.ds, words):
-        _print_table(one.columns)
-        for remark in one.remarks:
+    for _, borders, remarks in ranking.variations():
+        _print_table(borders)
+        for remark in remarks:
             screen.echo(f"note     {remark}")
-    screen.echo(words.what_quiet_means())
-    if said := words.what_the_interval_means():
-        screen.echo(said)
+    for text in ranking.method():
+        screen.echo(text)
 
 
-def _print_table(columns: Iterable[Shown]) -> None:
+def _print_table(columns: Iterable[RankColumn]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
@@ -214,7 +211,6 @@ def _print_table(columns: Iterable[Shown]) -> None:
 
 def _write(
     ds: xr.Dataset,
-    words: Words,
     outputs: tuple[Path, ...],
     plot: Path | None,
     report: Path | None,
@@ -254,7 +250,7 @@ def _write(
     return written
 
 
-def _answer(ds: xr.Dataset, words: Words, written: dict[str, str]) -> dict[str, Any]:
+def _answer(ds: xr.Dataset, ranking: RankTable, written: dict[str, str]) -> dict[str, Any]:
     """The comparison for programs, in SI."""
     from stickslip.dataset.export import table_of
 
@@ -264,16 +260,16 @@ def _answer(ds: xr.Dataset, words: Words, written: dict[str, str]) -> dict[str, 
     for i, one in enumerate(materials):
         if several:
             at = ds.drop_vars([name for name in shared.data_vars if name not in ("quiet_above", "quiet_state")])
-            rows = [_row(at.isel(belt_speed=j), i) for j in range(len(words.speeds))]
+            rows = [_row(at.isel(belt_speed=j), i) for j in range(len(ranking.speeds))]
             one["at"] = [{name: value for name, value in row.items() if name not in one or name == "margin"}
-                         | {"belt_speed": speed} for row, speed in zip(rows, words.speeds, strict=True)]  # fmt: skip
-        for name in words.varied:
+                         | {"belt_speed": speed} for row, speed in zip(rows, ranking.speeds, strict=True)]  # fmt: skip
+        for name in ranking.varied:
             one[f"quiet_above_over_{name}"] = ds[f"quiet_above_over_{name}"].values[i].tolist()
     units = {name: str(array.attrs["units"]) for name, array in table_of(ds).columns.items() if "units" in array.attrs}
     system = {name.removeprefix("system_"): ds.attrs[name] for name in ds.attrs if name.startswith("system_")}
     asked = {name: ds.attrs[name] for name in _ASKED if name in ds.attrs}
-    asked |= {name: ds[name].values.tolist() for name in words.varied}
-    return {"materials": materials, "units": units, "system": system, **asked, "remarks": words.remarks(),
+    asked |= {name: ds[name].values.tolist() for name in ranking.varied}
+    return {"materials": materials, "units": units, "system": system, **asked, "remarks": ranking.remarks(),
             "written": written}  # fmt: skip
 
 

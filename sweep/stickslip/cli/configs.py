@@ -26,7 +26,7 @@ from stickslip.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from stickslip.config.understood import Row
+    from stickslip.config.describe import Row
     from stickslip.errors import Problem
 
 
@@ -41,7 +41,7 @@ def validate(configs: tuple[Path, ...], as_json: bool) -> None:
     quantity in SI and in customary units, what they come to (natural frequency, static deflection), every axis with
     its points. Values that are legal and implausible are asked about.
     """
-    from stickslip.config.understood import understood
+    from stickslip.config.describe import describe
     from stickslip.errors import ConfigError
     from stickslip.rig.simulate.config import is_rig, load_rig
     from stickslip.runs.work import study_of
@@ -59,7 +59,7 @@ def validate(configs: tuple[Path, ...], as_json: bool) -> None:
             if not as_json:
                 screen.echo(str(error), err=True)
             continue
-        rows = list(understood(config))
+        rows = list(describe(config))
         answer["warnings"] = [str(warning.message) for warning in asked]
         if not is_rig(path) and config.output.plot is not None and (part := shown.will_be_drawn(config)):
             answer["warnings"].append(f"output.plot: {part}")
@@ -129,11 +129,11 @@ def init(file: Path, name: str | None, listing: bool) -> None:
 def _beginning(name: str | None) -> tuple[str, str]:
     """The text to start from, and the command that computes it."""
     from stickslip.config.examples import config_path
-    from stickslip.config.starter import STARTER
+    from stickslip.config.template import TEMPLATE
     from stickslip.rig.simulate.config import is_rig
 
     if name is None:
-        return STARTER, "run"
+        return TEMPLATE, "run"
     try:
         source = config_path(name)
     except FileNotFoundError as error:

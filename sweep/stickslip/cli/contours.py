@@ -73,7 +73,7 @@ def contours(
 
 def _ranges(between: tuple[tuple[str, str, str], ...]) -> dict[str, tuple[float, float]] | None:
     """Ranges in SI by parameter."""
-    from stickslip.config.pick import value_of
+    from stickslip.config.select import value_of
 
     return {name: (value_of(name, low, "--between"), value_of(name, high, "--between"))
             for name, low, high in between} or None  # fmt: skip

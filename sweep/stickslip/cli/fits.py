@@ -83,11 +83,11 @@ def fit(
     Excel write it: commas, semicolons or tabs, decimal points or commas. The header of each names columns and units; a
     table with several columns of friction, one a material, gives a fit of each.
     """
-    from stickslip.config.pick import seconds
-    from stickslip.config.plausible import question_about_points
+    from stickslip.config.select import seconds
+    from stickslip.config.unit_warnings import friction_question_of_fit
     from stickslip.errors import UnitWarning
-    from stickslip.fit import described
-    from stickslip.fit.loads import newtons
+    from stickslip.fit import report
+    from stickslip.fit.columns import newtons
 
     if load is not None:
         newtons(load)
@@ -96,7 +96,7 @@ def fit(
     wanted = wanted_of(unit, speed_column, friction_column, time_column, load)
     fits = fitted([points_file(file) for file in files], wanted, not as_json, same, law)
     for one in fits:
-        if one.curve and (asked := question_about_points(one.curve.mu_start, one.points.get("mu"))):
+        if one.curve and (asked := friction_question_of_fit(one.curve.mu_start, one.points.get("mu"))):
             warnings.warn(f"{one.name}: {asked}", UnitWarning, stacklevel=1)
     ageing = {one.name: one.ageing for one in fits if one.ageing}
     if plot is not None:
@@ -107,11 +107,11 @@ def fit(
         return tell_json(_answer(fits, ageing, seconds(at), plot))
     tell_columns(fits)
     for one in fits:
-        screen.echo(f"{one.name}\n{described.describe(one)}\n")
+        screen.echo(f"{one.name}\n{report.describe(one)}\n")
     if len(ageing) > 1:
-        screen.echo(described.describe_ranking(ageing, seconds(at)))
+        screen.echo(report.describe_ranking(ageing, seconds(at)))
     if len(ageing) < len(fits):
-        screen.echo(f"to paste into a configuration\n{described.as_yaml(fits)}")
+        screen.echo(f"to paste into a configuration\n{report.as_yaml(fits)}")
     if plot is not None:
         screen.echo(f"plot     {plot}")
 
@@ -147,23 +147,23 @@ def _somebody_sits_there() -> bool:
 
 def tell_columns(fits: Sequence[MaterialFit]) -> None:
     """Say what the columns of each file were taken for, where they are not plainly called so; of files alike once."""
-    from stickslip.fit import described
+    from stickslip.fit import report
 
     every = [each for one in fits for each in one.repeats or (one,)]
     alike: dict[str, list[str]] = {}
     for path in dict.fromkeys(one.path for one in every):
         of_file = [one for one in every if one.path == path]
-        if not all(map(described.is_plain, of_file)):
-            alike.setdefault(described.describe_columns(of_file), []).append(str(path))
+        if not all(map(report.is_plain, of_file)):
+            alike.setdefault(report.describe_columns(of_file), []).append(str(path))
     for columns_are, paths in alike.items():
         screen.echo(f"{', '.join(paths)}: {columns_are}\n")
 
 
 def _answer(fits: Sequence[MaterialFit], ageing: dict[str, Any], at: float, plot: Path | None) -> dict[str, Any]:
     """The fits for programs."""
-    from stickslip.fit import described, rank
+    from stickslip.fit import rank, report
 
-    told: dict[str, Any] = {"fits": [described.as_plain(one) for one in fits]}
+    told: dict[str, Any] = {"fits": [report.as_plain(one) for one in fits]}
     if len(ageing) > 1:
         order = rank(ageing, at)
         told["ranking"] = {
@@ -172,5 +172,5 @@ def _answer(fits: Sequence[MaterialFit], ageing: dict[str, Any], at: float, plot
             "by_slope": [place.name for place in order.by_slope],
         }
     if len(ageing) < len(fits):
-        told["yaml"] = described.as_yaml(fits)
+        told["yaml"] = report.as_yaml(fits)
     return told | ({"plot": str(plot)} if plot else {})

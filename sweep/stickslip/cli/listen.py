@@ -164,8 +164,8 @@ def _sound(
 ) -> tuple[Sound, float, str]:
     """The sound of the cell, its level (dB), and its title."""
     from stickslip import sound
-    from stickslip.config.pick import cell_of, config_at
-    from stickslip.config.pick import seconds as time_of
+    from stickslip.config.select import cell_of, config_at
+    from stickslip.config.select import seconds as time_of
     from stickslip.vocabulary.results import LEVEL
 
     one = config_at(recipe_in(config), at)
@@ -210,7 +210,7 @@ def _levels(
     """The levels of all cells of a configuration, or of the one at `at`."""
     from stickslip import sound
     from stickslip.config.grid import build_grid
-    from stickslip.config.pick import cell_of, config_at
+    from stickslip.config.select import cell_of, config_at
     from stickslip.errors import ConfigError
     from stickslip.files import writing
 

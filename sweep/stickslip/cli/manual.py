@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from stickslip.vocabulary.words import nearest
+from stickslip.vocabulary.suggest import nearest
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _INSTALLED = _PACKAGE / "pages_of_docs"

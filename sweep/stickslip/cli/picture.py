@@ -74,7 +74,7 @@ class Picture:
 def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     """The operating points of a file, which say their regimes: computed there, not those of the cells around."""
     from stickslip import api
-    from stickslip.config.pick import shared_by
+    from stickslip.config.select import shared_by
     from stickslip.dataset.selection import one_cell
     from stickslip.plots.look import marks_in
     from stickslip.vocabulary.flags import REGIMES, flag_label

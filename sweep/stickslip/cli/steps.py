@@ -35,12 +35,12 @@ def points(
     leave. `stickslip fit` and `stickslip compare` read what is written.
     """
     from stickslip.fit import read_steps, write_points
-    from stickslip.fit.steps import described
+    from stickslip.fit.report import describe_steps
 
     length, force, time = _si("--radius", radius, "m"), _si("--load", load, "N"), _si("--settle", settle, "s")
     found = read_steps(record, plan, radius=length, load=force, settle=time)
     write_points(found, output)
-    screen.echo(described(found))
+    screen.echo(describe_steps(found))
     screen.echo(f"points   {output}")
 
 

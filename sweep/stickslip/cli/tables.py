@@ -24,9 +24,9 @@ def write_table(ds: xr.Dataset, target: Path, variables: tuple[str, ...] = (), d
     if rows < _LONG:
         front = None
         if "quiet_above" in ds and not variables and target.suffix.lower() == ".xlsx":
-            from stickslip.materials.words import Words
+            from stickslip.materials.table import RankTable
 
-            front = Words(ds).sheet()
+            front = RankTable(ds).sheet()
         return export.write_table(ds, target, variables, decimal=decimal, front=front)
     with progress_bar(rows, " written", "rows") as move:
         return export.write_table(ds, target, variables, decimal=decimal, progress=move)

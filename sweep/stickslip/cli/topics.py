@@ -120,7 +120,7 @@ def _declared(word: str) -> str | None:
     from stickslip.vocabulary import units
     from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES
     from stickslip.vocabulary.quantities import QUANTITIES
-    from stickslip.vocabulary.synonyms import synonym_of
+    from stickslip.vocabulary.suggest import synonym_of
 
     name, settings, results = word.replace(" ", "_").replace("-", "_"), _settings(), _results()
     known = (*QUANTITIES, *settings, *results, *REGIME_MESSAGES, *STATUS_MESSAGES)

@@ -24,7 +24,7 @@ from stickslip.cli.common import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip.config.pick import Recipe
+    from stickslip.config.select import Recipe
     from stickslip.files.locations import Location
 
 
@@ -61,7 +61,7 @@ def simulate(
     time, --plot draws it, `stickslip listen` makes it heard.
     """
     from stickslip import api
-    from stickslip.config.pick import cell_of, config_at, seconds
+    from stickslip.config.select import cell_of, config_at, seconds
     from stickslip.dataset.display import shown_as_written
     from stickslip.files import writing
 
@@ -119,8 +119,8 @@ def _tell_files(look: words.Look, output: Location | None, plot: Path | None) ->
 
 def recipe_in(path: Location) -> Recipe:
     """The configuration in a YAML file, or the one in a result."""
-    from stickslip.config.pick import recipe_of
     from stickslip.config.sections import OUTPUT_SUFFIXES
+    from stickslip.config.select import recipe_of
     from stickslip.files import reading
 
     if path.suffix.lower() not in OUTPUT_SUFFIXES:

@@ -9,7 +9,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from stickslip.vocabulary import units
-from stickslip.vocabulary.customary import customary
+from stickslip.vocabulary.display_units import customary
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
 from stickslip.vocabulary.results import VARIABLES
 

@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config.written import DISPLAY
 from stickslip.dataset.build import NO_FILL, parameter_variable, variable_of
 from stickslip.fit import CurveFit, MaterialFit
+from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import MATERIAL_VARIABLES
 

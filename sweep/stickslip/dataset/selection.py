@@ -13,15 +13,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.config.forgotten_units import misread
 from stickslip.config.grid import parameters_of, quantity_of
+from stickslip.config.unit_warnings import misread
 from stickslip.dataset.axis import MapAxis
 from stickslip.errors import PlotError, QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.synonyms import meant
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.suggest import listed, nearest, suggest
 
 MAX_PANELS = 16
 _NO_PANELS = ("state",)  # one of it is drawn
@@ -74,7 +73,7 @@ def _dimension(ds: xr.Dataset, name: str) -> Hashable:
 
 
 def _suggestion(name: str, among: Iterable[str]) -> str:
-    near = meant(name, among)
+    near = suggest(name, among)
     return f"; did you mean {near}?" if near else ""
 
 

@@ -10,12 +10,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config import forgotten_units
 from stickslip.config.reader import parse_config
+from stickslip.config.unit_warnings import one_regime_question
 from stickslip.dataset.coarse import chunks
 from stickslip.vocabulary.flags import FLAGS, REGIMES, flag_label
 from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact
 _CODES = 256  # what fits in the byte of a flag
@@ -84,7 +84,7 @@ def one_regime_remark(ds: xr.Dataset, parts: Mapping[str, Share]) -> str | None:
     text = str(ds.attrs.get("configuration", ""))
     if len(parts) != 1 or "axes:" not in text:  # cells computed one by one have no configuration
         return None
-    return forgotten_units.remark(parse_config(text), flag_label(next(iter(parts))))
+    return one_regime_question(parse_config(text), flag_label(next(iter(parts))))
 
 
 def step_limit_remark(ds: xr.Dataset, file: str | None = None) -> str | None:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import dask.config
 
-from stickslip.config.addresses import LOCAL
+from stickslip.config.sections import LOCAL
 from stickslip.engine import processor, processors
 from stickslip.errors import ClusterError, Interrupted
 from stickslip.runs.dask.worker import describe, loaded, unlike, versions
