@@ -123,7 +123,10 @@ def test_of_an_extended_axis_workers_compute_the_new_cells_only(cluster, tmp_pat
 
 def test_a_block_that_kills_every_worker_is_recorded_and_the_others_finish(cluster, config, output, whole):
     cluster.say("deadly-20")
-    with pytest.raises(stickslip.IncompleteError, match=r"1 block \(60 cells\) failed, .* number 20, with Kille"):
+    with pytest.raises(
+        stickslip.IncompleteError,
+        match=r"1 block \(60 cells\) failed, .* number 20, with RuntimeError: \d workers were killed",
+    ):
         stickslip.run(config, output, dask=cluster.address)
     store = f"{output}.parts"
     assert [failure.block for failure in stickslip.status(store).failures] == [20]
