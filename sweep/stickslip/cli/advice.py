@@ -62,7 +62,7 @@ def advise(
     sustained) borders to quiet ones (damped, creep, stuck) are looked for unless --into names others, from a quiet one
     those to vibrating ones.
     """
-    from stickslip import designing
+    from stickslip import studies
     from stickslip.config.select import cell_of, config_at
     from stickslip.errors import Interrupted
     from stickslip.files import writing
@@ -71,7 +71,7 @@ def advise(
 
     try:
         ends = None if speed_range is None else ends_of("--speed-range", speed_range)
-        speeds = designing.speeds_in(ends)
+        speeds = studies.speeds_in(ends)
     except ValueError as error:
         fail(error)
     if speeds and any(setting.partition("=")[0].strip() == "belt_speed" for setting in at):
@@ -85,11 +85,11 @@ def advise(
             fail(f"{config}: this cell is {flag_label(home)}: nothing can be said of it\nhint: raise max_steps")
         wanted = into or (QUIET if home in VIBRATING else VIBRATING)
         with progress_bar(1, " searched") as move:
-            ds = designing.margins(one, **asked, into=wanted, progress=move)  # type: ignore[arg-type]
+            ds = studies.margins(one, **asked, into=wanted, progress=move)  # type: ignore[arg-type]
         friction = None
         if not parameters and home in VIBRATING:
             with suppress(ValueError):  # a law whose curve has no such quantities
-                friction = designing.margins(one, _FRICTION, within=within, into=wanted, speed_range=ends, joint=False)
+                friction = studies.margins(one, _FRICTION, within=within, into=wanted, speed_range=ends, joint=False)
     except Interrupted as error:
         incomplete(error)
     except (TypeError, ValueError) as error:  # bad input, said before anything is computed

@@ -108,7 +108,7 @@ def ramp(
 
     Each value starts from where the motion at the one before ended. The other axes of CONFIG are lines of their own.
     """
-    from stickslip import api_basins, plots
+    from stickslip import plots, studies
     from stickslip.errors import PlotError
     from stickslip.files import writing
 
@@ -116,7 +116,7 @@ def ramp(
     ends = _interval(along, between) if between else None
     prepare_kernels(one.friction.law)
     try:
-        ds = api_basins.ramp(one, along, ends, points)
+        ds = studies.ramp(one, along, ends, points)
     except (TypeError, ValueError) as error:  # bad input, said before anything is computed
         fail(f"{config}: {error}")
     from stickslip.cli.attractor_rows import show_ramp

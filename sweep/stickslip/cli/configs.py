@@ -43,7 +43,7 @@ def validate(configs: tuple[Path, ...], as_json: bool) -> None:
     """
     from stickslip.config.describe import describe
     from stickslip.errors import ConfigError
-    from stickslip.rig.simulate.config import is_rig, load_rig
+    from stickslip.rig.config import is_rig, load_rig
     from stickslip.runs.work import study_of
 
     answers = []
@@ -130,7 +130,7 @@ def _beginning(name: str | None) -> tuple[str, str]:
     """The text to start from, and the command that computes it."""
     from stickslip.config.examples import config_path
     from stickslip.config.template import TEMPLATE
-    from stickslip.rig.simulate.config import is_rig
+    from stickslip.rig.config import is_rig
 
     if name is None:
         return TEMPLATE, "run"

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from stickslip.files.locations import Location
-    from stickslip.rig.risk import Risk
+    from stickslip.rig.rpn import Risk
     from stickslip.rig.settings import Settings
     from stickslip.vocabulary.parameter import Parameter
 
@@ -120,8 +120,8 @@ def rig_features(
     from stickslip import rig
     from stickslip.files import writing
     from stickslip.files.targets import KINDS
-    from stickslip.rig.analysis.table import as_columns
-    from stickslip.rig.risk import band_of
+    from stickslip.rig.evaluation import as_columns
+    from stickslip.rig.rpn import band_of
 
     settings = record_settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
     is_table = output is not None and output.suffix.lower() in KINDS["table"].suffixes
@@ -151,7 +151,7 @@ def rig_features(
             screen.echo(f"{name}: " + remarks.replace("\n", "\n  "))
     if plot is not None:
         from stickslip import plots
-        from stickslip.rig.report.traces import plot_records
+        from stickslip.rig.plots import plot_records
 
         numbers = dict(zip(records, found["model_rpn"].values.tolist(), strict=True))
         plots.save(plot_records(records, beside=beside, numbers=numbers, window=window), plot)
@@ -258,12 +258,13 @@ def _tell_overruled(file: Path, record: xr.Dataset, given: Mapping[str, str], se
 
 def _tell_understood(records: Mapping[str, xr.Dataset]) -> None:
     """Say which conditions and columns were understood, once for all records in which they are the same."""
-    from stickslip.rig.words import quantity
+    from stickslip.rig.labels import quantity_text
     from stickslip.vocabulary.settings import CONDITIONS
 
     names: dict[str, list[str]] = {}
     for name, record in records.items():
-        known = [f"{c} {quantity(float(record[c]), CONDITIONS[c].units)}" for c in CONDITIONS if c in record.coords]
+        known = [f"{c} {quantity_text(float(record[c]), row.units)}" for c, row in CONDITIONS.items()
+                 if c in record.coords]  # fmt: skip
         lacking = [word for c, word in _NEEDED.items() if c not in record.coords]
         names.setdefault("\n          ".join([", ".join(known + lacking), record.attrs["columns"]]), []).append(name)
     for understood, some in names.items():
@@ -273,7 +274,7 @@ def _tell_understood(records: Mapping[str, xr.Dataset]) -> None:
 
 def warn_of_extrapolation(found: xr.Dataset, risk: Risk) -> None:
     """Say which records (dimension `record`) have features outside the pairs of the calibration."""
-    from stickslip.rig.analysis.table import risk_inputs
+    from stickslip.rig.evaluation import risk_inputs
 
     inputs = risk_inputs(found)
     for feature, outside in risk.outside(inputs).items():
@@ -288,10 +289,9 @@ def warn_of_extrapolation(found: xr.Dataset, risk: Risk) -> None:
 
 def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, ...]) -> xr.Dataset:
     from stickslip.dataset.provenance import provenance
-    from stickslip.rig.settings import as_text
 
     action = f"rig-features {' '.join(map(str, files))}"
-    return found.assign_attrs(provenance(as_text(settings), title="Features of rig records", action=action))
+    return found.assign_attrs(provenance(settings.to_yaml(), title="Features of rig records", action=action))
 
 
 def feature_screen_table(found: xr.Dataset, width: int) -> Group:
@@ -314,7 +314,7 @@ def _feature_table(found: xr.Dataset, columns: Sequence[tuple[str, str, float, s
     from rich.table import Table
     from rich.text import Text
 
-    from stickslip.rig.risk import band_of, number_text
+    from stickslip.rig.rpn import band_of, rpn_text
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("record", overflow="fold", max_width=name_width)
@@ -324,7 +324,7 @@ def _feature_table(found: xr.Dataset, columns: Sequence[tuple[str, str, float, s
     for i, name in enumerate(map(str, found["record"].values.tolist())):
         row = found.isel(record=i)
         number = float(row["model_rpn"])
-        cells = [Text(visible(name)), Text(f" {number_text(number)} ", style=_COLOURS[band_of(number)])]
+        cells = [Text(visible(name)), Text(f" {rpn_text(number)} ", style=_COLOURS[band_of(number)])]
         for feature, _, factor, form in columns:
             value = float(_best(row, feature)) * factor
             cells.append(Text("-" if np.isnan(value) else format(value, form)))

@@ -27,7 +27,7 @@ from stickslip.cli.rig import CONDITIONS, CONFIG_OPTION, record_settings
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip.rig.simulate.identify import Identification
+    from stickslip.rig.identification import Identification
 
 _ALIKE = 0.01  # relative: conditions of the measured and the simulated test that differ by less are the same
 
@@ -61,7 +61,7 @@ def calibrate(
     Prints the parameters ready to paste into a configuration; how well the model predicts pairs it has not seen, and
     the quality of the fit, go to standard error.
     """
-    from stickslip.rig.analysis.pairs import calibrate_file
+    from stickslip.rig.pairs import calibrate_file
 
     how = record_settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
     found = calibrate_file(file, how, scales)
@@ -113,7 +113,7 @@ def identify(
 
     from stickslip import rig
     from stickslip.errors import ConfigError
-    from stickslip.rig.simulate.parametric import values_of
+    from stickslip.rig.simulation import values_of
 
     how = record_settings(None, {"normal_load": load, "drive_speed": speed}, bandwidth)
     made = rig.load_rig(config, settings())

@@ -15,7 +15,7 @@ from stickslip.cli.listen import save_sound
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip.rig.simulate.config import RigConfig
+    from stickslip.rig.config import RigConfig
     from stickslip.sound import Sound
 
 _FINE, _COARSE = 8, 2  # samples computed per sample of sound: of short tests, and of long ones, which take much memory
@@ -32,7 +32,7 @@ def check(target: Path, size: int) -> None:
 
 def write_tests(target: Path, asked: RigConfig) -> None:
     """The sound of every test that was integrated to its end, from the first stroke on."""
-    from stickslip.rig.simulate.simulation import RigTests
+    from stickslip.rig.simulation import RigTests
 
     digits = len(str(RigTests(asked).grid.size - 1))
     _write(target, ((f"test{number:0{digits}d}", heard) for number, heard in _sounds(asked)))
@@ -41,7 +41,7 @@ def write_tests(target: Path, asked: RigConfig) -> None:
 def write_records(target: Path, records: Mapping[str, xr.Dataset]) -> None:
     """The sound of every record, as its sensor shows it."""
     from stickslip import sound
-    from stickslip.rig.records.sampling import evenly, sample_rate
+    from stickslip.rig.signals import evenly, sample_rate
 
     def each() -> Iterator[tuple[str, Sound]]:
         for name, record in records.items():
@@ -73,11 +73,11 @@ def _write(target: Path, sounds: Iterable[tuple[str, Sound]]) -> None:
 def _sounds(asked: RigConfig) -> Iterator[tuple[int, Sound]]:
     """Numbers of tests, and their sounds: of the acceleration itself, not of what a sensor shows."""
     from stickslip import sound
-    from stickslip.rig.simulate.simulation import RigTests
+    from stickslip.rig.simulation import RigTests
 
     tests = RigTests(asked)
     for number in range(tests.grid.size):
-        cell = {name: float(values[0]) for name, values in tests.grid.cells(number, number + 1).items()}
+        cell = {name: float(values[0]) for name, values in tests.grid[number : number + 1].items()}
         seconds = float(tests.drive(cell)[:, 0].sum()) - cell["waiting_time"]
         changes = {
             "rate": float(sound.RATE), "bandwidth": None, "force_noise": 0.0, "acceleration_noise": 0.0,

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from stickslip.files.locations import Location
-    from stickslip.rig.simulate.config import RigConfig
-    from stickslip.rig.simulate.simulation import RigTests
+    from stickslip.rig.config import RigConfig
+    from stickslip.rig.simulation import RigTests
 
 _MOST_TRACES = 6  # drawn over each other
 _MOST_ROWS = 60  # on screen
@@ -72,9 +72,8 @@ def rig(
     features and model RPN (not the rig maker's) of every test. Times count from the first stroke.
     """
     from stickslip.files import writing
-    from stickslip.rig.simulate.config import load_rig
-    from stickslip.rig.simulate.matrix import run_matrix
-    from stickslip.rig.simulate.simulation import RigTests
+    from stickslip.rig.config import load_rig
+    from stickslip.rig.simulation import RigTests, run_matrix
 
     asked = load_rig(config, settings())
     output = output or location_or_none(asked.config.output.file, "result")
@@ -129,7 +128,7 @@ def _show(found: xr.Dataset, tests: RigTests, seconds: float) -> None:
     import numpy as np
 
     from stickslip import rig as rigs
-    from stickslip.rig.simulate.matrix import as_table
+    from stickslip.rig.simulation import as_table
     from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 
     console = screen.terminal()
@@ -160,13 +159,13 @@ def _draw(
 
     records = _records(tests, drawn)
     if records:
-        from stickslip.rig.report.traces import plot_records
+        from stickslip.rig.plots import plot_records
 
         rpn = found["model_rpn"].values.ravel()
         numbers = {tests.name(n): float(rpn[n]) for n in drawn}
         figure = plot_records(records, beside=beside, numbers=numbers, window=window, heading=tests.rig.config.title)
     else:
-        from stickslip.rig.report.matrix import plot_matrix
+        from stickslip.rig.plots import plot_matrix
 
         figure = plot_matrix(found)
     plots.save(figure, plot)
@@ -179,7 +178,7 @@ def _records(tests: RigTests, numbers: list[int]) -> dict[str, xr.Dataset]:
 
 
 def _write_records(folder: Path, tests: RigTests) -> None:
-    from stickslip.rig.records.record import write_record
+    from stickslip.rig.records import write_record
 
     digits = len(str(tests.grid.size - 1))
     for test in tests.tests(range(tests.grid.size)):
@@ -189,7 +188,7 @@ def _write_records(folder: Path, tests: RigTests) -> None:
 
 
 def _write_report(report: Path, found: xr.Dataset, asked: RigConfig, tests: RigTests, drawn: list[int]) -> None:
-    from stickslip.rig.report.build import write_report
+    from stickslip.rig.report import write_report
 
     write_report(report, found, _records(tests, drawn or list(range(min(tests.grid.size, _MOST_TRACES)))), asked)
     screen.echo(f"report    {report} ({screen.size_of(report)})")

@@ -91,7 +91,7 @@ def will_be_drawn(config: Config) -> str | None:
     """What the plot of a configuration will leave out, in words; None for nothing."""
     from stickslip.config.grid import build_grid
     from stickslip.dataset.selection import left_out
-    from stickslip.designing import coarse_map
+    from stickslip.studies import coarse_map
 
     grid = build_grid(coarse_map(config))
     return left_out(dict(zip(grid.dims, grid.shape, strict=True)))

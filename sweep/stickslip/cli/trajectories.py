@@ -83,7 +83,7 @@ def simulate(
     prepare_kernels(law, signals=True)
     ds = api.simulate(
         duration=look.duration, samples=samples or look.samples, law=law, rtol=solver.rtol,
-        max_steps=solver.max_steps, **cell,
+        max_steps=solver.max_steps, options=None, **cell,
     )  # fmt: skip
     ds = shown_as_written(ds, one.written_in)
     if output is not None:

@@ -25,7 +25,7 @@ from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES, Variable
 
 if TYPE_CHECKING:
-    from stickslip.config.grid import Coordinate, Grid
+    from stickslip.vocabulary.cells import Cells, Coordinate
 
 NO_FILL = {"_FillValue": None}
 _COUNTS = ("steps", "scan_undecided", "node_count", "rank", "points", "draws_used", "fit_good")
@@ -38,7 +38,7 @@ _AS_KNOWN = {slot for kind in xr.Variable.__mro__ for slot in getattr(kind, "__s
 # --- datasets ---------------------------------------------------------------------------------------------------------
 
 
-def map_dataset(grid: Grid, results: Mapping[str, ArrayLike], attributes: Mapping[str, Any]) -> xr.Dataset:
+def map_dataset(grid: Cells, results: Mapping[str, ArrayLike], attributes: Mapping[str, Any]) -> xr.Dataset:
     """The map over a grid.
 
     results : by names of `MAP_VARIABLES`, each of length grid.size with the last dimension running fastest.
@@ -52,7 +52,7 @@ def map_dataset(grid: Grid, results: Mapping[str, ArrayLike], attributes: Mappin
     return xr.Dataset(variables, grid_coordinates(grid), dict(attributes))
 
 
-def map_template(grid: Grid, columns: Mapping[str, np.dtype[Any]], attributes: Mapping[str, Any]) -> xr.Dataset:
+def map_template(grid: Cells, columns: Mapping[str, np.dtype[Any]], attributes: Mapping[str, Any]) -> xr.Dataset:
     """The dataset `map_dataset` would make, with one value in place of all: they are to be written piece by piece.
 
     columns : names of `MAP_VARIABLES` and their types.
@@ -120,8 +120,10 @@ def _declared(results: Mapping[str, Any], table: Mapping[str, Variable]) -> list
 # --- coordinates ------------------------------------------------------------------------------------------------------
 
 
-def grid_coordinates(grid: Grid) -> dict[str, xr.Variable]:
+def grid_coordinates(grid: Cells) -> dict[str, xr.Variable]:
     """Coordinates: axes, labels of points, and what is equal in every cell."""
+    if grid.labelled is not None:
+        return grid.labelled()
     coordinates = {c.name: shown_in(axis_variable(c), grid.written_in.get(quantity_of(c.name))) for c in grid.coords}
     for c in grid.coords:
         if c.labels is not None and c.dim not in coordinates:  # values of one quantity, or points of a group

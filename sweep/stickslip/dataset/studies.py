@@ -36,7 +36,7 @@ from stickslip.vocabulary.results import (
 )
 
 if TYPE_CHECKING:
-    from stickslip.config.grid import Grid
+    from stickslip.vocabulary.cells import Cells
 
 Coordinates = Mapping[str, xr.Variable]
 Arrays = Mapping[str, NDArray[Any]]
@@ -149,7 +149,7 @@ def ramp_dataset(
 
 
 def uncertain_dataset(
-    grid: Grid, states: Sequence[str], quantities: Sequence[str], quantiles: Sequence[float], results: Arrays,
+    grid: Cells, states: Sequence[str], quantities: Sequence[str], quantiles: Sequence[float], results: Arrays,
     attributes: Mapping[str, Any],
 ) -> xr.Dataset:  # fmt: skip
     """Probabilities of regimes, the spread of metrics and Sobol indices.
