@@ -101,7 +101,7 @@ class StickslipAccessor:
             (an axis after `sel`, a parameter that is equal in all cells) need not be given.
         Raises ValueError for what is missing or unknown.
         """
-        from stickslip.dataset.one_cell import one_cell
+        from stickslip.dataset.selection import one_cell
 
         return one_cell(self._ds, at)
 
@@ -113,7 +113,7 @@ class StickslipAccessor:
         """
         from stickslip import api
         from stickslip.config.select import shared_by
-        from stickslip.dataset.inspect import duration_of
+        from stickslip.dataset.survey import duration_of
 
         cell, how = self.cell(**at), shared_by(self._ds)
         if duration is None:

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from matplotlib.colors import LogNorm, to_rgb
 
-from helpers.maps import axis, make_map, plane
+from helpers.maps import axis, cell_dataset, make_map, plane
 from helpers.plotted import LUBRICANTS, legend_of, lubricants, panels_of, speeds, stiffnesses
 from stickslip.dataset.axis import MapAxis, title
-from stickslip.dataset.build import cell_dataset, trace_dataset
-from stickslip.dataset.select import selected
+from stickslip.dataset.build import trace_dataset
+from stickslip.dataset.selection import selected
 from stickslip.errors import PlotError
 from stickslip.plots import layout
 from stickslip.plots.maps import plot_map

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.dataset.display import Unit, unit_of
-from stickslip.dataset.margins import SIDES
+from stickslip.dataset.studies import SIDES
 from stickslip.distances import without_measured
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.quantities import MEASURED, SEARCHABLE
@@ -41,12 +41,12 @@ class Change:
 
     def words(self) -> str:
         """`belt speed above 0.83 m/s (+66 %)`; parameters without unit by name."""
-        told = f"{_plain(self.name)} {self.side} {self.unit.told(self.border, _DIGITS)}"
+        told = f"{_plain(self.name)} {self.side} {self.unit.text(self.border, _DIGITS)}"
         return f"{told} ({by(self.value, self.border, self.unit)})"
 
     def row(self) -> tuple[str, ...]:
         """The change as a row of a table."""
-        border = f"{self.side} {self.unit.told(self.border, 9)}"
+        border = f"{self.side} {self.unit.text(self.border, 9)}"
         if self.width > 1e-6 * abs(self.border):
             border += f" (undecided over {self.unit.of(self.width):.2g})"
         past = self.checked if self.holds else f"{self.checked}: does not hold"
@@ -71,7 +71,7 @@ class Joint:
         told = []
         for name, (old, new) in self.values.items():
             unit = self.units[name]
-            told.append(f"{_plain(name)} {unit.told(new, _DIGITS)} ({by(old, new, unit)})")
+            told.append(f"{_plain(name)} {unit.text(new, _DIGITS)} ({by(old, new, unit)})")
         return " and ".join(filter(None, [", ".join(told[:-1]), *told[-1:]]))
 
     def told(self, which: str = "cheapest") -> str:

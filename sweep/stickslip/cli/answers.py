@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from stickslip.config.model import Config
-    from stickslip.dataset.inspect import Survey
+    from stickslip.dataset.survey import Survey
     from stickslip.files.locations import Location
     from stickslip.runs.collecting import Collected, Status
     from stickslip.runs.estimate import Estimate, Nodes

@@ -70,7 +70,7 @@ def _shock(one: xr.Dataset) -> str:
         return "critical shock unknown"
     if np.isposinf(shock):
         return "no shock ends sliding"
-    return f"critical shock {unit_of(one['critical_shock']).told(shock)}" if shock else "any shock ends sliding"
+    return f"critical shock {unit_of(one['critical_shock']).text(shock)}" if shock else "any shock ends sliding"
 
 
 def show_ramp(ds: xr.Dataset) -> None:

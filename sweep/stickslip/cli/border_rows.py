@@ -60,7 +60,7 @@ def _border(one: xr.Dataset, unit: Unit) -> str:
 
     below, above = (REGIMES[int(one[name])] for name in ("regime_below", "regime_above"))
     how = f"width {unit.of(float(one['border_width'])):.2g}, by {METHODS[int(one['method'])]}"
-    return f"{below} -> {above} at {unit.told(float(one['border']), 12)} ({how})"
+    return f"{below} -> {above} at {unit.text(float(one['border']), 12)} ({how})"
 
 
 def show_contours(ds: xr.Dataset) -> None:
@@ -77,8 +77,8 @@ def show_contours(ds: xr.Dataset) -> None:
 
 def _lines(ds: xr.Dataset) -> Iterator[str]:
     """A line of text per line."""
-    from stickslip.dataset.contours import plane_names, polylines
     from stickslip.dataset.display import unit_of
+    from stickslip.dataset.polylines import plane_names, polylines
     from stickslip.vocabulary.flags import REGIMES
 
     names = plane_names(ds)
@@ -87,7 +87,7 @@ def _lines(ds: xr.Dataset) -> Iterator[str]:
     for number, line in enumerate(polylines(ds)):
         where = ", ".join(f"{name} = {ds[name].values[number]}" for name in beside)
         ranges = ", ".join(
-            f"{name} {unit.of(values.min()):.6g} to {unit.told(values.max())}"
+            f"{name} {unit.of(values.min()):.6g} to {unit.text(values.max())}"
             for name, values, unit in zip(names, (line.x, line.y), units, strict=True)
         )
         kind = "loop" if line.closed else "line"

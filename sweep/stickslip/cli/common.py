@@ -48,11 +48,11 @@ class _Where(_Place):
 
     def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
         """What could have been named."""
-        from stickslip.files.mistaken import RESULTS_HERE, names_in
+        from stickslip.files.sniff import RESULTS, names_in
 
         if self._or_configuration:
             return next_step()
-        here = names_in(Path(), RESULTS_HERE)
+        here = names_in(Path(), RESULTS)
         return f"Results in this folder: {', '.join(here)}" if here else "No result (.nc, .zarr) is in this folder."
 
 
@@ -173,9 +173,9 @@ Exit codes:
 
 def next_step() -> str:
     """What can be done in this folder."""
-    from stickslip.files.mistaken import CONFIGURATIONS_HERE, names_in
+    from stickslip.files.sniff import CONFIGURATIONS, names_in
 
-    if here := names_in(Path(), CONFIGURATIONS_HERE):
+    if here := names_in(Path(), CONFIGURATIONS):
         return f"Configurations in this folder: {', '.join(here)}"
     return "No configuration is in this folder; `stickslip init my.yaml` writes one to start from."
 

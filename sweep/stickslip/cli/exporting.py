@@ -38,7 +38,7 @@ def export(
     Headings carry units, flags are words, what is not defined is empty. FILE may be larger than memory. A sheet of
     Excel holds 1,048,575 cells. (pip install "stickslip[excel]")
     """
-    from stickslip.dataset import select as selection
+    from stickslip.dataset import selection
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
@@ -49,6 +49,6 @@ def export(
             part = selection.selected(ds, places)[0] if places else ds
         except PlotError as error:
             fail(f"{file}: {error}")
-        for point in selection.told(ds, places) if places else ():
+        for point in selection.points_taken(ds, places) if places else ():
             screen.echo(f"taken    {point}")
         tell_table(write_table(part, target, variables, "," if decimal_comma else "."), target)

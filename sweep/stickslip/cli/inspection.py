@@ -14,7 +14,7 @@ _UNDECIDED = ("failed", "unresolved")
 _WHY_NOT_KEPT = "for a reason that is in status, which output.variables leaves out"
 
 if TYPE_CHECKING:
-    from stickslip.dataset.inspect import Survey
+    from stickslip.dataset.survey import Survey
     from stickslip.files.locations import Location
 
 
@@ -39,7 +39,7 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     says what was found.
     """
     from stickslip.config.select import recipe_of
-    from stickslip.dataset import inspect as inspection
+    from stickslip.dataset import survey as inspection
     from stickslip.files import reading
 
     ds = reading.look_into(file)
@@ -82,7 +82,7 @@ def _table(found: Survey) -> None:
 
 def _lines(found: Survey, file: str) -> None:
     """A command for each cell, under its regime and status."""
-    from stickslip.dataset.inspect import NOT_KEPT
+    from stickslip.dataset.survey import NOT_KEPT
     from stickslip.vocabulary.flags import STATUS_MESSAGES
 
     by_fate = sorted(found.cells, key=lambda cell: (cell.regime, cell.status))

@@ -75,7 +75,7 @@ def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     """The operating points of a file, which say their regimes: computed there, not those of the cells around."""
     from stickslip import api
     from stickslip.config.select import shared_by
-    from stickslip.dataset.one_cell import one_cell
+    from stickslip.dataset.selection import one_cell
     from stickslip.plots.options import marks_in
     from stickslip.vocabulary.flags import REGIMES, flag_label
 

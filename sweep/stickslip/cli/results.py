@@ -72,8 +72,8 @@ def plot(
     Numbers are shown in the units in which the configuration was written; the file is SI.
     """
     from stickslip import plots
-    from stickslip.dataset import select as selection
-    from stickslip.dataset.kept import why_absent
+    from stickslip.dataset import selection
+    from stickslip.dataset.summary import why_absent
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
@@ -97,7 +97,7 @@ def plot(
             figure = plots.plot_result(ds, variable, select=places, title=picture.title, look=picture.look(ds),
                                        borders=not no_borders, lines=over)  # fmt: skip
             told = {name: at for name, at in places.items() if name != "state"}
-            for point in selection.told(ds, told):
+            for point in selection.points_taken(ds, told):
                 screen.echo(f"drawn    {point}")
         request = _words({**picture.request(), "variable": variable, "select": select, "lines": lines,
                           "map": map_file, "no_borders": no_borders})  # fmt: skip

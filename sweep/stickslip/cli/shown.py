@@ -77,7 +77,7 @@ def figure(ds: xr.Dataset, extras: Extras | None = None, picture: Picture | None
 
 def fitting(ds: xr.Dataset) -> xr.Dataset:
     """What of a result fits on a picture, said on screen where it is a part."""
-    from stickslip.dataset.panels import part_that_fits
+    from stickslip.dataset.selection import part_that_fits
 
     name = next((name for name in ("probability", "settling_share", "regime") if name in ds), None)
     part, told = (ds, []) if name is None else part_that_fits(ds, ds[name].dims)
@@ -89,11 +89,11 @@ def fitting(ds: xr.Dataset) -> xr.Dataset:
 def will_be_drawn(config: Config) -> str | None:
     """What the plot of a configuration will leave out, in words; None for nothing."""
     from stickslip.config.grid import build_grid
-    from stickslip.dataset.panels import told_of
+    from stickslip.dataset.selection import left_out
     from stickslip.studies import coarse_map
 
     grid = build_grid(coarse_map(config))
-    return told_of(dict(zip(grid.dims, grid.shape, strict=True)))
+    return left_out(dict(zip(grid.dims, grid.shape, strict=True)))
 
 
 def write_page(ds: xr.Dataset, target: Path, extras: Extras | None = None, picture: Picture | None = None) -> None:

@@ -29,7 +29,7 @@ def write_table(ds: xr.Dataset, target: Path, variables: tuple[str, ...] = (), d
             front = RankTable(ds).sheet()
         return export.write_table(ds, target, variables, decimal=decimal, front=front)
     with progress_bar(rows, " written", "rows") as move:
-        return export.write_table(ds, target, variables, decimal=decimal, moved=move)
+        return export.write_table(ds, target, variables, decimal=decimal, progress=move)
 
 
 def tell_table(table: Table, target: Path) -> None:

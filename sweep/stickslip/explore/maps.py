@@ -19,8 +19,8 @@ from stickslip.config.options import options_of
 from stickslip.dataset import coarse
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import Pixel
-from stickslip.dataset.contours import polylines
 from stickslip.dataset.display import unit_of
+from stickslip.dataset.polylines import polylines
 from stickslip.engine import StopFlag, blocks, spread, warm_up
 from stickslip.explore.source import Source
 from stickslip.explore.view import FULL, Sides, View, start_value

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from stickslip.config.yaml import parse_yaml
 from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.chunks import chunks
+from stickslip.dataset.coarse import chunks
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.summary import BAD_REGIMES, Share, codes, flag_counts, shares, summary
 from stickslip.errors import ConfigError, PlotError
@@ -161,7 +161,7 @@ def _borders(ds: xr.Dataset) -> str:
         for crossing in crossings:
             sides = (_swatch(REGIMES[int(crossing[name])]) for name in ("regime_below", "regime_above"))
             width = f"{unit.of(float(crossing['border_width'])):.2g} {unit.name}"
-            rows.append([*where, unit.told(float(crossing["border"])), *sides, width])
+            rows.append([*where, unit.text(float(crossing["border"])), *sides, width])
         if not crossings:
             rows.append([*where, "none: one regime throughout", "", "", ""])
         if len(rows) >= _MOST_BORDERS:

@@ -7,7 +7,7 @@ Every function returns a matplotlib Figure and touches no global state: no pyplo
     options   what may be asked of a map      fixed_values   what is equal in all cells
 """
 
-from stickslip.dataset.panels import MAX_PANELS
+from stickslip.dataset.selection import MAX_PANELS
 from stickslip.errors import PlotError
 from stickslip.plots.attractors import plot_attractors, plot_branches, plot_of_ramp, plot_ramp
 from stickslip.plots.kinds import is_over_map, kind_of, plot_result, subject

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.display import unit_of
-from stickslip.dataset.select import selected
+from stickslip.dataset.selection import selected
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply, shade
 from stickslip.plots.fixed_values import fixed_note

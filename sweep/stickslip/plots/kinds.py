@@ -7,8 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.dataset.panels import part_that_fits
-from stickslip.dataset.select import selected
+from stickslip.dataset.selection import part_that_fits, selected
 from stickslip.errors import PlotError
 from stickslip.plots.attractors import plot_attractors, plot_of_ramp
 from stickslip.plots.layout import Figure

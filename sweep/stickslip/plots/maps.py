@@ -19,9 +19,8 @@ from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.coarse import pixel_for
 from stickslip.dataset.display import unit_of
-from stickslip.dataset.kept import why_absent
-from stickslip.dataset.panels import MAX_PANELS
-from stickslip.dataset.select import selected
+from stickslip.dataset.selection import MAX_PANELS, selected
+from stickslip.dataset.summary import why_absent
 from stickslip.errors import PlotError
 from stickslip.plots import marks, overlays
 from stickslip.plots.axes import apply, plain_numbers, scaled

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
 
 from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.select import places
+from stickslip.dataset.selection import places
 from stickslip.errors import PlotError
 from stickslip.plots.options import Mark
 from stickslip.plots.palette import FLAG_COLOURS, regime_label

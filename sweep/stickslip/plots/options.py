@@ -15,7 +15,7 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.dataset.select import span, unit_meant, within
+from stickslip.dataset.selection import span, unit_suggestion, within
 from stickslip.errors import PlotError, QuantityError
 from stickslip.files import tables
 from stickslip.vocabulary import units
@@ -199,5 +199,5 @@ def _place(ds: xr.Dataset, name: str, value: str) -> Any:
     low, high, words = span(ds, name)
     if not low <= number <= high:
         raise PlotError(f"--mark {name}={value}: outside of the map; the axis {words}"
-                        f"{unit_meant(ds, name, value)}")  # fmt: skip
+                        f"{unit_suggestion(ds, name, value)}")  # fmt: skip
     return number

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from stickslip.dataset import coarse
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import Pixel
-from stickslip.dataset.contours import Polyline
-from stickslip.dataset.polylines import border_lines, other_cells
+from stickslip.dataset.polylines import Polyline, border_lines, other_cells
 from stickslip.errors import PlotError
 
 BORDERS: dict[float, tuple[Literal["solid", "dashed"], str]] = {

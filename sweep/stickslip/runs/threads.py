@@ -5,12 +5,11 @@ from __future__ import annotations
 import threading
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from typing import Protocol
 
 from stickslip.engine import Progress, StopFlag, processors, spread
 from stickslip.errors import BlockFailedError, StoreError
 from stickslip.runs.work import Block, Work
-from stickslip.runs.workdir.parts import Parts
+from stickslip.runs.workdir.block_store import BlockStore
 from stickslip.study import Meter
 
 _WAITING = 2  # threads that may wait for the disk, besides those that compute
@@ -26,25 +25,8 @@ class Tally:
     failed: list[int] = field(default_factory=list)
 
 
-class Compute(Protocol):
-    """What `compute_blocks` does, here or elsewhere."""
-
-    def __call__(
-        self,
-        parts: Parts,
-        work: Work,
-        numbers: Collection[int],
-        tally: Tally,
-        stop: StopFlag,
-        *,
-        stop_on_error: bool,
-        progress: Progress | None,
-    ) -> None:
-        """Compute these blocks of a store."""
-
-
 def compute_blocks(
-    parts: Parts,
+    store: BlockStore,
     work: Work,
     numbers: Collection[int],
     tally: Tally,
@@ -59,8 +41,8 @@ def compute_blocks(
     raises BlockFailedError. Blocks that cannot be written raise StoreError. `progress` is called with items done,
     in part too.
     """
-    found, threads = parts.cells(parts.finished()), work.options.threads or processors()
-    meter, counting, turns = Meter(work.study.cells_each, found), threading.Lock(), threading.Semaphore(threads)
+    threads, before = work.options.threads or processors(), store.cells(store.finished())
+    meter, counting, turns = Meter(work.study.cells_each, before), threading.Lock(), threading.Semaphore(threads)
 
     def packed(number: int) -> tuple[Block, bytes]:
         """A block and what its file holds; no more than `threads` at a time, while others wait for the disk."""
@@ -68,12 +50,12 @@ def compute_blocks(
             if stop[0]:
                 return Block({}, 0, False), b""
             try:
-                block = work.compute(number, stop, meter.watch(number, len(parts.blocks.cells(number))))
+                block = work.compute(number, stop, meter.watch(number, len(store.blocks.cells(number))))
             except Exception:
                 if stop_on_error:
                     stop[0] = 1  # before another thread has its turn
                 raise
-            return block, parts.packed(number, block) if block.complete else b""
+            return block, store.packed(number, block) if block.complete else b""
 
     def compute(number: int) -> None:
         try:
@@ -81,7 +63,7 @@ def compute_blocks(
         except StoreError:
             raise  # the older result cannot be read: no fault of the block
         except Exception as error:
-            parts.note_failure(number, error)
+            store.note_failure(number, error)
             meter.end(number, 0)
             with counting:
                 tally.failed.append(number)
@@ -89,12 +71,12 @@ def compute_blocks(
                 raise BlockFailedError(number) from error
             return
         if block.complete:
-            parts.put(number, data)
+            store.put(number, data)
             with counting:
                 tally.finished += 1
-                tally.cells += len(parts.blocks.cells(number))
+                tally.cells += len(store.blocks.cells(number))
                 tally.reused += block.reused
-        meter.end(number, len(parts.blocks.cells(number)) if block.complete else 0)
+        meter.end(number, len(store.blocks.cells(number)) if block.complete else 0)
 
     def show(_: list[None]) -> None:
         if progress:

@@ -1,4 +1,4 @@
-"""Files of another kind than a command expects: what they are, and which command takes them."""
+"""Files of another kind than a command expects: their kind, and the command that takes them."""
 
 from __future__ import annotations
 
@@ -30,51 +30,51 @@ _TAKEN_BY = {  # what a kind is called, and who takes it; {} is the name of the 
     "json": ("JSON", None),
     "folder": ("a folder", None),
 }
-_RESULTS, _CONFIGURATIONS = ("netcdf", "zarr"), ("configuration", "json")  # JSON is YAML too
-_TABLES = ("table", "json", "page", "program")  # whatever is text may have a first line of names
-CONFIGURATIONS_HERE, RESULTS_HERE = ("*.yaml", "*.yml"), ("*.nc", "*.zarr")  # patterns of names
-TABLES_HERE = ("*.csv", "*.txt", "*.tsv", "*.dat")
 
 
-class Mistaken(NamedTuple):
-    """What a file is instead of what was expected, and the next step or None."""
+class Expected(NamedTuple):
+    """Files that a command takes: their kinds, and patterns of their names."""
 
-    what: str
+    kinds: tuple[str, ...]
+    patterns: tuple[str, ...]
+
+
+CONFIGURATIONS = Expected(("configuration", "json"), ("*.yaml", "*.yml"))  # JSON is YAML too
+RESULTS = Expected(("netcdf", "zarr"), ("*.nc", "*.zarr"))
+TABLES = Expected(("table", "json", "page", "program"), ("*.csv", "*.txt", "*.tsv", "*.dat"))  # any text
+
+
+class FileKind(NamedTuple):
+    """The kind of a file that was not expected, and the next step or None."""
+
+    name: str
     hint: str | None
 
 
-def no_configuration(path: Path) -> Mistaken | None:
-    """What there is at `path` if that cannot be a configuration; None if it can be one, or is not there."""
+def wrong_file_type(path: Path, expected: Expected) -> FileKind | None:
+    """The kind of what is at `path`, if it cannot be one of those expected; None if it can, or is not there."""
     kind = _kind(path)
-    return None if kind in (None, *_CONFIGURATIONS) else _mistaken(path, kind, CONFIGURATIONS_HERE)
+    if kind is None or kind in expected.kinds:
+        return None
+    name, hint = _TAKEN_BY[kind]
+    if kind == "folder" and (inside := names_in(path, expected)):
+        hint = f"{path} holds {', '.join(inside)}"
+    return FileKind(name, hint and hint.replace("{}", str(path)))
 
 
-def no_result(path: Path) -> Mistaken | None:
-    """What there is at `path` if that cannot be a result; None if it can be one, or is not there."""
-    kind = _kind(path)
-    return None if kind in (None, *_RESULTS) else _mistaken(path, kind, RESULTS_HERE)
-
-
-def no_table(path: Path) -> Mistaken | None:
-    """What there is at `path` if that cannot be a table as text; None if it can be one, or is not there."""
-    kind = _kind(path)
-    return None if kind in (None, *_TABLES) else _mistaken(path, kind, TABLES_HERE)
-
-
-def names_in(folder: Path, patterns: tuple[str, ...], most: int = 8) -> list[str]:
-    """Names of what is in a folder by pattern, sorted; of more than `most` the first ones, and how many there are."""
+def names_in(folder: Path, expected: Expected, most: int = 8) -> list[str]:
+    """Names of the files in a folder, sorted; of more than `most` the first ones, and how many there are."""
     try:
-        found = sorted({path.name for pattern in patterns for path in folder.glob(pattern)})
+        names = sorted({path.name for pattern in expected.patterns for path in folder.glob(pattern)})
     except OSError:
         return []
-    return found if len(found) <= most else [*found[:most], f"... ({len(found)} in all)"]
+    return names if len(names) <= most else [*names[:most], f"... ({len(names)} in all)"]
 
 
-def _mistaken(path: Path, kind: str, wanted: tuple[str, ...]) -> Mistaken:
-    what, hint = _TAKEN_BY[kind]
-    if kind == "folder" and (inside := names_in(path, wanted)):
-        hint = f"{path} holds {', '.join(inside)}"
-    return Mistaken(what, hint and hint.replace("{}", str(path)))
+def neighbours(path: Path, expected: Expected) -> str | None:
+    """`this folder holds a.nc, b.nc`, for a file that is not there; None where there is none of the kind."""
+    names = names_in(path.parent, expected)
+    return f"{path.parent if path.parent != Path() else 'this folder'} holds {', '.join(names)}" if names else None
 
 
 def _kind(path: Path) -> str | None:

@@ -20,7 +20,7 @@ def space() -> str:
 
 
 def is_alive(pid: int) -> bool:
-    """Whether a process of this machine runs; True where that cannot be asked without harm (Windows)."""
+    """Tell whether a process of this machine runs; True where that cannot be asked without harm (Windows)."""
     if os.name == "nt":
         return True
     if pid <= 0:  # to the system a group of processes

@@ -1,4 +1,4 @@
-"""What runs on the workers: plain data in, plain data out.
+"""Code that runs on the workers: plain data in, plain data out.
 
 The scheduler loads this module too, so everything heavy is imported where it is used.
 """
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypedDict
 
 from stickslip._version import __version__
 from stickslip.errors import UncomputedError, UnlikeWorkerError
-from stickslip.files.machine import host
+from stickslip.files.process import host
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Job(TypedDict):
-    """What all blocks of a run have in common.
+    """The data that all blocks of a run have in common.
 
     configuration : resolved, as YAML text. blocks : how the items are cut, as arguments of `Blocks`. packing : of them.
     place : path or URL of the store. token : a name that exists in the store while the run lasts. versions : those of
@@ -41,7 +41,7 @@ class Job(TypedDict):
 
 
 class Description(TypedDict):
-    """What a worker is. processor : the kind that its kernels are compiled for."""
+    """Host, processor and versions of a worker. processor : the kind that its kernels are compiled for."""
 
     host: str
     processor: str
@@ -50,7 +50,7 @@ class Description(TypedDict):
 
 @cache
 def versions() -> dict[str, str]:
-    """What must be equal for equal bits, as this process loaded it."""
+    """Versions that must be equal for equal bits, as this process loaded them."""
     from importlib.metadata import version
 
     from stickslip import engine
@@ -84,36 +84,36 @@ def describe() -> Description:
     """This worker, which has imported what its first block needs once it has said so."""
     from stickslip import engine
     from stickslip.config import reader  # noqa: F401
-    from stickslip.runs.workdir import parts  # noqa: F401
+    from stickslip.runs.workdir import block_store  # noqa: F401
 
     return {"host": host(), "processor": engine.processor(), "versions": versions()}
 
 
-def compute_block(job: Job, number: int, wanted: bytes | None = None) -> bytes | None:
+def compute_block(job: Job, number: int, mask: bytes | None = None) -> bytes | None:
     """Compute a block and write it into the store; give its bytes where the store is not to be seen.
 
-    wanted : a bit per cell, for a block of which some cells are known: only these are computed, and come back as
+    mask : a bit per cell, for a block of which some cells are known: only these are computed, and come back as
         columns. Raises UnlikeWorkerError and UncomputedError.
     """
     if differing := unlike(job["versions"], versions()):
         raise UnlikeWorkerError(f"a worker on {host()}: {differing}")
     try:
-        return _computed(job, number, wanted)
+        return _computed(job, number, mask)
     except Exception as error:
         trace = "".join(traceback.format_exception(error))
         raise UncomputedError(f"{type(error).__name__}: {error}", trace) from None
 
 
-def _computed(job: Job, number: int, wanted: bytes | None) -> bytes | None:
+def _computed(job: Job, number: int, mask: bytes | None) -> bytes | None:
     from stickslip import engine
+    from stickslip.runs.workdir.block_store import encoded
     from stickslip.runs.workdir.encoding import encode
-    from stickslip.runs.workdir.parts import encoded
 
     work, manifest = _loaded(job["configuration"], job["blocks"])
     for law in work.study.kernels:
         engine.warm_up(law)
-    if wanted is not None:
-        return encode({}, work.compute_some(number, flags(wanted, len(work.blocks.cells(number)))))
+    if mask is not None:
+        return encode({}, work.compute_some(number, flags(mask, len(work.blocks.cells(number)))))
     block = work.compute(number)
     return None if _written(job, manifest, number, block) else encoded(manifest, number, block, job["packing"])
 
@@ -126,7 +126,7 @@ def bits(flags: NDArray[np.bool_]) -> bytes:
 
 
 def flags(bits: bytes, count: int) -> NDArray[np.bool_]:
-    """What `bits` wrote."""
+    """The flags that `bits` wrote."""
     import numpy as np
 
     return np.unpackbits(np.frombuffer(bits, np.uint8), count=count).astype(bool)
@@ -138,7 +138,7 @@ def _loaded(configuration: str, blocks: tuple[int, int, int]) -> tuple[Work, Man
     from stickslip.config.reader import parse_config
     from stickslip.runs.blocks import Blocks
     from stickslip.runs.work import Work
-    from stickslip.runs.workdir.parts import manifest_of
+    from stickslip.runs.workdir.block_store import manifest_of
 
     work = Work(parse_config(configuration), cut=Blocks(*blocks))
     return work, manifest_of(work)
@@ -151,13 +151,13 @@ def _written(job: Job, manifest: Manifest, number: int, block: Block) -> bool:
     leaves nothing behind.
     """
     from stickslip.errors import StoreError
+    from stickslip.runs.workdir.block_store import BlockStore
     from stickslip.runs.workdir.folder import folder_at
-    from stickslip.runs.workdir.parts import Parts
 
     try:
         folder = folder_at(job["place"])
         folder.read(job["token"])
-        Parts(folder, manifest, job["packing"]).save(number, block)
+        BlockStore(folder, manifest, job["packing"]).save(number, block)
     except (FileNotFoundError, StoreError):  # whatever keeps this machine from it may not keep the other
         return False
     return True

@@ -6,20 +6,20 @@ import uuid
 from collections import deque
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import astuple
+from dataclasses import astuple, dataclass
 from queue import Empty, SimpleQueue
 from time import monotonic, sleep
 from typing import TYPE_CHECKING
 
 from stickslip.engine import Progress, StopFlag
 from stickslip.errors import BlockFailedError, ClusterError, DamagedBlockError, UncomputedError, UnlikeWorkerError
-from stickslip.runs.compute.dask.connecting import Cluster
-from stickslip.runs.compute.dask.worker import Job, bits, compute_block, versions
-from stickslip.runs.compute.threads import Tally
+from stickslip.runs.dask.connecting import Cluster
+from stickslip.runs.dask.worker import Job, bits, compute_block, versions
+from stickslip.runs.threads import Tally
 from stickslip.runs.work import Block, Work
+from stickslip.runs.workdir.block_store import BlockStore
 from stickslip.runs.workdir.encoding import decode
 from stickslip.runs.workdir.folder import TEMPORARY
-from stickslip.runs.workdir.parts import Parts
 
 if TYPE_CHECKING:
     from distributed import Future
@@ -33,7 +33,7 @@ _LOOK, _COUNT, _LONELY, _SETTLE = 0.2, 2.0, 5.0, 60.0  # s: at the keyboard, wor
 
 def compute_blocks(
     cluster: Cluster,
-    parts: Parts,
+    store: BlockStore,
     work: Work,
     numbers: Collection[int],
     tally: Tally,
@@ -43,75 +43,73 @@ def compute_blocks(
     progress: Progress | None,
 ) -> None:
     """Compute these blocks on a cluster: as `threads.compute_blocks`, and raises ClusterError if that is lost."""
-    with _token(parts) as token:
+    with _token(store) as token:
         job = Job(
             configuration=work.config.to_yaml(),
             blocks=astuple(work.blocks),
-            packing=parts.packing,
-            place=parts.folder.absolute,
+            packing=store.packing,
+            place=store.folder.absolute,
             token=token,
             versions=versions(),
         )
-        flight = _Flight(cluster, parts, work, job, tally, stop, stop_on_error, progress)
+        flight = _Flight(cluster, store, work, job, tally, stop, stop_on_error, progress)
         try:
             flight.send_all(sorted(numbers))
             flight.try_alone()
         finally:
             flight.cancel()
-    _settle(parts, set(numbers).difference(tally.failed), stop)
+    _settle(store, set(numbers).difference(tally.failed), stop)
 
 
 @contextmanager
-def _token(parts: Parts) -> Iterator[str]:
+def _token(store: BlockStore) -> Iterator[str]:
     """A name in the store by which workers know it; being temporary it is swept away should we be killed."""
     token = f".dask-{uuid.uuid4().hex}{TEMPORARY}"
-    parts.folder.write(token, b"")
+    store.folder.write(token, b"")
     try:
         yield token
     finally:
-        parts.folder.remove(token)
+        store.folder.remove(token)
 
 
-def _settle(parts: Parts, written: set[int], stop: StopFlag) -> None:
+def _settle(store: BlockStore, written: set[int], stop: StopFlag) -> None:
     """Wait until blocks that other machines wrote are listed here too: network file systems take their time."""
     end = monotonic() + _SETTLE
-    while not stop[0] and not written <= parts.finished() and monotonic() < end:
+    while not stop[0] and not written <= store.finished() and monotonic() < end:
         sleep(1.0)
 
 
+@dataclass
 class _Flight:
     """The blocks in flight. Nothing of a block is held here or on the cluster once it has arrived."""
 
-    def __init__(
-        self,
-        cluster: Cluster,
-        parts: Parts,
-        work: Work,
-        job: Job,
-        tally: Tally,
-        stop: StopFlag,
-        stop_on_error: bool,
-        progress: Progress | None,
-    ) -> None:
-        self._cluster, self._parts, self._work, self._job, self._tally = cluster, parts, work, job, tally
-        self._stop, self._stop_on_error, self._progress = stop, stop_on_error, progress
-        self._found = parts.cells(parts.finished())
+    cluster: Cluster
+    store: BlockStore
+    work: Work
+    job: Job
+    tally: Tally
+    stop: StopFlag
+    stop_on_error: bool
+    progress: Progress | None
+
+    def __post_init__(self) -> None:
+        self._finished_before = self.store.cells(self.store.finished())
         self._run = f"stickslip-{uuid.uuid4().hex}"  # no other run's block has the name of one of ours
         self._under_way: dict[str, tuple[int, Future]] = {}
-        self._came: SimpleQueue[Future] = SimpleQueue()
+        self._arrived: SimpleQueue[Future] = SimpleQueue()
         self._suspects: list[int] = []
-        self._alone = self._told_bytes = False
+        self._alone = self._has_warned = False
         self._threads, self._counted, self._had_workers = 0, -_COUNT, monotonic()
 
     def send_all(self, numbers: Collection[int]) -> None:
         """Send these blocks and wait for them; those over which workers died are set aside, unless tried alone."""
         waiting = deque(numbers)
-        while (waiting or self._under_way) and not self._stop[0]:
+        while (waiting or self._under_way) and not self.stop[0]:
             for _ in range(min(self._room() - len(self._under_way), len(waiting))):
                 self._send(waiting.popleft())
-            self._take_in()
-            if self._progress:
-                self._progress(self._found + self._tally.cells, self._work.size)
+            self._receive_all()
+            if self.progress:
+                self.progress(self._finished_before + self.tally.cells, self.work.size)
 
     def try_alone(self) -> None:
         """Compute the blocks set aside once more, one after the other: most merely ran beside the one that kills.
@@ -132,57 +130,57 @@ class _Flight:
         self._under_way.clear()
 
     def _room(self) -> int:
-        """How many blocks may be in flight: it follows the workers as they come and go."""
+        """The number of blocks that may be in flight: it follows the workers as they come and go."""
         now = monotonic()
         if now - self._counted > _COUNT:
-            self._threads, self._counted = self._cluster.threads(), now
+            self._threads, self._counted = self.cluster.threads(), now
             if self._threads:
                 self._had_workers = now
             elif now - self._had_workers > _LONELY:
-                self._cluster.notice(f"{self._cluster.where}: no workers there; waiting for some to join")
+                self.cluster.notice(f"{self.cluster.where}: no workers there; waiting for some to join")
                 self._had_workers = float("inf")  # said once, until some come
         return max(_PER_THREAD * self._threads, _FEWEST)
 
     def _send(self, number: int) -> None:
-        known = self._work.known_cells(number)
+        known = self.work.known_cells(number)
         if known is not None and known[0].all():
-            return self._keep(number, self._work.compute(number))
-        wanted = None if known is None else bits(~known[0])
+            return self._save(number, self.work.compute(number))
+        mask = None if known is None else bits(~known[0])
         key = f"{self._run}-{number}{'-alone' if self._alone else ''}"
-        future = self._cluster.client.submit(
-            compute_block, self._job, number, wanted, key=key, retries=_RETRIES, pure=False
+        future = self.cluster.client.submit(
+            compute_block, self.job, number, mask, key=key, retries=_RETRIES, pure=False
         )
         self._under_way[key] = number, future
-        future.add_done_callback(self._came.put)
+        future.add_done_callback(self._arrived.put)
 
-    def _take_in(self) -> None:
+    def _receive_all(self) -> None:
         """Wait a moment for blocks to come in, and see to all that did."""
         try:
-            future = self._came.get(timeout=_LOOK)
+            future = self._arrived.get(timeout=_LOOK)
             while True:
-                self._see_to(future)
-                future = self._came.get_nowait()
+                self._handle(future)
+                future = self._arrived.get_nowait()
         except Empty:
             return
 
-    def _see_to(self, future: Future) -> None:
+    def _handle(self, future: Future) -> None:
         number = self._under_way[future.key][0]
         if future.status in ("pending", "lost"):  # its worker died at the last moment; it is computed again
-            future.add_done_callback(self._came.put)
+            future.add_done_callback(self._arrived.put)
             return
         if future.status == "finished":
             self._receive(number, future)
         elif future.status == "error":
-            self._see_to_error(number, future)
+            self._handle_error(number, future)
         else:
-            raise self._cluster.lost()
+            raise self.cluster.lost()
         del self._under_way[future.key]
 
     def _receive(self, number: int, future: Future) -> None:
         """A block was computed: it is written already, or its bytes are fetched and written here."""
         if future.type is type(None):
             return self._count(number, 0)
-        data = self._cluster.ask(future.result)
+        data = self.cluster.ask(future.result)
         if data is None:
             return self._count(number, 0)
         try:
@@ -191,33 +189,33 @@ class _Flight:
             self._fail(number, error)
 
     def _write(self, number: int, data: bytes) -> None:
-        known = self._work.known_cells(number)
+        known = self.work.known_cells(number)
         if known is not None:
-            results = self._work.joined(number, known, decode(data)[1])
-            return self._keep(number, Block(results, int(known[0].sum()), True))
-        if not self._told_bytes:
-            self._told_bytes = True
-            self._cluster.notice(f"workers do not write to {self._parts.where}: blocks are sent here to be written")
-        self._parts.accept(number, data, self._work)
+            results = self.work.joined(number, known, decode(data)[1])
+            return self._save(number, Block(results, int(known[0].sum()), True))
+        if not self._has_warned:
+            self._has_warned = True
+            self.cluster.notice(f"workers do not write to {self.store.where}: blocks are sent here to be written")
+        self.store.accept(number, data, self.work)
         self._count(number, 0)
 
-    def _keep(self, number: int, block: Block) -> None:
-        self._parts.save(number, block)
+    def _save(self, number: int, block: Block) -> None:
+        self.store.save(number, block)
         self._count(number, block.reused)
 
     def _count(self, number: int, reused: int) -> None:
-        self._tally.finished += 1
-        self._tally.cells += len(self._parts.blocks.cells(number))
-        self._tally.reused += reused
+        self.tally.finished += 1
+        self.tally.cells += len(self.store.blocks.cells(number))
+        self.tally.reused += reused
 
-    def _see_to_error(self, number: int, future: Future) -> None:
+    def _handle_error(self, number: int, future: Future) -> None:
         from distributed import KilledWorker
 
-        error = self._cluster.ask(future.exception)
+        error = self.cluster.ask(future.exception)
         if isinstance(error, UnlikeWorkerError):
-            raise ClusterError(f"{self._cluster.where}: {error}\nhint: install the same versions there")
+            raise ClusterError(f"{self.cluster.where}: {error}\nhint: install the same versions there")
         if isinstance(error, KilledWorker):
-            if not (self._alone or self._stop_on_error):
+            if not (self._alone or self.stop_on_error):
                 return self._suspects.append(number)
             error = RuntimeError(
                 f"{error.allowed_failures + 1} workers were killed while they computed this block, the last at "
@@ -226,7 +224,7 @@ class _Flight:
         self._fail(number, error)
 
     def _fail(self, number: int, error: Exception) -> None:
-        self._parts.note_failure(number, error, error.trace if isinstance(error, UncomputedError) else None)
-        self._tally.failed.append(number)
-        if self._stop_on_error:
+        self.store.note_failure(number, error, error.trace if isinstance(error, UncomputedError) else None)
+        self.tally.failed.append(number)
+        if self.stop_on_error:
             raise BlockFailedError(number) from error

@@ -6,8 +6,8 @@ import sys
 SETUP = """
 import sys
 import numpy as np, xarray as xr
-from stickslip.files.duck_arrays import import_no_more
-import_no_more()
+from stickslip.files.lazy_duck_arrays import wait_for_imports
+wait_for_imports()
 """
 
 
@@ -18,10 +18,11 @@ def answers(code):
 def test_a_dataset_is_made_written_and_looked_into_without_dask_and_pint(tmp_path):
     code = f"""
 from stickslip.files import reading, writing
-from stickslip.dataset.build import cell_dataset
+from stickslip.dataset.build import cell_coordinates, evaluated_dataset
 from stickslip.dataset.provenance import provenance
 results = dict(regime=np.ones(5, np.int8), period=np.arange(5.0))
-ds = cell_dataset(dict(mass=1.0), results, provenance("", title="t", action="a"))
+attributes = provenance("", title="t", action="a")
+ds = evaluated_dataset(("cell",), (5,), cell_coordinates(dict(mass=1.0), 5), results, attributes)
 with reading.look_into(writing.write(ds, {str(tmp_path / "a.nc")!r})) as back:
     print(back["period"].values[3], float(back["period"].isel(cell=slice(1, 3)).sum()))
 print(sorted({{"dask", "pint", "numba", "scipy"}} & set(sys.modules)))

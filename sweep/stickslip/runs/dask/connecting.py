@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import signal
 import threading
 from collections import Counter
@@ -21,8 +22,7 @@ import dask.config
 from stickslip.config.sections import LOCAL
 from stickslip.engine import processor, processors
 from stickslip.errors import ClusterError, Interrupted
-from stickslip.runs.compute.dask.quiet import SILENT, quiet
-from stickslip.runs.compute.dask.worker import describe, loaded, unlike, versions
+from stickslip.runs.dask.worker import describe, loaded, unlike, versions
 from stickslip.runs.request import Request
 from stickslip.runs.workdir.lock import Notice
 
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 PATIENCE = 10.0  # s, for a scheduler to answer
 _STARTING = 60.0  # s, for processes to start on a busy machine
+_SILENT = logging.CRITICAL + 1
+_TALKATIVE = ("distributed", "tornado", "asyncio")  # loggers
 _NAMED = 3  # workers named in a message
 _HOW = (
     "hint: start one with `dask scheduler` and `dask worker tcp://HOST:8786`, and name it as tcp://HOST:8786; "
@@ -47,11 +49,11 @@ class Cluster:
     notice: Notice
 
     def threads(self) -> int:
-        """How many blocks its workers compute at once, now. Raises ClusterError if the scheduler is gone."""
+        """The number of blocks that its workers compute at once, now. Raises ClusterError if the scheduler is gone."""
         return sum(self.ask(self.client.nthreads).values())
 
     def ask(self, question: Callable[[], Any]) -> Any:
-        """What the scheduler answers. Raises ClusterError if it is gone."""
+        """The answer of the scheduler. Raises ClusterError if it is gone."""
         try:
             return question()
         except (OSError, RuntimeError, ValueError, CancelledError) as error:  # whatever a closed client raises
@@ -86,7 +88,7 @@ def _found(stack: ExitStack, request: Request) -> Cluster:
     if not isinstance(request.cluster, str):
         return Cluster(request.cluster, request.cluster.scheduler.address, request.notice)
     _require_distributed()
-    stack.enter_context(quiet())
+    stack.enter_context(_silenced())
     patience = _STARTING if request.cluster == LOCAL else PATIENCE
     stack.enter_context(dask.config.set({"distributed.comm.timeouts.connect": f"{patience:g} s"}))
     return _connect(stack, request.cluster, request)
@@ -153,11 +155,11 @@ def _local_cluster(threads: int | None) -> Any:
 
     count = threads or processors()
     own = dask.config.get("distributed.worker.preload", None) or []
-    preload = [*([own] if isinstance(own, str) else own), "stickslip.runs.compute.dask.worker"]
+    preload = [*([own] if isinstance(own, str) else own), "stickslip.runs.dask.worker"]
     with _no_ctrl_c():
         return LocalCluster(
             n_workers=count, threads_per_worker=1, memory_limit=0, host="127.0.0.1", dashboard_address=None,
-            silence_logs=SILENT, preload=preload,
+            silence_logs=_SILENT, preload=preload,
         )  # fmt: skip
 
 
@@ -172,6 +174,26 @@ def _no_ctrl_c() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _silenced() -> Iterator[None]:
+    """Silence Dask, unless its configuration says how it is to log (`logging`, or DASK_LOGGING__DISTRIBUTED).
+
+    It reports lost connections at length, and our messages would be lost among its own.
+    """
+    if dask.config.get("logging", None) is not None:
+        yield
+        return
+    names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in _TALKATIVE]
+    before = {name: logging.getLogger(name).level for name in [*names, *_TALKATIVE]}
+    for name in before:
+        logging.getLogger(name).setLevel(_SILENT)
+    try:
+        yield
+    finally:
+        for name, level in before.items():
+            logging.getLogger(name).setLevel(level)
 
 
 def _address_in(file: Path) -> str:
@@ -196,23 +218,21 @@ def _check_alike(cluster: Cluster) -> None:
     """Raise ClusterError unless scheduler and workers run what this process runs; workers to come check themselves."""
     if reason := cluster.ask(lambda: _scheduler_lacks(cluster.client)):
         raise ClusterError(f"{cluster.where}: {reason}\nhint: its scheduler needs stickslip too: install it there")
-    found = cluster.ask(lambda: cluster.client.run(describe, on_error="return"))
-    if wrong := _unlike(found):
+    workers = cluster.ask(lambda: cluster.client.run(describe, on_error="return"))
+    if wrong := _unlike(workers):
         named = "\n".join(f"  {text}" for text in wrong[:_NAMED])
         more = f"\n  and {len(wrong) - _NAMED} more" if len(wrong) > _NAMED else ""
         raise ClusterError(
-            f"{cluster.where}: {len(wrong)} of {len(found)} workers do not run what runs here\n{named}{more}\n"
+            f"{cluster.where}: {len(wrong)} of {len(workers)} workers do not run what runs here\n{named}{more}\n"
             "hint: install the same versions there and start the workers again"
         )
-    found = {address: worker for address, worker in found.items() if worker["processor"] != processor()}
-    if found:
-        kinds = Counter(worker["processor"] for worker in found.values())
-        told = ", ".join(f"{count} on {kind}" for kind, count in kinds.items())
-        cluster.notice(f"workers on another processor than this one ({processor()}): {told}; last digits may differ")
+    if kinds := Counter(kind for worker in workers.values() if (kind := worker["processor"]) != processor()):
+        counts = ", ".join(f"{count} on {kind}" for kind, count in kinds.items())
+        cluster.notice(f"workers on another processor than this one ({processor()}): {counts}; last digits may differ")
 
 
 def _scheduler_lacks(client: Client) -> str:
-    """What the scheduler does not have of what it must load to pass tasks on; empty if nothing."""
+    """The reason why the scheduler cannot load what passes tasks on; empty if it can."""
     try:
         client.run_on_scheduler(loaded)
     except OSError:
@@ -222,10 +242,10 @@ def _scheduler_lacks(client: Client) -> str:
     return ""
 
 
-def _unlike(found: Mapping[str, Any]) -> list[str]:
-    """What is wrong with which worker; `found` are descriptions, or the errors of those who could not give one."""
+def _unlike(workers: Mapping[str, Any]) -> list[str]:
+    """The workers that will not do, and why; given descriptions, or the errors of those without."""
     wrong = []
-    for address, worker in found.items():
+    for address, worker in workers.items():
         if isinstance(worker, BaseException):
             wrong.append(f"{address}: {str(worker) or type(worker).__name__}")
         elif differing := unlike(versions(), worker["versions"]):

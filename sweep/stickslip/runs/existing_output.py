@@ -16,14 +16,14 @@ from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
 from stickslip.dataset.provenance import INCOMPLETE
 from stickslip.errors import ConfigError, StoreError
-from stickslip.files import reading, swapping
+from stickslip.files import locations, reading
 from stickslip.files.locations import Location, Url
+from stickslip.runs.known_cells import KnownCells, points_of, rounded
 from stickslip.runs.maps import MapStudy
-from stickslip.runs.reuse import KnownCells, points_of, rounded
 from stickslip.runs.settings import differences
 from stickslip.runs.work import study_of
+from stickslip.runs.workdir.block_store import START_OVER, refuse, same_major
 from stickslip.runs.workdir.lock import Notice, writing_alone
-from stickslip.runs.workdir.parts import START_OVER, refuse, same_major
 from stickslip.vocabulary.suggest import listed
 
 _ANEW = "{fresh} computes it anew and replaces it; "
@@ -31,7 +31,7 @@ _OTHER_FILE = "{output} names another file"
 
 
 @dataclass(frozen=True)
-class Earlier:
+class ExistingOutput:
     """A result that this run resumes from. complete : there is nothing left to do."""
 
     cells: int
@@ -39,15 +39,17 @@ class Earlier:
     known: KnownCells | None
 
 
-def finish(output: Location | None, notice: Notice) -> None:
+def finish_replacing(output: Location | None, notice: Notice) -> None:
     """Put a result behind a URL in its place, if a run was killed while it did. Raises StoreError if one is at it."""
-    if isinstance(output, Url) and swapping.is_unfinished(output):
+    if isinstance(output, Url) and locations.is_unfinished(output):
         with writing_alone(output, notice):
-            swapping.finish(output)
+            locations.finish(output)
 
 
 @contextmanager
-def result(output: Location | None, config: Config, fresh: bool, remedy: str = START_OVER) -> Iterator[Earlier | None]:
+def opened(
+    output: Location | None, config: Config, fresh: bool, remedy: str = START_OVER
+) -> Iterator[ExistingOutput | None]:
     """The result at `output`, open; None if there is none or it does not matter.
 
     remedy : as for `refuse`; other than the usual one from who cannot begin anew.
@@ -67,7 +69,7 @@ def result(output: Location | None, config: Config, fresh: bool, remedy: str = S
         yield _compared(output, dataset, config, remedy, hint)
 
 
-def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str, hint: str) -> Earlier:
+def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str, hint: str) -> ExistingOutput:
     version = str(dataset.attrs["source"]).split()[1].rstrip(",")
     if not same_major(version):
         raise StoreError(f"{output}: made by stickslip {version}, and this is {__version__}", hint=hint)
@@ -80,13 +82,12 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str
         if differing:
             refuse(str(output), there, config, remedy)
         whole = there.title == config.title and INCOMPLETE not in dataset.attrs
-        return Earlier(prod(study.shape), whole, None)
+        return ExistingOutput(prod(study.shape), whole, None)
     if any(not name.startswith("axes.") for name in differing):
         refuse(str(output), there, config, remedy)
     old, new = build_grid(there), build_grid(config)
-    if [(c.name, _number(old.dims, c.dim)) for c in old.coords] != [
-        (c.name, _number(new.dims, c.dim)) for c in new.coords
-    ]:
+    axes, new_axes = ([(c.name, grid.dims.index(c.dim)) for c in grid.coords] for grid in (old, new))
+    if axes != new_axes:
         refuse(str(output), there, config, remedy)
     points = points_of(old, new)
     lost = old.size - int(np.prod([np.unique(place[place >= 0]).size for place in points], dtype=np.int64))
@@ -98,8 +99,8 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str
         raise StoreError(
             f"{output}: holds {lost:,} cells that are not part of the new map and would be lost", hint=hint
         )
-    whole = not differing and there.title == config.title and _missing(dataset) == 0
-    return Earlier(new.size, whole, None if whole else KnownCells(dataset, new.shape, points))
+    whole = not differing and there.title == config.title and not (dataset["regime"] == 0).any()
+    return ExistingOutput(new.size, whole, None if whole else KnownCells(dataset, new.shape, points))
 
 
 def _only_rounded(output: Location, apart: Mapping[str, float], hint: str) -> StoreError:
@@ -112,17 +113,8 @@ def _only_rounded(output: Location, apart: Mapping[str, float], hint: str) -> St
     )
 
 
-def _number(dims: tuple[str, ...], dim: str) -> int:
-    return dims.index(dim)
-
-
 def _config_of(output: Location, dataset: xr.Dataset, hint: str) -> Config:
     try:
         return parse_config(str(dataset.attrs["configuration"]), str(output))
     except (ConfigError, KeyError):
         raise StoreError(f"{output}: exists, and its configuration cannot be read", hint=hint) from None
-
-
-def _missing(dataset: xr.Dataset) -> int:
-    """How many cells are not computed."""
-    return int((dataset["regime"] == 0).sum())

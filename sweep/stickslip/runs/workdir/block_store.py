@@ -20,7 +20,7 @@ from stickslip.dataset.provenance import software
 from stickslip.errors import ConfigError, DamagedBlockError, DamagedManifestError, ForeignBlockError, StoreError
 from stickslip.files.locations import Location
 from stickslip.files.packing import PLAIN
-from stickslip.runs.settings import differences, fingerprint, told
+from stickslip.runs.settings import described, differences, fingerprint
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir import manifest as manifests
 from stickslip.runs.workdir.encoding import Column, encode, opened
@@ -49,7 +49,7 @@ class Failure:
     traceback: str
 
 
-class Parts:
+class BlockStore:
     """An open working store. packing : how its blocks are packed from now on."""
 
     def __init__(self, folder: Folder, manifest: Manifest, packing: str = PLAIN) -> None:
@@ -96,8 +96,8 @@ class Parts:
     def _checked(self, number: int, data: bytes, work: Work) -> dict[str, Column]:
         header, columns = opened(data)
         cells = self.blocks.cells(number)
-        wanted = {"run": self.manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
-        if wrong := [name for name, value in wanted.items() if header.get(name) != value]:
+        expected = {"run": self.manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
+        if wrong := [name for name, value in expected.items() if header.get(name) != value]:
             raise ForeignBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
         types = {name: column.dtype for name, column in columns.items()}
         if not work.fits(number, types, [column.cells for column in columns.values()]):
@@ -107,32 +107,32 @@ class Parts:
     def drop(self, number: int) -> None:
         """Remove a block, finished or failed, so that it counts as missing."""
         self.folder.remove(_block_name(number))
-        self.forgive(number)
+        self.clear_failure(number)
 
     def note_failure(self, number: int, error: Exception, trace: str | None = None) -> None:
         """Record why a block could not be computed; `trace` is the traceback, if not that of the error."""
         message = f"{type(error).__name__}: {error}" if trace is None else str(error)
         trace = "".join(traceback.format_exception(error)) if trace is None else trace
-        found = {
+        record = {
             "run": self.manifest.fingerprint, "block": number, "message": message,
             "traceback": trace, "stickslip": __version__,
         }  # fmt: skip
-        self.folder.write(_failed_name(number), json.dumps(found, ensure_ascii=False).encode())
+        self.folder.write(_failed_name(number), json.dumps(record, ensure_ascii=False).encode())
 
     def failure(self, number: int) -> Failure:
         """Why a block could not be computed."""
         try:
-            found = json.loads(self.folder.read(_failed_name(number)))
-            return Failure(number, str(found["message"]), str(found["traceback"]))
+            record = json.loads(self.folder.read(_failed_name(number)))
+            return Failure(number, str(record["message"]), str(record["traceback"]))
         except (FileNotFoundError, ValueError, TypeError, KeyError):
             return Failure(number, "the record of what happened is damaged", "")
 
-    def forgive(self, number: int) -> None:
+    def clear_failure(self, number: int) -> None:
         """Forget that a block failed."""
         self.folder.remove(_failed_name(number))
 
     def is_complete(self) -> bool:
-        """Whether no block is missing."""
+        """Tell whether no block is missing."""
         return len(self.finished()) == self.blocks.count
 
     def no_longer_fresh(self) -> None:
@@ -147,8 +147,8 @@ class Parts:
         self.folder.remove(manifests.NAME)
 
     def _numbers(self, pattern: re.Pattern[str]) -> set[int]:
-        found = {int(match[1]) for name in self.folder.names() if (match := pattern.fullmatch(name))}
-        return {number for number in found if number < self.blocks.count}
+        numbers = {int(match[1]) for name in self.folder.names() if (match := pattern.fullmatch(name))}
+        return {number for number in numbers if number < self.blocks.count}
 
 
 def encoded(manifest: Manifest, number: int, block: Block, packing: str) -> bytes:
@@ -176,7 +176,7 @@ def clear(folder: Folder) -> None:
             folder.remove(name)
 
 
-def sweep(folder: Folder) -> None:
+def remove_temporary(folder: Folder) -> None:
     """Remove the temporary files of runs that were killed. Only for who holds the store alone."""
     for name in folder.names():
         if _is_temporary(name):
@@ -202,11 +202,11 @@ def check_ours(folder: Folder) -> None:
 
 
 def is_empty(folder: Folder) -> bool:
-    """Whether a folder holds nothing but what a run leaves that is killed while it removes its store."""
+    """Tell whether a folder holds nothing but what a run leaves that is killed while it removes its store."""
     return all(is_lock(name) or _is_temporary(name) for name in folder.names())
 
 
-def find(folder: Folder) -> Parts:
+def find(folder: Folder) -> BlockStore:
     """The store in a folder, whatever it computes. Raises StoreError."""
     try:
         manifest = manifests.decode(folder.read(manifests.NAME))
@@ -219,10 +219,10 @@ def find(folder: Folder) -> Parts:
             hint="{run} with the configuration writes it again; {run} with {fresh} starts over",
         ) from None
     _check_version(folder, manifest)
-    return Parts(folder, manifest)
+    return BlockStore(folder, manifest)
 
 
-def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice, packing: str = PLAIN) -> Parts:
+def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice, packing: str = PLAIN) -> BlockStore:
     """The store of this work in a folder that is locked: created, resumed, or begun again if `fresh`.
 
     A fresh run marks its store, and goes on with one that is marked so; with other kernels it begins again.
@@ -236,7 +236,7 @@ def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice, packing: st
     return store
 
 
-def _prepared(folder: Folder, work: Work, fresh: bool, notice: Notice) -> Parts:
+def _prepared(folder: Folder, work: Work, fresh: bool, notice: Notice) -> BlockStore:
     try:
         manifest = manifests.decode(folder.read(manifests.NAME))
     except FileNotFoundError:
@@ -246,21 +246,21 @@ def _prepared(folder: Folder, work: Work, fresh: bool, notice: Notice) -> Parts:
     if fresh and not goes_on_fresh(manifest, work):
         return _new(folder, work, fresh)
     _check_version(folder, manifest)
-    return _gone_on_with(Parts(folder, manifest), work, notice)
+    return _gone_on_with(BlockStore(folder, manifest), work, notice)
 
 
 def goes_on_fresh(manifest: Manifest, work: Work) -> bool:
-    """Whether a store is that of the same fresh run, which was interrupted."""
+    """Tell whether a store is that of the same fresh run, which was interrupted."""
     same = (fingerprint(work.config), work.size, engine.kernels_digest(), manifests.FORMAT)
     return manifest.fresh and same == (manifest.fingerprint, manifest.size, manifest.kernels[-1], manifest.format)
 
 
-def _new(folder: Folder, work: Work, fresh: bool) -> Parts:
+def _new(folder: Folder, work: Work, fresh: bool) -> BlockStore:
     if fresh:
         clear(folder)
-    parts = Parts(folder, manifest_of(work, fresh))
-    folder.write(manifests.NAME, manifests.encode(parts.manifest))
-    return parts
+    store = BlockStore(folder, manifest_of(work, fresh))
+    folder.write(manifests.NAME, manifests.encode(store.manifest))
+    return store
 
 
 def manifest_of(work: Work, fresh: bool = False) -> Manifest:
@@ -268,17 +268,17 @@ def manifest_of(work: Work, fresh: bool = False) -> Manifest:
     return manifests.make(work.config, work.study.shape, work.blocks, engine.kernels_digest(), software(), fresh)
 
 
-def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: Notice) -> Parts:
+def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: Notice) -> BlockStore:
     """The store with its manifest written again, unless its blocks say that they belong to something else.
 
     A damaged block says nothing, and will be computed again.
     """
-    parts, looked_at = Parts(folder, manifest_of(work)), 0
-    for number in sorted(parts.finished()):
+    store, looked_at = BlockStore(folder, manifest_of(work)), 0
+    for number in sorted(store.finished()):
         if looked_at == _LOOKED_AT:
             break
         try:
-            parts.stored(number, work)
+            store.stored(number, work)
             looked_at += 1
         except ForeignBlockError as other:
             raise StoreError(
@@ -289,31 +289,31 @@ def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: N
         except (DamagedBlockError, FileNotFoundError):
             continue
     notice(f"{manifests.NAME} was damaged ({damaged}) and is written again from the configuration")
-    folder.write(manifests.NAME, manifests.encode(parts.manifest))
-    return parts
+    folder.write(manifests.NAME, manifests.encode(store.manifest))
+    return store
 
 
-def _gone_on_with(parts: Parts, work: Work, notice: Notice) -> Parts:
-    check_same(parts, work)
-    manifest, digest = parts.manifest, engine.kernels_digest()
+def _gone_on_with(store: BlockStore, work: Work, notice: Notice) -> BlockStore:
+    check_same(store, work)
+    manifest, digest = store.manifest, engine.kernels_digest()
     if digest != manifest.kernels[-1]:
-        if parts.finished():
+        if store.finished():
             notice("the kernels were changed since this run began; blocks of both will make up the map")
         manifest = replace(manifest, kernels=(*manifest.kernels, digest))
-        parts.folder.write(manifests.NAME, manifests.encode(manifest))
-    return Parts(parts.folder, manifest)
+        store.folder.write(manifests.NAME, manifests.encode(manifest))
+    return BlockStore(store.folder, manifest)
 
 
-def check_same(parts: Parts, work: Work, no_fresh: bool = False) -> None:
+def check_same(store: BlockStore, work: Work, no_fresh: bool = False) -> None:
     """Raise StoreError unless a store holds blocks of this work.
 
     no_fresh : for who shares or only reads it, and cannot begin it again.
     """
-    there = parts.manifest
+    there = store.manifest
     if there.fingerprint != fingerprint(work.config) or there.size != work.size:
-        place = shlex.quote(parts.where).replace("{", "{{").replace("}", "}}")  # the hint is a template
+        place = shlex.quote(store.where).replace("{", "{{").replace("}", "}}")  # the hint is a template
         remedy = f"{SAME_SETTINGS}, or name the store: stickslip collect {place}"
-        refuse(parts.where, config_of(parts), work.config, remedy if no_fresh else START_OVER)
+        refuse(store.where, config_of(store), work.config, remedy if no_fresh else START_OVER)
 
 
 def check_before(folder: Folder, work: Work, shard: bool) -> None:
@@ -326,21 +326,21 @@ def check_before(folder: Folder, work: Work, shard: bool) -> None:
     except (FileNotFoundError, DamagedManifestError):
         return
     _check_version(folder, manifest)
-    check_same(Parts(folder, manifest), work, shard)
+    check_same(BlockStore(folder, manifest), work, shard)
 
 
-def config_of(parts: Parts) -> Config:
+def config_of(store: BlockStore) -> Config:
     """The configuration a store was made from. Raises StoreError."""
     try:
-        return parts.manifest.config(parts.where)
+        return store.manifest.config(store.where)
     except ConfigError as error:
-        raise StoreError(f"{parts.where}: made from a configuration that this version does not read\n{error}") from None
+        raise StoreError(f"{store.where}: made from a configuration that this version does not read\n{error}") from None
 
 
 def refuse(where: str, there: Config, here: Config, remedy: str = START_OVER) -> None:
     """Raise StoreError: `where` was made from another configuration. remedy : with {keys} for those that differ."""
     differing = differences(there, here)
-    keys = told(differing) or "  the number of its cells"
+    keys = described(differing) or "  the number of its cells"
     hint = remedy.replace("{keys}", ", ".join(differing))
     raise StoreError(f"{where}: made from another configuration, which differs in\n{keys}", hint=hint)
 
@@ -354,5 +354,5 @@ def _check_version(folder: Folder, manifest: Manifest) -> None:
 
 
 def same_major(version: str) -> bool:
-    """Whether a version resumes what this one began: the same major version."""
+    """Tell whether a version resumes what this one began: the same major version."""
     return version.partition(".")[0] == __version__.partition(".")[0]

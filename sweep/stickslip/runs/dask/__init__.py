@@ -2,7 +2,6 @@
 
     worker      what runs there: plain data in, plain data out
     connecting  a scheduler found, its workers held against this process
-    quiet       Dask's own messages, suppressed
     dispatch    a bounded number of blocks in flight, and the outcome of each
 
 Nothing is kept on the cluster. A worker that sees the store writes its blocks there; from others they are sent back

@@ -15,9 +15,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.config.select import Recipe, settings_at
-from stickslip.dataset.chunks import Chunk, chunks
-from stickslip.dataset.kept import why_absent
-from stickslip.dataset.summary import BAD_REGIMES, codes
+from stickslip.dataset.coarse import Chunk, chunks
+from stickslip.dataset.summary import BAD_REGIMES, codes, why_absent
 from stickslip.errors import ConfigError, Problem
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.suggest import listed, nearest
@@ -52,7 +51,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Survey:
-    """What is in a map.
+    """The contents of a map.
 
     counts : cells by (regime, status), the most frequent first; the status is NOT_KEPT where the map holds none.
     wanted : how many cells were asked for.
@@ -75,14 +74,14 @@ def survey(
     Raises ConfigError for names that do not exist, for a dataset that is no map, and where statuses are asked of a map
     that does not hold them.
     """
-    wanted_regimes = _wanted("regime", regimes or (() if statuses else BAD_REGIMES))
-    wanted_statuses = _wanted("status", statuses)
+    chosen_regimes = _chosen("regime", regimes or (() if statuses else BAD_REGIMES))
+    chosen_statuses = _chosen("status", statuses)
     if "regime" not in ds.data_vars:
         raise ConfigError("inspect", [Problem((), "no regime, expected a map")])
     has_status = "status" in ds.data_vars
     if statuses and not has_status:
-        what, _, hint = str(why_absent(ds, "status")).partition("\nhint: ")
-        raise ConfigError("--status", [Problem((), f"the map {what}", hint=hint)])
+        reason, _, hint = str(why_absent(ds, "status")).partition("\nhint: ")
+        raise ConfigError("--status", [Problem((), f"the map {reason}", hint=hint)])
     counts = np.zeros(_CODES * _CODES, np.int64)
     places: list[tuple[int, ...]] = []
     for chunk in chunks(ds["regime"]):
@@ -90,33 +89,25 @@ def survey(
         status = codes(ds["status"].isel(chunk)) if has_status else np.zeros_like(regime)
         counts += np.bincount(regime.astype(np.intp) * _CODES + status, minlength=_CODES * _CODES)
         if len(places) < limit:
-            found = np.flatnonzero(wanted_regimes[regime] & wanted_statuses[status])
-            places += _places(found[: limit - len(places)], chunk)
+            inside = np.flatnonzero(chosen_regimes[regime] & chosen_statuses[status])
+            places += _places(inside[: limit - len(places)], chunk)
     table = counts.reshape(_CODES, _CODES)
-    wanted = int(table[np.ix_(wanted_regimes, wanted_statuses)].sum())
-    counted = _by_name(table)
-    if not has_status:
-        counted = {(regime, NOT_KEPT): cells for (regime, _), cells in counted.items()}
-    return Survey(counted, wanted, tuple(_cells(ds, recipe, places)))
+    pairs = sorted(np.argwhere(table), key=lambda pair: -table[tuple(pair)])
+    counted = {(_name("regime", r), _name("status", s) if has_status else NOT_KEPT): int(table[r, s]) for r, s in pairs}
+    return Survey(counted, int(table[np.ix_(chosen_regimes, chosen_statuses)].sum()), tuple(_cells(ds, recipe, places)))
 
 
-def _wanted(flag: str, names: Collection[str]) -> NDArray[np.bool_]:
-    """Which codes of a flag are asked for; all, without any names."""
+def _chosen(flag: str, names: Collection[str]) -> NDArray[np.bool_]:
+    """Marks of the codes of a flag that have these names; of all, without any names."""
     known = list(FLAGS[flag])
-    wanted = np.full(_CODES, not names)
+    chosen = np.full(_CODES, not names)
     for name in names:
         if name not in known:
             near = nearest(name, known)
             hint = f"did you mean {near}?" if near else None
             raise ConfigError(f"--{flag}", [Problem((), f"got {name!r}, expected {listed(known)}", hint=hint)])
-        wanted[known.index(name)] = True
-    return wanted
-
-
-def _by_name(table: NDArray[np.int64]) -> dict[tuple[str, str], int]:
-    """The pairs of regime and status that occur."""
-    pairs = sorted(np.argwhere(table), key=lambda pair: -table[tuple(pair)])
-    return {(_name("regime", r), _name("status", s)): int(table[r, s]) for r, s in pairs}
+        chosen[known.index(name)] = True
+    return chosen
 
 
 def _name(flag: str, code: int) -> str:
@@ -124,11 +115,11 @@ def _name(flag: str, code: int) -> str:
     return names[code] if code < len(names) else f"code_{code}"
 
 
-def _places(found: NDArray[np.intp], chunk: Chunk) -> list[tuple[int, ...]]:
+def _places(inside: NDArray[np.intp], chunk: Chunk) -> list[tuple[int, ...]]:
     """Positions in the map of some cells of a chunk."""
     shape = tuple(part.stop - part.start for part in chunk.values())
-    inside = np.stack(np.unravel_index(found, shape), axis=1) if shape else np.zeros((found.size, 0), np.intp)
-    return [tuple(int(i) for i in row) for row in inside + [part.start for part in chunk.values()]]
+    places = np.stack(np.unravel_index(inside, shape), axis=1) if shape else np.zeros((inside.size, 0), np.intp)
+    return [tuple(int(i) for i in row) for row in places + [part.start for part in chunk.values()]]
 
 
 def _cells(ds: xr.Dataset, recipe: Recipe, places: list[tuple[int, ...]]) -> list[Cell]:
@@ -138,21 +129,21 @@ def _cells(ds: xr.Dataset, recipe: Recipe, places: list[tuple[int, ...]]) -> lis
     dims = [str(dim) for dim in ds["regime"].dims]
     picked = {dim: xr.DataArray([place[i] for place in places], dims="picked") for i, dim in enumerate(dims)}
     known = ds[[name for name in ("regime", "status", *_LOOK) if name in ds.variables]].isel(picked).load()
-    found = []
+    cells = []
     for i, place in enumerate(places):
-        one = known.isel(picked=i) if "picked" in known.dims else known
+        values = known.isel(picked=i) if "picked" in known.dims else known
         position = dict(zip(dims, place, strict=True))
         number = int(np.ravel_multi_index(place, ds["regime"].shape)) if place else 0
         regime, status = (
-            _name(flag, int(codes(one[flag])[0])) if flag in one else NOT_KEPT for flag in ("regime", "status")
+            _name(flag, int(codes(values[flag])[0])) if flag in values else NOT_KEPT for flag in ("regime", "status")
         )
         settings = tuple(settings_at(recipe, ds, position))
-        found.append(Cell(number, position, regime, status, settings, duration_of(recipe, one)))
-    return found
+        cells.append(Cell(number, position, regime, status, settings, duration_of(recipe, values)))
+    return cells
 
 
 def duration_of(recipe: Recipe, cell: xr.Dataset) -> float:
-    """How long to look at a cell, in s: to the horizon, or some cycles, or some oscillations after break-away."""
+    """The time worth looking at a cell, in s: to the horizon, or some cycles, or some oscillations after break-away."""
     solver = recipe.get("solver", {}) if isinstance(recipe, dict) else dict(recipe.solver)  # type: ignore[union-attr]
     known = {name: float(cell[name]) for name in _LOOK if name in cell.variables}
     oscillation = 2.0 * math.pi * math.sqrt(known.get("mass", 1.0) / known.get("stiffness", 1.0))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.runs.regions import Region, extent, regions
+from stickslip.runs.blocks import Region, regions
 from stickslip.vocabulary.cells import Cells
 
 Indices = NDArray[np.int64]
@@ -29,18 +28,20 @@ class KnownCells:
     points: tuple[Indices, ...]
 
     def cells(self, cells: range) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]] | None:
-        """Which cells of a range of the new grid are known, and their results; None if none is."""
+        """Flags of the known cells of a range of the new grid, and their results; None if none is known."""
         parts = [self._region(region) for region in regions(cells.start, cells.stop, self.shape)]
         have = np.concatenate([part[0] for part in parts])
         if not have.any():
             return None
-        some = [part[1] for part in parts if part[1]]
-        return have, {name: np.concatenate([part[name] for part in some]) for name in some[0]}
+        results = [part[1] for part in parts if part[1]]
+        return have, {name: np.concatenate([part[name] for part in results]) for name in results[0]}
 
     def _region(self, region: Region) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]:
-        """The same for a region; without results where none are known."""
+        """Flags and results as `cells` gives them, of a region; no results where none are known."""
         places = [points[side] for points, side in zip(self.points, region, strict=True)]
-        have = _outer([place >= 0 for place in places], extent(region))
+        have: NDArray[np.bool_] = np.ones((), bool)
+        for place in places:
+            have = np.logical_and.outer(have, place >= 0)
         if not have.any():
             return have.ravel(), {}
         indices = {dim: place[place >= 0] for dim, place in zip(self._dims, places, strict=True)}
@@ -55,14 +56,6 @@ class KnownCells:
         return self.dataset["regime"].dims
 
 
-def _outer(flags: Sequence[NDArray[np.bool_]], shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Where all flags of all dimensions hold."""
-    whole = np.ones(shape, bool)
-    for i, flag in enumerate(flags):
-        whole &= flag.reshape([-1 if j == i else 1 for j in range(len(shape))])
-    return whole
-
-
 def points_of(old: Cells, new: Cells) -> tuple[Indices, ...]:
     """For each dimension of `new`, where its points lie in that dimension of `old`, -1 for new ones.
 
@@ -75,10 +68,10 @@ def rounded(old: Cells, new: Cells) -> dict[str, float]:
     """The quantities whose values are those of `new` but for rounding, each with the largest difference, in SI; empty
     if any value of `old` is another one. Both grids have the same axes in the same order.
     """
-    found: dict[str, float] = {}
-    for one in old.coords:
-        other = next(c.values for c in new.coords if c.name == one.name)
-        values, known = (np.unique(v[~np.isnan(v)]) for v in (one.values, other))
+    differences: dict[str, float] = {}
+    for coordinate in old.coords:
+        other = next(c.values for c in new.coords if c.name == coordinate.name)
+        values, known = (np.unique(v[~np.isnan(v)]) for v in (coordinate.values, other))
         if not known.size:
             return {}
         above = np.searchsorted(known, values).clip(1, known.size) - 1
@@ -86,8 +79,8 @@ def rounded(old: Cells, new: Cells) -> dict[str, float]:
         if not (apart <= _ROUNDING * np.abs(values)).all():
             return {}
         if (apart > 0).any():
-            found[one.name] = float(apart.max())
-    return found
+            differences[coordinate.name] = float(apart.max())
+    return differences
 
 
 def _quantities(grid: Cells, dimension: int) -> NDArray[np.int64]:
