@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from helpers.configs import write_config
 from stickslip.cli import SECTIONS, main, manual
-from stickslip.cli.rig import feature_screen_table
+from stickslip.cli.rig_features import feature_screen_table
 
 ROOT = Path(__file__).parents[2]
 

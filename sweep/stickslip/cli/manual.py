@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 from stickslip.vocabulary.words import nearest
@@ -29,8 +28,7 @@ _ALSO = {  # other words for a page
     "excel": "materials", "xlsx": "materials", "csv": "materials", "export": "materials",
     "spreadsheet": "materials", "lubricant": "materials", "grease": "materials",
 }  # fmt: skip
-# The section to read first, by page and heading.
-_FIRST = {
+_FIRST = {  # the section to read first, by page and heading
     "json": ("runs", "Scripts"),
     "slurm": ("runs", "Shards"),
     "cluster": ("runs", "Shards"),
@@ -44,20 +42,18 @@ class Page:
     name: str
     text: str
 
-    @cached_property
+    @property
     def title(self) -> str:
         """Its first heading."""
         return next((line[2:].strip() for line in self.text.splitlines() if line.startswith("# ")), self.name)
 
     def sections(self) -> Iterator[tuple[str, str]]:
-        """Headings and the text under them, without the page's own."""
-        parts = re.split(r"^(#{2,3} .+)$", _without_code(self.text), flags=re.MULTILINE)
-        for heading, _text in zip(parts[1::2], parts[2::2], strict=True):
-            begin = self.text.index(heading)
-            level = len(heading) - len(heading.lstrip("#"))
-            after = re.search(rf"^#{{1,{level}}} ", _without_code(self.text)[begin + len(heading) :], re.MULTILINE)
-            end = len(self.text) if after is None else begin + len(heading) + after.start()
-            yield heading.lstrip("# "), self.text[begin:end].strip()
+        """Headings and the text under them with their subsections, without the page's own."""
+        prose = re.sub(r"^```.*?^```", lambda m: re.sub(r"[^\n]", " ", m[0]), self.text, flags=re.MULTILINE | re.DOTALL)
+        marks = [(m.start(), len(m[1]), m[2]) for m in re.finditer(r"^(#{2,3}) (.+)$", prose, re.MULTILINE)]
+        for i, (begin, level, heading) in enumerate(marks):
+            end = next((start for start, other, _ in marks[i + 1 :] if other <= level), None)
+            yield heading, self.text[begin:end].strip()
 
     def terms(self) -> Iterator[tuple[str, str]]:
         """What a table of words says: the first two cells of a row, and the whole row as a sentence."""
@@ -76,10 +72,9 @@ def _folders() -> tuple[Path, Path]:
 def pages() -> dict[str, Page]:
     """All pages by name, those of the repository's root among them; sorted."""
     folder, root = _folders()
-    files = [path for path in folder.glob("*.md") if path.stem.lower() not in _NO_TOPICS]
-    files += [path for path in (root / "README.md",) if path.is_file() and path not in files]
-    read = [Page(_NAMES.get(path.stem, path.stem), path.read_text(encoding="utf-8")) for path in files]
-    return {page.name: page for page in sorted(read, key=lambda page: page.name)}
+    files = {path for path in folder.glob("*.md") if path.stem.lower() not in _NO_TOPICS} | {root / "README.md"}
+    texts = {_NAMES.get(path.stem, path.stem): path.read_text(encoding="utf-8") for path in files if path.is_file()}
+    return {name: Page(name, texts[name]) for name in sorted(texts)}
 
 
 def contents(known: dict[str, Page]) -> Iterator[tuple[str, list[tuple[str, str]]]]:
@@ -92,9 +87,8 @@ def contents(known: dict[str, Page]) -> Iterator[tuple[str, list[tuple[str, str]
             if rows:
                 yield heading, rows
             heading, rows = line[3:].strip(), []
-        elif (entry := re.match(r"- \[([^]]+)\]\(([\w-]+)\.md\)(.*)", line)) and entry[2] in left:
+        elif (entry := re.match(r"- \[([^]]+)\]\(([\w-]+)\.md\)(.*)", line)) and left.pop(entry[2], None):
             rows.append((entry[2], entry[1] + entry[3]))
-            del left[entry[2]]
     yield heading or "Pages", [*rows, *left.items()]
 
 
@@ -103,26 +97,23 @@ def about(topic: str, known: dict[str, Page]) -> str | None:
     word = topic.strip().lower().removesuffix(".md")
     if word in known:
         return known[word].text
-    found = list(_sections(word, known))
-    if (first := _FIRST.get(word)) and first[0] in known:
-        begin = [(first[0], heading, text) for heading, text in known[first[0]].sections() if heading == first[1]]
-        found = [*begin, *(one for one in found if one not in begin)]
-    parts = [] if any(page == "glossary" for page, _, _ in found) else _terms(word, known)
-    meant = _ALSO.get(word)
-    meant = meant if meant in known else None
-    if not parts and not found:
-        return None if meant is None else known[meant].text
-    parts += [text for _, _, text in found[:2]]
-    more = [(page, heading) for page, heading, _ in found[2:]] + ([(meant, known[meant].title)] if meant else [])
+    sections = list(_sections(word, known))
+    sections.sort(key=lambda section: section[:2] != _FIRST.get(word))
+    parts = [] if any(page == "glossary" for page, _, _ in sections) else _terms(word, known)
+    page = page_about(word, known)
+    if not parts and not sections:
+        return None if page is None else known[page].text
+    more = [(name, heading) for name, heading, _ in sections[2:]] + ([(page, known[page].title)] if page else [])
+    parts += [text for _, _, text in sections[:2]]
     if more:
-        parts.append("More to read: " + "; ".join(f"`stickslip help {page}` ({title})" for page, title in more))
+        parts.append("More to read: " + "; ".join(f"`stickslip help {name}` ({title})" for name, title in more))
     return "\n\n".join(parts)
 
 
 def page_about(topic: str, known: dict[str, Page]) -> str | None:
     """The page on which a word is explained, other than the page of its own."""
-    meant = _ALSO.get(topic.strip().lower())
-    return meant if meant in known else None
+    page = _ALSO.get(topic.strip().lower())
+    return page if page in known else None
 
 
 def closest(topic: str, known: dict[str, Page], others: list[str]) -> str | None:
@@ -133,31 +124,22 @@ def closest(topic: str, known: dict[str, Page], others: list[str]) -> str | None
 def _terms(word: str, known: dict[str, Page]) -> list[str]:
     """The rows of the glossary in which a word is explained."""
     glossary = known.get("glossary")
-    return [] if glossary is None else [f"- {said}" for names, said in glossary.terms() if _pattern(word).search(names)]
+    return [] if glossary is None else [f"- {text}" for names, text in glossary.terms() if _pattern(word).search(names)]
 
 
 def _sections(word: str, known: dict[str, Page]) -> Iterator[tuple[str, str, str]]:
-    """Page, heading and text of the sections that are named after a word."""
+    """Page, heading and text of the sections that are named after a word, and of the one to read first."""
     for page in known.values():
         for heading, text in page.sections() if page.name not in _RECORDS else ():
-            if _pattern(word).search(heading):
+            if _pattern(word).search(heading) or (page.name, heading) == _FIRST.get(word):
                 yield page.name, heading, text
 
 
 def _pattern(word: str) -> re.Pattern[str]:
     """Where a text names a word, in any of its forms; a short one by itself only."""
+    stem = word[:-1] if len(word) > 4 and word.endswith("s") and not word.endswith("ss") else word
     end = r"(?![A-Za-z_])" if len(word) < _SHORT else ""
-    return re.compile(rf"(?<![A-Za-z_]){re.escape(_stem(word))}{end}", re.IGNORECASE)
-
-
-def _stem(word: str) -> str:
-    """A word without what makes it plural."""
-    return word[:-1] if len(word) > 4 and word.endswith("s") and not word.endswith("ss") else word
-
-
-def _without_code(text: str) -> str:
-    """The text with code blanked, in which a # begins a comment and no heading."""
-    return re.sub(r"^```.*?^```", lambda m: re.sub(r"[^\n]", " ", m[0]), text, flags=re.MULTILINE | re.DOTALL)
+    return re.compile(rf"(?<![A-Za-z_]){re.escape(stem)}{end}", re.IGNORECASE)
 
 
 # --- for the terminal -------------------------------------------------------------------------------------------------
@@ -168,13 +150,13 @@ _SIGNS = {
     "times": "×", "to": "→", "infty": "∞", "in": "∈", "pm": "±", "ll": "≪", "gg": "≫", "ne": "≠", "partial": "∂",
     "quad": "   ", "qquad": "      ", "ldots": "...", "dots": "...", "int": "∫", "sum": "Σ",
 }  # fmt: skip
-
-
 # A fenced block, and indented lines behind an empty one.
 _CODE = re.compile(
     r"^(?P<fence>```|~~~).*?^(?P=fence)[^\n]*$|(?<=\n\n)(?:(?: {4}|\t)[^\n]*(?:\n|\Z)|\n(?= {4}))+",
     re.MULTILINE | re.DOTALL,
 )
+_INNER = r"\{([^{}]*(?:\{[^{}]*\}[^{}]*)*)\}"
+_FRACTION = re.compile(rf"\\[dt]?frac{_INNER}{_INNER}")
 
 
 def for_terminal(text: str) -> str:
@@ -198,19 +180,18 @@ def _prose(text: str) -> str:
     return re.sub(r"\[([^\]]+)\]\((?!https?:)[^)\s]*\)", r"\1", text)
 
 
-_INNER = r"\{([^{}]*(?:\{[^{}]*\}[^{}]*)*)\}"
-_FRACTION = re.compile(rf"\\[dt]?frac{_INNER}{_INNER}")
-
-
 def plain_formula(tex: str) -> str:
     """A formula in TeX as one line of characters."""
     tex = " ".join(tex.split())
     for _ in range(3):  # fractions in fractions
         tex = _FRACTION.sub(lambda m: f"{_in_brackets(m[1])}/{_in_brackets(m[2])}", tex)
-    tex = re.sub(r"\\sqrt\{([^{}]*)\}", r"sqrt(\1)", tex)
-    tex = re.sub(r"\\(?:mathrm|operatorname|text|mathit)\{([^{}]*)\}", r"\1", tex)
-    tex = re.sub(r"\\hat\{?\s*([a-z])\}?", "\\1\u0302", tex)
-    tex = re.sub(r"\\(?:left|right|[bB]igg?[lr]?)(?![A-Za-z])", "", tex)
+    for pattern, plain in (
+        (r"\\sqrt\{([^{}]*)\}", r"sqrt(\1)"),
+        (r"\\(?:mathrm|operatorname|text|mathit)\{([^{}]*)\}", r"\1"),
+        (r"\\hat\{?\s*([a-z])\}?", "\\1\u0302"),
+        (r"\\(?:left|right|[bB]igg?[lr]?)(?![A-Za-z])", ""),
+    ):
+        tex = re.sub(pattern, plain, tex)
     tex = re.sub(r"\\([A-Za-z]+)", lambda m: _SIGNS.get(m[1], m[1]), tex)
     tex = re.sub(r"\\[,;:! ]", " ", tex).replace("\\", "")
     tex = re.sub(r"([_^])\{([^{}]*)\}", lambda m: m[1] + (m[2] if len(m[2]) == 1 else f"({m[2]})"), tex)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import click
 from click.shell_completion import CompletionItem
 
 from stickslip.cli import screen
-from stickslip.cli.common import fail
+from stickslip.cli.exits import fail
+from stickslip.vocabulary import results, units
+from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
 
 if TYPE_CHECKING:
     from stickslip.cli.manual import Page
@@ -45,6 +47,7 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
     pages, and among the names of configurations and results.
     """
     from stickslip.cli.manual import about, closest, contents, page_about, pages
+    from stickslip.vocabulary.quantities import QUANTITIES
 
     known, word = pages(), " ".join(topic)
     word = word.rpartition("/")[2] if word.endswith(".md") else word
@@ -62,16 +65,16 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
         return None
     if (name := word.removesuffix(".md")) in commands and name != word and name in known:
         screen.echo(f"The page; the command of that name: `stickslip {name} --help`\n")
-    parts = [text for text in (_beyond(word, known), _declared(word), about(word, known)) if text]
+    parts = [text for text in (_beyond_the_model(word, known), _declared(word), about(word, known)) if text]
     if not parts:
-        meant = closest(word, known, [*commands, *_names()])
-        fail(f"{word!r} is no topic" + (f"; did you mean `stickslip help {meant}`?" if meant else "") + "\n"
-             "hint: `stickslip help` lists the pages")  # fmt: skip
-    _show("\n\n".join(parts))
+        near = closest(word, known, [*commands, *QUANTITIES, *_settings(), *_results(), *REGIMES])
+        question = f"; did you mean `stickslip help {near}`?" if near else ""
+        fail(f"{word!r} is no topic{question}\nhint: `stickslip help` lists the pages")
+    return _show("\n\n".join(parts))
 
 
 def _list(chapters: list[tuple[str, list[tuple[str, str]]]]) -> None:
-    """The pages with what they are about, in the order of the site."""
+    """Print the pages with what they are about, in the order of the site."""
     width = max((len(name) for _, rows in chapters for name, _ in rows), default=0)
     screen.echo("Pages, shown by `stickslip help NAME`:")
     for heading, rows in chapters:
@@ -79,14 +82,6 @@ def _list(chapters: list[tuple[str, list[tuple[str, str]]]]) -> None:
         for name, title in rows:
             screen.echo(f"  {name:{width}}  {title}")
     screen.echo(f"\n{_ABOUT}")
-
-
-def _names() -> list[str]:
-    """Names in configurations and results that are explained."""
-    from stickslip.vocabulary.flags import REGIMES
-    from stickslip.vocabulary.quantities import QUANTITIES
-
-    return [*QUANTITIES, *_settings(), *_results(), *REGIMES]
 
 
 def _settings() -> dict[str, Parameter]:
@@ -98,15 +93,13 @@ def _settings() -> dict[str, Parameter]:
 
 def _results() -> dict[str, Variable]:
     """What results of every kind hold, by name; of a name that several have, that of maps or of comparisons."""
-    from stickslip.vocabulary import results as of
-
-    tables = (of.MARGIN_VARIABLES, of.CONTOUR_VARIABLES, of.BORDER_VARIABLES, of.ATTRACTOR_VARIABLES,
-              of.UNCERTAIN_VARIABLES, of.TRACE_VARIABLES, of.LEVEL_VARIABLES, of.MATERIAL_VARIABLES,
-              of.MAP_VARIABLES)  # fmt: skip
-    return {name: declared for one in tables for name, declared in one.items()}
+    tables = (results.MARGIN_VARIABLES, results.CONTOUR_VARIABLES, results.BORDER_VARIABLES,
+              results.ATTRACTOR_VARIABLES, results.UNCERTAIN_VARIABLES, results.TRACE_VARIABLES,
+              results.LEVEL_VARIABLES, results.MATERIAL_VARIABLES, results.MAP_VARIABLES)  # fmt: skip
+    return {name: declared for table in tables for name, declared in table.items()}
 
 
-def _beyond(word: str, known: Mapping[str, Page]) -> str | None:
+def _beyond_the_model(word: str, known: Mapping[str, Page]) -> str | None:
     """What the model does not have of what a word asks for, and the page about tools that have it."""
     from stickslip.vocabulary.beyond import PAGE, beyond_the_model
 
@@ -117,37 +110,34 @@ def _beyond(word: str, known: Mapping[str, Page]) -> str | None:
 
 def _declared(word: str) -> str | None:
     """What the tables of the program say of a name: a quantity, a result, a regime or a status."""
-    from stickslip.vocabulary import units
-    from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES
     from stickslip.vocabulary.quantities import QUANTITIES
     from stickslip.vocabulary.synonyms import synonym_of
 
-    name, settings, results = word.replace(" ", "_").replace("-", "_"), _settings(), _results()
-    known = (*QUANTITIES, *settings, *results, *REGIME_MESSAGES, *STATUS_MESSAGES)
+    name, variables = word.replace(" ", "_").replace("-", "_"), _results()
+    known = (*QUANTITIES, *_settings(), *variables, *REGIME_MESSAGES, *STATUS_MESSAGES)
     name = name if name in known else synonym_of(word, QUANTITIES) or name
     if name not in known:  # the room of the rig takes a second to load
         from stickslip.rig.quantities import EXACT, FEATURES
 
-        results = FEATURES | EXACT
-    said = []
-    if declared := QUANTITIES.get(name):
-        default = (
-            "it must be given" if declared.default is None else f"{declared.written(declared.default)} unless given"
-        )
-        said.append(
-            f"**{name}** in `{declared.section}` or `axes`: {declared.long_name}; {declared.expected}; {default}."
-        )
-    elif setting := settings.get(name):
-        said.append(f"**{name}** in the section `{setting.section}`: {setting.long_name}; {setting.expected}.")
-    if variable := results.get(name):
+        variables = FEATURES | EXACT
+    return "\n\n".join(_declarations(name, variables)) or None
+
+
+def _declarations(name: str, variables: Mapping[str, Variable]) -> Iterator[str]:
+    from stickslip.vocabulary.quantities import QUANTITIES
+
+    if quantity := QUANTITIES.get(name):
+        written = quantity.written(quantity.default) if quantity.default is not None else None
+        default = "it must be given" if written is None else f"{written} unless given"
+        yield f"**{name}** in `{quantity.section}` or `axes`: {quantity.long_name}; {quantity.expected}; {default}."
+    elif setting := _settings().get(name):
+        yield f"**{name}** in the section `{setting.section}`: {setting.long_name}; {setting.expected}."
+    if variable := variables.get(name):
         unit = "" if variable.units in ("parameter", "flag") else units.spelled(variable.units)
-        said.append(
-            f"**{name}** in results: {variable.long_name}{f', {unit}' if unit else ''}. {variable.comment}".strip()
-        )
-    for what, messages in (("regime", REGIME_MESSAGES), ("status", STATUS_MESSAGES)):
+        yield f"**{name}** in results: {variable.long_name}{f', {unit}' if unit else ''}. {variable.comment}".strip()
+    for kind, messages in (("regime", REGIME_MESSAGES), ("status", STATUS_MESSAGES)):
         if name in messages:
-            said.append(f"**{name}**, a {what}: {messages[name]}.")
-    return "\n\n".join(said) or None
+            yield f"**{name}**, a {kind}: {messages[name]}."
 
 
 def _show(markdown: str) -> None:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import screen
-from stickslip.cli.common import WHERE, Target, checked, fail, pairs, reports_wrong_input
-from stickslip.cli.tables import tell_table, write_table
+from stickslip.cli import params, screen
+from stickslip.cli.exits import fail, reports_errors
+from stickslip.cli.outputs import save_table
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -22,14 +22,14 @@ Examples:
   stickslip export quickstart.nc --variable regime --variable period -o periods.xlsx
   stickslip export map.nc --select stiffness="5 N/mm" -o line.csv --decimal-comma"""
 )
-@click.argument("file", type=WHERE)
-@click.option("-o", "--output", type=Target("table"), help="Table to write, .csv or .xlsx.  [default: FILE.csv]")
+@click.argument("file", type=params.Place())
+@click.option("-o", "--output", type=params.Target("table"), help="Table to write, .csv or .xlsx.  [default: FILE.csv]")
 @click.option("--variable", "variables", multiple=True, metavar="NAME", help="Variable to write.  [default: all]")
 @click.option(
     "--select", multiple=True, metavar="DIM=VALUE", help="Take only cells with this value, or label, of a dimension."
 )
 @click.option("--decimal-comma", is_flag=True, help="Write decimal commas, and semicolons between columns.")
-@reports_wrong_input
+@reports_errors
 def export(
     file: Location, output: Path | None, variables: tuple[str, ...], select: tuple[str, ...], decimal_comma: bool
 ) -> None:
@@ -42,13 +42,13 @@ def export(
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
-    target = output or checked(Path(file.name).with_suffix(".csv"), "table")
+    target = output or params.checked(Path(file.name).with_suffix(".csv"), "table")
     with reading.look_into(file) as ds:
-        places = pairs(select)
+        places = params.pairs(select)
         try:
             part = selection.selected(ds, places)[0] if places else ds
         except PlotError as error:
             fail(f"{file}: {error}")
         for point in selection.told(ds, places) if places else ():
             screen.echo(f"taken    {point}")
-        tell_table(write_table(part, target, variables, "," if decimal_comma else "."), target)
+        save_table(part, target, variables, decimal_comma)

@@ -1,0 +1,90 @@
+"""`inspect`: what is in a map, and its cells one by one."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import click
+
+from stickslip.cli import compare, params, screen
+from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, reports_errors
+from stickslip.cli.summary import printer_for
+from stickslip.vocabulary.flags import STATUS_MESSAGES, flag_label
+
+if TYPE_CHECKING:
+    from stickslip.dataset.inspect import Survey
+    from stickslip.files.locations import Location
+
+_UNDECIDED = ("failed", "unresolved")
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip inspect map.nc
+  stickslip inspect map.nc --regime sustained --limit 5
+  stickslip inspect map.zarr --status step_limit"""
+)
+@click.argument("file", type=params.Place())
+@click.option("--regime", "regimes", multiple=True, metavar="NAME", help="List cells of this regime.")
+@click.option("--status", "statuses", multiple=True, metavar="NAME", help="List cells of this status.")
+@click.option("--limit", type=click.IntRange(0), default=20, show_default=True, help="Largest number of cells to list.")
+@JSON
+@reports_errors
+def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...], limit: int) -> Answer:
+    """Count the cells of a result, and list problem cells.
+
+    These are cells that failed, are unresolved or were not computed, unless --regime or --status say which to list.
+    Each is listed as a command that computes it over time, ready to paste. Of results that are no maps it
+    says what was found.
+    """
+    from stickslip.config.pick import recipe_of
+    from stickslip.dataset import inspect as inspection
+    from stickslip.files import reading
+
+    ds = reading.look_into(file)
+    if "quiet_above" in ds:
+        return compare.show(ds)
+    if "status" not in ds and (printer := printer_for(ds)):
+        if regimes or statuses or is_for_programs():
+            fail(f"{file}: --regime, --status and --json tell of the cells of a map; this file holds none")
+        return printer(ds)
+    survey = inspection.survey(ds, recipe_of(ds, str(file)), regimes=regimes, statuses=statuses, limit=limit)
+    table = screen.new_table("regime", "status", numbers=("cells", "share"))
+    total = sum(survey.counts.values())
+    for (regime, status), cells in survey.counts.items():
+        table.add_row(flag_label(regime), status, f"{cells:,}", screen.share_text(cells / max(1, total)))
+    screen.print_table(table)
+    what = "such cells" if regimes or statuses else "cells failed, are unresolved or were not computed"
+    first = f"The first {len(survey.cells):,} of " if 0 < len(survey.cells) < survey.wanted else ""
+    screen.echo(f"\n{first}{survey.wanted:,} {what}{':' if survey.cells else ''}")
+    _list_cells(survey, str(file))
+    return {
+        "file": str(file),
+        "cells": total,
+        "counts": [
+            {"regime": regime, "status": status, "cells": cells} for (regime, status), cells in survey.counts.items()
+        ],
+        "wanted": survey.wanted,
+        "listed": [
+            {name: getattr(cell, name) for name in ("number", "position", "regime", "status")}
+            | {"at": list(cell.settings), "command": cell.command(str(file))}
+            for cell in survey.cells
+        ],
+    }
+
+
+def _list_cells(survey: Survey, file: str) -> None:
+    """Print a command for each cell, under its regime and status."""
+    from stickslip.dataset.inspect import NOT_KEPT
+
+    by_fate = sorted(survey.cells, key=lambda cell: (cell.regime, cell.status))
+    for (regime, status), cells in groupby(by_fate, key=lambda cell: (cell.regime, cell.status)):
+        message = f", {status}: {STATUS_MESSAGES.get(status, 'a code that this version does not know')}"
+        if status == NOT_KEPT:  # a regime that was found needs no reason
+            message = ", for a reason that is in status, which output.variables leaves out" * (regime in _UNDECIDED)
+            message += ": no run has computed these cells" * (regime == "not_computed")
+        screen.echo(f"\n{regime}{message}")
+        for cell in cells:
+            screen.echo(cell.command(file))
