@@ -16,13 +16,12 @@ from stickslip.cli import (
     compare,
     configs,
     explore,
-    export,
     fit,
     help,
-    inspect,
     listen,
     plan,
     plot,
+    results,
     rig,
     run,
     screen,
@@ -36,7 +35,7 @@ from stickslip.cli.params import next_step
 
 SECTIONS = {  # of the help: a new command is one word here
     "To begin": (configs.init, configs.validate, configs.schema, help.help_command),
-    "Maps": (plan.plan, run.run, plot.plot, inspect.inspect, explore.explore, export.export),
+    "Maps": (plan.plan, run.run, plot.plot, results.inspect, explore.explore, results.export),
     "One cell, and what a designer asks": (
         *(simulate.simulate, listen.listen, studies.border, studies.contours, advise.advise),
         *(studies.attractors, studies.ramp),

@@ -187,7 +187,7 @@ class JointChange:
         return f"{', '.join(texts)} and {last}" if texts else last
 
     def outcome(self) -> str:
-        """What the simulation showed."""
+        """The regime that the simulation showed."""
         return self.checked if self.holds else f"{self.checked}: does not hold, and is no cure"
 
 

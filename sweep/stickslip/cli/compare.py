@@ -145,7 +145,7 @@ def compare(
 
 
 def show(ds: xr.Dataset) -> Answer:
-    """Print what is in the file of a comparison: what the command said."""
+    """Print a comparison that was read from a file."""
     from stickslip.materials.words import Words
 
     words = Words(ds)
@@ -154,7 +154,6 @@ def show(ds: xr.Dataset) -> Answer:
 
 
 def _single(texts: tuple[str, ...]) -> str | tuple[str, ...]:
-    """What an option that may be repeated was given: the only text, or all of them."""
     return texts[0] if len(texts) == 1 else texts
 
 
@@ -246,7 +245,7 @@ def _answer(ds: xr.Dataset, words: Words, written: dict[str, str]) -> dict[str, 
 
 
 def _row(ds: xr.Dataset, i: int) -> dict[str, Any]:
-    """What is known of a material, flags as words."""
+    """The variables of a material by name, flags as words."""
     from stickslip.dataset.export import table_of
 
     row = {"name": str(ds["material"].values[i])}

@@ -1,4 +1,4 @@
-"""How a command ends: exceptions become exit codes, an answer becomes JSON."""
+"""The end of a command: exceptions become exit codes, an answer becomes JSON."""
 
 from __future__ import annotations
 
@@ -31,22 +31,9 @@ Exit codes:
   0  done
   1  computed, but not to the end (Ctrl-C, a full disk, a failed block), or a bug (a traceback)
   2  the input is wrong or the cluster is not there, and nothing was computed"""
-_JSON, _STDOUT, _UNDRAWN = (f"stickslip.{name}" for name in ("json", "stdout", "undrawn"))  # of a call
-JSON = click.option(
-    "--json",
-    is_flag=True,
-    expose_value=False,
-    callback=lambda context, _option, given: context.meta.__setitem__(_JSON, given),
-    help="Say it as JSON: all that goes to standard output.",
-)
-QUIET = click.option(
-    "-q",
-    "--quiet",
-    is_flag=True,
-    expose_value=False,
-    callback=lambda context, _option, given: context.meta.__setitem__(screen.QUIET, given),
-    help="Print nothing but warnings and errors.",
-)
+_STDOUT, _UNDRAWN = "stickslip.stdout", "stickslip.undrawn"  # of a call
+JSON = screen.remembered_option("--json", is_flag=True, help="Say it as JSON: all that goes to standard output.")
+QUIET = screen.remembered_option("-q", "--quiet", is_flag=True, help="Print nothing but warnings and errors.")
 
 
 def reports_errors(command: Callable[..., Answer]) -> Callable[..., None]:
@@ -60,24 +47,24 @@ def reports_errors(command: Callable[..., Answer]) -> Callable[..., None]:
     def guarded(*args: Any, **kwargs: Any) -> None:
         meta = click.get_current_context().meta
         meta[_STDOUT] = sys.stdout
-        _tell_of_compiling()
+        _show_log()
         try:
-            with _nowhere() if meta.get(screen.QUIET) or is_for_programs() else nullcontext():
+            with _nowhere() if screen.is_quiet() or is_for_programs() else nullcontext():
                 print_json(command(*args, **kwargs))
         except (IncompleteError, Interrupted, NotReachedError, PlotError) as error:
             incomplete(error)
         except (ClusterError, ConfigError, StoreError) as error:
             fail(error)
         except KeyboardInterrupt:
-            incomplete("interrupted; no file was left half-written")
+            incomplete("interrupted: nothing more was written")
         if meta.get(_UNDRAWN):
             sys.exit(INCOMPLETE)
 
     return guarded
 
 
-def _tell_of_compiling() -> None:
-    """Print what the engine logs: that it compiles the kernels, which takes a minute."""
+def _show_log() -> None:
+    """Print what the engine logs: mostly that it compiles the kernels, which takes a minute."""
     import logging
 
     class Screen(logging.Handler):
@@ -126,8 +113,7 @@ def refuses_bad_input(place: object) -> Iterator[None]:
 
 @contextmanager
 def drawing(target: object) -> Iterator[None]:
-    """What is computed is there, and is told of, though its picture or page fails: this says so, and the command ends
-    with the exit code for what is not complete."""
+    """Say that a picture or page fails and go on; the command ends with the exit code for what is not complete."""
     try:
         yield
     except (PlotError, StoreError) as error:
@@ -136,8 +122,8 @@ def drawing(target: object) -> Iterator[None]:
 
 
 def is_for_programs() -> bool:
-    """Whether `--json` is given."""
-    return bool(click.get_current_context().meta.get(_JSON))
+    """True if `--json` is given."""
+    return bool(screen.remembered("json"))
 
 
 def print_json(answer: Answer) -> None:

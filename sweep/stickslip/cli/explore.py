@@ -9,7 +9,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import fail, reports_errors
-from stickslip.cli.outputs import tell_file
+from stickslip.cli.outputs import show_file
 
 if TYPE_CHECKING:
     from stickslip.explore import Subject
@@ -66,7 +66,7 @@ def _serve(subject: Subject, port: int, no_browser: bool) -> None:
     except OSError as error:
         fail(f"port {port}: {error.strerror}\nhint: leave --port out for any that is free")
 
-    def tell() -> None:
+    def show_address() -> None:
         screen.echo(f"The page is at\n  {explorer.address}\nCtrl-C ends it.")
         if not no_browser:
             import webbrowser
@@ -74,7 +74,7 @@ def _serve(subject: Subject, port: int, no_browser: bool) -> None:
             webbrowser.open(explorer.address)
 
     try:
-        explorer.run(tell)
+        explorer.run(show_address)
     except KeyboardInterrupt:
         screen.notice("\nended")
 
@@ -84,4 +84,4 @@ def _write(subject: Subject, static: Path) -> None:
 
     for note in left_out(subject):
         screen.notice(f"note: {note}")
-    tell_file("page", write_page(subject, static))
+    show_file("page", write_page(subject, static))

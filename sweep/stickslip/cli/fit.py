@@ -14,7 +14,7 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, reports_errors
 from stickslip.cli.outputs import save_plot
-from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning
+from stickslip.errors import UnitWarning
 from stickslip.vocabulary import units
 from stickslip.vocabulary.laws import LAWS
 
@@ -40,7 +40,7 @@ def column_choice(
     unit: str | None, speed_column: str | None, friction_column: tuple[str, ...], time_column: str | None = None,
     load: str | None = None,
 ) -> Wanted:  # fmt: skip
-    """What these options say."""
+    """The columns that these options choose."""
     from stickslip.fit import Wanted
 
     return Wanted(unit or "", speed_column or "", time_column or "", friction_column, load)
@@ -191,23 +191,11 @@ def points(
     from stickslip.fit import read_steps, write_points
     from stickslip.fit.steps import described
 
-    length, force, time = _si("--radius", radius, "m"), _si("--load", load, "N"), _si("--settle", settle, "s")
+    length, force, time = (
+        None if text is None else params.si_quantity(option, text, unit, "a value above 0", or_zero=unit == "s")
+        for option, text, unit in (("--radius", radius, "m"), ("--load", load, "N"), ("--settle", settle, "s"))
+    )
     steps = read_steps(record, plan, radius=length, load=force, settle=time)
     write_points(steps, output)
     screen.echo(described(steps))
     screen.echo(f"points   {output}")
-
-
-def _si(option: str, text: str | None, unit: str) -> float | None:
-    """A quantity above 0 with its unit, in SI. Raises ConfigError."""
-    from stickslip.files.tables import NUMBER
-
-    if text is None:
-        return None
-    try:
-        value = units.si_value(float(text) if NUMBER.fullmatch(text) else text, unit)
-        if not value >= 0 or (value == 0 and unit != "s"):
-            raise QuantityError("a value above 0")
-    except QuantityError as error:
-        raise ConfigError(option, [Problem((), f"got {text!r}, {error}")]) from None
-    return value

@@ -89,12 +89,6 @@ class GroupWithDefault(SectionedGroup):
             args = [self._default, *args]  # here already, since options may come first
         return super().parse_args(ctx, args)
 
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that is named, else the default one with all arguments."""
-        return super().resolve_command(ctx, args if args[0] in self.commands else [self._default, *args])
-
 
 def renamed(command: click.Command, name: str, hidden: bool = False) -> click.Command:
     """A command under another name."""
@@ -125,7 +119,7 @@ def complete_names(command: click.Command) -> None:
 
 
 def _proposing(option: str) -> Callable[[click.Context, str], list[CompletionItem]]:
-    """What click asks an option for: the names that begin with what was typed so far."""
+    """A function for click: the names that begin with what was typed so far."""
     return lambda _context, typed: [CompletionItem(name) for name in _names(option) if name.startswith(typed)]
 
 

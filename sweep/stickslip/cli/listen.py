@@ -13,7 +13,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, fail, refuses_bad_input, reports_errors
-from stickslip.cli.outputs import save_plot, save_result, tell_file
+from stickslip.cli.outputs import save_plot, save_result, show_file
 from stickslip.cli.simulate import cell_title
 
 if TYPE_CHECKING:
@@ -85,7 +85,8 @@ def listen(
         fail(f"{output}: sounds end in .wav")
     if not 1.0 / _FASTEST <= slow <= _FASTEST:
         fail(f"--slow: got {slow:g}, expected a number from 1e-6 to 1e6, such as 10, or 0.1 for ten times faster")
-    how = {"rate": rate, "slow": slow, "full_scale": _acceleration(full_scale, "--full-scale"), "transient": transient}
+    loudest = params.si_quantity("--full-scale", full_scale, "m s-2", "an acceleration > 0, such as '100 m/s2'")
+    how = {"rate": rate, "slow": slow, "full_scale": loudest, "transient": transient}
     sound, cell_level, title = _sound(config, at, seconds, how)
     screen.echo(sound.told())
     if not isfinite(sound.frequency) or cell_level == cell_level:
@@ -95,7 +96,7 @@ def listen(
     if isinstance(output, Path):
         save_sound(sound, output, floating)
         bits = "32-bit floating" if floating else "16 bit"
-        tell_file("sound", output, f"{sound.seconds:.3g} s, {bits}, full scale {sound.full_scale:g} m/s2")
+        show_file("sound", output, f"{sound.seconds:.3g} s, {bits}, full scale {sound.full_scale:g} m/s2")
     if plot is not None:
         with refuses_bad_input(plot):
             from stickslip import plots
@@ -131,23 +132,6 @@ def _level_text(level: float) -> str:
     if level != level:
         return "none: there is no cycle"
     return f"{level:.1f} dB(A) re 1e-6 m/s2" if isfinite(level) else "none: nothing of it is heard"
-
-
-def _acceleration(text: str, option: str) -> float:
-    """An acceleration > 0 on the command line, in SI. Raises ConfigError."""
-    from stickslip.errors import ConfigError, Problem, QuantityError
-    from stickslip.vocabulary import units
-
-    try:
-        try:
-            value = float(text)
-        except ValueError:
-            value = units.si_value(text, "m s-2")
-        if value > 0.0 and isfinite(value):
-            return value
-        raise QuantityError("an acceleration > 0, such as '100 m/s2'")
-    except QuantityError as error:
-        raise ConfigError(option, [Problem((), f"got {text!r}, {error}")]) from None
 
 
 # --- files, also for tests of rigs ------------------------------------------------------------------------------------
@@ -217,7 +201,7 @@ def _levels(
 
 
 def _summary(ds: xr.Dataset) -> dict[str, Any]:
-    """How many cells have a level, and between which values."""
+    """Numbers of cells with and without a level, and the range of levels."""
     import numpy as np
 
     level = ds["acceleration_level_a"]

@@ -30,7 +30,7 @@ _SMALLEST, _LARGEST = 1.0, 100.0  # inches of a side
 NO_FILE_NAME = re.compile(r"[^\w.+-]+")
 
 
-def tell_file(kind: str, target: Location, note: str = "") -> None:
+def show_file(kind: str, target: Location, note: str = "") -> None:
     """Print `kind  file (note, size)`."""
     screen.echo(f"{kind:8} {target} ({f'{note}, ' if note else ''}{screen.size_of(target)})")
 
@@ -42,7 +42,7 @@ def save_result(ds: xr.Dataset, target: Location | None, kind: str = "written", 
     if target is None:
         return
     writing.write(ds, target)
-    tell_file(kind, target, note)
+    show_file(kind, target, note)
     save_table(ds, requested_table())
 
 
@@ -76,7 +76,7 @@ def save_table(
     else:
         with screen.progress_bar(rows, " written", "rows") as move:
             table = export.write_table(ds, target, variables, decimal=decimal, moved=move)
-    tell_file("table", target, f"{table.rows:,} rows, {len(table.columns)} columns")
+    show_file("table", target, f"{table.rows:,} rows, {len(table.columns)} columns")
     if table.left_out:
         names = ", ".join(table.left_out)
         screen.echo(f"left out {names}: of other dimensions; write them with stickslip export --variable")
@@ -84,7 +84,7 @@ def save_table(
 
 @dataclass(frozen=True)
 class Outputs:
-    """What is to be made of a result: a plot, a table, a page; `map` is the file of the map behind borders."""
+    """Files to be made of a result: a plot, a table, a page; `map` is the file of the map behind borders."""
 
     plot: Path | None = None
     table: Path | None = None
@@ -92,7 +92,7 @@ class Outputs:
     map: Location | None = None
 
     def is_lacking(self) -> bool:
-        """Whether something is to be written though the result is there and was complete already."""
+        """True if something is to be written though the result is there and was complete already."""
         return bool(self.table or self.page or self.plot and not self.plot.exists())
 
     def save(self, ds: xr.Dataset) -> Path | None:
@@ -232,7 +232,7 @@ def free_name(stem: Path, variable: str | None, places: Mapping[str, str], reque
 
 
 def is_drawn(ds: xr.Dataset) -> bool:
-    """Whether there is a plot of this result: borders of single lines, and one rare event, are no plots."""
+    """True if there is a plot of this result: borders of single lines, and one rare event, are no plots."""
     from stickslip import plots
 
     if "probability" in ds:
@@ -266,7 +266,7 @@ def _map_behind(ds: xr.Dataset, map_file: Location | None) -> xr.Dataset:
 
 
 def part_that_fits(ds: xr.Dataset) -> xr.Dataset:
-    """What of a result fits on a picture, said on screen where it is a part."""
+    """The part of a result that fits on a picture, said on screen where it is not the whole."""
     from stickslip.dataset import panels
 
     name = next((name for name in ("probability", "settling_share", "regime") if name in ds), None)
@@ -277,7 +277,7 @@ def part_that_fits(ds: xr.Dataset) -> xr.Dataset:
 
 
 def plot_limits(config: Config) -> str | None:
-    """What the plot of a configuration will leave out, in words; None for nothing."""
+    """Text on what the plot of a configuration will leave out; None for nothing."""
     from stickslip.config.grid import build_grid
     from stickslip.dataset.panels import told_of
     from stickslip.designing import coarse_map
@@ -307,4 +307,4 @@ def save_page(ds: xr.Dataset, target: Path, map_file: Location | None = None, pi
         part = part_that_fits(ds) if is_drawn(ds) else None
         text = result_page(ds, [] if part is None else drawn_of(part, picture.look(part), picture.title), picture.title)
     pages.write_page(target, text)
-    tell_file("page", target)
+    show_file("page", target)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 Command = Callable[..., Any]
 PAGES = (".html", ".htm")
-_SETTINGS, _THREADS, _TABLE = (f"stickslip.{name}" for name in ("settings", "threads", "table"))  # of a call
+_TABLE = "stickslip.table"  # of a call
 _RESUMING = ("run", "border", "contours", "attractors", "collect", "retry-failed")  # know their own result
 
 # --- places -----------------------------------------------------------------------------------------------------------
@@ -49,7 +49,7 @@ class Place(click.ParamType):  # type: ignore[type-arg]
         return [CompletionItem(incomplete, type="file")]
 
     def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
-        """What could have been named in this folder."""
+        """Files of this folder that could have been named."""
         from stickslip.files.mistaken import RESULTS_HERE, names_in
 
         if self._expected == "configuration":
@@ -110,7 +110,7 @@ def configured_target(name: str | None, *kinds: str) -> Any:
 
 
 def _result_beside(context: click.Context, output: Location | None) -> Location | None:
-    """Where a result is kept, if a table is asked for: beside it, as netCDF, which can be resumed and read again."""
+    """The output or, of a table, the netCDF file beside it, which can be resumed and read again."""
     if not isinstance(output, Path) or output.suffix.lower() not in (".csv", ".xlsx"):
         return output
     result: Path = checked(output.with_suffix(".nc"), "result")
@@ -126,7 +126,7 @@ def requested_table() -> Path | None:
 
 
 def next_step() -> str:
-    """What can be done in this folder."""
+    """Text on the next thing to do in this folder."""
     from stickslip.files.mistaken import CONFIGURATIONS_HERE, names_in
 
     if here := names_in(Path(), CONFIGURATIONS_HERE):
@@ -137,24 +137,29 @@ def next_step() -> str:
 # --- options ----------------------------------------------------------------------------------------------------------
 
 
+class _Setting(click.ParamType):  # type: ignore[type-arg]
+    """A setting of a key of a configuration."""
+
+    name = "setting"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Setting:
+        """The setting in a text."""
+        from stickslip.config.overrides import setting
+
+        try:
+            return setting(value)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
 class _Threads(click.IntRange):
-    """How many threads, or auto."""
+    """A number of threads, or auto."""
 
     name = "threads"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """A number, or auto as it is."""
         return value if value == "auto" else super().convert(value, param, ctx)
-
-
-def _remember(context: click.Context, texts: tuple[str, ...]) -> None:
-    """Keep what `--set` says for `settings`."""
-    from stickslip.config.overrides import setting
-
-    try:
-        context.meta[_SETTINGS] = tuple(setting(text) for text in texts)
-    except ValueError as error:
-        raise click.BadParameter(str(error)) from None
 
 
 def _scheduler(value: str | None) -> str | None:
@@ -165,21 +170,18 @@ def _scheduler(value: str | None) -> str | None:
     return value
 
 
-SET = click.option(
+SET = screen.remembered_option(
     "--set",
     "settings",
     multiple=True,
     metavar="KEY=VALUE",
-    expose_value=False,
-    callback=lambda context, _option, texts: _remember(context, texts),
+    type=_Setting(),
     help="Set a key of CONFIG, as axes.belt_speed.num=50 or 'system.mass=200 g'; KEY= removes it. Repeatable.",
 )
-THREADS = click.option(
+THREADS = screen.remembered_option(
     "--threads",
     type=_Threads(1),
     metavar="N|auto",
-    expose_value=False,
-    callback=lambda context, _option, threads: context.meta.__setitem__(_THREADS, threads),
     help="Threads to compute on, whatever CONFIG says.  [default: one per processor]",
 )
 OUTPUT = click.option(
@@ -236,20 +238,20 @@ def CONFIG_OR_RESULT(command: Command) -> Command:  # noqa: N802
 
 
 def config_file(path: Path) -> Path:
-    """The file of a configuration: the one named or, which is said, the one of the package that is called so."""
+    """The file of a configuration: the one named or, with a notice, the one of the package that is called so."""
     from stickslip.config.examples import found
 
-    return _said(path, found(path))
+    return _noticed(path, found(path))
 
 
 def points_file(path: Path) -> Path:
-    """A table of measured points: the file named or, which is said, the one of the package that is called so."""
+    """A table of measured points: the file named or, with a notice, the one of the package that is called so."""
     from stickslip.config.examples import found_points
 
-    return _said(path, found_points(path))
+    return _noticed(path, found_points(path))
 
 
-def _said(path: Path, file: Path) -> Path:
+def _noticed(path: Path, file: Path) -> Path:
     if file != path:
         screen.notice(f"{path}: no such file here, taken from those that come with stickslip: {file}")
     return file
@@ -275,13 +277,12 @@ def recipe_in(path: Location) -> Recipe:
 
 
 def settings() -> tuple[Setting, ...]:
-    """What `--set` and `--threads` of this call say of its configuration."""
+    """Settings of the configuration that `--set` and `--threads` of this call give."""
     from stickslip.config.overrides import Setting
 
-    given = click.get_current_context().meta
-    threads = given.get(_THREADS)
+    threads = screen.remembered("threads")
     of_threads = [] if threads is None else [Setting(f"--threads {threads}", "execution.threads", str(threads))]
-    return (*given.get(_SETTINGS, ()), *of_threads)
+    return (*(screen.remembered("settings") or ()), *of_threads)
 
 
 def settings_again() -> list[str]:
@@ -306,3 +307,18 @@ def interval(name: str, ends: tuple[str, str], option: str = "--between") -> tup
 
     low, high = (value_of(name, end, option) for end in ends)
     return low, high
+
+
+def si_quantity(option: str, text: str, unit: str, expected: str, or_zero: bool = False) -> float:
+    """A quantity above 0 with or without its unit, in SI. Raises ConfigError, which says what is `expected`."""
+    from stickslip.errors import ConfigError, Problem, QuantityError
+    from stickslip.files.tables import NUMBER
+    from stickslip.vocabulary import units
+
+    try:
+        value = units.si_value(float(text) if NUMBER.fullmatch(text) else text, unit)
+        if value < 0 or (value == 0 and not or_zero):
+            raise QuantityError(expected)
+    except QuantityError as error:
+        raise ConfigError(option, [Problem((), f"got {text!r}, {error}")]) from None
+    return value

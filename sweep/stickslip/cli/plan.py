@@ -129,7 +129,7 @@ def _shell_lines(config: Path, loaded: Config, shared: Nodes) -> dict[str, str]:
 
 
 def _answer(loaded: Config, whole: Estimate, shared: Nodes | None, lines: dict[str, str]) -> dict[str, Any]:
-    """What a run will take, for programs."""
+    """The estimate for programs."""
     nodes = shared and {
         "nodes": shared.nodes,
         "threads": shared.threads,

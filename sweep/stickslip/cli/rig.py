@@ -14,7 +14,7 @@ from stickslip.cli import params, rig_features, rig_fits, screen
 from stickslip.cli.exits import fail, reports_errors
 from stickslip.cli.groups import GroupWithDefault, renamed
 from stickslip.cli.listen import check_sounds, save_sounds
-from stickslip.cli.outputs import save_plot, save_result, tell_file
+from stickslip.cli.outputs import save_plot, save_result, show_file
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def run(
         from stickslip.rig.report.build import write_report
 
         write_report(report, ds, _records(tests, drawn or list(range(min(size, _MOST_TRACES)))), loaded)
-        tell_file("report", report)
+        show_file("report", report)
 
 
 def _show(ds: xr.Dataset, tests: RigTests, seconds: float) -> None:

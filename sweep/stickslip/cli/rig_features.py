@@ -51,29 +51,14 @@ _COLUMN_WIDTH = 9  # characters with the gap, at most
 _COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "white on red", "unknown": ""}
 
 
-class RowOption(click.Option):
-    """An option that is a row of the vocabulary, which is loaded on demand."""
-
-    def __init__(self, *args: Any, row: str, **given: Any) -> None:
-        super().__init__(*args, **given)
-        self._row, self._use = row, self.help
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """What the row is, what the option is for, and how it is written."""
-        row = _rows()[self._row]
-        self.help = f'{row.long_name.capitalize()}, {self._use} ("{units.example(row.units)}").'
-        return super().get_help_record(ctx)
-
-
 def CONDITIONS(command: params.Command) -> params.Command:  # noqa: N802, a decorator as `CONFIG_OPTION`
     """The options `--load`, `--speed` and `--bandwidth`; `record_settings` reads them."""
-    for name, row, use, unit in (
-        ("--bandwidth", "bandwidth", "limits what is used", "FREQUENCY"),
-        ("--speed", "drive_speed", "where files do not record it", "SPEED"),
-        ("--load", "normal_load", "for friction coefficients", "FORCE"),
-    ):
-        command = click.option(name, cls=RowOption, row=row, help=use, metavar=unit)(command)
-    return command
+    return params.decorated(
+        command,
+        click.option("--load", metavar="FORCE", help='Normal load, for friction coefficients ("10 N").'),
+        click.option("--speed", metavar="SPEED", help='Of the drive, where files do not record it ("10 mm/s").'),
+        click.option("--bandwidth", metavar="FREQUENCY", help='Of the acceleration, limits what is used ("2 kHz").'),
+    )
 
 
 @click.command(
@@ -169,7 +154,7 @@ def _names(files: tuple[Path, ...]) -> list[str]:
 
 
 def _title(name: str, file: Path, record: xr.Dataset, others: Collection[str]) -> str:
-    """What a record is called: its material, where the file names one and no other record has it, else `name`."""
+    """The name of a record: its material, where the file names one and no other record has it, else `name`."""
     material = str(record["material"].item()) if "material" in record.coords else file.stem
     if material == file.stem:
         return name
@@ -212,7 +197,7 @@ def record_settings(config: Path | None, load: str | None, speed: str | None, ba
 
 
 def _rows() -> dict[str, Parameter]:
-    """What options may give."""
+    """Rows of the vocabulary that options may give."""
     from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS
 
     return CONDITIONS | FEATURE_SETTINGS

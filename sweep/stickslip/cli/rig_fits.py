@@ -124,7 +124,7 @@ def identify(
 
 
 def _starts(texts: tuple[str, ...], names: tuple[str, ...]) -> dict[str, float]:
-    """What `--start` says, in SI."""
+    """Values of `--start`, in SI."""
     from stickslip.vocabulary.quantities import QUANTITIES
 
     starts = {}

@@ -1,4 +1,4 @@
-"""`run`: what a configuration asks for; and how commands carry out runs, with a bar and a summary."""
+"""`run`: compute what a configuration asks for; runs of all commands, with a bar and a summary."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import EXIT_CODES, JSON, QUIET, fail, reports_errors
-from stickslip.cli.outputs import Outputs, plot_limits, save_table, tell_file
+from stickslip.cli.outputs import Outputs, plot_limits, save_table, show_file
 from stickslip.cli.summary import rate_text, show_result, threads_text
 
 if TYPE_CHECKING:
@@ -148,21 +148,19 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     screen.notice(f"no output is named: the {study.name} will be shown and then discarded; to keep {them}: {keep}")
     for law in study.kernels:
         engine.warm_up(law)
-    began = finished = perf_counter()
+    results = []
 
-    def note(done: float, of: int) -> None:
-        nonlocal finished
-        finished = perf_counter()
-        move(done, of)
+    def compute(request: Request) -> Outcome:
+        results.append(api.run(request.config, progress=request.progress, dask=request.dask))
+        return Outcome(size, computed=size)
 
-    with screen.progress_bar(size, of=study.counted) as move:
-        ds = api.run(request.config, progress=note, dask=request.dask)
+    outcome, seconds = execute(compute, request, study)
+    (ds,) = results
     show_result(ds)
-    screen.echo(rate_text(size, study.counted, finished - began, threads_text(study.options)))
+    screen.echo(rate_text(size, study.counted, seconds, threads_text(study.options)))
     plot = outputs.save(ds)
     screen.info(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep {them}: {keep}")
-    answer = _outcome_answer(request, study, Outcome(size, computed=size), finished - began)
-    return answer | _result_answer(ds, plot)
+    return _outcome_answer(request, study, outcome, seconds) | _result_answer(ds, plot)
 
 
 def execute(
@@ -203,7 +201,7 @@ def execute(
 
 
 def _import_what_follows(output: Location | None, will_draw: bool) -> None:
-    """What writes and draws, imported while the kernels compute: half a second."""
+    """Import the modules that write and draw while the kernels compute: half a second."""
     writer = "zarr_chunks" if output is not None and output.suffix == ".zarr" else "netcdf_chunks"
     with suppress(ImportError):  # whoever needs it will say so
         import_module(f"stickslip.files.{writer}")
@@ -231,7 +229,7 @@ def report_result(outcome: Outcome, seconds: float, request: Request, outputs: O
         show_result(ds, outcome.output)
         machines = outcome.machines or threads_text(study.options)
         screen.echo(rate_text(outcome.computed, study.counted, seconds, machines))
-        tell_file("map" if "regime" in ds else "written", outcome.output)
+        show_file("map" if "regime" in ds else "written", outcome.output)
         answer = _result_answer(ds, outputs.save(ds))
     if outcome.reused:
         screen.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
@@ -244,13 +242,13 @@ def report_result(outcome: Outcome, seconds: float, request: Request, outputs: O
 
 
 def study_answer(title: str, study: Study, size: int) -> dict[str, Any]:
-    """What is computed."""
+    """Title, kind and size of a study."""
     shape = dict(zip(study.dims, study.shape, strict=True))
     return {"title": title, "study": study.name, "counted": study.counted, "items": size, "shape": shape}
 
 
 def _outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: float) -> dict[str, Any]:
-    """How a run ended."""
+    """The end of a run."""
     names = ("computed", "found", "reused", "machines", "up_to_date", "output")
     return {
         **study_answer(request.config.title, study, outcome.cells),
@@ -264,7 +262,7 @@ def _outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: f
 
 
 def _result_answer(ds: xr.Dataset, plot: Path | None) -> dict[str, Any]:
-    """What a run wrote: the cells of each regime, if it is a map."""
+    """The plot of a run, and the cells of each regime, if it is a map."""
     from stickslip.dataset.summary import summary
 
     regimes = {name: share.cells for name, share in summary(ds).items()} if "regime" in ds else None

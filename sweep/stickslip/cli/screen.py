@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     from stickslip.files.locations import Location
 
-QUIET = "stickslip.quiet"  # in what click knows of a call
 _WIDE = 1000  # characters, wider than any table
 
 
@@ -45,10 +44,24 @@ def info(text: str) -> None:
         notice(text)
 
 
-def is_quiet() -> bool:
-    """Whether nothing but warnings and errors is to be printed."""
+def remembered_option(*names: str, **attributes: Any) -> Callable[[Any], Any]:
+    """An option that no command takes as an argument: `remembered` gives its value."""
+    return click.option(*names, expose_value=False, callback=_remember, **attributes)
+
+
+def _remember(context: click.Context, option: click.Parameter, value: Any) -> None:
+    context.meta[f"stickslip.{option.name}"] = value
+
+
+def remembered(name: str) -> Any:
+    """The value of a `remembered_option` of this call, None outside a call."""
     context = click.get_current_context(silent=True)
-    return bool(context and context.meta.get(QUIET))
+    return context and context.meta.get(f"stickslip.{name}")
+
+
+def is_quiet() -> bool:
+    """True if nothing but warnings and errors is to be printed."""
+    return bool(remembered("quiet"))
 
 
 def terminal(stderr: bool = False) -> Console:

@@ -103,7 +103,7 @@ def simulate(
 
 
 class TimeSpan(NamedTuple):
-    """How long a trajectory is computed (s), with how many samples, and why, in words."""
+    """Duration of a trajectory (s), its number of samples, and the reason in words."""
 
     duration: float
     samples: int
@@ -145,7 +145,7 @@ def _natural_period(result: xr.Dataset) -> float:
 
 
 def _rows(result: xr.Dataset) -> list[tuple[str, str]]:
-    """What there is to say of a cell: labels and values; only what is finite."""
+    """Labels and values of a cell as texts; only what is finite."""
     regime, status = REGIMES[int(result["regime"].values[0])], STATUSES[int(result["status"].values[0])]
     rows = [("regime", f"{flag_label(regime)}: {REGIME_MESSAGES[regime]}"), ("", STATUS_MESSAGES[status])]
     values = {name: float(result[name].values[0]) for name in _LABELS}

@@ -11,7 +11,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, QUIET, fail, incomplete, print_json, reports_errors
-from stickslip.cli.outputs import Outputs, save_table, tell_file
+from stickslip.cli.outputs import Outputs, save_table, show_file
 from stickslip.cli.run import execute, report_result, study_answer
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
     if collected.up_to_date:
         screen.echo(f"{study.name:8} {collected.output} is complete already, and there is no store beside it")
     else:
-        tell_file(study.name, collected.output)
+        show_file(study.name, collected.output)
     if collected.where:
         screen.echo(f"blocks   kept in {collected.where}")
     if table := params.requested_table():
@@ -186,7 +186,6 @@ _STATUS_KEYS = (
 
 
 def _finished_answer(config: Config, output: Location) -> dict[str, Any]:
-    """That a result is there, and no unfinished run beside it."""
     from stickslip.dataset.summary import summary
     from stickslip.files import reading
     from stickslip.runs.work import study_of
@@ -200,27 +199,20 @@ def _finished_answer(config: Config, output: Location) -> dict[str, Any]:
 
 
 def _status_answer(progress: Status) -> dict[str, Any]:
-    """How far a run is."""
+    alike = ("title", "counted", "blocks", "blocks_finished", "begun", "version")
+    of_holder = ("user", "host", "pid", "since", "seen")
     return {
-        "title": progress.title,
+        **{name: getattr(progress, name) for name in alike},
         "store": progress.where,
-        "counted": progress.counted,
         "items": progress.cells,
         "items_finished": progress.cells_finished,
-        "blocks": progress.blocks,
-        "blocks_finished": progress.blocks_finished,
         "blocks_failed": len(progress.failures),
         "failures": [asdict(failure) for failure in progress.failures],
-        "holders": [
-            {name: getattr(holder, name) for name in ("user", "host", "pid", "since", "seen")}
-            for holder in progress.holders
-        ],
+        "holders": [{name: getattr(holder, name) for name in of_holder} for holder in progress.holders],
         "shards": [
             {"shard": shard.shard, "blocks": shard.blocks, "missing": shard.missing, "held": shard.holder is not None}
             for shard in progress.shards
         ],
-        "begun": progress.begun,
-        "version": progress.version,
         "bytes": progress.size,
         "output": None,
         "finished": False,

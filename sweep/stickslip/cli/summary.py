@@ -74,6 +74,12 @@ def _print_first(rows: Iterator[str], count: int) -> None:
         screen.echo(f"... and {count - _MOST_ROWS} more")
 
 
+def _print_attributes(ds: xr.Dataset, **labels: str) -> None:
+    """Print attributes, each behind its label."""
+    for label, name in labels.items():
+        screen.echo(f"{label:8} {ds.attrs[name]}")
+
+
 def _cells_over(ds: xr.Dataset, dims: tuple[Any, ...]) -> Iterator[tuple[str, xr.Dataset]]:
     """Each cell over some dimensions: its place as the beginning of a line of text, and its part of the dataset."""
     import numpy as np
@@ -95,8 +101,7 @@ def _show_borders(ds: xr.Dataset) -> None:
     if "regime_throughout" in ds:
         rows += int((ds["regime_throughout"] != 0).sum())
     _print_first(_borders(ds), rows)
-    screen.echo(f"borders  {ds.attrs['border_found']}")
-    screen.echo(f"scan     {ds.attrs['border_scan']}")
+    _print_attributes(ds, borders="border_found", scan="border_scan")
 
 
 def _borders(ds: xr.Dataset) -> Iterator[str]:
@@ -120,9 +125,7 @@ def _borders(ds: xr.Dataset) -> Iterator[str]:
 def _show_contours(ds: xr.Dataset) -> None:
     """Print the first lines, how many there are, and what can be missed."""
     _print_first(_contours(ds), ds.sizes["line"])
-    screen.echo(f"lines    {ds.attrs['contour_found']}")
-    screen.echo(f"grid     {ds.attrs['contour_grid']}")
-    screen.echo(f"scan     {ds.attrs['contour_scan']}")
+    _print_attributes(ds, lines="contour_found", grid="contour_grid", scan="contour_scan")
     screen.echo(f"looked   at {ds.attrs['contour_looked_at']}")
 
 
@@ -158,9 +161,7 @@ def _show_margins(ds: xr.Dataset) -> None:
         three = [texts[0], texts[len(texts) // 2], texts[-1]] if texts else ["-"] * 3
         table.add_row(name, f"{np.count_nonzero(~np.isnan(margin)):,} of {margin.size:,}", *three)
     screen.print_table(table)
-    screen.echo(f"found    {ds.attrs['margin_found']}")
-    screen.echo(f"within   {ds.attrs['margin_within']}")
-    screen.echo(f"scan     {ds.attrs['margin_scan']}")
+    _print_attributes(ds, found="margin_found", within="margin_within", scan="margin_scan")
 
 
 # --- attractors -------------------------------------------------------------------------------------------------------
