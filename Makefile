@@ -9,6 +9,9 @@ BIN    := $(VENV)/bin
 PINS = $(shell $(BIN)/python -c "import sys; print('-c constraints.txt' if sys.version_info[:2] == (3, 11) else '')")
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check $(PINS)
 
+# Where it is set, every command that a test starts compiles all modules again: a second each.
+export PYTHONDONTWRITEBYTECODE =
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help demo test coverage lint check nightly bench gallery reference docs clean

@@ -5,7 +5,7 @@ functions, once more at each. Only the outermost is called from outside. So the 
 are linked once, all but the outermost made local, and optimised as a whole.
 
 What this relies on in Numba is not public, and all of it is here; tried with 0.61 and 0.68. Where it fails,
-`doors.c_functions` does with public calls what takes three times as long.
+`exports.c_functions` does with public calls what takes three times as long.
 """
 
 from __future__ import annotations
@@ -72,9 +72,9 @@ def build(law: str, signals: bool) -> tuple[list[str], bytes]:
     context._internal_codegen = maker = Parts("parts")
     context.create_cfunc_wrapper = partial(_make_door, context)
     _remember_operators()
-    from . import doors  # decorates the kernels, as parts
+    from . import exports  # decorates the kernels, as parts
 
-    functions = doors.c_functions(law, signals)
+    functions = exports.c_functions(law, signals)
     parts: dict[codegen.CPUCodeLibrary, None] = {}
     for function in functions.values():
         _gather(function._library, parts)

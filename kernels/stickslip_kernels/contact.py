@@ -1,4 +1,4 @@
-"""What every function of the contact machine gets: one bundle of arrays and of tags that choose what is compiled."""
+"""The bundle that every function of the contact machine gets: arrays, and tags that choose what is compiled."""
 
 from typing import Any, NamedTuple
 

@@ -6,10 +6,10 @@ and the scalar search does it.
 """
 
 from . import layout as at
-from .bits import nonzero_bits, select, widest_vectors
+from .compaction import GROUP, gather, scatter
 from .dense import horner
 from .events import reaches
-from .gathering import GROUP, gather, scatter
+from .intrinsics import nonzero_bits, select, widest_vectors
 from .jit import compiled
 from .layout import WIDTH  # a literal, which `nonzero_bits` needs
 from .roots import integrals_after, reverted
@@ -72,7 +72,7 @@ def close_in(s):
 
 @compiled(inline=True)
 def integrate_to_crossings(s):
-    """What y rises by, and the double integral of w, up to the crossing."""
+    """Return what y rises by, and the double integral of w, up to the crossing."""
     widest_vectors()
     for i in range(at.GATHERED, at.GATHERED + GROUP):
         t, end = s[at.GUESS + i], s[at.CROSS_TIME + i]

@@ -5,8 +5,8 @@ polynomial of a Runge-Kutta step (`runge_kutta.interpolate`). y and the friction
 """
 
 from . import layout as at
-from .bits import widest_vectors
 from .equations import slope_in_lane
+from .intrinsics import widest_vectors
 from .jit import compiled
 from .quadrature import gauss
 

@@ -111,7 +111,7 @@ def open_segment(m, i, n):
 
 @compiled(inline=True)
 def segment_is_over(s, i):
-    """Whether nothing but rounding is left of the segment of lane i."""
+    """Return whether nothing but rounding is left of the segment of lane i."""
     return s[at.TAU_END + i] - s[at.TAU + i] <= ROUNDING * (1.0 + s[at.TAU + i])
 
 

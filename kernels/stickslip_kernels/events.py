@@ -1,4 +1,4 @@
-"""What ends a mode inside a step, and when.
+"""Events: the ends of a mode inside a step.
 
 A step only says that an event lies inside it; the dense output of the step then tells the time, to the step's own
 error. (The root of a cubic polynomial spoils a good step: 3e-4 at rtol 1e-6, measured.)
@@ -22,13 +22,13 @@ NO_EVENT, LEVEL_REACHED, TURNED = range(3)
 
 @compiled(inline=True)
 def reaches(s, i, w):
-    """Whether w has reached the level that ends the mode."""
+    """Return whether w has reached the level that ends the mode."""
     return s[at.SIDE + i] * w >= s[at.SIDE + i] * s[at.LEVEL + i]
 
 
 @compiled(inline=True)
 def grazes(s, i, h, w, dw):
-    """Whether the slip speed may have reached that level on the way to w, and have turned back."""
+    """Return whether the slip speed may have reached that level on the way to w, and have turned back."""
     side = s[at.SIDE + i]
     d0, d1 = side * s[at.DW + i], side * dw
     return (d0 > 0.0) & (d1 <= 0.0) & (max(side * s[at.W + i], side * w) + h * max(d0, -d1) >= side * s[at.LEVEL + i])
@@ -36,7 +36,7 @@ def grazes(s, i, h, w, dw):
 
 @compiled(inline=True)
 def may_turn(s, i, h, dw):
-    """Whether w' may have vanished on the way to dw, also where it points the same way at both ends."""
+    """Return whether w' may have vanished on the way to dw, also where it points the same way at both ends."""
     side = s[at.SIDE + i]
     d0, d1, j0, j1 = side * s[at.DW + i], side * dw, side * s[at.JERK + i], side * s[at.JERK_NEW + i]
     return (d1 <= 0.0) | ((j0 < 0.0) & (j1 > 0.0) & (min(d0, d1) - h * max(-j0, j1) <= 0.0))
@@ -67,7 +67,7 @@ def turn_time(s, i):
 
 @compiled(inline=True)
 def find_event(law, s, i):
-    """What ends the mode of lane i inside the step it has just tried.
+    """Return what ends the mode of lane i inside the step it has just tried.
 
     Returns (kind, time from the step start, y, w, w', friction work up to there); for NO_EVENT the end of the step.
     """

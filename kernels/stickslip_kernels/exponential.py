@@ -5,7 +5,7 @@ exponential and logarithm to rounding, and a rough power for the step-size contr
 enough. Cody-Waite reduction x = n ln 2 + r, |r| <= ln(2)/2, polynomial in r, and n added to the exponent bits.
 """
 
-from .bits import bits_of, float_of, select
+from .intrinsics import bits_of, float_of, select
 from .jit import compiled
 
 SQRT2 = 1.4142135623730951

@@ -100,7 +100,7 @@ def stable_about_belt(law, cells, c):
 
 @compiled
 def last_rising(law, cells, c, gamma, inside, outside):
-    """Where gamma + mu' > 0 ends on the way from one slip speed to another, between which it is monotone."""
+    """Return where gamma + mu' > 0 ends on the way from one slip speed to another, between which it is monotone."""
     for _ in range(HALVINGS):
         middle = 0.5 * (inside + outside)
         if gamma + coefficient_slope(law, cells, c, middle) > 0.0:

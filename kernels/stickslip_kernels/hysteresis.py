@@ -11,10 +11,10 @@ from . import observers
 from .contact import DONE, RUNNING
 from .drive import acceleration, belt_in_lane, next_segment, pass_time, segment_is_over
 from .events import LEVEL_REACHED, NO_EVENT, TURNED
+from .first_passage import first_passage, is_above
 from .friction import coefficient, line_slope
+from .hysteresis_line import LONGEST, Line, along_line, end_on_line, first_stretch
 from .jit import compiled
-from .line import LONGEST, Line, along_line, end_on_line, first_stretch
-from .passing import first_passing, is_above
 from .slip import enter_curve
 from .stick import stick
 
@@ -89,8 +89,8 @@ def hold(m, i, u, w, dw, mu_line, mu_curve):
     while True:
         b, alpha = belt_in_lane(m, i, 0.0), acceleration(m, i)
         rate, left = b - w + gamma * alpha, s[at.TAU_END + i] - s[at.TAU + i]
-        up = first_passing(load, rate, alpha, mu_curve, 0.0, 1.0, left)
-        down = first_passing(-load, -rate, -alpha, -mu_line, 0.0, 1.0, left)
+        up = first_passage(load, rate, alpha, mu_curve, 0.0, 1.0, left)
+        down = first_passage(-load, -rate, -alpha, -mu_line, 0.0, 1.0, left)
         t = min(up, down, left)
         observers.observe_constant_speed(m, i, u, b, w, t)
         u += t * (b - w + 0.5 * alpha * t)

@@ -1,6 +1,6 @@
 """The one compile decorator of the kernels.
 
-Whole machines run from an object (`building.py`, `machine.py`). What calls a single kernel, as tests do, has Numba
+Whole machines run from an object (`building.py`, `runtime.py`). What calls a single kernel, as tests do, has Numba
 compile it alone, and keep it on disk. That cache does not notice an edit in another file: an edited friction law would
 go on computing the old one. So it lies in the folder of the objects, which is named by the digest of all kernel
 sources. The folder is set only while a kernel is being decorated; the process-wide Numba setting is left as it was.

@@ -8,9 +8,9 @@ before the step is committed.
 
 from . import layout as at
 from . import observers
-from .bits import select, widest_vectors
 from .crossings import find_crossings
 from .events import grazes, may_turn, reaches
+from .intrinsics import select, widest_vectors
 from .jit import compiled
 from .stepping import try_step
 
@@ -22,9 +22,9 @@ def step_lanes(m):
     Idle lanes compute numbers nobody reads.
     """
     try_step(m.law, m.s, m.rtol)
-    observers.watch(m)
+    observers.before_commit(m)
     watch_and_commit(m.s)
-    observers.keep(m)
+    observers.after_commit(m)
     find_crossings(m.s)
 
 

@@ -82,7 +82,7 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     Y_NEW, W_NEW, DW_NEW, JERK_NEW, WEAK_NEW, SIDE_LAST_NEW, CROSSED_NEW, LOOP_COUNT_NEW, ERROR_LOG_NEW,
     STEP,  # the step to try next (Runge-Kutta); the most it may be (Taylor)
     TRIED,  # steps tried so far
-    PAUSE,  # steps after which the lane is looked at in any case (`observers.take_stock`)
+    PAUSE,  # steps after which the lane is looked at in any case (`observers.after_pause`)
     # law and guards of the present mode
     B,  # belt speed in the frame; plus gamma times its acceleration, at the start of the step, where there is one
     ALPHA,  # acceleration of the belt in the frame; 0 in maps
@@ -104,7 +104,7 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     GAIN, GAIN_TOP,  # log of what errors have grown by in this slip (`observers/margin.py`), and its largest so far
     # what steps must know
     FLOOR,  # slip speed below which errors are absolute
-    FAR, HIDES,  # slip speed from which on friction no longer weakens, and how deep w may dip in a step (`steep.py`)
+    FAR, HIDES,  # slip speed from which friction no longer weakens, and how deep w may dip in a step (`resolvable.py`)
     TAU_END,  # end of the segment of the drive
     # the step being tried
     TAKEN,  # its size
@@ -176,7 +176,7 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     DECIDED_BY,  # the status then
 ) = range(SLOW, SLOW + 52 * WIDTH, WIDTH)  # fmt: skip
 
-# --- lanes brought together: the same rows once more (`gathering.py`) -----------------------------------------------
+# --- lanes brought together: the same rows once more (`compaction.py`) -----------------------------------------------
 GATHERED = SLOW + 52 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
 LANE_NUMBERS = 2 * GATHERED
 

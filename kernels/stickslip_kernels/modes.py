@@ -1,6 +1,6 @@
 """The state machine of the contact: stick, rise, fast, fall, hold.
 
-Everything here is scalar and rare: `start_cell` puts a cell into a lane, `attend` looks at a lane whose step met
+Everything here is scalar and rare: `start_cell` puts a cell into a lane, `handle_event` looks at a lane whose step met
 something. Slip on the curve (`slip.py`: rise, fast) is left to the lanes; stick (`stick.py`), fall and hold
 (`hysteresis.py`) are closed forms and pass inside one call. The machine ends modes and segments of the drive; an
 observer sees the rest (`observers`). Functions return RUNNING when the lane goes on slipping and DONE when its cell is
@@ -19,8 +19,8 @@ from .events import LEVEL_REACHED, NO_EVENT, find_event
 from .friction import speed_of_minimum
 from .hysteresis import fall
 from .jit import compiled
+from .resolvable import know_steepness
 from .slip import begin_slip, displacement_in_lane, enter_curve, set_slip
-from .steep import know_steepness
 from .stepping import restart
 from .stick import stick
 
@@ -33,18 +33,18 @@ def start_cell(m, i, c):
     s, cells = m.s, m.cells
     for row in range(at.CELL_ROWS):
         if isnan(cells[row, c]) and row != at.MU_STOP and row != at.ETA_START:
-            observers.refuse(m, c, at.NOT_FINITE)
+            observers.reject_cell(m, c, at.NOT_FINITE)
             return DONE
     s[at.CELL + i], s[at.SIGMA + i] = c, 1.0
     s[at.W_MIN + i] = 0.0 if isnan(cells[at.MU_STOP, c]) else speed_of_minimum(m.law, cells, c)
     if isnan(s[at.W_MIN + i]):
-        observers.refuse(m, c, at.HYSTERESIS_UNDEFINED)
+        observers.reject_cell(m, c, at.HYSTERESIS_UNDEFINED)
         return DONE
     s[at.HEAT + i], s[at.TRIED + i], s[at.PAUSE + i] = 0.0, 0.0, m.max_steps
     s[at.G + i], s[at.RATE + i], s[at.EXPONENT + i] = cells[at.GAMMA, c], 1.0 / cells[at.A4, c], cells[at.DELTA, c]
     know_steepness(m.law, s, i, cells, c)
     open_drive(m, i, c)
-    observers.open_book(m, i, c)
+    observers.begin_cell(m, i, c)
     xi, eta = cells[at.XI_START, c], cells[at.ETA_START, c]
     relative = 0.0 if isnan(eta) else belt_in_lane(m, i, 0.0) - eta
     if relative == 0.0:
@@ -69,7 +69,7 @@ def start_sliding(m, i, xi, relative):
 
 
 @compiled(inline=True)
-def attend(m, i):
+def handle_event(m, i):
     """Look at lane i, whose last step was flagged: observe it, commit it, change the mode, or finish the cell."""
     s = m.s
     if s[at.FLAG + i] == at.HALTED:
@@ -110,7 +110,7 @@ def give_up(m, i):
     finite = isfinite(s[at.Y + i]) and isfinite(s[at.W + i]) and isfinite(s[at.DW + i])
     if finite and s[at.STEP + i] >= at.SMALLEST_STEP:
         if s[at.TRIED + i] < m.max_steps:
-            observers.take_stock(m, i)
+            observers.after_pause(m, i)
             return close(m, i, s[at.DECIDED_BY + i]) if observers.is_over(m, i) else RUNNING
         return close(m, i, observers.status_out_of_steps(m, i))
     mu = s[at.OFFSET + i] + s[at.SLOPE + i] * s[at.W + i] + weakening_in_lane(m.law, s, i, s[at.W + i])

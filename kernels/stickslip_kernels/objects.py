@@ -1,6 +1,6 @@
 """Compiled kernels as object files in a cache folder.
 
-An object holds the kernels of one friction law, for maps or for signals, as `building.py` makes them and `machine.py`
+An object holds the kernels of one friction law, for maps or for signals, as `building.py` makes them and `runtime.py`
 loads them. Its folder is named by the digest of all kernel sources, so that any edit anywhere gives a fresh one, its
 file by whatever else decides about the code: processor, compiler, Python. A file begins with the digest of the rest.
 
@@ -109,7 +109,7 @@ def packed(name: str, symbols: list[str], code: bytes, tried: bool = False) -> b
 
 
 def unpacked(name: str, data: bytes) -> tuple[list[str], bytes] | None:
-    """What `packed` was given; None for what is damaged, or the object of another name: such code must not run."""
+    """Return what `packed` was given; None where damaged, or the object of another name: such code must not run."""
     content = data[_DIGEST_BYTES:]
     if data[:_DIGEST_BYTES] not in (hashlib.sha256(content + end).digest() for end in (_TRIED, b"")):
         return None
@@ -134,13 +134,13 @@ def write(path: Path, symbols: list[str], code: bytes, tried: bool = False) -> N
 
 
 def read(path: Path) -> tuple[list[str], bytes] | None:
-    """What `write` put into a file; None where there is none, or it is damaged or may be somebody else's."""
+    """Return what `write` put into a file; None where there is none, or it is damaged or may be somebody else's."""
     data = _bytes(path)
     return None if data is None else unpacked(path.name, data)
 
 
 def is_tried(path: Path) -> bool:
-    """Whether a file was written with `tried`."""
+    """Return whether a file was written with `tried`."""
     data = _bytes(path) or b""
     return data[:_DIGEST_BYTES] == hashlib.sha256(data[_DIGEST_BYTES:] + _TRIED).digest()
 

@@ -1,4 +1,4 @@
-"""How the coefficients of the weakening part of friction follow from those of the slip speed: one recurrence a shape.
+"""Recurrences of the weakening part of friction, one a shape: its coefficients from those of the slip speed.
 
 All of them are sums of products. With x the weakening part, coefficient m of its Taylor series is
 

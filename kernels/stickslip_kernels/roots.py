@@ -85,7 +85,7 @@ def crossing(s, i, order, level, end, at_end, resolved):
 
 @compiled(inline=True)
 def inverse_cubic(f0, slope0, f1, slope1, end):
-    """Where f is about to vanish, f0 and f1 being its values and slopes at 0 and `end`: Hermite's cubic of t over f.
+    """Return where f vanishes, f0 and f1 being its values and slopes at 0 and `end`: Hermite's cubic of t over f.
 
     Outside (0, end], or NaN, where f is not monotone between them.
     """
@@ -98,7 +98,7 @@ def inverse_cubic(f0, slope0, f1, slope1, end):
 
 @compiled(inline=True)
 def reverted(level, w, dw, a, b, end):
-    """How far `level` is, by the series w, dw, a, b reverted, and whether that is exact to rounding."""
+    """Return how far `level` is, by the series w, dw, a, b reverted, and whether that is exact to rounding."""
     per_dw = 1.0 / dw
     v = (level - w) * per_dw
     r = a * per_dw * v

@@ -6,15 +6,15 @@ six exponentials is too long for the processor to overlap two of them (measured 
 """
 
 from . import layout as at
-from .bits import select, widest_vectors
 from .dense import conservative_work, subtract_damper_work
 from .equations import jerk_in_lane, slope_in_lane
 from .exponential import rough_exp2, rough_log2
 from .friction import coefficient_slope
+from .intrinsics import select, widest_vectors
 from .jit import compiled
 from .laws import inflection
+from .resolvable import may_hide
 from .roots import extreme_slope_of_motion as extreme_slope  # noqa: F401 (`stepping.py` asks every stepper for it)
-from .steep import may_hide
 from .tableau import TSITOURAS_54
 
 STAGE_W = (at.W, at.W_2, at.W_3, at.W_4, at.W_5, at.W_6, at.W_NEW)

@@ -1,4 +1,4 @@
-"""What a law is stepped by: its Taylor series where that has a recurrence, else the Runge-Kutta pair."""
+"""Stepping a law: by its Taylor series where that has a recurrence, else by the Runge-Kutta pair."""
 
 from . import runge_kutta, taylor
 from .laws import LAWS, RECURRENCES, by_law

@@ -10,8 +10,8 @@ from . import layout as at
 from . import observers
 from .ageing import static_friction
 from .drive import acceleration, belt_in_lane, flip, next_segment, pass_time, segment_is_over, steady_load
+from .first_passage import ROUNDING, first_passage, is_above
 from .jit import compiled
-from .passing import first_passing, is_above
 from .slip import begin_slip
 
 # A re-stick shorter than the integration can resolve is a grazing contact, not a stick phase. A dip of the slip speed
@@ -19,6 +19,9 @@ from .slip import begin_slip
 # half as much (measured at any tolerance). Only a slip in the direction of the belt can graze: one that comes back from
 # the other arrives at a rate, and how long it then sticks is as exact as the load.
 GRAZING_ERRORS = 0.1
+# Without any drag (Coulomb's friction, no damper) a slip from break-away comes back to standstill exactly there: a dip
+# of this share is an error of the integration, and no cycle of stick-slip exists.
+WITHOUT_DRAG = 1e-4
 
 
 @compiled
@@ -43,8 +46,8 @@ def stick(m, i, u, after_slip):
     while True:
         left, rate, age = s[at.TAU_END + i] - s[at.TAU + i], b + gamma * alpha, s[at.AGE + i]
         limit, growth, later = static_friction(cells, c, age), cells[at.AGEING, c], cells[at.AGEING_TIME, c] + age
-        up = first_passing(load, rate, alpha, limit, growth, later, left)
-        down = first_passing(-load, -rate, -alpha, limit, growth, later, left)
+        up = first_passage(load, rate, alpha, limit, growth, later, left)
+        down = first_passage(-load, -rate, -alpha, limit, growth, later, left)
         t = min(up, down, left)
         if min(up, down) == inf:
             observers.observe_load_that_stays(m, i, u, b)
@@ -73,7 +76,8 @@ def stick(m, i, u, after_slip):
         u = limit - acceleration(m, i) - gamma * belt_in_lane(m, i, 0.0)
     dip = limit * (s[at.TAU + i] - start) - impulse  # of the slip speed below zero, had it not stuck
     at_once = s[at.TAU + i] == start
-    grazing = after_slip and (at_once or (not comes_back and dip < GRAZING_ERRORS * m.rtol * amplitude))
+    error = max(GRAZING_ERRORS * m.rtol, WITHOUT_DRAG * has_no_drag(cells, c))
+    grazing = after_slip and (at_once or (not comes_back and dip < error * amplitude))
     if not grazing:
         thrown = not smooth and at_once
         observers.observe_stick(m, i, start, u_start, limit, after_slip, thrown)
@@ -82,3 +86,10 @@ def stick(m, i, u, after_slip):
             return observers.finish(m, i, s[at.DECIDED_BY + i], u, belt_in_lane(m, i, 0.0))
     # Where static friction ends on the curve, w and w' vanish together here and w'' > 0 starts the slip.
     return begin_slip(m, i, at.RISE, u, 0.0, smooth and limit <= cells[at.A1, c] + cells[at.A3, c], not grazing)
+
+
+@compiled
+def has_no_drag(cells, c):
+    """Return whether friction is Coulomb's, no greater at break-away, and nothing else damps or feeds cell c."""
+    constant = cells[at.A2, c] == 0.0 and cells[at.A3, c] == 0.0 and cells[at.GAMMA, c] == 0.0
+    return constant and cells[at.AGEING, c] == 0.0 and cells[at.MU_STATIC, c] <= cells[at.A1, c] * (1.0 + ROUNDING)

@@ -37,7 +37,7 @@ class ButcherTableau:
 
     @property
     def first_same_as_last(self) -> bool:
-        """Whether the last stage of a step is the first of the next, so that it comes free."""
+        """Return whether the last stage of a step is the first of the next, so that it comes free."""
         return self.matrix[-1] + (0.0,) == self.weights
 
 

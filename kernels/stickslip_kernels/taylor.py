@@ -16,13 +16,13 @@ Loops over the lanes of one flat buffer, as in `lanes.py`; a loop two orders, so
 from math import inf
 
 from . import layout as at
-from .bits import select, widest_vectors
 from .dense import conservative_work, horner, subtract_damper_work
 from .exponential import rough_exp2, rough_log2
+from .intrinsics import select, widest_vectors
 from .jit import compiled
 from .laws import RECURRENCES, bends, by_law_inline, shape, steps_over, weakening_slope
+from .resolvable import may_bend_twice, may_hide
 from .roots import extreme_slope  # noqa: F401 (`stepping.py` asks every stepper for it)
-from .steep import may_bend_twice, may_hide
 
 LONGEST = 1.0  # step; events inside a step are told from its ends, so it must stay well below half a turn
 ERROR_SHARE = 0.1  # of the tolerance that each of the last two coefficients may spend, and the error of a step
@@ -160,7 +160,7 @@ def expand(law, s):
 
 @compiled(inline=True)
 def speed_scale(s, i):
-    """What an error of w is measured against: the amplitude about steady sliding; less while w is small."""
+    """Return what an error of w is measured against: the amplitude about steady sliding; less while w is small."""
     floor = s[at.FLOOR + i]
     amplitude = max(abs(s[at.Y + i] - s[at.Y_STAR + i]), abs(s[at.W + i] - s[at.B + i])) + 1e-3 * floor
     return min(amplitude, abs(s[at.W + i]) + abs(s[at.DW + i]) + floor)

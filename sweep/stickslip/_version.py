@@ -1,3 +1,3 @@
 """The version, at its one home: the build and the code both read it here."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -9,7 +9,7 @@ import numpy as np
 from helpers.kernel_runs import cell
 from stickslip.engine.compiled import kernels
 from stickslip_kernels import layout as at
-from stickslip_kernels.blank import NO_STOPS, new_signals
+from stickslip_kernels.allocate import NO_STOPS, new_signals
 
 MOST_STOPS = 20_000
 

@@ -11,14 +11,14 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from helpers.kernel_runs import ARTICLE, block_of, cell, outcome
-from stickslip_kernels import ageing, passing
+from stickslip_kernels import ageing, first_passage
 from stickslip_kernels import layout as at
 
 
 @njit
 def dwell(cells, load, rate, age):
     static, growth, scale = ageing.static_friction(cells, 0, age), cells[at.AGEING, 0], cells[at.AGEING_TIME, 0]
-    return passing.steady_passing(load, rate, static, growth, scale + age)
+    return first_passage.steady_passage(load, rate, static, growth, scale + age)
 
 
 @njit

@@ -12,7 +12,7 @@ import pytest
 from stickslip.engine.compiled import warm_up
 from stickslip_kernels import layout as at
 from stickslip_kernels import objects
-from stickslip_kernels.blank import new_regimes
+from stickslip_kernels.allocate import new_regimes
 from stickslip_kernels.contact import Contact
 from stickslip_kernels.drive import STEADY_BELT
 from stickslip_kernels.jit import compiled

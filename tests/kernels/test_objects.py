@@ -2,7 +2,7 @@
 
 import pytest
 
-from stickslip_kernels import machine, objects
+from stickslip_kernels import objects, runtime
 
 
 def test_what_is_written_is_read(tmp_path):
@@ -50,5 +50,5 @@ def test_another_processor_or_compiler_has_objects_of_its_own(monkeypatch, modul
 
 
 def test_an_object_that_needs_what_this_process_lacks_is_not_loaded():
-    with pytest.raises(machine.UnknownSymbolError, match="no function of_another_world in this process"):
-        machine.load(["exp", "of_another_world"], b"", False)
+    with pytest.raises(runtime.UnknownSymbolError, match="no function of_another_world in this process"):
+        runtime.load(["exp", "of_another_world"], b"", False)

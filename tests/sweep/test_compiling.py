@@ -94,7 +94,7 @@ def test_without_a_cache_nothing_is_kept_and_that_is_said(cached, monkeypatch):
     monkeypatch.setattr(objects, "CACHE_FOLDER", None)
     monkeypatch.setattr(objects, "NO_CACHE", "/scratch: others may write there")
     with pytest.warns(RuntimeWarning, match="not kept.*/scratch: others may write there.*NUMBA_CACHE_DIR"):
-        assert compiled.machine.load(*compiling.compile_apart("stribeck", False), False)
+        assert compiled.runtime.load(*compiling.compile_apart("stribeck", False), False)
     assert len(made) == 1 and not compiled.is_cached("stribeck")
 
 

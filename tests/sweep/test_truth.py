@@ -187,3 +187,36 @@ def test_ringing_without_any_drag_is_no_stick_slip_however_closely_it_is_looked_
     for rtol in (1e-6, 1e-9):
         ds = stickslip.evaluate(cell, rtol, law=law)
         assert ds.stickslip.mask("sustained").all()
+
+
+# --- no drag at all ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("early_stop", [True, False])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
+def test_friction_that_is_the_same_at_any_speed_never_sticks_again_without_a_damper(rtol, early_stop):
+    """From break-away the slip is a circle that touches standstill: 1 to 25 % of such cells were stick-slip once."""
+    draw, n = np.random.default_rng(1), 300
+    cells = {
+        "mass": 10 ** draw.uniform(-2, 2, n),
+        "stiffness": 10 ** draw.uniform(0, 5, n),
+        "a1": draw.uniform(0.05, 2, n),
+    }
+    impedance = np.sqrt(cells["mass"] * cells["stiffness"])
+    cells |= {
+        "belt_speed": 10 ** draw.uniform(-3, 1, n),
+        "a1": draw.uniform(0.05, 2, n),
+        "a2": 0.0,
+        "a3": 0.0,
+        "a4": 0.1,
+    }
+    cells["normal_load"] = 10 ** draw.uniform(-2, 4, n) * impedance * cells["belt_speed"]
+    horizon = None if early_stop else 200.0 / np.sqrt(100.0)
+    ds = stickslip.evaluate(cells, rtol=rtol, early_stop=early_stop, horizon=horizon)
+    assert {REGIMES[code] for code in np.unique(ds["regime"])} <= {"sustained", "unresolved"}
+    assert early_stop is False or (ds["regime"] == REGIMES.index("sustained")).all()
+
+
+def test_the_largest_acceleration_between_two_turns_of_it_within_a_step_counts():
+    cell = {"belt_speed": 0.16, "a1": 0.1, "a2": 3e-4, "a3": 2e-3, "a4": 0.151, "displacement": -2.0, "velocity": -0.22}
+    assert evaluate("cubic", **cell)["acceleration_max"] == pytest.approx(2.1115438470893, rel=1e-9)

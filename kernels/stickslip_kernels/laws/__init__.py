@@ -17,11 +17,11 @@ and, where they differ from the defaults below,
 
     inflection(delta)                       from this z on, the slope only grows
     last_weakening(delta)                   from this z on, the shape is constant to rounding
-    hidden_depth(delta)                     by how much z may dip inside a step below both ends of it (`steep.py`)
+    hidden_depth(delta)                     by how much z may dip inside a step below both ends of it (`resolvable.py`)
     steps_over(z, z_end)                    whether a Taylor step from z to z_end has passed over friction that neither
                                             end shows; straight-line code
-    bends()                                 whether the curve turns from concave to convex, so that w'' may vanish twice
-                                            within a Taylor step; a constant
+    bends()                                 whether it bends so much that w'' may vanish twice within a Taylor step; a
+                                            constant
 """
 
 from importlib import import_module
@@ -69,19 +69,19 @@ def last_weakening(law, delta):
 
 @by_law
 def hidden_depth(law, delta):
-    """How far z may dip inside a step below its ends: without limit, where any point of a curve tells all of it."""
+    """Return how far z may dip inside a step below its ends: no limit, where any point of a curve tells all of it."""
     return inf
 
 
 @by_law_inline
 def steps_over(law, z, z_end):
-    """Whether a step has passed over weakening unseen: never, where the shape only grows below z = 0."""
+    """Return whether a step has passed over weakening unseen: never, where the shape only grows below z = 0."""
     return False
 
 
 @by_law_inline
 def bends(law):
-    """Whether the curve has an inflection."""
+    """Return whether w'' may vanish twice within a step."""
     return False
 
 

@@ -37,3 +37,9 @@ def weakening_slope(z, x, drop, delta):
 def speed_of_shape_slope(slope, delta):
     """(1 + 2/3 slope)^(1/2)."""
     return (1.0 + slope / 1.5) ** 0.5 if slope > -1.5 else 0.0
+
+
+@compiled(inline=True)
+def bends():
+    """From far above a4, where it is steep, to a4: w'' = b - w - mu' w' changes its sign twice on the way down."""
+    return True

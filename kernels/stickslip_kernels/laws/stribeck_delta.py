@@ -59,7 +59,7 @@ def speed_of_shape_slope(slope, delta):
 
 @compiled
 def inflection(delta):
-    """Where delta z^delta = delta - 1."""
+    """Return where delta z^delta = delta - 1."""
     return exp(log((delta - 1.0) / delta) / delta) if delta > 1.0 else 0.0
 
 

@@ -1,4 +1,4 @@
-"""What is recorded of a motion: hooks that the contact machine calls, compiled for the observer its tag names.
+"""Records of a motion: hooks that the contact machine calls, compiled for the observer its tag names.
 
 The machine ends modes; an observer looks at what happens on the way, and may declare a cell finished. A hook that an
 observer does not have does nothing. In the frame of `layout.py`; `m` is the `Contact`, `i` the lane, `c` the cell.
@@ -16,29 +16,29 @@ inline_hook = by_type(lambda m, *_: m.types[m.fields.index("observer")], inline=
 
 
 @inline_hook
-def open_book(m, i, c):
+def begin_cell(m, i, c):
     """Cell c begins in lane i, its drive being open."""
 
 
 @hook
-def refuse(m, c, status):
+def reject_cell(m, c, status):
     """Cell c cannot be computed."""
 
 
 @inline_hook
 def is_over(m, i):
-    """Whether the observer has seen enough; DECIDED_BY says why."""
+    """Return whether the observer has seen enough; DECIDED_BY says why."""
     return False
 
 
 @hook
-def take_stock(m, i):
+def after_pause(m, i):
     """The cell has tried PAUSE steps, and slips."""
 
 
 @hook
 def status_out_of_steps(m, i):
-    """How a cell ends whose step budget is spent."""
+    """Return how a cell ends whose step budget is spent."""
     return at.STEP_LIMIT
 
 
@@ -52,12 +52,12 @@ def finish(m, i, status, u, velocity):
 
 
 @hook
-def watch(m):
+def before_commit(m):
     """Say of every lane, in row LOOK, whether to look at its step before it is committed."""
 
 
 @inline_hook
-def keep(m):
+def after_commit(m):
     """The good steps of the lanes that are not flagged have been committed."""
 
 
@@ -106,7 +106,7 @@ def observe_line(m, i, line, u, w, dw, duration):
 
 @inline_hook
 def stays_on_line(m, i, line, u, w, dw, kind, t):
-    """Whether the fall that ends so after t stays where it ends; its cell is finished then."""
+    """Return whether the fall that ends so after t stays where it ends; its cell is finished then."""
     return False
 
 

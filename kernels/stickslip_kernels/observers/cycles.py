@@ -66,7 +66,7 @@ def close_cycle(m, i, stick_time, load):
 
 @compiled
 def has_converged(s, i, tau, load, rtol):
-    """Whether the cycles still to come differ from the one that ends at tau, under `load`, by less than the tolerance.
+    """Return whether the cycles to come differ from the one that ends at tau, under `load`, by less than the tolerance.
 
     The load at break-away is the whole state, and near the fixed point of its return map changes shrink by a constant
     factor: their sum is that of a geometric series. What the load brings about may be far more sensitive than the load
@@ -117,7 +117,7 @@ def set_reference(s, i, tau, heat, xi):
 
 @compiled
 def compare_loops(m, i, tau, heat, xi):
-    """Whether the motion recurs; if it seems so, follow it once more."""
+    """Return whether the motion recurs; if it seems so, follow it once more."""
     s = m.s
     amplitude = 0.5 * abs(xi - s[at.TURN_BEFORE + i])
     change, before = abs(xi - s[at.LOOP_XI + i]) / (LOOPS * amplitude), s[at.LOOP_CHANGE + i]
@@ -150,7 +150,7 @@ def begin_confirming(m, i):
 
 @compiled
 def given_up(m, i, amplitude, change, steps, times):
-    """Whether so many times the steps left do not reach the settling band, the last loops having taken `steps`."""
+    """Return whether so many times the steps left do not reach the settling band; the last loops took `steps`."""
     s = m.s
     loops = log(max(amplitude / s[at.BAND + i], 1.0)) / change
     return s[at.LOOP_STILL + i] >= MOST_STILL or loops * (steps / LOOPS) > times * (m.max_steps - s[at.TRIED + i])
@@ -158,7 +158,7 @@ def given_up(m, i, amplitude, change, steps, times):
 
 @compiled
 def seems_periodic(m, i, change, before, still):
-    """Whether the changes from look to look leave no more to come than the tolerance.
+    """Return whether the changes from look to look leave no more to come than the tolerance.
 
     Near a stable cycle they shrink by a constant factor, and their sum is that of a geometric series.
     """
@@ -216,7 +216,7 @@ def confirm_again(s, i, tau, heat):
 
 @compiled
 def is_kept_by_standstill(m, i, xi):
-    """Whether a motion that turns at xi touches standstill to the tolerance, and every loop of it grows.
+    """Return whether a motion that turns at xi touches standstill to the tolerance, and every loop of it grows.
 
     It sticks there, in a phase too short to be resolved, and starts again from break-away: a cycle of stick-slip.
     """
@@ -227,7 +227,7 @@ def is_kept_by_standstill(m, i, xi):
 
 @compiled
 def kind_of_cycle(law, s, i):
-    """What a cycle without a stick phase is made of."""
+    """Return what a cycle without a stick phase is made of."""
     if s[at.V_LOW + i] < 0.0 < s[at.V_HIGH + i]:
         return at.TWO_WAY_SLIP_CYCLE
     if s[at.HELD + i] > 0.0:

@@ -19,7 +19,7 @@ from .verdict import note_force, note_speed
 
 @compiled(inline=True)
 def reach(a, b, h):
-    """How far beyond the nearer end an extremum within h may lie, its slopes at the ends being a and b.
+    """Return how far beyond the nearer end an extremum within h may lie, its slopes at the ends being a and b.
 
     A bound where the slope only falls, or only rises, on the way.
     """
@@ -28,34 +28,34 @@ def reach(a, b, h):
 
 @compiled(inline=True)
 def has_top_speed(s, i, h, w, dw):
-    """Whether an extremum of w may be the largest so far."""
+    """Return whether an extremum of w may be the largest so far."""
     w0, dw0 = s[at.W + i], s[at.DW + i]
     return (dw0 * dw < 0.0) & (max(w0, w) + reach(dw0, dw, h) >= s[at.W_TOP + i])
 
 
 @compiled(inline=True)
 def has_low_speed(s, i, h, w, dw):
-    """Whether a trough of w may be the least of this slip so far."""
+    """Return whether a trough of w may be the least of this slip so far."""
     w0, dw0 = s[at.W + i], s[at.DW + i]
     return (dw0 < 0.0) & (dw > 0.0) & (min(w0, w) - reach(dw0, dw, h) <= s[at.W_LEAST + i])
 
 
 @compiled(inline=True)
 def has_top_slope(s, i, h, dw, jerk):
-    """Whether an extremum of w' may be the largest so far."""
+    """Return whether an extremum of w' may be the largest so far."""
     dw0, jerk0 = s[at.DW + i], s[at.JERK + i]
     return (jerk0 * jerk < 0.0) & (max(abs(dw0), abs(dw)) + reach(jerk0, jerk, h) >= s[at.DW_TOP + i])
 
 
 @compiled(inline=True)
 def turns(s, i, w):
-    """Whether u has an extremum: u' = b - w changes its sign."""
+    """Return whether u has an extremum: u' = b - w changes its sign."""
     return (s[at.W + i] > s[at.B + i]) != (w > s[at.B + i])
 
 
 @compiled(inline=True)
 def turns_quietly(s, i, h, y, w):
-    """Whether a turn of u needs no look: no extreme so far, and plainly back from beyond the settling band.
+    """Return whether a turn of u needs no look: no extreme so far, and plainly back from beyond the settling band.
 
     A closer bound than `reach`, with a quarter to spare: it decides how often an oscillation that rings down is looked
     at.

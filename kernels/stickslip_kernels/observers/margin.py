@@ -25,8 +25,8 @@ the falling branch.
 from math import inf, isnan, nan
 
 from .. import layout as at
-from ..bits import select, widest_vectors
 from ..exponential import exp
+from ..intrinsics import select, widest_vectors
 from ..jit import compiled
 
 FLAT = 1e-18  # (w'/q)^2 below which rounding hides the drag
@@ -49,7 +49,7 @@ def note_trough(s, i, w):
 
 @compiled(inline=True)
 def note_closeness(s, i, margin):
-    """What becomes of the motion was decided by this share of its amplitude."""
+    """Return what becomes of the motion was decided by this share of its amplitude."""
     s[at.CLOSEST + i] = min(s[at.CLOSEST + i], abs(margin))
 
 
@@ -62,7 +62,7 @@ def note_closest_trough(s, i):
 
 @compiled(inline=True)
 def note_gain(s, i, h, w, dw, jerk):
-    """What errors of lane i grow by in a step over h, by the motion at its end; a turning point of w tells nothing."""
+    """Return the growth of errors of lane i in a step over h, by the motion at its end; a turning point has none."""
     q, squared = w - s[at.B + i], dw * dw
     square = q * q
     growth = h * (q + jerk) * (square - squared) / (dw * (square + squared))

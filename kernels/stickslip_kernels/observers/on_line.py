@@ -1,14 +1,14 @@
-"""What the observer of regimes takes from a fall: closed forms along the line of a hysteretic curve.
+"""Records of a fall for the observer of regimes: closed forms along the line of a hysteretic curve.
 
-q = w - b and v = w' at its start, as in `line.py`.
+q = w - b and v = w' at its start, as in `hysteresis_line.py`.
 """
 
 from math import isnan
 
 from .. import layout as at
 from .. import observers
+from ..hysteresis_line import crossing_time, distance2, entry_time, level_time, oscillation, square_integral, turn_time
 from ..jit import compiled
-from ..line import crossing_time, distance2, entry_time, level_time, oscillation, square_integral, turn_time
 from .extrema import note_turn
 from .verdict import decide_settled, note_ends
 

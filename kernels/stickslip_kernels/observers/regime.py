@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 
 from .. import layout as at
 from .. import observers
-from ..bits import select, widest_vectors
 from ..contact import DONE
 from ..events import NO_EVENT, TURNED
 from ..exponential import exp
 from ..friction import coefficient_slope, least_coefficient, stable_speeds
+from ..hysteresis_line import along_line
+from ..intrinsics import select, widest_vectors
 from ..jit import compiled
-from ..line import along_line
 from .cycles import PUSH, PUSHED, RETURNS, TO_BE_PUSHED, close_cycle, forget_loops
 from .extrema import (
     has_low_speed,
@@ -69,7 +69,7 @@ FROM_ZERO = (
 class Regime(NamedTuple):
     """Tag of this observer, with what it fills.
 
-    results : float64 (RESULT_ROWS, n) from `blank.new_regimes`. early_stop : whether a cell is over once its
+    results : float64 (RESULT_ROWS, n) from `allocate.new_regimes`. early_stop : whether a cell is over once its
         regime is known.
     """
 
@@ -80,7 +80,7 @@ class Regime(NamedTuple):
 # --- a cell begins and ends -----------------------------------------------------------------------------------------
 
 
-def open_book(m, i, c):
+def begin_cell(m, i, c):
     s, belt = m.s, abs(m.cells[at.BELT, c])
     for row in FROM_ZERO:
         s[row + i] = 0.0
@@ -98,7 +98,7 @@ def open_book(m, i, c):
     m.observer.results[at.DAMPING_RATIO, c] = ratio if belt > 0.0 else nan
 
 
-def refuse(m, c, status):
+def reject_cell(m, c, status):
     m.observer.results[at.REGIME, c], m.observer.results[at.STATUS, c] = at.FAILED, status
 
 
@@ -106,7 +106,7 @@ def is_over(m, i):
     return m.s[at.DECIDED + i] > 0.0 and m.observer.early_stop
 
 
-def take_stock(m, i):
+def after_pause(m, i):
     """Many steps may be stiff ones."""
     s = m.s
     tried = s[at.TRIED + i]
@@ -149,7 +149,7 @@ def finish(m, i, status, u, velocity):
 
 @compiled(inline=True)
 def friction_was_negative(m, i, c, w_end):
-    """Whether the motion, now at slip speed w_end, went through speeds at which friction would drive it."""
+    """Return whether the motion, now at slip speed w_end, went through speeds at which friction would drive it."""
     s, cells = m.s, m.cells
     if cells[at.A2, c] >= 0.0 and cells[at.A3, c] >= 0.0:
         return False
@@ -166,7 +166,7 @@ def friction_was_negative(m, i, c, w_end):
 # --- slip on the curve ----------------------------------------------------------------------------------------------
 
 
-def watch(m):
+def before_commit(m):
     """Look at extrema worth it, at entries into the settling band, and inside the disc of `proven_radius`.
 
     A quiet turn of u is counted here, as `note_turn` and `note_loop` count the others.
@@ -193,7 +193,7 @@ def watch(m):
     find_tops(m.law, s)
 
 
-def keep(m):
+def after_commit(m):
     record_tops(m.s)
     grow_errors(m.s)
 

@@ -78,7 +78,7 @@ def least_drag(law, s, i, w, b):
 
 @compiled
 def creeps_in(law, s, i):
-    """Whether w tends to b on the curve, from below or from above, without ever passing it.
+    """Return whether w tends to b on the curve, from below or from above, without ever passing it.
 
     Let q > 0; the other side is its mirror image. Once q' <= 0 it stays so while q > 0 (where q' = 0, q'' = -q), and w
     never leaves the way from here to b. And q stays positive on this side of the eigenvector of the faster of two real
@@ -98,7 +98,7 @@ def creeps_in(law, s, i):
 
 @compiled
 def changes_curve(s, i, side):
-    """Whether the way from w to b, from above (side 1) or below, leaves the law of the present mode."""
+    """Return whether the way from w to b, from above (side 1) or below, leaves the law of the present mode."""
     if s[at.W_MIN + i] == 0.0:
         return False
     return side > 0.0 if s[at.MODE + i] == at.RISE else s[at.B + i] <= s[at.W_MIN + i]
@@ -106,7 +106,7 @@ def changes_curve(s, i, side):
 
 @compiled
 def settles_for_certain(law, s, i):
-    """Whether a slip that has not come into the settling band yet can only do so, and is damped or creep already."""
+    """Return whether a slip that has not come into the settling band can only do so, and is damped or creep already."""
     p, q, b = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i], s[at.B + i]
     if b <= 0.0:
         return False
@@ -116,7 +116,7 @@ def settles_for_certain(law, s, i):
 
 @compiled
 def is_neutral(law, s, i):
-    """Whether nothing damps or feeds a motion as large as this."""
+    """Return whether nothing damps or feeds a motion as large as this."""
     b, reach = s[at.B + i], ((s[at.Y + i] - s[at.Y_STAR + i]) ** 2 + (s[at.W + i] - s[at.B + i]) ** 2) ** 0.5
     low, high, bend = max(b - reach, 0.0), b + reach, inflection(law, s[at.EXPONENT + i]) / s[at.RATE + i]
     if low < s[at.W_MIN + i] or (low < bend < high and s[at.DROP + i] != 0.0):
@@ -188,7 +188,7 @@ def note_ring_down(law, s, i, rtol):
 
 @compiled(inline=True)
 def comes_into_band(s, i, y1, w1):
-    """Whether the motion of lane i comes into the settling band on the way to (y1, w1)."""
+    """Return whether the motion of lane i comes into the settling band on the way to (y1, w1)."""
     p0, q0 = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i]
     return (p0 * p0 + q0 * q0 >= s[at.BAND2 + i]) & (distance2_from_sliding(s, i, y1, w1) < s[at.BAND2 + i])
 
@@ -234,7 +234,7 @@ def note_entry_at_constant_speed(s, i, tau, u, w, b, duration):
 
 @compiled
 def is_shrinking(s, i, cells, u, w, b):
-    """Whether the loop that ends in this trough below v_min lies inside the band, its peak lower than the one before.
+    """Return whether the loop that ends in this trough below v_min lies inside the band, its peak the lower one.
 
     Near steady sliding on the hysteretic curve the motion is a chain of straight pieces, the same at every scale: peaks
     then shrink by a constant factor. Small against b and a4 so that the curve is straight over the loop.

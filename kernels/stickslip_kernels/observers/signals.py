@@ -13,8 +13,8 @@ from ..contact import DONE
 from ..dense import load_and_speed
 from ..drive import belt_in_lane
 from ..equations import weakening_in_lane
+from ..hysteresis_line import motion, steepest
 from ..jit import by_type, compiled
-from ..line import motion, steepest
 from ..quadrature import gauss
 from ..stepping import extreme_slope
 
@@ -25,8 +25,8 @@ A_LITTLE = 1e-9  # of the time between samples, so that rounding does not lose t
 class Signals(NamedTuple):
     """Tag of this observer, with what it fills.
 
-    results : float64 (RIG_ROWS, n) from `blank.new_signals`. runs : float64 (n, RUN_COLUMNS), where each cell puts its
-        samples. signals : float64 (SIGNAL_ROWS, any); what is not reached stays as it was.
+    results : float64 (RIG_ROWS, n) from `allocate.new_signals`. runs : float64 (n, RUN_COLUMNS), where each cell puts
+        its samples. signals : float64 (SIGNAL_ROWS, any); what is not reached stays as it was.
     stops : a table of stick phases, for n = 1, or NO_STOPS.
     """
 
@@ -39,13 +39,13 @@ class Signals(NamedTuple):
 # --- a cell begins and ends -----------------------------------------------------------------------------------------
 
 
-def open_book(m, i, c):
+def begin_cell(m, i, c):
     for row in at.RIG_SUMS:
         m.observer.results[row, c] = 0.0
     m.s[at.SAMPLE + i] = 0.0
 
 
-def refuse(m, c, status):
+def reject_cell(m, c, status):
     m.observer.results[at.RIG_STATUS, c] = status
 
 
@@ -60,7 +60,7 @@ def finish(m, i, status, u, velocity):
 # --- what happens ---------------------------------------------------------------------------------------------------
 
 
-def watch(m):
+def before_commit(m):
     for i in range(at.WIDTH):
         m.s[at.LOOK + i] = 1.0
 

@@ -82,7 +82,7 @@ def load_on_manifold(law, s, i, w):
 
 @compiled
 def is_in_band(law, s, i, w):
-    """Whether the slow manifold at w lies inside the settling band."""
+    """Return whether the slow manifold at w lies inside the settling band."""
     return distance2_from_sliding(s, i, load_on_manifold(law, s, i, w), w) < s[at.BAND2 + i]
 
 
@@ -162,7 +162,7 @@ def arrive(m, i, w, tau, heat):
 
 @compiled
 def comes_to_rest(m, i):
-    """Whether slip on a belt at rest only creeps to a stop, under a load that does not break it away; the verdict."""
+    """Return whether slip on a belt at rest creeps to a stop under too low a load for break-away: a verdict."""
     s, c = m.s, int(m.s[at.CELL + i])
     if s[at.B + i] != 0.0 or not creeps_in(m.law, s, i):
         return False

@@ -7,9 +7,9 @@ passes over the series after a first guess are enough for nearly every step; whe
 from math import inf, nan
 
 from .. import layout as at
-from ..bits import nonzero_bits, select, widest_vectors
 from ..dense import horner
 from ..equations import jerk_in_lane, slope_in_lane
+from ..intrinsics import nonzero_bits, select, widest_vectors
 from ..jit import compiled
 from ..laws import RECURRENCES, by_law_inline
 from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
@@ -18,7 +18,7 @@ from ..roots import FOR_A_VALUE, reverted
 
 @by_law_inline
 def has_exact_derivatives(law):
-    """Whether the series tells the extrema of w', as those of the motion do."""
+    """Return whether the series tells the extrema of w', as those of the motion do."""
     return False
 
 
@@ -113,7 +113,7 @@ def give_up(s, i, missed):
 
 @compiled(inline=True)
 def is_found(s, i, h, what):
-    """Whether TOP of lane i is the extremum of this kind in the first h of its step."""
+    """Return whether TOP of lane i is the extremum of this kind in the first h of its step."""
     return s[at.SOUGHT + i] == what and h == s[at.TAKEN + i]
 
 

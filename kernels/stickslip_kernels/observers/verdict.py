@@ -1,4 +1,4 @@
-"""What a motion means: extremes of the motion, and the verdict once it is certain.
+"""Verdicts: extremes of the motion, and the verdict once it is certain.
 
 Nothing is guessed: stick-slip is a closed cycle and a cycle of slip a return of the state (`cycles.py`), settling is
 proven (`settling.py`), and a cell whose horizon or budget runs out first is `unresolved`. Functions change the slow

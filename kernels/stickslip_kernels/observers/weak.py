@@ -80,7 +80,7 @@ def mean_drag(law, s, i, r, offset):
 
 @compiled
 def decays_on_average(law, s, i):
-    """Whether all loops from the present one down, none of which comes to rest, shrink."""
+    """Return whether all loops from the present one down, none of which comes to rest, shrink."""
     b, drag = s[at.B + i], drag_at(law, s, i, s[at.B + i])
     p, q = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - b
     r = (p * p + q * q) ** 0.5
@@ -105,7 +105,7 @@ def most_drag(law, s, i):
 
 @compiled
 def feeds_all_loops(law, s, i):
-    """Whether every loop of the plain curve about steady sliding grows until it comes to rest, and sticks there.
+    """Return whether every loop of the plain curve about steady sliding grows until it comes to rest, and sticks there.
 
     With V = p^2 + q^2, V' = -2 q F > 0. It reaches w = 0 where F > 0: under a load below the friction there.
     """
@@ -115,7 +115,7 @@ def feeds_all_loops(law, s, i):
 
 @compiled
 def is_caught(law, s, i):
-    """Whether a loop that grew into standstill comes there under a load that the contact holds, of either sign.
+    """Return whether a loop that grew into standstill comes there under a load that the contact holds, of either sign.
 
     p^2 is at most what r^2 grew by in the last loop.
     """

@@ -21,7 +21,7 @@ from stickslip.files.machine import processors
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.results import VARIABLES
 from stickslip_kernels import layout
-from stickslip_kernels.blank import new_regimes
+from stickslip_kernels.allocate import new_regimes
 
 _AT_ONCE = 6_400_000  # trial steps; what cannot take more ends within a second
 _LINE = 8  # numbers in a line of the processor's cache

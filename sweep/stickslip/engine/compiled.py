@@ -9,10 +9,10 @@ import warnings
 import llvmlite.binding as llvm
 
 from stickslip.engine.compiling import compile_apart
-from stickslip_kernels import machine, objects
+from stickslip_kernels import objects, runtime
 
 _loading = threading.Lock()
-_machines: dict[tuple[str, bool], machine.Machine] = {}
+_machines: dict[tuple[str, bool], runtime.Machine] = {}
 
 
 def _free_after_fork() -> None:
@@ -44,29 +44,29 @@ def warm_up(law: str = "stribeck", signals: bool = False) -> None:
     kernels(law, signals)
 
 
-def kernels(law: str, signals: bool = False) -> machine.Machine:
+def kernels(law: str, signals: bool = False) -> runtime.Machine:
     """The kernels of a law for regimes or for signals, as `warm_up` gets them."""
     if (law, signals) not in _machines:
         with _loading:
             if (law, signals) not in _machines:
-                _machines[law, signals] = machine.Machine(_addresses(law, signals), signals)
+                _machines[law, signals] = runtime.Machine(_addresses(law, signals), signals)
     return _machines[law, signals]
 
 
-def _addresses(law: str, signals: bool) -> machine.Addresses:
+def _addresses(law: str, signals: bool) -> runtime.Addresses:
     try:
-        return machine.load(*compile_apart(law, signals), signals)
-    except (OSError, RuntimeError, machine.UnknownSymbolError) as error:
+        return runtime.load(*compile_apart(law, signals), signals)
+    except (OSError, RuntimeError, runtime.UnknownSymbolError) as error:
         warnings.warn(
             f"the kernels are compiled in this process, and again in the next: {error}", RuntimeWarning, stacklevel=5
         )
         return _compile_here(law, signals)
 
 
-def _compile_here(law: str, signals: bool) -> machine.Addresses:
-    from stickslip_kernels import doors
+def _compile_here(law: str, signals: bool) -> runtime.Addresses:
+    from stickslip_kernels import exports
 
-    functions = doors.c_functions(law, signals)
+    functions = exports.c_functions(law, signals)
     _kept.append(functions)
     return {name: function.address for name, function in functions.items()}
 

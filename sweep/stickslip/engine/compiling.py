@@ -27,8 +27,8 @@ _WITH_ITS_PARENT = (
     "import os, threading; threading.Thread(target=lambda: (os.read(0, 1), os._exit(1)), daemon=True).start(); "
 )
 _TRY = (
-    "from pathlib import Path; from stickslip_kernels import machine, objects\n"
-    "machine.try_out(*objects.read(Path({path!r})), {signals})"
+    "from pathlib import Path; from stickslip_kernels import runtime, objects\n"
+    "runtime.try_out(*objects.read(Path({path!r})), {signals})"
 )
 
 

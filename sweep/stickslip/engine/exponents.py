@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip.engine.compiled import kernels
 from stickslip.engine.options import StopFlag
 from stickslip_kernels import layout
-from stickslip_kernels.blank import NO_STOPS
+from stickslip_kernels.allocate import NO_STOPS
 
 Floats = NDArray[np.float64]
 OWN_KERNELS = {1.0: "stribeck", 2.0: "gaussian"}  # by exponent: laws of the kernels that have a Taylor step

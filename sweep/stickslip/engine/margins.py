@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stickslip.engine.exponents import run_regimes
 from stickslip.engine.options import Options, StopFlag
 from stickslip_kernels import layout
-from stickslip_kernels.blank import new_regimes
+from stickslip_kernels.allocate import new_regimes
 
 Floats = NDArray[np.float64]
 

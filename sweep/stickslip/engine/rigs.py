@@ -13,7 +13,7 @@ from stickslip.engine.options import Options, Results, StopFlag
 from stickslip.engine.scales import to_kernel
 from stickslip.vocabulary.cells import Cells
 from stickslip_kernels import layout
-from stickslip_kernels.blank import new_signals
+from stickslip_kernels.allocate import new_signals
 
 Floats = NDArray[np.float64]
 

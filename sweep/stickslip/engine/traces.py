@@ -13,7 +13,7 @@ from stickslip.errors import NotReachedError
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 from stickslip_kernels import layout
-from stickslip_kernels.blank import new_signals
+from stickslip_kernels.allocate import new_signals
 
 Floats = NDArray[np.float64]
 

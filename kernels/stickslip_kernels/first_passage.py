@@ -13,7 +13,7 @@ ROUNDING = 1e-14  # of the sizes that make up the load
 
 @compiled(inline=True)
 def is_above(over, alpha, limit):
-    """Whether a load that exceeds `limit` by `over` does so by more than rounding."""
+    """Return whether a load that exceeds `limit` by `over` does so by more than rounding."""
     return over > ROUNDING * (abs(alpha) + abs(limit))
 
 
@@ -25,7 +25,7 @@ def excess(load, rate, alpha, limit, growth, later, t):
 
 
 @compiled
-def first_passing(load, rate, alpha, limit, growth, later, left):
+def first_passage(load, rate, alpha, limit, growth, later, left):
     """The first time in [0, left] from which on the load exceeds the limit; inf if there is none.
 
     load, rate, alpha : load now, its derivative and its second derivative, which is constant. limit, growth, later :
@@ -36,7 +36,7 @@ def first_passing(load, rate, alpha, limit, growth, later, left):
     if is_above(load - limit, alpha, limit):
         return 0.0
     if alpha == 0.0:
-        t = steady_passing(load, rate, limit, growth, later) if rate > 0.0 else inf
+        t = steady_passage(load, rate, limit, growth, later) if rate > 0.0 else inf
         return t if t <= left else inf
     first, second = extrema(rate, alpha, growth, later)
     low = 0.0
@@ -50,7 +50,7 @@ def first_passing(load, rate, alpha, limit, growth, later, left):
 
 
 @compiled
-def steady_passing(load, rate, limit, growth, later):
+def steady_passage(load, rate, limit, growth, later):
     """The same for a load that grows at `rate` > 0 and does not exceed the limit now, without an end.
 
     The excess is convex in time, so right of its last zero Newton's method falls onto it from above, without a

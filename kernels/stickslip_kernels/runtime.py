@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import layout as at
-from .blank import NO_STOPS, new_regimes, new_signals
+from .allocate import NO_STOPS, new_regimes, new_signals
 
-# The functions of an object (`doors.py`) by the kinds of their arguments, all of 64 bits: f, i a number, F, I the
+# The functions of an object (`exports.py`) by the kinds of their arguments, all of 64 bits: f, i a number, F, I the
 # address of an array of them. They return an integer that means nothing.
 REGIMES = {
     "run_regimes": "FiffIFFii",  # cells, n, rtol, max_steps, stop, lanes, results, their columns, early_stop
@@ -42,7 +42,7 @@ class UnknownSymbolError(Exception):
     """An object expects a function that this process does not have, or lacks one that is called."""
 
 
-def doors(signals: bool) -> dict[str, str]:
+def exports(signals: bool) -> dict[str, str]:
     """The functions of an object for maps or for signals, and the kinds of their arguments."""
     return SIGNALS if signals else REGIMES
 
@@ -58,7 +58,7 @@ def load(symbols: list[str], code: bytes, signals: bool) -> Addresses:
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     _loaded.append(engine)
-    addresses = {name: engine.get_function_address(name) for name in doors(signals)}
+    addresses = {name: engine.get_function_address(name) for name in exports(signals)}
     if lacking := [name for name, address in addresses.items() if not address]:
         raise UnknownSymbolError(f"no function {', '.join(lacking)} in the object")
     return addresses
@@ -69,7 +69,7 @@ class Machine:
 
     def __init__(self, addresses: Addresses, signals: bool) -> None:
         self._functions: dict[str, Any] = {}
-        for name, kinds in doors(signals).items():
+        for name, kinds in exports(signals).items():
             prototype = ctypes.CFUNCTYPE(ctypes.c_int64, *(_C_TYPES[kind] for kind in kinds))
             self._functions[name] = prototype(addresses[name])
 
@@ -81,7 +81,7 @@ class Machine:
         cells : float64 (CELL_ROWS, n), kernel units. rtol, max_steps : tolerance of a step, trial steps a cell may
             take. stop : int64 (1,); when another thread sets it, the block is abandoned, and unfinished cells stay
             "not computed".
-        results : float64 (RESULT_ROWS, n or more) from `blank.new_regimes`. early_stop : whether a cell is over once
+        results : float64 (RESULT_ROWS, n or more) from `allocate.new_regimes`. early_stop : whether a cell is over once
             its regime is known.
         """
         n, room, lanes = cells.shape[1], results.shape[1], _lanes()
@@ -100,7 +100,7 @@ class Machine:
 
         cells, rtol, max_steps, stop : as for `run_regimes`; BELT and HORIZON are not used.
         drive : segments, float64 (any, SEGMENT_COLUMNS), and by cell the first of its own and the one past its last,
-            float64 (n, 2). results : float64 (RIG_ROWS, n) from `blank.new_signals`.
+            float64 (n, 2). results : float64 (RIG_ROWS, n) from `allocate.new_signals`.
         runs : float64 (n, RUN_COLUMNS), where each cell puts its samples. signals : float64 (SIGNAL_ROWS, any); what is
             not reached stays as it was. stops : a table of stick phases (any, STOP_COLUMNS), for n = 1, or NO_STOPS.
         """

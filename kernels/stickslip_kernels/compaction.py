@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import layout as at
-from .bits import lowest_bit
+from .intrinsics import lowest_bit
 from .jit import compiled
 
 GROUP = 8

@@ -1,4 +1,4 @@
-"""Whether a step can resolve all the friction it passes through.
+"""Steps that resolve all the friction they pass through.
 
 Friction weakens within a few a4 of standstill. A step that starts and ends far above may dip into that zone between:
 no coefficient, stage or defect at its ends shows it, and a re-stick is missed. So the lowest point of a step is
@@ -24,7 +24,7 @@ def know_steepness(law, s, i, cells, c):
 
 @compiled(inline=True)
 def may_hide(s, i, h, w, dw):
-    """Whether the step of lane i over h, to w and w' = dw, may have met friction that its ends do not show.
+    """Return whether the step of lane i over h, to w and w' = dw, may have met friction that its ends do not show.
 
     A trough of w inside lies at most h a b/(a + b) below its nearer end, where the tangents of slopes -a and b meet.
     """
@@ -35,7 +35,7 @@ def may_hide(s, i, h, w, dw):
 
 @compiled(inline=True)
 def may_bend_twice(s, i, h, dw, jerk):
-    """Whether w'', of one sign at both ends of the step of lane i, may vanish twice on the way, at a record of |w'|.
+    """Return whether w'', of one sign at both ends of the step of lane i, may vanish twice in it, at a record of |w'|.
 
     It falls towards zero, and by its tangent at the start passes it: an extremum of w' that the ends do not show.
     """

@@ -48,7 +48,7 @@ def along_line(m, i, w, v, drag, t):
 
 @by_drive
 def end_on_line(m, i, w, v, drag, longest):
-    """What ends a fall (v <= 0) and when: w = 0 (LEVEL_REACHED), a trough of w (TURNED), or nothing.
+    """Return what ends a fall (v <= 0) and when: w = 0 (LEVEL_REACHED), a trough of w (TURNED), or nothing.
 
     Looks no further than `longest` where the belt accelerates.
     """
@@ -68,7 +68,7 @@ def _end_on_segment(m, i, w, v, drag, longest):
 
 @compiled(inline=True)
 def first_stretch(drag):
-    """How far to look at once: a time in which the fastest part of the motion on a line decays little."""
+    """Return how far to look at once: a time in which the fastest part of the motion on a line decays little."""
     return min(0.5 / abs(drag), LONGEST)
 
 
@@ -159,7 +159,7 @@ def level_time(q, v, drag, level, latest, first=0.0):
 
 @compiled
 def end_of_fall(q, v, drag, b):
-    """What ends a fall on a belt at b, and after what time; nothing, inf if w only tends to b.
+    """Return what ends a fall on a belt at b, and after what time; nothing, inf if w only tends to b.
 
     At a trough w'' = b - w > 0: only below the belt speed.
     """
@@ -294,7 +294,7 @@ def steepest(w, v, push, alpha, drag, h):
 
 @compiled
 def end_within(w, v, push, alpha, drag, h):
-    """What ends a fall (v <= 0) within h, and when: w = 0 (LEVEL_REACHED), a trough of w (TURNED), or nothing."""
+    """Return what ends a fall (v <= 0) within h, and when: w = 0 (LEVEL_REACHED), a trough of w (TURNED), nothing."""
     end = h
     turned = motion(w, v, push, alpha, drag, h)[1] > 0.0
     if not turned and push - drag * v > 0.0:  # w' may have been positive in between

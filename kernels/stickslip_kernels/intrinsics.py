@@ -1,4 +1,4 @@
-"""What Numba cannot express and LLVM has one instruction for: bits of a float, a select, the lowest bit set."""
+"""Intrinsics, single instructions of LLVM that Numba cannot express: bits of a float, a select, the lowest bit set."""
 
 import numpy as np
 from llvmlite import ir
@@ -59,8 +59,8 @@ def widest_vectors(typing_context):
 
 @intrinsic
 def nonzero_bits(typing_context, array, first, count):
-    """Which of `count` floats of a contiguous array, from number `first` on, are not zero: bit i of an int64 for the
-    i-th. `count`, at most 63, must be a literal.
+    """Return which of `count` floats of a contiguous array, from number `first` on, are not zero: bit i of an int64 for
+    the i-th. `count`, at most 63, must be a literal.
     """
     if not isinstance(count, types.IntegerLiteral):
         return None

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stickslip_kernels.passing import first_passing
+from stickslip_kernels.first_passage import first_passage
 
 SIGNED = st.floats(1e-3, 2.0).flatmap(lambda x: st.sampled_from([x, -x]))
 RATES = st.one_of(st.just(0.0), SIGNED)
@@ -30,7 +30,7 @@ def look(*case, until):
 @given(st.floats(-2.0, 2.0), RATES, RATES, st.floats(0.05, 1.5), GROWTHS, st.floats(0.01, 10.0))
 def test_it_is_the_first_time_at_which_the_load_exceeds_the_limit(load, rate, alpha, limit, growth, later):
     case = (load, rate, alpha, limit, growth, later)
-    found = first_passing(*case, LEFT)
+    found = first_passage(*case, LEFT)
     times, over = look(*case, until=LEFT)
     if found == math.inf:
         assert over.max() <= TINY
@@ -49,7 +49,7 @@ def test_a_load_that_only_just_touches_the_limit_passes_it_if_it_is_above(rate, 
     """Rising at `rate`, slowed by `alpha`: the peak lies at rate/alpha, rate^2/(2 alpha) higher."""
     assume(abs(over) > 1e-13 and rate / alpha < LEFT)
     load = limit + over - 0.5 * rate * rate / alpha
-    found = first_passing(load, rate, -alpha, limit, 0.0, 1.0, LEFT)
+    found = first_passage(load, rate, -alpha, limit, 0.0, 1.0, LEFT)
     if over < 0.0:
         assert found == math.inf
     else:
@@ -60,26 +60,26 @@ def test_a_load_that_only_just_touches_the_limit_passes_it_if_it_is_above(rate, 
 @pytest.mark.parametrize("ulps", range(-4, 5))
 def test_a_load_at_the_limit_but_for_rounding_is_not_above_it(ulps):
     load = 0.4 + ulps * math.ulp(0.4)
-    assert first_passing(load, -0.1, 0.0, 0.4, 0.0, 1.0, LEFT) == math.inf
-    assert first_passing(load, -0.1, 0.1, 0.4, 0.0, 1.0, LEFT) == pytest.approx(2.0, rel=1e-12)
-    assert first_passing(load, 0.1, 0.0, 0.4, 0.0, 1.0, LEFT) == pytest.approx(0.0, abs=1e-14)
+    assert first_passage(load, -0.1, 0.0, 0.4, 0.0, 1.0, LEFT) == math.inf
+    assert first_passage(load, -0.1, 0.1, 0.4, 0.0, 1.0, LEFT) == pytest.approx(2.0, rel=1e-12)
+    assert first_passage(load, 0.1, 0.0, 0.4, 0.0, 1.0, LEFT) == pytest.approx(0.0, abs=1e-14)
 
 
 def test_a_load_above_the_limit_passes_it_now():
-    assert first_passing(0.5, -1.0, -1.0, 0.4, 0.0, 1.0, LEFT) == 0.0
+    assert first_passage(0.5, -1.0, -1.0, 0.4, 0.0, 1.0, LEFT) == 0.0
 
 
 def test_a_steady_load_never_passes():
-    assert first_passing(0.4, 0.0, 0.0, 0.4, 0.0, 1.0, LEFT) == math.inf
-    assert first_passing(0.4, 0.0, 0.0, 0.4, 0.1, 1.0, LEFT) == math.inf
+    assert first_passage(0.4, 0.0, 0.0, 0.4, 0.0, 1.0, LEFT) == math.inf
+    assert first_passage(0.4, 0.0, 0.0, 0.4, 0.1, 1.0, LEFT) == math.inf
 
 
 def test_nothing_passes_in_no_time():
-    assert first_passing(0.3, 1.0, 1.0, 0.4, 0.0, 1.0, 0.0) == math.inf
+    assert first_passage(0.3, 1.0, 1.0, 0.4, 0.0, 1.0, 0.0) == math.inf
 
 
 @given(st.floats(0.01, 1.0), st.floats(0.0, 0.39), st.floats(0.01, 0.2), st.floats(0.1, 5.0))
 def test_under_a_limit_that_grows_a_steady_rise_passes_where_it_meets_it(rate, load, growth, later):
     """The equation of a steady rise put back in."""
-    found = first_passing(load, rate, 0.0, 0.4, growth, later, 1e4)
+    found = first_passage(load, rate, 0.0, 0.4, growth, later, 1e4)
     assert load + rate * found == pytest.approx(0.4 + growth * math.log1p(found / later), rel=1e-12)

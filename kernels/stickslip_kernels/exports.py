@@ -1,7 +1,7 @@
-"""What is called from outside: C functions of numbers and addresses, one machine behind each.
+"""C functions that are called from outside, of numbers and addresses, one machine behind each.
 
 The caller allocates everything, the lanes too, so that nothing of Python or of Numba's runtime is needed
-(`machine.py`).
+(`runtime.py`).
 """
 
 import numba
@@ -12,7 +12,7 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
 from . import layout as at
-from . import machine
+from . import runtime
 from .block import run_lanes
 from .contact import Contact
 from .drive import STEADY_BELT, Segments
@@ -27,7 +27,7 @@ _TYPES = {"f": types.float64, "i": types.int64, "F": types.CPointer(types.float6
 def c_functions(law, signals):
     """The C functions for maps or for signals of a law, by name; they compile here (`numba.cfunc`)."""
     functions = _signals_of(LAWS[law]) if signals else _regimes_of(LAWS[law])
-    return {name: _c_function(functions[name], kinds) for name, kinds in machine.doors(signals).items()}
+    return {name: _c_function(functions[name], kinds) for name, kinds in runtime.exports(signals).items()}
 
 
 def _c_function(function, kinds):
