@@ -47,9 +47,8 @@ def reports_errors(command: Callable[..., Answer]) -> Callable[..., None]:
     def guarded(*args: Any, **kwargs: Any) -> None:
         meta = click.get_current_context().meta
         meta[_STDOUT] = sys.stdout
-        _show_log()
         try:
-            with _nowhere() if screen.is_quiet() or is_for_programs() else nullcontext():
+            with _log_on_screen(), _nowhere() if screen.is_quiet() or is_for_programs() else nullcontext():
                 print_json(command(*args, **kwargs))
         except (IncompleteError, Interrupted, NotReachedError, PlotError) as error:
             incomplete(error)
@@ -63,7 +62,8 @@ def reports_errors(command: Callable[..., Answer]) -> Callable[..., None]:
     return guarded
 
 
-def _show_log() -> None:
+@contextmanager
+def _log_on_screen() -> Iterator[None]:
     """Print what the engine logs: mostly that it compiles the kernels, which takes a minute."""
     import logging
 
@@ -72,10 +72,15 @@ def _show_log() -> None:
             if record.levelno >= logging.WARNING or not screen.is_quiet():
                 screen.notice(self.format(record))
 
-    logger = logging.getLogger("stickslip")
-    if not logger.handlers:
-        logger.addHandler(Screen())
-        logger.setLevel(logging.INFO)
+    logger, handler = logging.getLogger("stickslip"), Screen()
+    level = logger.level
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.setLevel(level)
 
 
 @contextmanager
