@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from stickslip.vocabulary.synonyms import meant
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed, suggest
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
@@ -64,7 +63,7 @@ class StickslipAccessor:
         """
         meanings = self._ds[flag].attrs.get("flag_meanings", "").split()
         if unknown := [name for name in names if name not in meanings]:
-            near = meant(unknown[0].replace("-", "_"), meanings) if meanings else None
+            near = suggest(unknown[0].replace("-", "_"), meanings) if meanings else None
             hint = f"; did you mean {near}?" if near else ""
             expected = listed(meanings) if meanings else "a flag"
             raise ValueError(f"{flag} has no {listed(unknown)}, expected {expected}{hint}")
@@ -107,7 +106,7 @@ class StickslipAccessor:
         The law and the tolerance are those of the result. Returns and raises what `stickslip.simulate` does.
         """
         from stickslip import api
-        from stickslip.config.pick import shared_by
+        from stickslip.config.select import shared_by
         from stickslip.dataset.inspect import duration_of
 
         cell, how = self.cell(**at), shared_by(self._ds)
@@ -121,7 +120,7 @@ class StickslipAccessor:
         seconds, slow, transient : as for `sound.of`. at : which cell, as for `cell`. Sounds of cells can be compared.
         """
         from stickslip import sound
-        from stickslip.config.pick import shared_by
+        from stickslip.config.select import shared_by
 
         cell, how = self.cell(**at), shared_by(self._ds)
         how.pop("rtol", None)  # sounds have a tolerance of their own
@@ -150,8 +149,8 @@ def map_behind(ds: xr.Dataset) -> xr.Dataset:
     """The map over which borders or contours that have a configuration are drawn, computed with few cells."""
     from stickslip import api
     from stickslip.config.reader import parse_config
-    from stickslip.config.written import units_shown
     from stickslip.designing import coarse_map
+    from stickslip.vocabulary.display_units import units_shown
 
     config = parse_config(str(ds.attrs["configuration"]), "the configuration of the borders")
     return api.run(coarse_map(config).shown_in(units_shown(ds)))

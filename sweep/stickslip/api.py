@@ -16,11 +16,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from .config.addresses import HERE
 from .config.model import Config
 from .config.options import options_of
-from .config.plausible import odd_friction, question_about_friction
 from .config.reader import Given, as_config, make_config
+from .config.sections import HERE
+from .config.unit_warnings import friction_question_of_cells
 from .dataset.build import evaluated_dataset, trace_dataset
 from .dataset.given import given_cells
 from .dataset.provenance import provenance
@@ -38,7 +38,7 @@ from .runs.work import study_of
 from .runs.workdir.lock import Notice
 from .vocabulary.cells import as_cells
 from .vocabulary.settings import SOLVER
-from .vocabulary.synonyms import meant
+from .vocabulary.suggest import suggest
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -142,7 +142,7 @@ def sweep(
         "uncertain": uncertain, "execution": execution, "output": output if isinstance(output, Mapping) else None,
     }  # fmt: skip
     if unknown := [name for name in how if name not in _HOW]:
-        near = meant(unknown[0], [*sections, *_HOW])
+        near = suggest(unknown[0], [*sections, *_HOW])
         hint = f"; did you mean {near}?" if near else f"; sections are {', '.join(sections)}"
         raise TypeError(f"sweep() got an unexpected keyword argument {unknown[0]!r}{hint}")
     file = output.get("file") if isinstance(output, Mapping) else output
@@ -275,8 +275,8 @@ def evaluate(
     where cells have such. Raises TypeError or ValueError for bad input before anything is computed.
     """
     full = given_cells(cells, law)
-    if (odd := odd_friction(full.cells)) is not None:
-        warnings.warn(question_about_friction(odd), UnitWarning, stacklevel=2)
+    if question := friction_question_of_cells(full.cells):
+        warnings.warn(question, UnitWarning, stacklevel=2)
     options = Options(
         law, float(rtol), inf if horizon is None else float(horizon), int(max_steps), bool(early_stop), threads
     )

@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from . import basins, borders
-from .config.lines import Ends, in_si
+from .config.checks import Ends, in_si
 from .config.model import Config
 from .config.options import options_of
 from .config.reader import Given, as_config, is_config

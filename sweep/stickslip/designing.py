@@ -14,11 +14,10 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from . import borders, distances
+from .config.checks import Ends, checked_range, in_si, line_along, plane_along
 from .config.grid import build_grid
-from .config.lines import Ends, checked_range, in_si, line_along
 from .config.model import Axis, Config, Range
 from .config.options import options_of
-from .config.planes import plane_along
 from .config.reader import Given, as_config, is_config
 from .config.studies import STUDIES, Border, Contours, alone
 from .dataset.build import grid_coordinates

@@ -1,4 +1,4 @@
-"""Whatever stickslip raises and warns of, worded so that people can correct it.
+"""Exceptions and warnings of stickslip, worded so that people can correct it.
 
 ConfigError, QuantityError and PlotError are for people's input, StoreError and its kin for what the
 system refuses. A `Problem` is one thing that is wrong with a file, with its position; a `ConfigError` carries all of
@@ -81,7 +81,7 @@ class ConfigError(ValueError):
 
 
 def _in_notebooks(error: BaseException) -> list[str]:
-    """What IPython shows of an error in people's input: its message, not where in this package it was found.
+    """The text that IPython shows of an error in people's input: its message, without a traceback of this package.
 
     It calls `_render_traceback_` of exceptions that have it. Plain Python shows the traceback, as of any other.
     """
@@ -105,7 +105,7 @@ def printable(text: str) -> str:
 
 def visible(text: str) -> str:
     """The text with control characters written out, as are marks that turn its direction; lines and tabs stay."""
-    return _CONTROLS.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+    return _CONTROLS.sub(lambda mark: mark[0].encode("unicode_escape").decode("ascii"), text)
 
 
 # --- other input ------------------------------------------------------------------------------------------------------
@@ -178,7 +178,7 @@ class StoreError(OSError):
 
 
 def reason(error: BaseException) -> str:
-    """What went wrong, on one line and without the path, which the message names already."""
+    """The reason on one line and without the path, which the message names already."""
     if isinstance(error, OSError) and error.strerror:
         return str(error.strerror)
     lines = str(error).splitlines()
@@ -215,7 +215,7 @@ class Interrupted(KeyboardInterrupt):
 
     @property
     def kept_cells(self) -> str:
-        """What has been saved, in words."""
+        """The cells that have been saved, in words."""
         place = "finished, not written to a file"
         if self.kept:
             place = f"safe in {self.kept}; the same command resumes from there"
@@ -251,7 +251,7 @@ class UnlikeWorkerError(Exception):
 
 
 class UncomputedError(Exception):
-    """What was raised while computing: its type and message, and its traceback as text, since not all can travel."""
+    """An exception raised while computing: its type, message and traceback as text, since not all can travel."""
 
     def __init__(self, message: str, trace: str) -> None:
         super().__init__(message, trace)

@@ -11,7 +11,7 @@ from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.beyond import _ROWS, SENTENCES, beyond_the_model
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.synonyms import synonym_of
+from stickslip.vocabulary.suggest import synonym_of
 
 SYSTEM = "mass: 1, stiffness: 100, damping: 0, belt_speed: 0.1, normal_load: 10"
 YAML = """

@@ -13,13 +13,13 @@ from openpyxl import load_workbook
 
 import stickslip
 from stickslip.cli import main
-from stickslip.config.examples import found_points
+from stickslip.config.examples import points_path
 from stickslip.errors import ConfigError, UnitWarning
 from stickslip.fit import draw_curves, fit_curve
 from stickslip.materials.page import material_page
-from stickslip.materials.words import Words
+from stickslip.materials.table import RankTable
 
-FILES = [found_points(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
+FILES = [points_path(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
 SYSTEM = {"mass": "100 g", "stiffness": "5 N/mm", "normal_load": "10 N", "damping": "1 N s/m"}
 SI = {"mass": 0.1, "stiffness": 5000.0, "normal_load": 10.0, "damping": 1.0}
 OPTIONS = ["--mass", "100 g", "--stiffness", "5 N/mm", "--load", "10 N"]
@@ -82,7 +82,7 @@ def test_the_order_of_the_files_changes_nothing(compared, order):
 
 
 def test_a_wide_table_compares_as_its_columns_do(compared):
-    wide = stickslip.compare(found_points("configs/measured/table.csv"), **SYSTEM, belt_speed=0.02, draws=150)
+    wide = stickslip.compare(points_path("configs/measured/table.csv"), **SYSTEM, belt_speed=0.02, draws=150)
     assert list(wide["material"].values) == ["grease B", "grease A", "dry"]
     for i in (0, 2):  # a point of grease A is missing there
         np.testing.assert_allclose(wide["quiet_above"][i], compared["quiet_above"][i], rtol=1e-9)
@@ -264,11 +264,11 @@ def test_points_that_may_fall_for_ever_leave_the_interval_open_upwards_unless_a_
     points = {"oil": (SPEED, law(SPEED, 0.1, 0.004, 0.05, 0.02) + noise)}
     ds = stickslip.compare(points, **{**SYSTEM, "damping": 0}, belt_speed=0.05, draws=200)
     assert 0.1 < ds["draws_falling"][0] < 0.6 and np.isinf(ds["quiet_above_high"][0])
-    words = Words(ds)
+    words = RankTable(ds)
     assert "may be 0 (95 %)" in fit_curve(*points["oil"]).quality
     assert any("fall for ever (a2 < 0)" in said for said in words.remarks())
     assert "> " in next(one for one in words.columns() if "interval" in one.name).cells[0]
-    assert "a2 = 0" not in words.what_the_interval_means()
+    assert "a2 = 0" not in " ".join(words.method())
     held = stickslip.compare(points, **{**SYSTEM, "damping": 20}, draws=200)
     assert held["draws_falling"][0] == ds["draws_falling"][0] and np.isfinite(held["quiet_above_high"][0])
 
@@ -289,7 +289,7 @@ def test_the_page_tells_ends_of_intervals_apart_and_speeds_in_one_unit():
     assert float(told[2]) < float(told[1]) < float(told[3])
     np.testing.assert_allclose([float(told[i]) for i in (2, 1, 3)], [low, value, high], atol=5e-6)
     assert '<th scope="col">a4<br><small>mm/s</small></th>' in page
-    assert Words(ds).answer().startswith("The border of glass: quiet above ")
+    assert RankTable(ds).answer().startswith("The border of glass: quiet above ")
 
 
 def test_tables_for_colleagues_show_what_is_printed_and_no_bound_as_a_border(tmp_path):

@@ -9,14 +9,13 @@ from click.testing import CliRunner
 
 import stickslip
 from stickslip.cli import main
-from stickslip.config.examples import found_points
+from stickslip.config.examples import points_path
 from stickslip.errors import UnitWarning
-from stickslip.fit.design import best_measurements
-from stickslip.materials.varied import varied
-from stickslip.materials.words import Words
+from stickslip.materials.stick_slip_end import best_measurements
+from stickslip.materials.table import RankTable
 from stickslip.plots import plot_materials
 
-FILES = [found_points(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
+FILES = [points_path(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
 SYSTEM = {"mass": "100 g", "stiffness": "5 N/mm", "normal_load": "10 N", "damping": "1 N s/m"}
 SI = {"mass": 0.1, "stiffness": 5000.0, "normal_load": 10.0, "damping": 1.0}
 SPEED = np.geomspace(0.0005, 0.4, 14)
@@ -46,7 +45,7 @@ def test_friction_in_percent_is_asked_about_and_never_ranked(factor):
     assert str(odd["quiet_state"].attrs["flag_meanings"]).split()[int(odd["quiet_state"])] == "not_determined"
     assert np.isnan(odd["quiet_above"]) and np.isnan(odd["quiet_probability"]) and np.isnan(odd["margin"])
     assert "measured friction" in str(odd["fit_quality"].values)
-    words = Words(ds, "mm/s")
+    words = RankTable(ds, "mm/s")
     assert "odd is not determined" in words.answer() and [c.cells[1] for c in words.columns()][0] == "-"
 
 
@@ -65,17 +64,17 @@ def test_where_nothing_is_determined_nothing_is_best(tmp_path):
     ds = compared(points, belt_speed=[0.01, 0.03], damping=[0.1, 1.0])
     assert np.isnan(ds["rank"]).all() and np.isnan(ds["quiet_above"]).all()
     assert np.isnan(ds["quiet_above_over_damping"]).all() and (ds["regime"] == 0).all()
-    words = Words(ds)
+    words = RankTable(ds)
     assert words.answer().count("four and percent are not determined") == 2
-    assert not next(varied(ds, words)).remarks
+    assert not next(words.variations())[2]
     plot_materials(ds)
-    assert "do not tell where the vibration of four and percent ends" in Words(compared(points, draws=0)).answer()
+    assert "do not tell where the vibration of four and percent ends" in RankTable(compared(points, draws=0)).answer()
 
 
 def test_points_that_determine_too_little_come_last_with_the_reason():
     ds = compared({"a four": FOUR, "dry": (SPEED, DRY)})
     assert list(ds["material"].values) == ["dry", "a four"] and np.isnan(ds["rank"].values[1])
-    assert any(said.startswith("a four: not determined, and not ranked. ") for said in Words(ds).remarks())
+    assert any(said.startswith("a four: not determined, and not ranked. ") for said in RankTable(ds).remarks())
     assert np.isfinite(ds.attrs["searched_to"])
 
 
@@ -124,7 +123,7 @@ def test_a_range_counts_its_worst_speed():
     assert (ds["worst_speed"].values[quiet] == 0.025).all() and (ds["worst_speed"].values[~quiet] > 0.025).all()
     alone = compared(FILES, belt_speed="25 mm/s")
     np.testing.assert_array_equal(ds["quiet_probability"], alone["quiet_probability"])
-    said = Words(ds, "mm/s").answer()
+    said = RankTable(ds, "mm/s").answer()
     assert (
         said.startswith("From 25 to 60 mm/s grease_b")
         and "is probably quiet throughout" in said
@@ -190,9 +189,9 @@ def test_an_option_that_takes_one_value_is_not_taken_twice(words):
 def test_damping_in_percent_is_a_share_of_critical_damping():
     share = compared(FILES[:1], damping="3 %", draws=0)
     assert share.attrs["system_damping"] == pytest.approx(0.03 * 2 * np.sqrt(5000 * 0.1))
-    assert dict(Words(share).conditions())["viscous damping coefficient"] == "1.342 N s/m, 3 % of critical"
-    said = " ".join(Words(stickslip.compare(FILES[0], **{**SYSTEM, "damping": None}, draws=0)).remarks())
-    assert "Metal in one piece" in said and "Metal" not in " ".join(Words(share).remarks())
+    assert dict(RankTable(share).conditions())["viscous damping coefficient"] == "1.342 N s/m, 3 % of critical"
+    said = " ".join(RankTable(stickslip.compare(FILES[0], **{**SYSTEM, "damping": None}, draws=0)).remarks())
+    assert "Metal in one piece" in said and "Metal" not in " ".join(RankTable(share).remarks())
 
 
 def test_borders_over_a_range_are_those_of_each_value():
@@ -204,7 +203,7 @@ def test_borders_over_a_range_are_those_of_each_value():
     between = (ds.attrs["searched_from"], ds.attrs["searched_to"])
     last = compared(FILES, damping=float(ds["damping"][-1]), draws=0, between=between)
     np.testing.assert_allclose(ds["quiet_above_over_damping"][:, -1], last["quiet_above"], rtol=1e-5)
-    assert any("Only friction times load counts" in said for said in Words(ds).remarks())
+    assert any("Only friction times load counts" in said for said in RankTable(ds).remarks())
 
 
 def test_half_the_friction_is_half_the_load():
@@ -221,11 +220,11 @@ def test_a_change_of_order_is_told_where_it_happens():
     points = {"small": (SPEED, 0.2 + 0.02 * SPEED + 0.01 * np.exp(-SPEED / 0.1)),
               "large": (SPEED, 0.2 + 0.1 * SPEED + 0.1 * np.exp(-SPEED / 0.01))}  # fmt: skip
     ds = compared(points, damping=["0.01 N s/m", "1.2 N s/m", "20 N s/m"], draws=0)
-    table = next(varied(ds, Words(ds)))
+    _, _, remarks = next(RankTable(ds).variations())
     borders = ds["quiet_above_over_damping"]
     assert float(borders.sel(material="small")[0]) > float(borders.sel(material="large")[0])
     assert float(borders.sel(material="small")[1]) < float(borders.sel(material="large")[1])
-    assert len(table.remarks) == 1 and "change places between 0.01 N s/m and 1.2 N s/m" in table.remarks[0]
+    assert len(remarks) == 1 and "change places between 0.01 N s/m and 1.2 N s/m" in remarks[0]
 
 
 def test_the_answer_for_programs_has_a_row_a_speed_and_what_varies():
@@ -261,13 +260,13 @@ def test_two_more_points_where_they_are_proposed_narrow_the_interval_about_as_ex
     again = compared(more, draws=400).sortby("material")
     narrowed = (again["quiet_above_high"] - again["quiet_above_low"]).values.reshape(4, 3).mean(axis=1) / width.values
     assert abs(narrowed.mean() / expected.mean() - 1) < 0.3
-    assert any("the interval would shrink from" in said for said in Words(ds).remarks())
+    assert any("the interval would shrink from" in said for said in RankTable(ds).remarks())
 
 
 def test_the_best_measurements_are_where_the_target_is():
     """What is asked for is the friction at 0.1 m/s on a line: two points about it halve nothing but its own scatter."""
     random = np.random.default_rng(2)
     curves = {"a1": random.normal(0.3, 0.01, 5000), "a2": np.full(5000, 0.1), "a3": np.zeros(5000), "a4": np.ones(5000)}
-    design = best_measurements(curves["a1"], curves, (0.01, 1.0), 0.02)
-    assert design.factor == pytest.approx(np.sqrt(1 / (1 + 2 * 0.01**2 / 0.02**2)), rel=0.01)
+    speeds, factor = best_measurements(curves["a1"], curves, (0.01, 1.0), 0.02)
+    assert factor == pytest.approx(np.sqrt(1 / (1 + 2 * 0.01**2 / 0.02**2)), rel=0.01)
     assert best_measurements(curves["a1"][:50], {k: v[:50] for k, v in curves.items()}, (0.01, 1.0), 0.02) is None

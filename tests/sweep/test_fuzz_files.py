@@ -16,7 +16,7 @@ from helpers.fuzzing import EXAMPLES
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
 from stickslip.fit import fit_materials
-from stickslip.fit.described import as_yaml, describe, describe_columns
+from stickslip.fit.report import as_yaml, describe, describe_columns
 
 TESTS = Path(__file__).parents[1]
 SEED = os.environ.get("STICKSLIP_SEED", "1")

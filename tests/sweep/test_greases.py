@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 import stickslip
 from stickslip.cli import main
-from stickslip.materials.words import Words
+from stickslip.materials.table import RankTable
 
 TRUE = {"Fett_A_1": (0.1, 0.6, 0.05, 15), "Fett_A_2": (0.103, 0.6, 0.05, 15), "Fett_A_3": (0.097, 0.6, 0.05, 15),
         "Fett_B": (0.095, 0.16, 0.004, 20), "Fett_C": (0.09, 0.2, 0.09, 6)}  # a1, a2 (s/m), a3, a4 (mm/s)  # fmt: skip
@@ -70,7 +70,7 @@ def test_a_table_for_excel_has_whole_counts_empty_open_ends_and_commas_in_senten
 
 
 def test_what_is_uncertain_is_called_probable_and_what_vibrates_in_part_is_no_loss(compared):
-    said = Words(compared, "mm/s").answer()
+    said = RankTable(compared, "mm/s").answer()
     chance = compared["quiet_probability"].sel(material="Fett_B").item()
     assert ("Fett_B (P(quiet)" in said) and ("is probably quiet throughout" in said) == (0.5 <= chance < 0.975)
     border = 1000 * compared["quiet_above"].sel(material="Fett_A").item()
@@ -90,7 +90,7 @@ def test_nothing_is_to_be_measured_faster_than_the_instrument_goes_and_repeats_w
     one = compared.sel(material="Fett_A")
     assert np.isnan(one["next_speed_1"]) and one["quiet_above_low"] < one["next_low"] < one["next_high"]
     assert one["next_high"] < one["quiet_above_high"]
-    said = [text for text in Words(compared, "mm/s").remarks() if "measure" in text]
+    said = [text for text in RankTable(compared, "mm/s").remarks() if "measure" in text]
     assert any(text.startswith("Fett_A") and "another specimen, number 4" in text for text in said)
     assert sum("the least certain" in text for text in said) == 1
 
@@ -105,7 +105,7 @@ def test_the_page_has_its_title_a_limit_and_no_jargon(report):
 
 
 def test_the_margin_of_what_is_quiet_throughout_is_a_bound_like_others(compared):
-    best = next(one.cells[0] for one in Words(compared, "mm/s").columns() if one.name == "margin")
+    best = next(one.cells[0] for one in RankTable(compared, "mm/s").columns() if one.name == "margin")
     assert np.isinf(compared["margin"][0]) and best == f"> x {0.01 / compared.attrs['searched_from']:.3g}"
 
 

@@ -7,8 +7,8 @@ from click.testing import CliRunner
 import stickslip
 from stickslip.cli import main
 from stickslip.config.grid import build_grid
-from stickslip.config.pick import cell_at, recipe_of
 from stickslip.config.reader import parse_config
+from stickslip.config.select import cell_at, recipe_of
 from stickslip.dataset.build import map_dataset
 from stickslip.dataset.inspect import survey
 from stickslip.dataset.provenance import provenance

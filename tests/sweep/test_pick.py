@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from stickslip.config.pick import cell_at, seconds
 from stickslip.config.reader import parse_config
+from stickslip.config.select import cell_at, seconds
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.quantities import PARAMETERS
 

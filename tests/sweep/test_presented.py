@@ -113,12 +113,12 @@ def test_the_page_begins_with_decision_and_reservation_and_is_two_sheets_as_pdf(
 
 
 def test_what_is_said_of_the_best_material_limits_the_decision_first(ten, monkeypatch):
-    from stickslip.materials.words import Words
+    from stickslip.materials.table import RankTable
 
     best = str(ten["material"].values[0])
     said = ["PTFE: far.", f"{best}: near.", "Damping 0 was assumed."]
-    monkeypatch.setattr(Words, "limits", lambda _: said)
-    monkeypatch.setattr(Words, "remarks", lambda _: [f"{best}: no vibration lasts.", *said])
+    monkeypatch.setattr(RankTable, "limits", lambda _: said)
+    monkeypatch.setattr(RankTable, "remarks", lambda _: [f"{best}: no vibration lasts.", *said])
     box = material_page(ten).partition("What limits this")[2]
     assert box.index("near") < box.index("<table>") < box.index("far")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stickslip.config import examples
-from stickslip.config.examples import config_names, config_path, found
+from stickslip.config.examples import config_names, config_path, existing_config
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -36,14 +36,14 @@ def test_an_unknown_name_is_refused_with_those_that_exist(name):
 @pytest.mark.parametrize("name", ["quickstart", "configs/quickstart.yaml", "configs/quickstart"])
 def test_a_name_calls_the_configuration_that_ships_where_there_is_no_such_file(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert found(name).samefile(ROOT / "configs" / "quickstart.yaml")
+    assert existing_config(name).samefile(ROOT / "configs" / "quickstart.yaml")
 
 
 @pytest.mark.parametrize("name", ["quickstart.yaml", "configs/quickstrat.yaml", "/configs/quickstart.yaml", "article"])
 def test_a_file_that_is_missing_is_not_replaced_by_one_that_ships(name, tmp_path, monkeypatch):
     """quickstart.yaml may be somebody's copy, called from the wrong folder."""
     monkeypatch.chdir(tmp_path)
-    assert found(name) == Path(name)
+    assert existing_config(name) == Path(name)
 
 
 def test_a_package_without_configurations_says_where_it_looked(monkeypatch):

@@ -7,8 +7,8 @@ from ruamel.yaml import YAML
 from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, make_config
 from stickslip.config.schema import json_schema
-from stickslip.config.starter import STARTER
 from stickslip.config.studies import STUDIES
+from stickslip.config.template import TEMPLATE
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError
 from stickslip.rig.settings import read_settings
@@ -51,7 +51,7 @@ def test_resolved_configurations_are_valid(name):
 
 
 def test_the_starter_is_valid():
-    assert complaints(plain(STARTER)) == []
+    assert complaints(plain(TEMPLATE)) == []
 
 
 @pytest.mark.parametrize(

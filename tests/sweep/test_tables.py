@@ -13,7 +13,7 @@ from stickslip.cli import fit as command
 from stickslip.cli import main
 from stickslip.errors import ConfigError
 from stickslip.fit import AGEING_COLUMNS, CURVE_COLUMNS, Wanted, fit_materials, read_materials, read_points
-from stickslip.fit.names import names_of
+from stickslip.fit.files import names_of
 
 SPEED_WORDS = [
     "speed",

@@ -6,7 +6,7 @@ from stickslip.config.reader import load_config, parse_config
 from stickslip.config.studies import STUDIES
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 GOOD = """\
 system: {mass: 1 kg, stiffness: 10, normal_load: 5 N, belt_speed: 10 mm/s}

@@ -11,7 +11,7 @@ from typing import Any
 from stickslip.errors import ArgumentError, QuantityError
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import ATTRACTORS, RANDOMISATIONS
-from stickslip.vocabulary.synonyms import meant
+from stickslip.vocabulary.suggest import suggest
 
 Interval = tuple[float, float]
 _NAMES = ("displacement", "velocity")
@@ -38,7 +38,7 @@ class Box:
             raise TypeError(f"box: got {given!r}, expected {{'displacement': (low, high), 'velocity': (low, high)}}")
         for name in given:
             if name not in _NAMES:
-                near = meant(str(name), _NAMES)
+                near = suggest(str(name), _NAMES)
                 hint = f"; did you mean {near!r}?" if near else ""
                 raise TypeError(f"box: {name!r} is not one of {', '.join(_NAMES)}{hint}")
         for name in _NAMES:

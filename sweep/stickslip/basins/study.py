@@ -14,10 +14,10 @@ from stickslip.basins.box import Box, Sampling
 from stickslip.basins.find import COLUMNS, TOGETHER, find_attractors
 from stickslip.basins.plain import slips_on_curve
 from stickslip.basins.starts import DISTURBANCE
+from stickslip.config.checks import STATES_IN_BOX, state_axes
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
-from stickslip.config.states import STATES_IN_BOX, state_axes
 from stickslip.config.studies import Attractors
 from stickslip.dataset.attractors import attractor_dataset
 from stickslip.dataset.build import grid_coordinates

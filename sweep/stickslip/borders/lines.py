@@ -9,15 +9,15 @@ from typing import Any
 
 import xarray as xr
 
+from stickslip.config.checks import Between, broken_rules, checked_range, line_along
 from stickslip.config.grid import build_grid, parameters_of
-from stickslip.config.lines import Between, broken_rules, checked_range, line_along
 from stickslip.config.model import Config
 from stickslip.dataset.build import grid_coordinates
 from stickslip.dataset.given import given_cells
 from stickslip.errors import ArgumentError
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.synonyms import meant
+from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE
+from stickslip.vocabulary.suggest import suggest
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,16 +77,13 @@ def lines_of_config(config: Config, along: str, between: Between | None) -> Line
     """
     _check_name(along)
     line = line_along(config, along, between)
-    own, between, spacing = line
-    for broken in broken_rules(config, along, line):
+    _, between, spacing = line
+    for broken in broken_rules(config, {along: line}):
         got = broken.got or "values"
         raise ArgumentError(
             str(broken.path[-1]), f"got {got} for which no cell is possible, expected {broken.expected}"
         )
-    section = QUANTITIES[along].section
-    without: dict[str, Any] = {"axes": tuple(axis for axis in config.axes if axis is not own)}
-    without[section] = getattr(config, section).model_copy(update={along: None})
-    grid = build_grid(config.model_copy(update=without))
+    grid = build_grid(config.without(along))
     return Lines(
         along, between, spacing, grid.dims, grid.shape, grid_coordinates(grid), grid.quantities, parameters_of,
         config.written_in.get(along),
@@ -95,6 +92,6 @@ def lines_of_config(config: Config, along: str, between: Between | None) -> Line
 
 def _check_name(along: str) -> None:
     if along not in SEARCHABLE:
-        near = meant(str(along), SEARCHABLE)
+        near = suggest(str(along), SEARCHABLE)
         hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(SEARCHABLE)}"
         raise TypeError(f"along: {along!r} is not a parameter of a cell{hint}")

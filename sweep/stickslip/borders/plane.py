@@ -13,14 +13,13 @@ import xarray as xr
 
 from stickslip.borders.lines import Lines, lines_of_cells
 from stickslip.borders.search import Floats, Integers, Scan
+from stickslip.config.checks import Between, broken_rules, plane_along, two_parameters
 from stickslip.config.grid import build_grid, parameters_of
-from stickslip.config.lines import Between
 from stickslip.config.model import Config
-from stickslip.config.planes import broken_in_plane, plane_along, two_parameters
 from stickslip.dataset.build import grid_coordinates
 from stickslip.errors import ArgumentError
 from stickslip.vocabulary.cells import Cells, as_cells
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
+from stickslip.vocabulary.quantities import PARAMETERS
 
 Ranges = Mapping[str, Between]
 
@@ -116,18 +115,12 @@ def plane_of_config(config: Config, axes: tuple[str, str] | None, between: Range
     Raises TypeError or ValueError for what the configuration cannot give.
     """
     found = plane_along(config, axes, between)
-    for broken in broken_in_plane(config, found):
+    for broken in broken_rules(config, found):
         got = broken.got or "values"
         raise ArgumentError(
             str(broken.path[-1]), f"got {got} for which no cell is possible, expected {broken.expected}"
         )
-    without: dict[str, Any] = {
-        "axes": tuple(axis for axis in config.axes if not any(axis is line.axis for line in found.values()))
-    }
-    for name in found:
-        section = QUANTITIES[name].section
-        without[section] = without.get(section, getattr(config, section)).model_copy(update={name: None})
-    grid, written_in = build_grid(config.model_copy(update=without)), config.written_in
+    grid, written_in = build_grid(config.without(*found)), config.written_in
     y, x = (
         Side(name, *line.between, line.spacing or Scan.over(*line.between, 2).spacing, points, written_in.get(name))
         for name, line in found.items()

@@ -59,7 +59,7 @@ def advise(
     those to vibrating ones.
     """
     from stickslip import designing
-    from stickslip.config.pick import cell_of, config_at
+    from stickslip.config.select import cell_of, config_at
     from stickslip.materials.system import ends_of
 
     with refuses_bad_input(""):

@@ -17,7 +17,7 @@ from stickslip.vocabulary.flags import FLAGS
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip.materials.words import Shown, Words
+    from stickslip.materials.table import RankColumn, RankTable
 
 _ATTRIBUTES = (
     *("belt_speed", "speed_range_from", "speed_range_to", "friction_scale", "searched_from", "searched_to"),
@@ -113,7 +113,7 @@ def compare(
     """
     from stickslip import materials
     from stickslip.dataset.display import with_units
-    from stickslip.materials.words import Words
+    from stickslip.materials.table import RankTable
 
     one_load = load[0] if len(load) == 1 and ".." not in load[0] else None
     choice = column_choice(unit, speed_column, friction_column, load=one_load)
@@ -130,27 +130,27 @@ def compare(
         speeds = [str(name) for name, values in ds.variables.items() if values.attrs.get("units") == "m s-1"]
         ds = with_units(ds, dict.fromkeys(speeds, speed_unit))
     ds = ds if title is None else ds.assign_attrs(title=title)
-    words = Words(ds)
-    _show(words)
+    ranking = RankTable(ds)
+    _show(ranking)
     written = _save(ds, outputs, plot, report, decimal_comma)
 
     def answer() -> dict[str, Any]:
-        from stickslip.fit.described import columns_of
+        from stickslip.fit.report import columns_of
 
         parts = [part for fit in fits for part in fit.repeats or (fit,)]
         read = {part.name: {"file": str(part.path), **columns_of(part)} for part in parts}
-        return _answer(ds, words, written) | {"read": read}
+        return _answer(ds, ranking, written) | {"read": read}
 
     return answer
 
 
 def show(ds: xr.Dataset) -> Answer:
     """Print a comparison that was read from a file."""
-    from stickslip.materials.words import Words
+    from stickslip.materials.table import RankTable
 
-    words = Words(ds)
-    _show(words)
-    return lambda: _answer(ds, words, {})
+    ranking = RankTable(ds)
+    _show(ranking)
+    return lambda: _answer(ds, ranking, {})
 
 
 def _single(texts: tuple[str, ...]) -> str | tuple[str, ...]:
@@ -163,26 +163,23 @@ def _unit_of(speeds: tuple[str, ...]) -> str | None:
     return next(filter(None, units), None)
 
 
-def _show(words: Words) -> None:
+def _show(ranking: RankTable) -> None:
     """Print the table of ranks, and remarks."""
-    from stickslip.materials.varied import varied
-
-    screen.echo(f"system   {', '.join(f'{name} {value}' for name, value in words.conditions())}\n")
-    _print_table(words.columns())
-    if words.speeds:
-        screen.echo(words.answer())
-    for remark in words.remarks():
+    screen.echo(f"system   {', '.join(f'{name} {value}' for name, value in ranking.conditions())}\n")
+    _print_table(ranking.columns())
+    if ranking.speeds:
+        screen.echo(ranking.answer())
+    for remark in ranking.remarks():
         screen.echo(f"note     {remark}")
-    for table in varied(words.ds, words):
-        _print_table(table.columns)
-        for remark in table.remarks:
+    for _, borders, remarks in ranking.variations():
+        _print_table(borders)
+        for remark in remarks:
             screen.echo(f"note     {remark}")
-    screen.echo(words.what_quiet_means())
-    if text := words.what_the_interval_means():
+    for text in ranking.method():
         screen.echo(text)
 
 
-def _print_table(columns: Iterable[Shown]) -> None:
+def _print_table(columns: Iterable[RankColumn]) -> None:
     from rich.markup import escape
 
     columns, table = [*columns], screen.new_table()
@@ -214,7 +211,7 @@ def _save(
     return {kind: str(file) for kind, file in files.items() if file is not None}
 
 
-def _answer(ds: xr.Dataset, words: Words, written: dict[str, str]) -> dict[str, Any]:
+def _answer(ds: xr.Dataset, ranking: RankTable, written: dict[str, str]) -> dict[str, Any]:
     """The comparison for programs, in SI."""
     from stickslip.dataset.export import table_of
 
@@ -224,13 +221,13 @@ def _answer(ds: xr.Dataset, words: Words, written: dict[str, str]) -> dict[str, 
     for i, material in enumerate(materials):
         if several:
             at = ds.drop_vars([name for name in shared.data_vars if name not in ("quiet_above", "quiet_state")])
-            rows = [_row(at.isel(belt_speed=j), i) for j in range(len(words.speeds))]
+            rows = [_row(at.isel(belt_speed=j), i) for j in range(len(ranking.speeds))]
             material["at"] = [
                 {name: value for name, value in row.items() if name not in material or name == "margin"}
                 | {"belt_speed": speed}
-                for row, speed in zip(rows, words.speeds, strict=True)
+                for row, speed in zip(rows, ranking.speeds, strict=True)
             ]
-        for name in words.varied:
+        for name in ranking.varied:
             material[f"quiet_above_over_{name}"] = ds[f"quiet_above_over_{name}"].values[i].tolist()
     units = {name: str(array.attrs["units"]) for name, array in table_of(ds).columns.items() if "units" in array.attrs}
     return {
@@ -238,14 +235,14 @@ def _answer(ds: xr.Dataset, words: Words, written: dict[str, str]) -> dict[str, 
         "units": units,
         "system": {name.removeprefix("system_"): ds.attrs[name] for name in ds.attrs if name.startswith("system_")},
         **{name: ds.attrs[name] for name in _ATTRIBUTES if name in ds.attrs},
-        **{name: ds[name].values.tolist() for name in words.varied},
-        "remarks": words.remarks(),
+        **{name: ds[name].values.tolist() for name in ranking.varied},
+        "remarks": ranking.remarks(),
         "written": written,
     }
 
 
 def _row(ds: xr.Dataset, i: int) -> dict[str, Any]:
-    """The variables of a material by name, flags as words."""
+    """The variables of a material by name, flags as ranking."""
     from stickslip.dataset.export import table_of
 
     row = {"name": str(ds["material"].values[i])}

@@ -36,7 +36,7 @@ def validate(configs: tuple[Path, ...]) -> None:
 
 def _validated(path: Path) -> dict[str, Any]:
     """Check one configuration and print what was understood; for programs, too."""
-    from stickslip.config.understood import understood
+    from stickslip.config.describe import describe
     from stickslip.rig.simulate.config import is_rig, load_rig
     from stickslip.runs.work import study_of
 
@@ -49,7 +49,7 @@ def _validated(path: Path) -> dict[str, Any]:
         if not is_for_programs():
             screen.notice(str(error))
         return answer | {"valid": False, "problems": [_problem(problem) for problem in error.problems]}
-    rows, computes = list(understood(config)), study_of(config).described()
+    rows, computes = list(describe(config)), study_of(config).described()
     texts = [str(warning.message) for warning in caught]
     if not is_rig(path) and config.output.plot is not None and (part := plot_limits(config)):
         texts.append(f"output.plot: {part}")
@@ -94,7 +94,7 @@ def init(file: Path, name: str | None, listing: bool) -> None:
     FILE is stickslip.yaml unless given; a file that exists is never overwritten.
     """
     from stickslip.config.examples import config_names, config_path
-    from stickslip.config.starter import STARTER
+    from stickslip.config.template import TEMPLATE
     from stickslip.config.yaml import read_yaml
     from stickslip.rig.simulate.config import is_rig
 
@@ -103,7 +103,7 @@ def init(file: Path, name: str | None, listing: bool) -> None:
             data = read_yaml(config_path(each)).data
             screen.echo(f"stickslip {'rig' if 'drive' in data else 'run'} {each:20} {data['title']}")
         return
-    text, command = STARTER, "run"
+    text, command = TEMPLATE, "run"
     try:
         if name is not None:
             source = config_path(name)

@@ -84,10 +84,10 @@ def fit(
     Excel write it: commas, semicolons or tabs, decimal points or commas. The header of each names columns and units; a
     table with several columns of friction, one a material, gives a fit of each.
     """
-    from stickslip.config.pick import seconds
-    from stickslip.config.plausible import question_about_points
-    from stickslip.fit import described
-    from stickslip.fit.loads import newtons
+    from stickslip.config.select import seconds
+    from stickslip.config.unit_warnings import friction_question_of_fit
+    from stickslip.fit import report
+    from stickslip.fit.columns import newtons
 
     if load is not None:
         newtons(load)
@@ -95,16 +95,16 @@ def fit(
         fail(f"--same goes with the law stribeck, got --law {law}")
     fits = fit_files(files, column_choice(unit, speed_column, friction_column, time_column, load), same, law)
     for each in fits:
-        if each.curve and (question := question_about_points(each.curve.mu_start, each.points.get("mu"))):
+        if each.curve and (question := friction_question_of_fit(each.curve.mu_start, each.points.get("mu"))):
             warnings.warn(f"{each.name}: {question}", UnitWarning, stacklevel=1)
     ageing = {each.name: each.ageing for each in fits if each.ageing}
     show_columns(fits)
     for each in fits:
-        screen.echo(f"{each.name}\n{described.describe(each)}\n")
+        screen.echo(f"{each.name}\n{report.describe(each)}\n")
     if len(ageing) > 1:
-        screen.echo(described.describe_ranking(ageing, seconds(at)))
+        screen.echo(report.describe_ranking(ageing, seconds(at)))
     if len(ageing) < len(fits):
-        screen.echo(f"to paste into a configuration\n{described.as_yaml(fits)}")
+        screen.echo(f"to paste into a configuration\n{report.as_yaml(fits)}")
     if plot is not None:
         from stickslip import plots
 
@@ -138,29 +138,29 @@ def _is_interactive() -> bool:
 
 def show_columns(fits: Sequence[MaterialFit]) -> None:
     """Say what the columns of each file were taken for, where they are not plainly called so; of files alike once."""
-    from stickslip.fit import described
+    from stickslip.fit import report
 
     parts = [part for each in fits for part in each.repeats or (each,)]
     alike: dict[str, list[str]] = {}
     for path in dict.fromkeys(part.path for part in parts):
         of_file = [part for part in parts if part.path == path]
-        if not all(map(described.is_plain, of_file)):
-            alike.setdefault(described.describe_columns(of_file), []).append(str(path))
+        if not all(map(report.is_plain, of_file)):
+            alike.setdefault(report.describe_columns(of_file), []).append(str(path))
     for text, paths in alike.items():
         screen.echo(f"{', '.join(paths)}: {text}\n")
 
 
 def _answer(fits: Sequence[MaterialFit], ageing: dict[str, Any], at: float, plot: Path | None) -> dict[str, Any]:
     """The fits for programs."""
-    from stickslip.fit import described, rank
+    from stickslip.fit import rank, report
 
-    answer: dict[str, Any] = {"fits": [described.as_plain(each) for each in fits]}
+    answer: dict[str, Any] = {"fits": [report.as_plain(each) for each in fits]}
     if len(ageing) > 1:
         order = rank(ageing, at)
         names = {by: [place.name for place in getattr(order, by)] for by in ("by_level", "by_slope")}
         answer["ranking"] = {"at": order.at, **names}
     if len(ageing) < len(fits):
-        answer["yaml"] = described.as_yaml(fits)
+        answer["yaml"] = report.as_yaml(fits)
     return answer | ({"plot": str(plot)} if plot else {})
 
 
@@ -189,7 +189,7 @@ def points(
     leave. `stickslip fit` and `stickslip compare` read what is written.
     """
     from stickslip.fit import read_steps, write_points
-    from stickslip.fit.steps import described
+    from stickslip.fit.report import describe_steps
 
     length, force, time = (
         None if text is None else params.si_quantity(option, text, unit, "a value above 0", or_zero=unit == "s")
@@ -197,5 +197,5 @@ def points(
     )
     steps = read_steps(record, plan, radius=length, load=force, settle=time)
     write_points(steps, output)
-    screen.echo(described(steps))
+    screen.echo(describe_steps(steps))
     screen.echo(f"points   {output}")

@@ -193,7 +193,7 @@ def page_about(topic: str, known: dict[str, Page]) -> str | None:
 
 def closest(topic: str, known: dict[str, Page], others: list[str]) -> str | None:
     """The topic that was probably meant."""
-    from stickslip.vocabulary.words import nearest
+    from stickslip.vocabulary.suggest import nearest
 
     return nearest(topic, [*known, *_ALSO, *others])
 
@@ -249,7 +249,7 @@ def _beyond_the_model(word: str, known: Mapping[str, Page]) -> str | None:
 def _declared(word: str) -> str | None:
     """Declarations of a name in the tables of the program: a quantity, a result, a regime or a status."""
     from stickslip.vocabulary.quantities import QUANTITIES
-    from stickslip.vocabulary.synonyms import synonym_of
+    from stickslip.vocabulary.suggest import synonym_of
 
     name, variables = word.replace(" ", "_").replace("-", "_"), _results()
     known = (*QUANTITIES, *_settings(), *variables, *REGIME_MESSAGES, *STATUS_MESSAGES)

@@ -114,8 +114,8 @@ def listen(
 def _sound(config: Location, at: tuple[str, ...], seconds: str, how: dict[str, Any]) -> tuple[Sound, float, str]:
     """The sound of the cell, its level (dB), and its title."""
     from stickslip import sound
-    from stickslip.config.pick import cell_of, config_at
-    from stickslip.config.pick import seconds as time_of
+    from stickslip.config.select import cell_of, config_at
+    from stickslip.config.select import seconds as time_of
     from stickslip.vocabulary.results import LEVEL
 
     loaded = config_at(params.recipe_in(config), at)
@@ -175,7 +175,7 @@ def _levels(
     """The levels of all cells of a configuration, or of the one at `at`."""
     from stickslip import sound
     from stickslip.config.grid import build_grid
-    from stickslip.config.pick import cell_of, config_at
+    from stickslip.config.select import cell_of, config_at
 
     recipe = params.recipe_in(config)
     loaded: Any = config_at(recipe, at) if at else recipe

@@ -69,9 +69,9 @@ def save_table(
     if rows < _LONG:
         front = None
         if "quiet_above" in ds and not variables and target.suffix.lower() == ".xlsx":
-            from stickslip.materials.words import Words
+            from stickslip.materials.table import RankTable
 
-            front = Words(ds).sheet()
+            front = RankTable(ds).sheet()
         table = export.write_table(ds, target, variables, decimal=decimal, front=front)
     else:
         with screen.progress_bar(rows, " written", "rows") as move:
@@ -167,7 +167,7 @@ PLAIN = Picture()
 def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     """The operating points of a file, which say their regimes: computed there, not those of the cells around."""
     from stickslip import api
-    from stickslip.config.pick import shared_by
+    from stickslip.config.select import shared_by
     from stickslip.dataset.one_cell import one_cell
     from stickslip.plots.look import marks_in
     from stickslip.vocabulary.flags import REGIMES, flag_label

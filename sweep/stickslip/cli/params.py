@@ -16,7 +16,7 @@ from stickslip.cli.exits import fail
 if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.config.overrides import Setting
-    from stickslip.config.pick import Recipe
+    from stickslip.config.select import Recipe
     from stickslip.files.locations import Location
 
 Command = Callable[..., Any]
@@ -163,10 +163,10 @@ class _Threads(click.IntRange):
 
 
 def _scheduler(value: str | None) -> str | None:
-    from stickslip.config.addresses import EXPECTED, is_address
+    from stickslip.config.sections import ADDRESS, is_address
 
     if value is not None and not is_address(value):
-        fail(f"--dask: got {value!r}, expected {EXPECTED}")
+        raise click.BadParameter(f"got {value!r}, expected {ADDRESS}")
     return value
 
 
@@ -239,16 +239,16 @@ def CONFIG_OR_RESULT(command: Command) -> Command:  # noqa: N802
 
 def config_file(path: Path) -> Path:
     """The file of a configuration: the one named or, with a notice, the one of the package that is called so."""
-    from stickslip.config.examples import found
+    from stickslip.config.examples import existing_config
 
-    return _noticed(path, found(path))
+    return _noticed(path, existing_config(path))
 
 
 def points_file(path: Path) -> Path:
     """A table of measured points: the file named or, with a notice, the one of the package that is called so."""
-    from stickslip.config.examples import found_points
+    from stickslip.config.examples import points_path
 
-    return _noticed(path, found_points(path))
+    return _noticed(path, points_path(path))
 
 
 def _noticed(path: Path, file: Path) -> Path:
@@ -266,8 +266,8 @@ def configuration(path: Path) -> Config:
 
 def recipe_in(path: Location) -> Recipe:
     """The configuration in a YAML file, or the one in a result. Raises ConfigError, StoreError."""
-    from stickslip.config.pick import recipe_of
     from stickslip.config.sections import OUTPUT_SUFFIXES
+    from stickslip.config.select import recipe_of
     from stickslip.files import reading
 
     if path.suffix.lower() not in OUTPUT_SUFFIXES:
@@ -303,7 +303,7 @@ def pairs(texts: tuple[str, ...]) -> dict[str, str]:
 
 def interval(name: str, ends: tuple[str, str], option: str = "--between") -> tuple[float, float]:
     """Two values of a parameter, in SI. Raises ConfigError."""
-    from stickslip.config.pick import value_of
+    from stickslip.config.select import value_of
 
     low, high = (value_of(name, end, option) for end in ends)
     return low, high

@@ -41,7 +41,7 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     Each is listed as a command that computes it over time, ready to paste. Of results that are no maps it
     says what was found.
     """
-    from stickslip.config.pick import recipe_of
+    from stickslip.config.select import recipe_of
     from stickslip.dataset import inspect as inspection
     from stickslip.files import reading
 

@@ -226,7 +226,7 @@ def _quantity(name: str, text: str) -> float:
 
 def time_window(begin: str | None, end: str | None) -> tuple[float, float] | None:
     """The part of a record that two options ask for, in s."""
-    from stickslip.config.pick import seconds
+    from stickslip.config.select import seconds
 
     if begin is None and end is None:
         return None

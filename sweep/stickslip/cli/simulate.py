@@ -14,7 +14,7 @@ from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, reports_errors
 from stickslip.cli.outputs import save_plot, save_result
 from stickslip.vocabulary import units
-from stickslip.vocabulary.customary import customary
+from stickslip.vocabulary.display_units import customary
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
 from stickslip.vocabulary.results import VARIABLES
 
@@ -75,7 +75,7 @@ def simulate(
     time, --plot draws it, `stickslip listen` makes it heard.
     """
     from stickslip import api
-    from stickslip.config.pick import cell_of, config_at, seconds
+    from stickslip.config.select import cell_of, config_at, seconds
     from stickslip.dataset.display import shown_as_written
 
     loaded = config_at(params.recipe_in(config), at)

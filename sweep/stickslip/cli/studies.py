@@ -76,7 +76,7 @@ def border(
     search survives interruption as a run does, and `stickslip run` does the same for a configuration with a section
     `border`.
     """
-    from stickslip.config.pick import config_at
+    from stickslip.config.select import config_at
     from stickslip.config.studies import Border
 
     ends = params.interval(along, between) if between else None

@@ -2,11 +2,13 @@
 
 On the way of a file:
 
-    yaml        text to plain data, with the place of every key       fitted     curves fitted to the points it names
-    reader      plain data to a configuration                         complaints what is wrong, and where
-    sections    what a section holds      model   the whole            kinds      maps and tests on a rig
-    rules       what must hold between quantities                     forgotten_units  numbers implausible in SI
-    grid        all cells                 pick    one of them
+    yaml, python   text, or values of Python, to plain data, with the place of every key
+    overrides      what a command line changes             fit_section    curves fitted to the points it names
+    reader         plain data to a configuration           problems       what is wrong, and where
+    sections       what a section holds                    studies, uncertain   what is asked for instead of a map
+    model          the whole                               rules, checks  what must hold between its parts
+    unit_warnings  values implausible in SI
+    grid           all cells                               select         one of them
 
-Further modules help to write one (schema, starter, examples, understood); addresses says where blocks are computed.
+Further modules help to write one: schema, template, examples, describe.
 """

@@ -11,21 +11,11 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from stickslip.vocabulary.words import nearest
+from stickslip.vocabulary.suggest import nearest
 
 _PREFIX = "configs/"
 _PACKAGE = Path(__file__).resolve().parents[1]
 _FOLDERS = (_PACKAGE / "configs", _PACKAGE.parents[1] / "configs")
-
-
-def _folder() -> Path:
-    """The first of the two folders that exists."""
-    for folder in _FOLDERS:
-        if folder.is_dir():
-            return folder
-    raise FileNotFoundError(
-        f"the configurations that come with stickslip are missing: no {_FOLDERS[0]}, no {_FOLDERS[1]}"
-    )
 
 
 def config_names() -> list[str]:
@@ -35,20 +25,19 @@ def config_names() -> list[str]:
 
 
 def config_path(name: str) -> Path:
-    """File of the configuration called `name` (with or without ``configs/`` and ``.yaml``).
+    """The file of the configuration called `name` (with or without ``configs/`` and ``.yaml``).
 
     Raises FileNotFoundError, naming those that exist.
     """
-    names = config_names()
-    stem = _stem(name)
+    names, stem = config_names(), _stem(name)
     if stem not in names:
         near = nearest(stem, names)
-        meant = f"did you mean {near}? " if near else ""
-        raise FileNotFoundError(f"no configuration is called {name!r}; {meant}there are {', '.join(names)}")
+        hint = f"did you mean {near}? " if near else ""
+        raise FileNotFoundError(f"no configuration is called {name!r}; {hint}there are {', '.join(names)}")
     return _folder() / f"{stem}.yaml"
 
 
-def found(path: str | os.PathLike[str]) -> Path:
+def existing_config(path: str | os.PathLike[str]) -> Path:
     """The file at `path`; where there is none, the configuration of the package that ``configs/NAME.yaml`` or a bare
     ``NAME`` calls. A path that calls none either is returned as it is, for whoever reads it to complain.
     """
@@ -57,21 +46,25 @@ def found(path: str | os.PathLike[str]) -> Path:
     called = name.startswith(_PREFIX) if here.suffix else True  # my.yaml that is not there is a mistake
     if here.exists() or not called or not any(folder.is_dir() for folder in _FOLDERS):
         return here
-    stem = _stem(name)
-    return config_path(stem) if stem in config_names() else here
+    return config_path(name) if _stem(name) in config_names() else here
 
 
-def found_points(path: str | os.PathLike[str]) -> Path:
+def points_path(path: str | os.PathLike[str]) -> Path:
     """The file of measured points at `path`; where there is none, that of the package which ``configs/NAME.csv`` or
     ``NAME.csv`` calls, such as ``measured/dry.csv``. A path that calls none either is returned as it is.
     """
     here = Path(path)
     if here.exists() or here.is_absolute() or ".." in here.parts:
         return here
-    for folder in _FOLDERS:
-        if (there := folder / here.as_posix().removeprefix(_PREFIX)).is_file():
-            return there
-    return here
+    shipped = (folder / here.as_posix().removeprefix(_PREFIX) for folder in _FOLDERS)
+    return next((there for there in shipped if there.is_file()), here)
+
+
+def _folder() -> Path:
+    if folder := next((folder for folder in _FOLDERS if folder.is_dir()), None):
+        return folder
+    folders = ", ".join(f"no {folder}" for folder in _FOLDERS)
+    raise FileNotFoundError(f"the configurations that come with stickslip are missing: {folders}")
 
 
 def _stem(name: str) -> str:

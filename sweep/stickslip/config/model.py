@@ -1,4 +1,4 @@
-"""What a configuration says, once it is right: frozen pydantic models, all in SI.
+"""A configuration that is right: frozen pydantic models, all in SI.
 
 A quantity is either fixed, in the section that owns it (`sections.py`), or varied, in `axes`. `reader.py` reads these
 models from files and sees to it that they fit together.
@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from html import escape
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from stickslip.config.html import as_html
-from stickslip.config.margins import Margins
-from stickslip.config.scatter import Uncertain
 from stickslip.config.sections import (
     Drive,
     Execution,
@@ -32,7 +30,8 @@ from stickslip.config.sections import (
     one_of,
     refused,
 )
-from stickslip.config.studies import Attractors, Border, Contours, Refine
+from stickslip.config.studies import Attractors, Border, Contours, Margins, Refine
+from stickslip.config.uncertain import Uncertain
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -70,22 +69,22 @@ class Values(Section):
 
     def resolved(self) -> dict[str, Any]:
         """The axis as plain data, without its name."""
-        return {"values": _written(self)}
+        return {"values": [QUANTITIES[self.name].written(value) for value in self.values]}
+
+    @property
+    def members(self) -> tuple[Values]:
+        """The quantity along the axis."""
+        return (self,)
 
 
 class Range(Section):
     """One quantity from `start` to `stop`, both included, in `num` points; `name` is its key in the file."""
 
     name: str
-    spacing: Literal["linear", "log"] = "linear"
+    spacing: Annotated[str, one_of(("linear", "log"))] = "linear"
     start: float
     stop: float
     num: int
-
-    @field_validator("spacing", mode="before")
-    @classmethod
-    def _spacing(cls, value: object) -> str:
-        return one_of(value, ("linear", "log"))
 
     @field_validator("start", "stop", mode="before")
     @classmethod
@@ -130,6 +129,11 @@ class Range(Section):
         """The axis as plain data, without its name."""
         return {"start": self.start, "stop": self.stop, "num": self.num, "spacing": self.spacing}
 
+    @property
+    def members(self) -> tuple[Range]:
+        """The quantity along the axis."""
+        return (self,)
+
 
 class Group(Section):
     """Quantities that vary together, point by point, along one dimension called `name`.
@@ -148,15 +152,12 @@ class Group(Section):
 
     def resolved(self) -> dict[str, Any]:
         """The axis as plain data, without its name."""
-        plain: dict[str, Any] = {"zip": {member.name: _written(member) for member in self.members}}
+        plain: dict[str, Any] = {"zip": {member.name: member.resolved()["values"] for member in self.members}}
         return plain if self.labels is None else {**plain, "labels": list(self.labels)}
 
 
-def _written(values: Values) -> list[float | str]:
-    return [QUANTITIES[values.name].written(value) for value in values.values]
-
-
 Axis = Range | Values | Group
+_LONGEST = 80  # characters of a value in a notebook
 
 
 class Config(Section):
@@ -195,22 +196,38 @@ class Config(Section):
         return self._written_in
 
     def shown_in(self, written_in: Mapping[str, str]) -> Config:
-        """The same configuration, its results to be shown in these units."""
+        """The configuration, its results to be shown in these units."""
         other = self.model_copy()
         other._written_in = dict(written_in)
         return other
 
     @property
     def is_map(self) -> bool:
-        """Whether a map of cells is asked for, refined or not, and nothing else."""
+        """True if a map of cells is asked for, refined or not, and nothing else."""
         others = (self.border, self.contours, self.margins, self.attractors, self.uncertain, self.drive)
-        return all(asked is None for asked in others)
+        return all(section is None for section in others)
 
     def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; `quantities.MEASURED` among them where they were given."""
         sections = (self.system, self.friction, self.start, self.drive or ())
         named = {name: value for section in sections for name, value in section if name in QUANTITIES}
         return {name: value for name, value in named.items() if value is not None}
+
+    def at(self, **values: float | None) -> Config:
+        """The configuration with quantities at these values in SI (NaN for a word), fixed and not varied.
+
+        Axes of a quantity of these go, groups only with all of their quantities. Nothing is checked.
+        """
+        axes = tuple(axis for axis in self.axes if not all(member.name in values for member in axis.members))
+        changed: dict[str, Any] = {"axes": axes}
+        for name, value in values.items():
+            section = QUANTITIES[name].section
+            changed[section] = changed.get(section, getattr(self, section)).model_copy(update={name: value})
+        return self.model_copy(update=changed)
+
+    def without(self, *names: str) -> Config:
+        """The configuration without these quantities, which are neither fixed nor along an axis of their own."""
+        return self.at(**dict.fromkeys(names))
 
     def resolved(self) -> dict[str, Any]:
         """Everything as plain data: SI, defaults filled in. Read again, it gives an equal configuration."""
@@ -221,9 +238,30 @@ class Config(Section):
         return {key: value for key, value in plain.items() if value is not None}
 
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
-        return as_html(self.resolved())
+        """A table for notebooks: a row for each key of the resolved configuration, with unit and meaning."""
+        resolved = self.resolved()
+        rows = ["<tr><th>section</th><th>key</th><th>value</th><th></th></tr>"]
+        for section, keys in resolved.items():
+            for i, (key, value) in enumerate(keys.items() if isinstance(keys, Mapping) else ()):
+                row = QUANTITIES.get(key)
+                unit = "" if row is None else units.spelled(row.units)
+                texts = ("" if i else section, key, _short(value, unit), "" if row is None else row.long_name)
+                rows.append(f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in texts)}</tr>")
+        return f"<b>{escape(str(resolved['title']))}</b><table>{''.join(rows)}</table>"
 
     def to_yaml(self) -> str:
         """`resolved` as YAML text; what result files keep, and what `reader.parse_config` reads."""
         return write_yaml(self.resolved())
+
+
+def _short(value: Any, unit: str) -> str:
+    """A value of a resolved configuration in few characters."""
+    if isinstance(value, Mapping) and "start" in value:
+        text = f"{value['start']:g} to {value['stop']:g} {unit}".rstrip()
+        return f"{text}, {value['num']:,} values, {value['spacing']}"
+    if isinstance(value, Mapping):
+        value = value["values"] if set(value) == {"values"} else value
+    if isinstance(value, float):
+        return f"{value:.6g} {unit}".rstrip()
+    text = f"{value} {unit if isinstance(value, list) else ''}".rstrip()
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."

@@ -10,7 +10,7 @@ from stickslip.engine import Options
 
 
 def options_of(config: Config) -> Options:
-    """How a configuration wants to be integrated."""
+    """The options with which cells of a configuration are integrated."""
     solver, execution = config.solver, config.execution
     return Options(
         law=config.friction.law,
@@ -24,5 +24,5 @@ def options_of(config: Config) -> Options:
 
 
 def map_options_of(config: Config) -> Options:
-    """The same for a map, of which some variables may be all that is kept."""
+    """The options of a map, of which some variables may be all that is kept."""
     return replace(options_of(config), variables=config.output.variables)

@@ -22,7 +22,7 @@ class Setting(NamedTuple):
 
     @property
     def place(self) -> Place:
-        """What messages name in place of a line and a column."""
+        """The option, which messages name in place of a line and a column."""
         return Place(0, 0, self.option)
 
 

@@ -65,27 +65,27 @@ class _Builder:
         return _scalar(given)
 
     def _mapping(self, given: Mapping[Any, Any], path: Path) -> dict[str, Any]:
-        found: dict[str, Any] = {}
+        mapping: dict[str, Any] = {}
         for key, value in given.items():
             if not isinstance(key, str):
                 self._note(path, f"got the key {key!r}, expected a word")
-            found[str(key)] = self.value(value, (*path, str(key)))
-        if len(path) == 2 and path[0] == _AXES and isinstance(given.get("zip"), Mapping) and "labels" not in found:
+            mapping[str(key)] = self.value(value, (*path, str(key)))
+        if len(path) == 2 and path[0] == _AXES and isinstance(given.get("zip"), Mapping) and "labels" not in mapping:
             names = next(filter(None, map(_labels, given["zip"].values())), None)
-            found |= {"labels": names} if names else {}
-        return found
+            mapping |= {"labels": names} if names else {}
+        return mapping
 
     def _named(self, axes: list[Any] | tuple[Any, ...]) -> Any:
         """A list of arrays that say their names, as the mapping it stands for."""
-        found = {}
+        named = {}
         for i, axis in enumerate(axes):
             name = next(iter(axis.dims), None) if _is_of_xarray(axis, "Dataset") else getattr(axis, "name", None)
-            if not isinstance(name, str) or name in found:
+            if not isinstance(name, str) or name in named:
                 self._note((_AXES, i), f"got {type(axis).__name__}, expected an array with a name of its own, "
                            "or a mapping of names to axes")  # fmt: skip
                 continue
-            found[name] = axis
-        return found
+            named[name] = axis
+        return named
 
     def _dataset(self, given: Any, path: Path) -> Any:
         """A dataset over one dimension as quantities that vary together; its labels are the names of the points."""
@@ -105,16 +105,16 @@ class _Builder:
         row = _row(path)
         if values.dtype.kind not in "iuf" or row is None or (row.units == "1" and unit in ("", "1")):
             return self._array(values, path)
-        if found := _range(values, row, path, f" {unit}"):
-            return found
+        if ends := _range(values, row, path, f" {unit}"):
+            return ends
         return _each(values, lambda one: _word_or(row, one, f"{one!r} {unit}"))
 
     def _array(self, values: Any, path: Path) -> Any:
         row = _row(path)
         if values.dtype.kind == "O":
             return self.value(values.tolist(), path)
-        if row is not None and (found := _range(values, row, path)):
-            return found
+        if row is not None and (ends := _range(values, row, path)):
+            return ends
         return _each(values, lambda one: _scalar(one) if row is None else _word_or(row, one, _scalar(one)))
 
     def _note(self, path: Path, message: str) -> None:
@@ -185,6 +185,6 @@ def _has_dims(given: Any) -> bool:
 
 
 def _is_of_xarray(given: Any, kind: str) -> bool:
-    """Whether something is a Dataset or a DataArray; nothing is before xarray is imported."""
+    """True for a Dataset, or a DataArray; nothing is one before xarray is imported."""
     xarray = sys.modules.get("xarray")
     return xarray is not None and isinstance(given, getattr(xarray, kind, ()))

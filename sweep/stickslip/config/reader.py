@@ -10,66 +10,49 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Collection, Iterable, Mapping
-from typing import Any, TypeVar
+from typing import Any
 
 from pydantic import ValidationError
 
-from stickslip.config import examples, hints, kinds, rules, studied
-from stickslip.config.complaints import Complaints
-from stickslip.config.fitted import COEFFICIENTS, fitted
-from stickslip.config.forgotten_units import ask
+from stickslip.config import checks, examples, rules
+from stickslip.config.fit_section import COEFFICIENTS, with_fits
 from stickslip.config.model import Axis, Config, Group, Range, Values
 from stickslip.config.overrides import Setting, overridden
+from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
-from stickslip.config.sections import (
-    REFUSED,
-    Drive,
-    Execution,
-    Friction,
-    Output,
-    Section,
-    Sensor,
-    Solver,
-    Start,
-    System,
-)
+from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
+from stickslip.config.sections import QUANTITY_SECTIONS, REFUSED, SECTIONS, AnySection, Solver
 from stickslip.config.studies import STUDIES
-from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
-from stickslip.config.written import written_units
-from stickslip.config.yaml import Document, parse_yaml, read_yaml
+from stickslip.config.unit_warnings import warn_of_units
+from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
 from stickslip.vocabulary import beyond, units
+from stickslip.vocabulary.display_units import written_units
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
 from stickslip.vocabulary.results import MAP_VARIABLES
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
-QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start, "drive": Drive}
-SECTIONS: dict[str, type[Section]] = {
-    **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output, "sensor": Sensor,
-}  # fmt: skip
-
 _AXIS_FORMS = "a list of values, or start, stop and num"
 _CURVE_FORMS = f"{', '.join(REPLACED)}, a4, or {', '.join(MEASURED)}, a4"
 _GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
 
-AnySection = TypeVar("AnySection", bound=Section)
 Given = Config | str | os.PathLike[str] | Mapping[str, Any]  # what stands for a configuration in Python
 
 
 def load_config(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = ()) -> Config:
-    """The configuration in a YAML file, or the one of the package that `path` calls (see `examples.found`).
+    """The configuration in a YAML file, or the one of the package that `path` calls (`examples.existing_config`).
 
     path : may be the configuration itself: mappings shaped like the YAML, with numbers in SI, texts with units, lists
         and arrays (`python.py`). Paths in it start at the folder that the program runs in.
     settings : of a command line, which are put into it.
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
-    document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.found(path))
+    document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.existing_config(path))
     document = overridden(document, settings)
     config = _read(document)
-    ask(document, config)
+    warn_of_units(document, config)
     return config
 
 
@@ -79,7 +62,7 @@ def as_config(given: Given) -> Config:
 
 
 def is_config(given: object) -> bool:
-    """Whether a configuration was given, in any of its forms, and not a mapping of parameters of cells."""
+    """True for a configuration in any of its forms, and not for a mapping of parameters of cells."""
     return isinstance(given, Config | str | os.PathLike) or (
         isinstance(given, Mapping) and any(key in Config.model_fields for key in given)
     )
@@ -105,10 +88,10 @@ def make_config(data: Mapping[str, Any], name: str = "<data>") -> Config:
 
 def _read(document: Document, rig: bool = False, others: Collection[str] = ()) -> Config:
     """A document with its curve fitted, if it names points, and then checked."""
-    return _Reader(fitted(document), rig, others).config().shown_in(written_units(document.data))
+    return _Reader(with_fits(document), rig, others).config().shown_in(written_units(document.data))
 
 
-class _Reader(Complaints):
+class _Reader(ProblemCollector):
     """Reads one document and collects what is wrong with it."""
 
     def __init__(self, document: Document, rig: bool = False, others: Collection[str] = ()) -> None:
@@ -120,39 +103,37 @@ class _Reader(Complaints):
         whole = self._mapping_of(self.document.data, ())
         if not isinstance(self.document.data, dict):  # everything else would be missing
             raise ConfigError(self.document.name, self.problems)
-        for found in kinds.misplaced(self._rig, whole):
-            self.meant |= DRIVE.keys() if found.path == ("drive",) else set()
-            self.add(*found, at_key=True)
-        data = self.known_keys(
-            whole, (), [key for key in (*Config.model_fields, *self._others) if kinds.has(self._rig, key)]
-        )
-        title = self._title(data)
-        raw = {key: self._mapping_of(data.get(key), (key,)) for key in SECTIONS}
-        raw_axes = self._mapping_of(data.get("axes"), ("axes",))
-        sections = {key: self._section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
-        axes = [axis for name, value in raw_axes.items() if (axis := self._axis(name, value)) is not None]
-        studies = self._studies(data, sections["solver"])  # type: ignore[arg-type]
-        given = self._given(raw, raw_axes, data.get("uncertain"))
+        for problem in checks.misplaced(self._rig, whole):
+            self.meant |= DRIVE.keys() if problem.path == ("drive",) else set()
+            self.add(problem.path, problem.message, problem.hint, at_key=True)
+        known = [key for key in (*Config.model_fields, *self._others) if checks.belongs(self._rig, key)]
+        data = self.known_keys(whole, (), known)
+        title = data.get("title", DEFAULT_TITLE)
+        self.is_text(title, ("title",), "a text")
+        raw = {key: self._mapping_of(data.get(key), (key,)) for key in (*SECTIONS, "axes")}
+        sections: dict[str, Any] = {key: self._section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
+        axes = [axis for name, value in raw["axes"].items() if (axis := self._axis(name, value)) is not None]
+        studies = self._studies(data, sections["solver"])
+        given = self._given(raw, data.get("uncertain"))
         self._check_once(given)
         self._check_curve(given)
         self._check_law(sections["friction"], given)
-        for found in kinds.ramp_of_no_use(sections["drive"], given):  # type: ignore[arg-type]
-            self.add(found.path, found.message, found.hint, at_key=True)
-        fixed = _fixed(sections[key] for key in QUANTITY_SECTIONS)
-        fixed = kinds.with_ramp(self._rig, fixed, sections["drive"], "ramp" in given)  # type: ignore[arg-type]
-        law = sections["friction"].law  # type: ignore[attr-defined]
-        for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"), law)):
-            got = finding.got or self.text(finding.path)
-            hint = self._about_list(finding.path) or finding.hint
-            self.add(finding.path, f"got {got}, expected {finding.expected}", hint)
+        if ramp := checks.ramp_of_no_use(sections["drive"], given):
+            self.add(ramp.path, ramp.message, ramp.hint, at_key=True)
+        fixed = {name: value for key in QUANTITY_SECTIONS for name, value in sections[key]
+                 if name in QUANTITIES and value is not None}  # fmt: skip
+        if self._rig:
+            fixed = checks.with_ramp(fixed, sections["drive"], "ramp" in given)
+        for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"), sections["friction"].law)):
+            checks.add_finding(self, finding, self._about_list(finding.path))
         self.raise_any()
         for key in QUANTITY_SECTIONS:
             own = [name for name in type(sections[key]).model_fields if name in QUANTITIES]
             absent = {name: QUANTITIES[name].default for name in own if name not in given}
             sections[key] = sections[key].model_copy(update=absent)
-        of_rigs = {} if self._rig else dict.fromkeys(kinds.OF_RIGS)
-        config = Config(title=title, axes=tuple(axes), **{**sections, **of_rigs, **studies})
-        studied.check(config, self)
+        of_maps = {} if self._rig else dict.fromkeys(checks.OF_RIGS)
+        config = Config(title=str(title).strip(), axes=tuple(axes), **{**sections, **of_maps, **studies})
+        checks.check_study(config, self)
         self.raise_any()
         return config
 
@@ -163,23 +144,23 @@ class _Reader(Complaints):
         keys = [key for key in data if key in STUDIES]
         for key in keys[1:]:
             self.add((key,), f"got {key} besides {keys[0]}{self.line((keys[0],))}, expected one of them", at_key=True)
-        found: dict[str, Any] = {}
+        studies: dict[str, Any] = {}
         for key in keys:
             if key == "uncertain":
-                found[key] = read_uncertain(self, data[key], self._section, solver.early_stop)
+                studies[key] = read_uncertain(self, data[key], self._section, solver.early_stop)
                 continue
             known = self.known_keys(self._mapping_of(data[key], (key,)), (key,), STUDIES[key].model_fields)
             if (section := self._valid(STUDIES[key], known, (key,))) is not None:
-                found[key] = section
-        return found
+                studies[key] = section
+        return studies
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
 
     def _mapping_of(self, value: object, path: Path) -> dict[str, Any]:
         """`value` if it is a mapping, with the keys that belong there; else an empty one, which may be a problem."""
-        whole = [key for key in Config.model_fields if kinds.has(self._rig, key)]
-        sections = SECTIONS | STUDIES
-        keys = listed(sections[str(path[0])].model_fields if path and path[0] in sections else whole)
+        section = (SECTIONS | STUDIES).get(str(path[0])) if path else None
+        whole = [key for key in Config.model_fields if checks.belongs(self._rig, key)]
+        keys = listed(section.model_fields if section else whole)
         hint = f"output: {{file: {value}}}" if path == ("output",) and isinstance(value, str) else None
         return self.mapping(value, path, "names of quantities" if path == ("axes",) else f"the keys {keys}", hint)
 
@@ -192,7 +173,7 @@ class _Reader(Complaints):
             self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
         elif sentence := beyond.hint(key) or beyond.hint("_".join(map(str, path[-2:]))):
             self.add(path, f"unknown {what}, expected {listed(known)}", sentence, at_key=True)
-        elif len(path) > 1 or key not in kinds.OF_RIGS:  # which are known to be misplaced
+        elif len(path) > 1 or key not in checks.OF_RIGS:  # which are known to be misplaced
             super().unknown_key(path, known, what, hint)
 
     def _about_list(self, path: Path) -> str | None:
@@ -200,12 +181,7 @@ class _Reader(Complaints):
         value = self.document.data
         for key in self._written(path)[:-1]:
             value = value.get(key) if isinstance(value, dict) else None
-        return hints.for_list(value)
-
-    def _title(self, data: Mapping[str, Any]) -> str:
-        title = data.get("title", DEFAULT_TITLE)
-        self.is_text(title, ("title",), "a text")
-        return str(title).strip()
+        return hint_about_list(value)
 
     def _section(self, model: type[AnySection], path: Path, data: Mapping[str, Any]) -> AnySection:
         """A section from what of `data` is right; the rest becomes problems."""
@@ -220,7 +196,7 @@ class _Reader(Complaints):
             return model()
 
     def _report(self, error: ValidationError, path: Path, skipped: int = 0) -> set[str | int]:
-        """Note what pydantic found; the keys it found wrong.
+        """Note the errors of pydantic; returns the keys that are wrong.
 
         skipped : how many of its keys lead to the value at `path` already.
         """
@@ -247,7 +223,7 @@ class _Reader(Complaints):
         if isinstance(raw, dict) and ("zip" in raw or "labels" in raw):
             return self._group(path, self.known_keys(raw, path, ("zip", "labels")))
         if name not in QUANTITIES:
-            quantities = [quantity for quantity in QUANTITIES if kinds.has(self._rig, quantity)]
+            quantities = [quantity for quantity in QUANTITIES if checks.belongs(self._rig, quantity)]
             self.unknown_key(path, quantities, "quantity", "a group of quantities needs the key zip")
             return None
         if isinstance(raw, list):
@@ -300,18 +276,13 @@ class _Reader(Complaints):
         return Group(name=name, members=tuple(m for m in members if m), labels=labels)
 
     def _are_labels(self, labels: object, path: Path) -> bool:
-        """Whether `labels` is a list of texts that differ; if not, why not is noted."""
+        """True if `labels` is a list of texts that differ; if not, the reason is noted."""
         if not isinstance(labels, list):
             self.refuse(path, "a list of names")
             return False
-        seen: set[str] = set()
         for i, label in enumerate(labels):
-            if not self.is_text(label, (*path, i), "a name"):
-                continue
-            if label in seen:
+            if self.is_text(label, (*path, i), "a name") and label in labels[:i]:
                 self.refuse((*path, i), "a name that is not in the list yet")
-            else:
-                seen.add(label)
         return True
 
     def _check_lengths(self, lengths: Mapping[Path, int]) -> None:
@@ -319,22 +290,19 @@ class _Reader(Complaints):
         first = next(iter(lengths), ())
         for path, length in lengths.items():
             if length != lengths[first]:
-                expected = f"{lengths[first]} like {first[-1]}{self.line(first)}"
-                self.add(path, f"got {length} values, expected {expected}")
+                self.add(path, f"got {length} values, expected {lengths[first]} like {first[-1]}{self.line(first)}")
 
     # --- every quantity exactly once ----------------------------------------------------------------------------------
 
-    def _given(
-        self, raw: Mapping[str, Mapping[str, Any]], axes: Mapping[str, Any], uncertain: object
-    ) -> dict[str, list[Path]]:
-        """Where each quantity is given, rightly or wrongly."""
+    def _given(self, raw: Mapping[str, Mapping[str, Any]], uncertain: object) -> dict[str, list[Path]]:
+        """The positions at which each quantity is given, rightly or wrongly."""
         paths: list[Path] = [(key, name) for key, model in QUANTITY_SECTIONS.items()
                              for name in raw[key] if name in model.model_fields and name in QUANTITIES]  # fmt: skip
         scattered = uncertain.get("quantities") if isinstance(uncertain, dict) else None
         named = scattered if isinstance(scattered, dict) else ()
         paths += [(*QUANTITIES_PATH, name) for name in named if name in QUANTITIES]
         given: dict[str, list[Path]] = {}
-        for path in [*paths, *kinds.varied_paths(axes)]:
+        for path in [*paths, *checks.varied_paths(raw["axes"])]:
             given.setdefault(str(path[-1]), []).append(path)
         return given
 
@@ -345,7 +313,10 @@ class _Reader(Complaints):
                 message = f"given twice, as {dotted(first)}{self.line(first)} already, expected once"
                 self.add(path, message, "keep the one you mean", at_key=True)
         for name, declared in QUANTITIES.items():
-            if declared.section not in ("friction", *(() if self._rig else kinds.OF_RIGS)) and declared.default is None:
+            if (
+                declared.section not in ("friction", *(() if self._rig else checks.OF_RIGS))
+                and declared.default is None
+            ):
                 self._check_given(name, given)
 
     def _check_given(self, name: str, given: Collection[str]) -> None:
@@ -370,7 +341,7 @@ class _Reader(Complaints):
             self._check_given(name, given)
 
     def _check_law(self, friction: Any, given: Mapping[str, list[Path]]) -> None:
-        """What is given belongs to the law."""
+        """The form and the quantities of the curve belong to its law."""
         law = friction.law
         if friction.fit is not None and law != "stribeck" and not {*COEFFICIENTS, *MEASURED} & given.keys():
             self.refuse(("friction", "fit"), "no points: the curve fitted to them is that of the law stribeck")
@@ -391,9 +362,3 @@ def _example_range(name: str) -> str:
         return "{start: 0.1, stop: 0.5, num: 50}"
     number, unit = units.example(declared.units).split(" ", 1)
     return f"{{start: {number} {unit}, stop: {float(number) * 10:g} {unit}, num: 50}}"
-
-
-def _fixed(sections: Iterable[Section]) -> dict[str, float]:
-    """Quantities with one value for all cells."""
-    named = {name: value for section in sections for name, value in section if name in QUANTITIES}
-    return {name: value for name, value in named.items() if value is not None}

@@ -1,4 +1,4 @@
-"""What must hold between quantities, in every cell of the grid.
+"""Rules between quantities, which must hold in every cell of the grid.
 
 Grids have up to 1e10 cells, so nothing here walks over cells. Each rule is a margin that is monotone in every quantity
 it involves: along an axis that varies one of them only the worst end can break it; of quantities that vary together all
@@ -11,20 +11,19 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.config.model import Axis, Group, Range, Values
-from stickslip.config.scatter import Uncertain
+from stickslip.config.uncertain import Uncertain
 from stickslip.errors import Path
-from stickslip.vocabulary.curve import coefficients
+from stickslip.vocabulary.curve import ROUNDING, broken_bounds, coefficients
 from stickslip.vocabulary.laws import NO_MINIMUM, rise_to_a_maximum
 from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
 
 MOST_CELLS = 10_000_000_000
-_ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
 _TRIED_DRAWS = 2**12  # what is rarer is met while computing, and such draws are `failed` there
 
 Floats = NDArray[np.float64]
@@ -66,12 +65,7 @@ class Space:
 
     def names(self) -> set[str]:
         """All quantities, fixed, varied or uncertain."""
-        return set(self.fixed) | set(self.drawn) | {member.name for axis in self.axes for member in members(axis)}
-
-
-def members(axis: Axis) -> tuple[Range | Values, ...]:
-    """The quantities along an axis."""
-    return axis.members if isinstance(axis, Group) else (axis,)
+        return set(self.fixed) | set(self.drawn) | {member.name for axis in self.axes for member in axis.members}
 
 
 def findings(space: Space) -> Iterator[Finding]:
@@ -86,12 +80,11 @@ def findings(space: Space) -> Iterator[Finding]:
     for axis in space.axes:
         if isinstance(axis, Values):
             yield from _order(axis)
-    curve = {"mu_start": 1} if set(MEASURED) & space.names() else {"a1": 1, "a3": 1}
+    curve = ("mu_start",) if set(MEASURED) & space.names() else ("a1", "a3")
     below_zero = list(_start(space))
     yield from below_zero
     if not below_zero:  # else nothing could be right beside it
-        yield from _stop(space, curve)
-        yield from _static(space, curve)
+        yield from _bounds(space, curve)
         yield from _minimum(space)
     yield from _measured(space)
     yield from _drive(space)
@@ -118,27 +111,25 @@ def _order(axis: Values) -> Iterator[Finding]:
 def _start(space: Space) -> Iterator[Finding]:
     """mu_start = a1 + a3 >= 0: a3 is negative where friction rises from break-away, but static friction is not."""
     cell = _worst(space, {"a1": -1, "a3": -1}, lambda p: p["a1"] + p["a3"])
-    if cell and cell.margin < -_ROUNDING * cell.values["a1"]:
+    if cell and broken_bounds(cell.margin, a1=cell.values["a1"])["a3"]:
         hint = "the curve starts at mu_start = a1 + a3, which is the static friction"
-        yield Finding(cell.paths["a3"], f"at least -a1 = {-cell.values['a1']:.6g}", cell.hint(hint), cell.got("a3"))
+        yield cell.finding("a3", f"at least -a1 = {-cell.values['a1']:.6g}", hint)
 
 
-def _stop(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
-    """mu_stop <= mu_start."""
-    cell = _worst(space, {"mu_stop": 1, **{name: -1 for name in curve}}, lambda p: _total(p, curve) - p["mu_stop"])
-    if cell and cell.margin < -_ROUNDING * cell.values["mu_stop"]:
-        hint = "friction at standstill cannot exceed that at break-away"
-        expected = f"at most {_start_text(cell.values, curve)}"
-        yield Finding(cell.paths["mu_stop"], expected, cell.hint(hint), cell.got("mu_stop"))
-
-
-def _static(space: Space, curve: Mapping[str, int]) -> Iterator[Finding]:
-    """mu_static >= mu_start."""
-    cell = _worst(space, {"mu_static": -1, **curve}, lambda p: p["mu_static"] - _total(p, curve))
-    if cell and cell.margin < -_ROUNDING * _total(cell.values, curve):
-        hint = "static friction is at least that of the curve; leave mu_static out for mu_start"
-        expected = f"at least {_start_text(cell.values, curve)}"
-        yield Finding(cell.paths["mu_static"], expected, cell.hint(hint), cell.got("mu_static"))
+def _bounds(space: Space, curve: tuple[str, ...]) -> Iterator[Finding]:
+    """mu_stop <= mu_start <= mu_static, mu_start being the sum of `curve`."""
+    for name, sign, bound, hint in (
+        ("mu_stop", 1, "most", "friction at standstill cannot exceed that at break-away"),
+        ("mu_static", -1, "least", "static friction is at least that of the curve; leave mu_static out for mu_start"),
+    ):
+        worse = {name: sign, **dict.fromkeys(curve, -sign)}
+        cell = _worst(space, worse, lambda p, n=name, s=sign: s * (sum(p[part] for part in curve) - p[n]))  # type: ignore[misc]
+        if cell is None:
+            continue
+        start = sum(cell.values[part] for part in curve)
+        if broken_bounds(start, **{name: cell.values[name]})[name]:
+            sources = " = a1 + a3" if "a1" in curve else ""
+            yield cell.finding(name, f"at {bound} mu_start{sources} = {start:.6g}", hint)
 
 
 def _minimum(space: Space) -> Iterator[Finding]:
@@ -151,7 +142,7 @@ def _minimum(space: Space) -> Iterator[Finding]:
     cell = _worst(space, worse, margin)
     if cell and cell.margin < 0:
         curve = ", ".join(f"{name} = {cell.values[name]:.6g}" for name in ("a2", "a3", "a4"))
-        yield Finding(cell.paths["mu_stop"], f"none with {curve}", cell.hint(NO_MINIMUM), cell.got("mu_stop"))
+        yield cell.finding("mu_stop", f"none with {curve}", NO_MINIMUM)
 
 
 def _measured(space: Space) -> Iterator[Finding]:
@@ -159,16 +150,15 @@ def _measured(space: Space) -> Iterator[Finding]:
     cell = _worst(space, {"mu_reversal": 1, "mu_start": -1}, lambda p: p["mu_start"] - p["mu_reversal"])
     if cell and cell.margin <= 0:
         hint = "a curve without a minimum is given by a1, a2, a3 and a4, with a3: 0"
-        expected = f"less than mu_start = {cell.values['mu_start']:.6g}"
-        yield Finding(cell.paths["mu_reversal"], expected, cell.hint(hint), cell.got("mu_reversal"))
+        yield cell.finding("mu_reversal", f"less than mu_start = {cell.values['mu_start']:.6g}", hint)
         return
-    cell = _worst(space, {"mu_start": 1, "mu_reversal": -1, "v_reversal": -1, "a4": 1}, _constant_part)
+    # a1 falls with mu_start and a4 and rises with the rest, as long as mu_start > mu_reversal
+    cell = _worst(space, {"mu_start": 1, "mu_reversal": -1, "v_reversal": -1, "a4": 1}, lambda p: coefficients(**p).a1)
     if cell and cell.margin < 0:
         v = cell.values
         rest = ", ".join(f"{name} = {v[name]:.6g}" for name in ("mu_start", "mu_reversal", "a4"))
         expected = f"more: with {rest} it makes a1 = {cell.margin:.3g}, which is below 0"
-        hint = cell.hint("raise v_reversal or lower a4")
-        yield Finding(cell.paths["v_reversal"], expected, hint, cell.got("v_reversal"))
+        yield cell.finding("v_reversal", expected, "raise v_reversal or lower a4")
 
 
 def _drive(space: Space) -> Iterator[Finding]:
@@ -182,27 +172,11 @@ def _drive(space: Space) -> Iterator[Finding]:
     cell = _worst(
         space, {"stroke": -1, "belt_speed": 1, "ramp": 1}, lambda p: p["stroke"] / p["belt_speed"] - p["ramp"]
     )
-    if cell and cell.margin < -_ROUNDING * cell.values["ramp"]:
+    if cell and cell.margin < -ROUNDING * cell.values["ramp"]:
         most = cell.values["stroke"] / cell.values["belt_speed"]
         hint = "ramps up and down alone are longer than the stroke"
         got = f"{cell.values['ramp']:.4g} s"  # which may be the default
         yield Finding(cell.paths["ramp"], f"at most stroke/belt_speed = {most:.4g} s", hint, got)
-
-
-def _constant_part(p: Mapping[str, Floats]) -> Floats:
-    """a1, which falls with mu_start and a4 and rises with the rest, as long as mu_start > mu_reversal."""
-    return coefficients(p["mu_start"], p["mu_reversal"], p["v_reversal"], p["a4"]).a1
-
-
-def _total(p: Mapping[str, Any], names: Mapping[str, int]) -> Any:
-    """Sum of some quantities, numbers or arrays."""
-    return sum(p[name] for name in names)
-
-
-def _start_text(p: Mapping[str, float], curve: Mapping[str, int]) -> str:
-    """`mu_start = a1 + a3 = 1.3`, by the form in which the curve is given."""
-    sources = [] if "mu_start" in curve else [" + ".join(curve)]
-    return " = ".join(["mu_start", *sources, f"{_total(p, curve):.6g}"])
 
 
 # --- the worst cell ---------------------------------------------------------------------------------------------------
@@ -220,15 +194,13 @@ class _Cell:
     paths: Mapping[str, Path]
     wrong_draws: float | None = None
 
-    def got(self, name: str) -> str | None:
-        """What was found, where that is not what the file says but a draw of it, or of what it is compared with."""
+    def finding(self, name: str, expected: str, hint: str) -> Finding:
+        """The problem of a quantity. A draw of it, or of what it is compared with, is not what the file says."""
         if self.wrong_draws is None:
-            return None
-        return f"{self.values[name]:.6g} in the worst draw ({100 * self.wrong_draws:.2g} % of them are impossible)"
-
-    def hint(self, otherwise: str) -> str:
-        """The next step."""
-        return otherwise if self.wrong_draws is None else f"{otherwise}; truncate the distribution"
+            return Finding(self.paths[name], expected, hint)
+        share = f"{100 * self.wrong_draws:.2g} % of them are impossible"
+        got = f"{self.values[name]:.6g} in the worst draw ({share})"
+        return Finding(self.paths[name], expected, f"{hint}; truncate the distribution", got)
 
 
 def _worst(space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str, Floats]], Floats]) -> _Cell | None:
@@ -241,11 +213,11 @@ def _worst(space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str
         return None
     columns: dict[str, Floats] = {n: np.asarray(space.fixed[n], np.float64) for n in worse if n in space.fixed}
     indices: dict[str, tuple[Axis, int, NDArray[np.intp]]] = {}
-    involved = [axis for axis in space.axes if any(m.name in worse for m in members(axis))]
+    involved = [axis for axis in space.axes if any(m.name in worse for m in axis.members)]
     drawn = {name: values for name, values in space.drawn.items() if name in worse}
     dimensions = len(involved) + bool(drawn)
     for number, axis in enumerate(involved):
-        here = {m.name: m.points() for m in members(axis) if m.name in worse}
+        here = {m.name: m.points() for m in axis.members if m.name in worse}
         chosen = _candidates(here, worse)
         for name, points in here.items():
             columns[name] = points[chosen].reshape([-1 if i == number else 1 for i in range(dimensions)])
@@ -256,10 +228,8 @@ def _worst(space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str
         return None
     at = np.unravel_index(int(np.nanargmin(margins)), margins.shape)
     values = {n: float(np.broadcast_to(c, margins.shape)[at]) for n, c in columns.items()}
-    paths = {
-        n: _path(indices[n][0], n, int(indices[n][2][at[indices[n][1]]])) if n in indices else _section_path(n)
-        for n in worse
-    }
+    paths: dict[str, Path] = {n: (QUANTITIES[n].section, n) for n in worse}
+    paths |= {n: _path(axis, n, int(chosen[at[number]])) for n, (axis, number, chosen) in indices.items()}
     paths |= {name: ("uncertain", "quantities", name) for name in drawn}
     wrong = float((margins < 0).any(axis=tuple(range(margins.ndim - 1))).mean()) if drawn else None
     return _Cell(float(margins[at]), values, paths, wrong)
@@ -272,10 +242,6 @@ def _candidates(points: Mapping[str, Floats], worse: Mapping[str, int]) -> NDArr
     ((name, values),) = points.items()
     ranked = worse[name] * values
     return np.array([0 if np.isnan(ranked).all() else int(np.nanargmax(ranked))])
-
-
-def _section_path(name: str) -> Path:
-    return (QUANTITIES[name].section, name)
 
 
 def _path(axis: Axis, name: str, i: int) -> Path:

@@ -1,34 +1,44 @@
 """The sections of a configuration: frozen pydantic models, all in SI.
 
 What is a number is declared in the vocabulary, and read and written as its row says: NaN where a word such as "none"
-is given in the file. A quantity that varies along an axis is None here.
+is given in the file. A quantity that varies along an axis is None here. What is no number is annotated with a `Read`,
+which both the reader and the JSON Schema take it from.
 
 Validators report what they refuse through `refused`, so that every message says what was expected.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Annotated, Any, ClassVar, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, create_model, field_validator
-from pydantic_core import PydanticCustomError
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationInfo, create_model, field_validator
+from pydantic_core import CoreSchema, PydanticCustomError
+from pydantic_core.core_schema import no_info_before_validator_function
 
-from stickslip.config import addresses
 from stickslip.errors import QuantityError
-from stickslip.vocabulary import beyond
+from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.laws import LAW_MESSAGES, LAWS
 from stickslip.vocabulary.parameter import Parameter, of_section
 from stickslip.vocabulary.quantities import PROFILES, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.settings import EXECUTION, SENSOR, SOLVER, STROKES
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.suggest import did_you_mean, listed
 
 REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
 OUTPUT_SUFFIXES = (".nc", ".zarr")
 REMOTE_SUFFIX = ".zarr"  # what may be behind a URL
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
+HERE, LOCAL = "none", "local"  # where blocks are computed: by threads of this process; by processes of this machine
+ADDRESS = f"an address such as tcp://host:8786, a scheduler file (.json), {LOCAL} or {HERE}"
+_ADDRESS = rf"^({HERE}|{LOCAL}|[a-z]{{2,10}}://[^\s/]+:\d{{1,5}}|[^\0]+\.json)$"
+_WITH_UNIT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,3})?\s*[A-Za-zµμ/].*$"
+_BOOLEANS = {"yes": "true", "on": "true", "1": "true", "no": "false", "off": "false", "0": "false"}
+
+Schema = dict[str, Any]
 
 
 def refused(expected: str, hint: str | None = None, found: str | None = None) -> PydanticCustomError:
@@ -36,11 +46,31 @@ def refused(expected: str, hint: str | None = None, found: str | None = None) ->
     return PydanticCustomError(REFUSED, "expected {expected}", {"expected": expected, "hint": hint, "found": found})
 
 
+def is_address(value: object) -> bool:
+    """True if this names a Dask scheduler: by URL, by its scheduler file, or by one of the two words."""
+    return isinstance(value, str) and re.fullmatch(_ADDRESS, value) is not None
+
+
 # --- single values ----------------------------------------------------------------------------------------------------
 
 
+@dataclass(frozen=True, eq=False)
+class Read:
+    """An annotation of a field: how the value of its key is read, and what the JSON Schema says of it."""
+
+    read: Callable[[Any], Any]
+    schema: Schema
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return no_info_before_validator_function(self.read, handler(source))
+
+
+VALUE: Schema = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": _WITH_UNIT}]}
+RANGE: Schema = {"type": "array", "minItems": 2, "maxItems": 2, "items": VALUE}
+
+
 def number(row: Parameter, value: object) -> float:
-    """What a file says of a row of the vocabulary, in SI; NaN for its word."""
+    """The value of a row of the vocabulary as a file gives it, in SI; NaN for its word."""
     try:
         return row.read(value)
     except QuantityError as error:
@@ -52,49 +82,125 @@ def number(row: Parameter, value: object) -> float:
         raise refused(error.expected, error.hint or remedy, error.found) from None
 
 
+def finite(row: Parameter, value: object) -> float:
+    """The value of a row of the vocabulary, for which no word may stand."""
+    if (si := number(row, value)) != si:
+        raise refused(row.expected.removesuffix(row.otherwise))
+    return si
+
+
 def interval(row: Parameter, value: object) -> tuple[float, float]:
     """Both ends of a range of a row of the vocabulary, in SI and in order."""
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise refused("a list of two values, the lower end first")
-    low, high = (number(row, end) for end in value)
-    if low != low or high != high:
-        raise refused(row.expected.removesuffix(row.otherwise))
+    low, high = (finite(row, end) for end in value)
     if not low < high:
         raise refused("the lower end first and the upper above it", "swap the ends" if low > high else None)
     return low, high
 
 
-def one_of(value: object, words: tuple[str, ...]) -> str:
-    """One of some words."""
-    if value not in words:
-        near = next((word for word in words if str(value).lower().startswith(word)), None) or nearest(str(value), words)
-        raise refused(listed(words), beyond.hint(str(value)) or (f"did you mean {near}?" if near else None))
-    return str(value)
+def number_schema(row: Parameter, words: bool = True) -> Schema:
+    """A number within the bounds of a row, a text with a unit, or the word for NaN."""
+    bare: Schema = {"type": "integer" if row.whole else "number"}
+    if row.units != "1":
+        bare["description"] = f"in {units.spelled(row.units)}"
+    bounds = {"exclusiveMinimum": row.above, "minimum": row.at_least, "maximum": row.at_most}
+    forms = [bare | {key: bound for key, bound in bounds.items() if bound is not None}]
+    if row.units != "1":
+        forms.append({"type": "string", "pattern": _WITH_UNIT, "examples": [units.example(row.units)]})
+    if words and row.word:
+        forms.append({"const": row.word})
+    return forms[0] if len(forms) == 1 else {"anyOf": forms}
 
 
-def _file(value: object, suffixes: tuple[str, ...]) -> str:
-    if not isinstance(value, str) or PurePath(value).suffix.lower() not in suffixes or "\0" in value:
-        is_bare = isinstance(value, str) and value and not PurePath(value).suffix
-        raise refused(
-            f"a file name that ends in {listed(suffixes)}", f"did you mean {value}{suffixes[0]}?" if is_bare else None
-        )
-    if not value.isprintable():
-        raise refused(
-            "a file name without control characters",
-            "in double quotes a backslash begins an escape: use single quotes, or /",
-        )
-    if "://" in value and PurePath(value).suffix.lower() != REMOTE_SUFFIX:
-        zarr = f", or a URL that ends in {REMOTE_SUFFIX}" if REMOTE_SUFFIX in suffixes else ""
-        raise refused(f"a file of this machine{zarr}", "a file can be copied there afterwards")
+def choice(value: object, words: Collection[str], what: str = "", inside: bool = False) -> str:
+    """One of some words. what : they are, for messages. inside : it is a key of the value that messages quote."""
+    if not isinstance(value, str) or value not in words:
+        begun = next((word for word in words if not what and str(value).lower().startswith(word)), None)
+        hint = beyond.hint(str(value)) or (f"did you mean {begun}?" if begun else did_you_mean(str(value), words))
+        found = f"{value!r} in it" if inside else None
+        raise refused(f"{what}: {listed(words)}" if what else listed(words), hint, found)
     return value
 
 
-def _variable(value: object) -> str:
-    """The name of a variable of a cell."""
-    if value not in VARIABLES:
-        near = nearest(str(value), VARIABLES)
-        raise refused(f"a variable of a map: {listed(VARIABLES)}", f"did you mean {near}?" if near else None)
+def one_of(words: Collection[str], what: str = "") -> Read:
+    """One of some words."""
+    return Read(lambda value: choice(value, words, what), {"enum": list(words)})
+
+
+def list_of(
+    words: Collection[str], expected: str, hint: str | None = None, *, unique: bool = False, single: bool = False,
+    empty: bool = False,
+) -> Read:  # fmt: skip
+    """A list of words, whose items are annotated themselves.
+
+    unique : none of them twice. single : also one of them without a list. empty : none at all is a list, too.
+    """
+    one: Schema = {"enum": list(words)}
+    several: Schema = {"type": "array", "items": one} | ({} if empty else {"minItems": 1})
+    several |= {"uniqueItems": True} if unique else {}
+
+    def read(value: Any) -> Any:
+        names = [value] if single and isinstance(value, str) else value
+        if not isinstance(names, list | tuple) or not (names or empty):
+            raise refused(expected, hint)
+        if unique and len(set(map(str, names))) < len(names):
+            raise refused("a list without repetitions")
+        return names
+
+    return Read(read, {"anyOf": [one, several]} if single else several)
+
+
+def true_or_false(value: object) -> bool:
+    """A boolean."""
+    if not isinstance(value, bool):
+        meant = _BOOLEANS.get(str(value).lower())
+        raise refused("true or false", f"did you mean {meant}?" if meant else None)
+    return value
+
+
+def file_name(*suffixes: str) -> Read:
+    """The name of a file with one of these suffixes; of what may be remote also a URL."""
+
+    def read(value: object) -> str:
+        suffix = PurePath(value).suffix.lower() if isinstance(value, str) else ""
+        if not isinstance(value, str) or suffix not in suffixes or "\0" in value:
+            hint = f"did you mean {value}{suffixes[0]}?" if value and isinstance(value, str) and not suffix else None
+            raise refused(f"a file name that ends in {listed(suffixes)}", hint)
+        if not value.isprintable():
+            hint = "in double quotes a backslash begins an escape: use single quotes, or /"
+            raise refused("a file name without control characters", hint)
+        if "://" in value and suffix != REMOTE_SUFFIX:
+            zarr = f", or a URL that ends in {REMOTE_SUFFIX}" if REMOTE_SUFFIX in suffixes else ""
+            raise refused(f"a file of this machine{zarr}", "a file can be copied there afterwards")
+        return value
+
+    here = "|".join(re.escape(suffix) for suffix in suffixes if suffix != REMOTE_SUFFIX)
+    local = f"^(?!.*://).*({here})$"
+    pattern = f"{re.escape(REMOTE_SUFFIX)}$|{local}" if REMOTE_SUFFIX in suffixes else local
+    return Read(read, {"type": "string", "pattern": pattern})
+
+
+BOOLEAN = Read(true_or_false, {"type": "boolean"})
+POINTS_FILE = file_name(".csv")
+
+
+def _points(value: Any) -> Any:
+    """A file of measured points, or a list of them."""
+    return tuple(map(POINTS_FILE.read, value)) if isinstance(value, list | tuple) and value else POINTS_FILE.read(value)
+
+
+def _address(value: object) -> str:
+    if not is_address(value):
+        raise refused(ADDRESS)
     return str(value)
+
+
+_FILES: Schema = {"type": "array", "minItems": 1, "items": POINTS_FILE.schema}
+_POINTS = Read(_points, {"anyOf": [POINTS_FILE.schema, _FILES]})
+_DASK = Read(_address, {"type": "string", "pattern": _ADDRESS, "examples": ["tcp://host:8786", LOCAL]})
+_EXAMPLE, _ALL = "a list of variables such as [regime, period]", "leave variables out to keep all of them"
+_VARIABLES = list_of(VARIABLES, _EXAMPLE, _ALL, single=True)
 
 
 # --- sections ---------------------------------------------------------------------------------------------------------
@@ -115,12 +221,12 @@ class Section(BaseModel):
         row = cls.rows.get(str(info.field_name))
         if row is None:
             return value
-        found = number(row, value)
-        return None if row.whole and found != found else found  # no whole number is NaN
+        si = number(row, value)
+        return None if row.whole and si != si else si  # no whole number is NaN
 
     def resolved(self) -> dict[str, Any]:
-        """The section as plain data: words for NaN, nothing for None."""
-        given = {name: value for name, value in self if value is not None}
+        """The section as plain data: words for NaN, lists for tuples, nothing for None."""
+        given = {name: plain(value) for name, value in self if value is not None}
         return {name: self.rows[name].written(value) if name in self.rows else value for name, value in given.items()}
 
     def __eq__(self, other: object) -> bool:
@@ -132,8 +238,17 @@ class Section(BaseModel):
 AnySection = TypeVar("AnySection", bound=Section)
 
 
+def plain(value: Any) -> Any:
+    """A value of a field as plain data."""
+    if isinstance(value, Section):
+        return value.resolved()
+    if isinstance(value, tuple):
+        return list(map(plain, value))
+    return {key: plain(inner) for key, inner in value.items()} if isinstance(value, dict) else value
+
+
 def _same(one: Any, other: Any) -> bool:
-    """Whether two values are equal; NaN, which stands for a word, is equal to itself."""
+    """Equality of values; NaN, which stands for a word, is equal to itself."""
     if isinstance(one, tuple) and isinstance(other, tuple):
         return len(one) == len(other) and all(map(_same, one, other))
     return bool(one == other or (one != one and other != other))
@@ -159,26 +274,14 @@ class System(_with_quantities(Section, "system")):  # type: ignore[misc]
 
 
 class _Law(Section):
-    law: str = Field(
+    law: Annotated[str, one_of(LAWS)] = Field(
         "stribeck", description="shape of the weakening: " + "; ".join(map(": ".join, LAW_MESSAGES.items()))
     )
-    fit: str | tuple[str, ...] | None = Field(
+    fit: Annotated[str | tuple[str, ...] | None, _POINTS] = Field(
         None,
         description="CSV file of measured slip speeds and friction coefficients that a1 to a4 are fitted to; a list of "
         "files is an axis of materials",
     )
-
-    @field_validator("law", mode="before")
-    @classmethod
-    def _law(cls, value: object) -> str:
-        return one_of(value, LAWS)
-
-    @field_validator("fit", mode="before")
-    @classmethod
-    def _fit(cls, value: object) -> str | tuple[str, ...]:
-        if isinstance(value, list | tuple) and value:
-            return tuple(_file(one, (".csv",)) for one in value)
-        return _file(value, (".csv",))
 
 
 class Friction(_with_quantities(_Law, "friction")):  # type: ignore[misc]
@@ -196,17 +299,13 @@ class Solver(Section):
     rtol: float = of_row(SOLVER["rtol"])
     horizon: float | None = of_row(SOLVER["horizon"])
     max_steps: int = of_row(SOLVER["max_steps"])
-    early_stop: bool = Field(
+    early_stop: Annotated[bool, BOOLEAN] = Field(
         True, description="stop as soon as the regime is decided; false integrates every cell to the horizon"
     )
 
-    @field_validator("early_stop", mode="before")
+    @field_validator("early_stop")
     @classmethod
-    def _early_stop(cls, value: object, info: ValidationInfo) -> bool:
-        if not isinstance(value, bool):
-            words = {"yes": "true", "on": "true", "1": "true", "no": "false", "off": "false", "0": "false"}
-            meant = words.get(str(value).lower())
-            raise refused("true or false", f"did you mean {meant}?" if meant else None)
+    def _early_stop(cls, value: bool, info: ValidationInfo) -> bool:
         if not value and info.data.get("horizon", 0.0) is None:  # a horizon that was refused is not in `data`
             raise refused("true, because no horizon is given", "add a horizon such as '100 s' to solver")
         return value
@@ -218,27 +317,17 @@ class Execution(Section):
     rows = EXECUTION
     threads: int | None = of_row(EXECUTION["threads"])
     block: int = of_row(EXECUTION["block"])
-    dask: str | None = Field(
-        None, description=f"where blocks are computed, if not by threads of this process: {addresses.EXPECTED}"
+    dask: Annotated[str | None, _DASK] = Field(
+        None, description=f"where blocks are computed, if not by threads of this process: {ADDRESS}"
     )
-
-    @field_validator("dask", mode="before")
-    @classmethod
-    def _dask(cls, value: object) -> str:
-        if not addresses.is_address(value):
-            raise refused(addresses.EXPECTED)
-        return str(value)
 
 
 class _Profile(Section):
     rows = STROKES
-    profile: str = Field("trapezoid", description="speed over time: " + ", ".join(PROFILES))
+    profile: Annotated[str, one_of(PROFILES)] = Field(
+        "trapezoid", description="speed over time: " + ", ".join(PROFILES)
+    )
     strokes: int = of_row(STROKES["strokes"])
-
-    @field_validator("profile", mode="before")
-    @classmethod
-    def _profile(cls, value: object) -> str:
-        return one_of(value, PROFILES)
 
 
 class Drive(_with_quantities(_Profile, "drive")):  # type: ignore[misc]
@@ -260,38 +349,24 @@ class Sensor(Section):
 class Output(Section):
     """Where the result goes. Relative paths start at the folder the command is run in, not at that of the file."""
 
-    file: str | None = Field(None, description="file of the result, .nc (netCDF) or .zarr, or the URL of a .zarr")
-    plot: str | None = Field(None, description="plot of the map, .png, .svg or .pdf")
-    variables: tuple[Annotated[str, BeforeValidator(_variable)], ...] | None = Field(
-        None, description="variables of a map that are stored and written, the others are not; regime always is"
+    file: Annotated[str | None, file_name(*OUTPUT_SUFFIXES)] = Field(
+        None, description="file of the result, .nc (netCDF) or .zarr, or the URL of a .zarr"
+    )
+    plot: Annotated[str | None, file_name(*PLOT_SUFFIXES)] = Field(
+        None, description="plot of the map, .png, .svg or .pdf"
+    )
+    variables: Annotated[tuple[Annotated[str, one_of(VARIABLES, "a variable of a map")], ...] | None, _VARIABLES] = (
+        Field(None, description="variables of a map that are stored and written, the others are not; regime always is")
     )
 
-    @field_validator("file", mode="before")
-    @classmethod
-    def _file(cls, value: object) -> str:
-        return _file(value, OUTPUT_SUFFIXES)
-
-    @field_validator("plot", mode="before")
-    @classmethod
-    def _plot(cls, value: object) -> str:
-        return _file(value, PLOT_SUFFIXES)
-
-    @field_validator("variables", mode="before")
-    @classmethod
-    def _names(cls, value: object) -> object:
-        if isinstance(value, str):
-            return (value,)
-        if not isinstance(value, list | tuple) or not value:
-            raise refused("a list of variables such as [regime, period]", "leave variables out to keep all of them")
-        return value
-
-    @field_validator("variables", mode="after")
+    @field_validator("variables")
     @classmethod
     def _in_order(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         """Each once, in the order of the vocabulary; without the regime nobody could tell what is computed."""
         return tuple(name for name in VARIABLES if name in (*value, "regime"))
 
-    def resolved(self) -> dict[str, Any]:
-        """The section as plain data."""
-        plain = super().resolved()
-        return plain if self.variables is None else {**plain, "variables": list(self.variables)}
+
+QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start, "drive": Drive}
+SECTIONS: dict[str, type[Section]] = {
+    **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output, "sensor": Sensor,
+}  # fmt: skip

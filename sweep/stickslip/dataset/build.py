@@ -19,7 +19,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.config.grid import quantity_of
-from stickslip.config.written import DISPLAY
+from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES, Variable

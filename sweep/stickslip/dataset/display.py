@@ -23,9 +23,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config.written import DISPLAY
 from stickslip.errors import PlotError, QuantityError
 from stickslip.vocabulary import units
+from stickslip.vocabulary.display_units import DISPLAY
 
 _LEADERS = {"m s-1": ("belt_speed", "velocity"), "N": ("normal_load",), "m": ("displacement", "stroke")}
 _SPEED = re.compile(r"\s*([A-Za-zµμ]+)\s*/\s*[A-Za-z]+\s*")  # a unit of speed as a length over a time

@@ -20,15 +20,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config.written import DISPLAY
 from stickslip.dataset.chunks import Chunk, chunks
 from stickslip.dataset.display import Unit, unit_of
 from stickslip.errors import StoreError, visible
 from stickslip.files.atomic import replaced
 from stickslip.files.formulas import inert, is_live
 from stickslip.files.targets import check_target
+from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.flags import QUIET_STATES
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.suggest import listed, nearest
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.config.written import DISPLAY
 from stickslip.dataset.build import cell_coordinates, parameter_variable
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells, as_cells, check_names, numbers_of
+from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 Coordinates = dict[str, xr.Variable]
 _ABOUT_AXES = ("axis_spacing", DISPLAY)  # attributes of an axis, which stay

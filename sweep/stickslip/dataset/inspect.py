@@ -14,13 +14,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config.pick import Recipe, settings_at
+from stickslip.config.select import Recipe, settings_at
 from stickslip.dataset.chunks import Chunk, chunks
 from stickslip.dataset.kept import why_absent
 from stickslip.dataset.summary import BAD_REGIMES, codes
 from stickslip.errors import ConfigError, Problem
 from stickslip.vocabulary.flags import FLAGS
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.suggest import listed, nearest
 
 NOT_KEPT = "not kept"  # in place of a status
 _CODES = 256  # what fits in the byte of a flag

@@ -5,7 +5,7 @@ from __future__ import annotations
 import xarray as xr
 
 from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 
 def why_absent(ds: xr.Dataset, *names: str) -> str | None:

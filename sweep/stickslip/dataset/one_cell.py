@@ -13,7 +13,7 @@ from stickslip.dataset.select import places
 from stickslip.errors import PlotError, QuantityError
 from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.suggest import listed, nearest
 
 
 def one_cell(ds: xr.Dataset, at: Mapping[str, Any]) -> dict[str, float]:

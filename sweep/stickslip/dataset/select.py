@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.config.forgotten_units import misread
 from stickslip.config.grid import quantity_of
+from stickslip.config.unit_warnings import misread
 from stickslip.dataset.axis import MapAxis
 from stickslip.errors import PlotError, QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.synonyms import meant
+from stickslip.vocabulary.suggest import suggest
 
 _AS_SHOWN = 1e-5  # relative; the ends of an axis may be copied from a message, which has six digits
 
@@ -62,7 +62,7 @@ def _dimension(ds: xr.Dataset, name: str) -> Hashable:
         if name in (dim, quantity_of(str(dim)), str(dim).removesuffix("_case")):
             return dim
     dims = [str(dim) for dim in ds.dims]
-    near = meant(name, dims)
+    near = suggest(name, dims)
     hint = f"; did you mean {near}?" if near else ""
     raise PlotError(f"cannot select {name!r}; dimensions are {', '.join(dims)}{hint}")
 
@@ -78,7 +78,7 @@ def _position(ds: xr.Dataset, dim: Hashable, wanted: Any) -> int:
         return _cell_of(ds, dim, wanted)
     labels = [str(label) for label in ds[dim].values]
     if str(wanted) not in labels:
-        near = meant(str(wanted), labels)
+        near = suggest(str(wanted), labels)
         hint = f"; did you mean {near}?" if near else ""
         raise PlotError(f"cannot select {dim}={wanted}; labels are {', '.join(labels)}{hint}")
     return labels.index(str(wanted))

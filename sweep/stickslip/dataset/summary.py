@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config import forgotten_units
 from stickslip.config.reader import parse_config
+from stickslip.config.unit_warnings import one_regime_question
 from stickslip.dataset.chunks import chunks
 from stickslip.vocabulary.flags import FLAGS, REGIMES, flag_label
 
@@ -82,7 +82,7 @@ def one_regime_remark(ds: xr.Dataset, found: Mapping[str, Share]) -> str | None:
     text = str(ds.attrs.get("configuration", ""))
     if len(found) != 1 or "axes:" not in text:  # cells computed one by one have no configuration
         return None
-    return forgotten_units.remark(parse_config(text), flag_label(next(iter(found))))
+    return one_regime_question(parse_config(text), flag_label(next(iter(found))))
 
 
 def step_limit_remark(ds: xr.Dataset, file: str | None = None) -> str | None:

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from stickslip.borders import Limits
 from stickslip.config.grid import build_grid
-from stickslip.config.margins import Margins
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
+from stickslip.config.studies import Margins
 from stickslip.dataset.build import grid_coordinates, parameter_variable
 from stickslip.dataset.margins import ON_SIDES, SIDES, margin_dataset
 from stickslip.distances.joint import MOST_STEPS, Cheapest, cheapest

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from stickslip.theory import reversal_friction, reversal_speed
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.curve import coefficients
+from stickslip.vocabulary.curve import broken_bounds, coefficients
 from stickslip.vocabulary.quantities import MEASURED, REPLACED, SEARCHABLE
-from stickslip.vocabulary.synonyms import meant
+from stickslip.vocabulary.suggest import suggest
 
 Floats = NDArray[np.float64]
 Within = Mapping[str, float | tuple[float, float]]  # a factor, or a range in SI, by parameter
@@ -71,7 +71,7 @@ def within_of(within: float | Within, parameters: tuple[str, ...]) -> dict[str, 
     """A factor above 1, or a range (low, high) in SI, for each parameter. Raises TypeError or ValueError."""
     for name in parameters:
         if name not in SEARCHABLE:
-            near = meant(str(name), SEARCHABLE)
+            near = suggest(str(name), SEARCHABLE)
             hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(SEARCHABLE)}"
             raise TypeError(f"parameters: {name!r} is not a parameter of a cell{hint}")
     if set(MEASURED) & set(parameters) and (both := set(REPLACED) & set(parameters)):
@@ -117,10 +117,9 @@ def reach_of(name: str, cells: Cells, within: float | tuple[float, float]) -> Re
 
 def is_possible(cells: Cells) -> NDArray[np.bool_]:
     """Whether cells could be computed: the bounds between parameters, as `as_cells` checks them."""
-    mu_start = cells["a1"] + cells["a3"]
-    return (cells["a1"] >= 0) & ~(
-        (mu_start < 0) | (cells["mu_static"] < mu_start * (1 - 1e-12)) | (cells["mu_stop"] > mu_start * (1 + 1e-12))
-    )
+    bounds = {name: cells[name] for name in ("a1", "mu_static", "mu_stop")}
+    broken = broken_bounds(cells["a1"] + cells["a3"], **bounds)
+    return np.asarray((cells["a1"] >= 0) & ~np.logical_or.reduce([*broken.values()]))
 
 
 def with_measured(cells: Cells) -> Cells:

@@ -9,7 +9,6 @@ from math import isnan, sqrt
 import numpy as np
 
 from stickslip.config.model import Axis, Group, Range, Values
-from stickslip.config.rules import members
 from stickslip.explore.readable import Unit, unit_for
 from stickslip.explore.subject import Subject
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -136,7 +135,7 @@ def typical_cell(subject: Subject) -> dict[str, float]:
     """A cell in the middle of the configuration, as it is given."""
     found = dict(subject.fixed)
     for axis in subject.axes.values():
-        found |= {member.name: middle(member) for member in members(axis)}
+        found |= {member.name: middle(member) for member in axis.members}
     if "mu_start" not in found:
         found["mu_start"] = found["a1"] + found["a3"]
     return found

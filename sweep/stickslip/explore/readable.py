@@ -5,12 +5,11 @@ from __future__ import annotations
 from math import isfinite
 from typing import NamedTuple
 
-import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.dataset import display
-from stickslip.vocabulary import customary
+from stickslip.vocabulary import display_units
 from stickslip.vocabulary import units as si
 
 _DIGITS = 4
@@ -32,10 +31,8 @@ def unit_for(units: str, values: ArrayLike, written: str | None = None) -> Unit:
     """The unit for numbers in SI: the one they were written in, else the customary one for the largest of them."""
     if written is not None:
         return Unit(si.factor(written, units), written)
-    sizes = np.abs(np.asarray(values, np.float64))
-    largest = float(np.max(sizes, where=np.isfinite(sizes), initial=0.0))
-    size, name = customary.unit_of(units, largest)
-    return Unit(size, name or ("Hz" if units == "s-1" else si.spelled(units)))
+    unit = display_units.unit_for(units, values)
+    return Unit(unit.size, unit.name)
 
 
 def unit_shown(array: xr.DataArray, values: ArrayLike) -> Unit:

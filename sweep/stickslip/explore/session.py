@@ -17,7 +17,7 @@ from bokeh.document import Document
 from bokeh.events import Tap
 
 from stickslip.config.model import Config
-from stickslip.config.pick import cell_of
+from stickslip.config.select import cell_of
 from stickslip.engine import StopFlag
 from stickslip.errors import ConfigError, NotReachedError, StoreError
 from stickslip.explore import maps

@@ -15,16 +15,16 @@ from stickslip.config.grid import quantity_of
 from stickslip.config.model import Axis, Config
 from stickslip.config.options import options_of
 from stickslip.config.overrides import Setting
-from stickslip.config.pick import recipe_of
 from stickslip.config.reader import load_config
 from stickslip.config.sections import OUTPUT_SUFFIXES, Output
+from stickslip.config.select import recipe_of
 from stickslip.config.studies import STUDIES
-from stickslip.config.written import units_shown
 from stickslip.engine import Options
 from stickslip.errors import ConfigError, Problem
 from stickslip.explore.readable import quantity
 from stickslip.files import reading
 from stickslip.files.locations import Location, location
+from stickslip.vocabulary.display_units import units_shown
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _DRIVEN = "a test rig, whose cells have no regime"

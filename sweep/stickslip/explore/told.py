@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import xarray as xr
 
-from stickslip.config.pick import cell_of
+from stickslip.config.select import cell_of
 from stickslip.dataset.axis import spoken
 from stickslip.dataset.build import variable_of
 from stickslip.dataset.export import write_table

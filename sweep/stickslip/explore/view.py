@@ -9,9 +9,8 @@ from math import isnan
 from typing import Any
 
 from stickslip.config.model import Config, Range
-from stickslip.config.pick import point_text, value_text
 from stickslip.config.reader import make_config
-from stickslip.config.rules import members
+from stickslip.config.select import point_text, value_text
 from stickslip.errors import ConfigError, Problem
 from stickslip.explore.knobs import Knob, is_listed, knobs_of
 from stickslip.explore.subject import Subject
@@ -111,7 +110,7 @@ def _settle(subject: Subject, data: dict[str, Any], name: str, value: float | in
     """Give an axis or a quantity its value, or its point."""
     axis = subject.axes.get(name)
     if axis is not None and is_listed(axis):
-        for member in members(axis):
+        for member in axis.members:
             row = QUANTITIES[member.name]
             data[row.section][member.name] = row.written(float(member.points()[int(value)]))
         return

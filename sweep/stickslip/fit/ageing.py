@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +22,7 @@ _ASSUMED = 0.1  # of the shortest waiting time: the t0 taken where all are long 
 
 @dataclass(frozen=True)
 class AgeingFit:
-    """How static friction grows with waiting time, in SI: mu0 at time zero, beta per decade, t0 in s.
+    """Growth of static friction with waiting time, in SI: mu0 at time zero, beta per decade, t0 in s.
 
     standard_error, interval : by name; the intervals are those of 95 % confidence. That of t0 is (0, x) where nothing
         but an upper limit can be told, and without width where t0 was given.
@@ -67,9 +66,9 @@ class AgeingFit:
         if self.region is None:
             reach = student(self.freedom) * float(np.sqrt(max(row @ self.covariance @ row, 0.0)))
             return middle - reach, middle + reach
-        low, high = (
-            (float(end[0]) for end in self.region.extent(direction)) if self.freedom > 0 else (-math.inf, math.inf)
-        )
+        low, high = -math.inf, math.inf
+        if self.freedom > 0:
+            low, high = (float(end[0]) for end in self.region.extent(direction))
         slow, fast = self.region.scale
         if slow == 0 and at is not None and at < self.t0:
             low = -math.inf  # mu0 falls without end where t0 does
@@ -110,35 +109,32 @@ def fit_ageing(time: ArrayLike, mu: ArrayLike, t0: float | None = None) -> Agein
             f"time: got {count} distinct waiting time{'s' * (count != 1)}, expected at least {_FEWEST}: "
             "fewer do not allow the growth to be assessed"
         )
+    shortest, longest = float(t[t > 0].min()), float(t.max())
+    model = Model(
+        y, np.ones_like(y), np.ones((t.size, 1)), lambda scale: np.log1p(t / scale[:, None]) / math.log(10.0),
+        (shortest / _BEYOND, longest * _BEYOND),
+    )  # fmt: skip
     if t0 is not None:
-        return _fit_at(t, y, float(t0), None)
-    model = _model(t, y)
+        return _fit_at(model, t, float(t0), None)
+
+    def left(scale: Floats) -> Floats:
+        return model.solve(scale, _EITHER).left
+
     region = Region(model, _EITHER, float(t.size - 3), None)
     low, high = region.scale
-    left = partial(_left, model)
     likeliest = bottom(left, model.grid)
     if low > 0:
-        return _fit_at(t, y, low if math.isinf(high) else likeliest, region)
-    usual = min(_ASSUMED * float(t[t > 0].min()), high)
-    least, there = (float(left(np.array([one]))[0]) for one in (likeliest, usual))
+        return _fit_at(model, t, low if math.isinf(high) else likeliest, region)
+    usual = min(_ASSUMED * shortest, high)
+    least, there = (float(left(np.array([scale]))[0]) for scale in (likeliest, usual))
     unlikely = t.size > 3 and there > least * (1.0 + student(t.size - 3, _UNLIKELY) ** 2 / (t.size - 3))
-    return _fit_at(t, y, likeliest if unlikely and likeliest > usual else usual, region)
+    return _fit_at(model, t, likeliest if unlikely and likeliest > usual else usual, region)
 
 
-def _left(model: Model, t0: Floats) -> Floats:
-    return model.solve(t0, _EITHER).left
-
-
-def _model(t: Floats, y: Floats) -> Model:
-    """Linear in mu0 and beta for a given t0."""
-    ends = float(t[t > 0].min()) / _BEYOND, float(t.max()) * _BEYOND
-    ones = np.ones((t.size, 1))
-    return Model(y, np.ones_like(y), ones, lambda t0: np.log1p(t / t0[:, None]) / math.log(10.0), ends)
-
-
-def _fit_at(t: Floats, y: Floats, t0: float, region: Region | None) -> AgeingFit:
+def _fit_at(model: Model, t: Floats, t0: float, region: Region | None) -> AgeingFit:
     """The straight line over log10(1 + t/t0) and its quality. region : what the points allow, None for a given t0."""
-    mu0, beta = map(float, _model(t, y).solve(np.array([t0]), _EITHER).values[0])
+    y = model.target
+    mu0, beta = map(float, model.solve(np.array([t0]), _EITHER).values[0])
     residuals = y - static_friction(t, mu0, beta, t0)
     limits = (t0, t0) if region is None else region.scale
     is_free = region is not None and limits[0] > 0 and math.isfinite(limits[1])
@@ -149,60 +145,61 @@ def _fit_at(t: Floats, y: Floats, t0: float, region: Region | None) -> AgeingFit
     variance = float(residuals @ residuals) / freedom if freedom > 0 else math.inf
     matrix = covariance(np.column_stack(columns)) * variance
     errors = [float(error) for error in np.sqrt(np.diag(matrix))]
-    explained = r_squared(y, residuals, np.ones_like(y))
+    errors.append(math.nan if assumed else 0.0)  # of t0, unless it is free
+    errors[2] *= t0 if is_free else 1.0
     fit = AgeingFit(
         mu0=mu0,
         beta=beta,
         t0=t0,
-        standard_error={"mu0": errors[0], "beta": errors[1],
-                        "t0": t0 * errors[2] if is_free else math.nan if assumed else 0.0},
+        standard_error=dict(zip(("mu0", "beta", "t0"), errors, strict=False)),
         interval={},
         covariance=matrix[:2, :2],
         freedom=freedom,
         residual_rms=rms(residuals),
-        r_squared=explained,
+        r_squared=r_squared(y, residuals, np.ones_like(y)),
         points=int(t.size),
         t0_assumed=assumed,
         good=False,
         quality="",
         region=region,
-    )  # fmt: skip
-    intervals = {"mu0": fit.within(1.0, 0.0), "beta": fit.within(0.0, None), "t0": limits}
-    against = [*_against(intervals["beta"], explained), *(_straight(limits) if assumed else ())]
-    remarks = [_about_t0(t, t0, limits)] if assumed else []
-    praise = f"Static friction grows by {beta:.3g} per decade of waiting time; residual rms {rms(residuals):.2g}."
-    quality = " ".join([*(against or (praise,)), *remarks])
-    return replace(fit, interval=intervals, good=not against, quality=quality)
+    )
+    fit = replace(fit, interval={"mu0": fit.within(1.0, 0.0), "beta": fit.within(0.0, None), "t0": limits})
+    reservations = _reservations(fit)
+    praise = f"Static friction grows by {beta:.3g} per decade of waiting time; residual rms {fit.residual_rms:.2g}."
+    remark = _assumption(fit, float(t[t > 0].min())) if assumed else ""
+    return replace(fit, good=not reservations, quality=f"{' '.join(reservations) or praise} {remark}".strip())
 
 
-def _against(beta: Interval, explained: float) -> Iterator[str]:
-    """What speaks against ageing of this kind."""
-    if beta[1] < 0:
-        yield "Static friction falls with waiting time: this is not ageing."
-    elif not beta[0] > 0:
-        yield f"The points show no ageing: the slope may be anything from {beta[0]:.2g} to {beta[1]:.2g} per decade."
-    elif explained < 0.5:
-        yield f"The growth explains only {100 * explained:.0f} % of the variance of the points."
-
-
-def _straight(limits: Interval) -> Iterator[str]:
-    """Growth in proportion to time, which is what the law is long before t0."""
-    if limits[0] > 0 and math.isinf(limits[1]):
-        yield (
-            f"As far as measured, static friction grows in proportion to time (t0 above {limits[0]:.2g} s): "
+def _reservations(fit: AgeingFit) -> list[str]:
+    sentences = []
+    low, high = fit.interval["beta"]
+    if high < 0:
+        sentences.append("Static friction falls with waiting time: this is not ageing.")
+    elif not low > 0:
+        sentences.append(
+            f"The points show no ageing: the slope may be anything from {low:.2g} to {high:.2g} per decade."
+        )
+    elif fit.r_squared < 0.5:
+        sentences.append(f"The growth explains only {100 * fit.r_squared:.0f} % of the variance of the points.")
+    least, most = fit.interval["t0"]
+    if fit.t0_assumed and least > 0 and math.isinf(most):
+        sentences.append(
+            f"As far as measured, static friction grows in proportion to time (t0 above {least:.2g} s): "
             "beta and t0 cannot be distinguished. Measure at longer waiting times."
         )
+    return sentences
 
 
-def _about_t0(t: Floats, t0: float, limits: Interval) -> str:
-    """What is said where the points do not determine t0."""
-    low, high = limits
+def _assumption(fit: AgeingFit, shortest: float) -> str:
+    """The t0 that was taken, where the points do not determine it."""
+    low, high = fit.interval["t0"]
     if low > 0:
-        return f"t0 is taken as {t0:.3g} s."
-    shortest = float(t[t > 0].min())
-    upper = "any" if math.isinf(high) else f"any below {high:.2g} s"
-    said = f"The waiting times, of {shortest:.3g} s and more, do not determine t0"
-    return f"{said} ({upper} fits as well): taken as {t0:.3g} s."
+        return f"t0 is taken as {fit.t0:.3g} s."
+    others = "any" if math.isinf(high) else f"any below {high:.2g} s"
+    return (
+        f"The waiting times, of {shortest:.3g} s and more, do not determine t0 ({others} fits as well): taken as "
+        f"{fit.t0:.3g} s."
+    )
 
 
 # --- lubricants in order ----------------------------------------------------------------------------------------------
@@ -233,7 +230,19 @@ class Ranking:
 def rank(fits: Mapping[str, AgeingFit], at: float) -> Ranking:
     """Order lubricants by level and by slope, the lowest first: the best has the lowest of both.
 
-    fits : by the name of the lubricant, at least one. at : waiting time (s) at which levels are compared.
+    Parameters
+    ----------
+    fits : by the name of the lubricant, at least one
+    at : waiting time (s) at which levels are compared
+
+    Returns
+    -------
+    Ranking
+
+    Raises
+    ------
+    ValueError
+        For no fits, and an impossible waiting time.
     """
     if not fits:
         raise ValueError("fits: got none, expected at least one")
@@ -246,12 +255,9 @@ def rank(fits: Mapping[str, AgeingFit], at: float) -> Ranking:
 
 def _ordered(measured: Mapping[str, tuple[float, Interval, int]]) -> tuple[Rank, ...]:
     """Names by value; each as value, interval and degrees of freedom."""
-    ranks: list[Rank] = []
-    before: tuple[float, Interval, int] | None = None
-    for name, this in sorted(measured.items(), key=lambda item: item[1][0]):
-        ranks.append(Rank(name, this[0], this[1], before is None or _differ(before, this)))
-        before = this
-    return tuple(ranks)
+    rows = sorted(measured.items(), key=lambda item: item[1][0])
+    apart = [True, *(_differ(before, this) for (_, before), (_, this) in zip(rows, rows[1:], strict=False))]
+    return tuple(Rank(name, value, interval, a) for (name, (value, interval, _)), a in zip(rows, apart, strict=True))
 
 
 def _differ(one: tuple[float, Interval, int], other: tuple[float, Interval, int]) -> bool:

@@ -9,10 +9,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.fit.allowed import Allowed, Chosen, MeasuredPoints, chosen_form
-from stickslip.fit.forms import COEFFICIENTS, STRAIGHT, WEAKENING
+from stickslip.fit.models import (
+    COEFFICIENTS,
+    STRAIGHT,
+    WEAKENING,
+    Allowed,
+    Chosen,
+    Drawn,
+    MeasuredPoints,
+    drawn_in_batches,
+)
+from stickslip.fit.quality import Quality
 from stickslip.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms
-from stickslip.fit.verdict import Verdict, excess
 from stickslip.theory.shapes import SHAPES
 from stickslip.vocabulary.laws import LAWS
 
@@ -91,11 +99,45 @@ class CurveFit:
         below 0, and infinite where the points determine nothing. What was assumed is taken as it is.
         """
         w = np.asarray(speed, np.float64)
-        low, high = self.allowed.friction(w.ravel())
+        low, high = (end.reshape(w.shape) for end in self.allowed.friction(w.ravel()))
         middle = self.predict(w)
-        return (
-            np.minimum(np.maximum(low.reshape(w.shape), 0.0), middle), np.maximum(high.reshape(w.shape), middle)
-        )  # fmt: skip
+        return np.minimum(np.maximum(low, 0.0), middle), np.maximum(high, middle)
+
+    def draw(self, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:
+        """Curves as likely as the points leave them; see `draw_curves`."""
+        if not self.allowed.can_draw:
+            return None
+        random = np.random.default_rng(seed)
+
+        def batch() -> Floats:
+            values = self.allowed.draw(count, random)
+            return values if falling or self.a3 < 0 else values[values[:, 1] >= 0]
+
+        return drawn_in_batches(batch, count)
+
+
+def draw_curves(fit: CurveFit, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:
+    """Curves as likely as the points leave them, or as the repeats of a `RepeatedFit` do.
+
+    a4 has the confidence distribution of the fit's profile likelihood, the others are t-distributed about the best ones
+    for it, with the fit's degrees of freedom: quantiles of what follows from draws are profile-likelihood intervals.
+    Draws beyond the bounds of the fit are drawn again. What the fit assumed is in all of them; where the points show no
+    branch, the draws have those that they may hide.
+
+    Parameters
+    ----------
+    fit : of a curve
+    count : of the curves
+    seed : the same gives the same draws
+    falling : keep curves with a2 < 0 as well, which fall for ever: where the points do not show that friction rises
+        again, leaving these out would make it look certain
+
+    Returns
+    -------
+    Drawn or None
+        None where the points are too few to draw any.
+    """
+    return fit.draw(count, seed, falling=falling)
 
 
 def fit_curve(
@@ -139,56 +181,49 @@ def fit_curve(
         )
     if not y.any():
         raise ValueError("mu: got nothing but 0, expected friction coefficients")
-    measured = MeasuredPoints(w, y, deviation, "stribeck")
-    by_law = {name: replace(measured, law=name) for name in LAWS}
+    by_law = {name: MeasuredPoints(w, y, deviation, name) for name in LAWS}
     criteria = {name: _criterion(points) for name, points in by_law.items()}
-    taken = min(LAWS, key=lambda name: criteria[name]) if law == BEST else law
-    return _fitted(by_law[taken], criteria, unit)
+    chosen_law = min(LAWS, key=lambda name: criteria[name]) if law == BEST else law
+    return _fitted(by_law[chosen_law], criteria, unit)
 
 
 def _criterion(points: MeasuredPoints) -> float:
     """AICc of the best curve (Hurvich and Tsai 1989); inf where there are too few points."""
-    chosen = chosen_form(points)
-    n, free = points.speed.size, int(np.count_nonzero(chosen.best[:3])) + (chosen.form is not STRAIGHT)
-    free += points.deviation is None
+    chosen, n = points.choose(), points.speed.size
+    free = int(np.count_nonzero(chosen.best[:3])) + (chosen.form is not STRAIGHT) + (points.deviation is None)
     if n - free - 1 <= 0:
         return math.inf
-    left = points.scaled.left(chosen.best)
-    rounding = 1e-26 * float(np.sum((points.mu / points.mu.max()) ** 2))
+    left = points.left(chosen.best)
+    rounding = 1e-26 * float(np.sum(points.target**2))
     likelihood = left if points.deviation is not None else n * math.log(max(left, rounding) / n)
     return likelihood + 2.0 * free * n / (n - free - 1.0)
 
 
-def _fitted(points: MeasuredPoints, criteria: Mapping[str, float], unit: str) -> CurveFit:
+def _fitted(given: MeasuredPoints, criteria: Mapping[str, float], unit: str) -> CurveFit:
     """The curve through the points but outliers, weighted as their scatter asks for."""
-    given, left_out = points, outliers(points)
-    points = points.without(left_out)
-    chosen = chosen_form(points)
+    left_out = outliers(given)
+    points = given.without(left_out)
+    chosen = points.choose()
     allowed = Allowed(points, chosen)
     if points.deviation is None and (slope := allowed.uneven) is not None:
         points = replace(points, slope=slope)
-        chosen = chosen_form(points)
+        chosen = points.choose()
         allowed = Allowed(points, chosen)
     form, known = chosen.form, points.deviation is not None
-    spare = points.freedom(form)
-    freedom = math.inf if known else float(spare)
-    values = chosen.best * points.units
-    residuals = points.mu - points.scaled.curve(chosen.best) * points.units[0]
-    chi_squared = points.scaled.left(chosen.best)
-    variance = 1.0 if known else chi_squared / freedom if freedom > 0 else math.inf
+    freedom = math.inf if known else float(points.freedom(form))
+    residuals = points.mu - points.curve(chosen.best) * points.units[0]
+    variance = 1.0 if known else points.left(chosen.best) / freedom if freedom > 0 else math.inf
     matrix = _covariance(points, chosen, variance)
-    estimates = dict(zip(COEFFICIENTS, map(float, values), strict=True))
+    estimates = dict(zip(COEFFICIENTS, map(float, chosen.best * points.units), strict=True))
     estimates["mu_start"] = estimates["a1"] + estimates["a3"]
     at_bound = _at_bound(estimates, chosen, points)
-    share = r_squared(points.mu, residuals, (points.scaled.weight / points.scaled.weight.max()) ** 2)
+    share = r_squared(points.mu, residuals, (points.weight / points.weight.max()) ** 2)
     nothing = dict.fromkeys(estimates, (0.0, math.inf))
     interval = allowed.intervals() if allowed.can_draw else nothing
-    verdict = Verdict(
-        chosen, estimates, interval, at_bound, points, residuals, share, spare, unit, criteria,
-        given, left_out,
-    )  # fmt: skip
-    doubts = [*verdict.shape(), *(excess(chi_squared, spare) if known else ())]
-    findings = [*verdict.findings(), *doubts]
+    quality = Quality(chosen, estimates, interval, at_bound, points, rms(residuals), share, unit, criteria,
+                      given, left_out)  # fmt: skip
+    doubts = [*quality.shape()]
+    reservations = [*quality.reservations(), *doubts]
     return CurveFit(
         **{name: estimates[name] for name in COEFFICIENTS},
         standard_error=_errors(matrix),
@@ -196,19 +231,19 @@ def _fitted(points: MeasuredPoints, criteria: Mapping[str, float], unit: str) ->
         covariance=matrix,
         freedom=freedom,
         speeds=(float(points.speed.min()), float(points.speed.max())),
-        searched=(float(points.scaled.limits[0] * points.units[3]), float(points.scaled.limits[1] * points.units[3])),
-        residual_rms=rms(residuals),
+        searched=(float(points.limits[0] * points.units[3]), float(points.limits[1] * points.units[3])),
+        residual_rms=quality.residual_rms,
         r_squared=share,
         points=int(points.speed.size),
-        unidentified=verdict.unidentified(),
+        unidentified=quality.unidentified(),
         assumed=form.assumed,
         at_bound=at_bound,
         outliers=left_out,
         scatter=math.exp(points.slope),
-        determined=verdict.determined(),
+        determined=quality.determined(),
         has_intervals=allowed.can_draw and not doubts,
-        good=not findings,
-        quality=" ".join(findings) or verdict.praise(),
+        good=not reservations,
+        quality=" ".join(reservations) or quality.praise(),
         law=points.law,
         preferred=criteria["stribeck"] - criteria[points.law],
         allowed=allowed,
@@ -222,7 +257,6 @@ def outliers(points: MeasuredPoints) -> tuple[int, ...]:
     """Positions of points that are no scatter of the others', with even weights and with those that the scatter asks
     for alike; none where too few would be left."""
     out: list[int] = []
-    rest = np.arange(points.speed.size)
     while len(out) < max(1, points.speed.size // _MOST_OUTLIERS) and points.speed.size - len(out) > _FEWEST + 2:
         inside = points.without(tuple(out))
         position = _apart(inside)
@@ -231,23 +265,22 @@ def outliers(points: MeasuredPoints) -> tuple[int, ...]:
         others = inside.without((position,))
         if np.unique(others.speed).size < _FEWEST:
             break
-        if inside.deviation is None and (slope := Allowed(others, chosen_form(others)).uneven) is not None:
-            uneven = replace(inside, slope=slope)
-            if _apart(uneven) != position:
+        if inside.deviation is None and (slope := Allowed(others, others.choose()).uneven) is not None:
+            if _apart(replace(inside, slope=slope)) != position:
                 break
-        out.append(int(np.delete(rest, out)[position]))
+        out.append(int(np.delete(np.arange(points.speed.size), out)[position]))
     return tuple(sorted(out))
 
 
 def _apart(points: MeasuredPoints) -> int | None:
     """The point that is farthest from the curve of the others, if that is no chance; a branch may hide behind it."""
-    chosen = chosen_form(points)
+    chosen = points.choose()
     if chosen.form is STRAIGHT:
-        chosen = Chosen(WEAKENING, False, points.scaled.fit(WEAKENING))
+        chosen = Chosen(WEAKENING, False, points.fit(WEAKENING))
     residuals = points.residuals(chosen)
     if residuals is None:
         return None
-    position, _, chance = residuals.outlier(math.inf if points.deviation is not None else points.freedom(chosen.form))
+    position, chance = residuals.outlier(math.inf if points.deviation is not None else points.freedom(chosen.form))
     return position if chance < _CHANCE else None
 
 
@@ -257,7 +290,7 @@ def _apart(points: MeasuredPoints) -> int | None:
 def _covariance(points: MeasuredPoints, chosen: Chosen, variance: float) -> Floats:
     """Of a1 to a4; inf on the diagonal where the points determine nothing."""
     fixed = [name in chosen.form.assumed or (name == "a4" and chosen.best[2] == 0) for name in COEFFICIENTS]
-    unit = covariance(np.where(fixed, 0.0, points.scaled.jacobian(chosen.best) / points.units))
+    unit = covariance(np.where(fixed, 0.0, points.jacobian(chosen.best) / points.units))
     with np.errstate(invalid="ignore"):
         matrix = np.where(unit == 0, 0.0, unit * variance)
     matrix[np.isinf(unit)] = np.inf
@@ -265,20 +298,18 @@ def _covariance(points: MeasuredPoints, chosen: Chosen, variance: float) -> Floa
 
 
 def _errors(matrix: Floats) -> dict[str, float]:
-    """Standard errors of a1 to a4 and of their sum mu_start."""
-    errors = dict(zip(COEFFICIENTS, map(float, np.sqrt(np.diag(matrix))), strict=True))
     certain = np.isfinite(matrix[0, 0]) and np.isfinite(matrix[2, 2])
     together = matrix[0, 0] + matrix[2, 2] + 2.0 * matrix[0, 2] if certain else math.inf
-    errors["mu_start"] = math.sqrt(max(float(together), 0.0))
-    return errors
+    errors = [*map(float, np.sqrt(np.diag(matrix))), math.sqrt(max(float(together), 0.0))]
+    return dict(zip((*COEFFICIENTS, "mu_start"), errors, strict=True))
 
 
 def _at_bound(estimates: Mapping[str, float], chosen: Chosen, points: MeasuredPoints) -> tuple[str, ...]:
     """Estimates, mu_start among them, at the end of the range that was allowed."""
-    bounded = [name for name in (*COEFFICIENTS[:3], "mu_start") if name not in chosen.form.assumed]
-    floor = {*chosen.form.nonnegative, "mu_start"}
+    floor = {*chosen.form.nonnegative, "mu_start"} - {*chosen.form.assumed}
+    bounded = (*COEFFICIENTS[:3], "mu_start")
     at_end = [name for name in bounded if name in floor and estimates[name] == 0.0]
-    low, high = points.scaled.limits
+    low, high = points.limits
     if chosen.form is not STRAIGHT and not low * (1 + _AT_END) < chosen.best[3] < high * (1 - _AT_END):
         at_end.append("a4")
     return tuple(at_end)

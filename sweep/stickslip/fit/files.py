@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
@@ -13,23 +14,22 @@ import numpy as np
 
 from stickslip.errors import ConfigError, Problem
 from stickslip.fit.ageing import AgeingFit, fit_ageing
+from stickslip.fit.columns import Wanted
 from stickslip.fit.curve import CurveFit, fit_curve
-from stickslip.fit.names import names_of, numbered
 from stickslip.fit.points import Columns, kind_of, only, read_materials
 from stickslip.fit.repeats import fit_repeats
-from stickslip.fit.roles import Wanted
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 
-AnyFit = TypeVar("AnyFit", CurveFit, AgeingFit)
+Fit = TypeVar("Fit", CurveFit, AgeingFit)
 
 
 @dataclass(frozen=True)
 class MaterialFit:
-    """What the points of one material say: a curve, or ageing.
+    """The fit to the points of one material: a curve, or ageing.
 
-    name : no other material read with it has the same. path : the file they come from. repeats : what each repeat
-    says, of a material that was measured several times; its points are those of all.
+    name : no other material read with it has the same. path : the file they come from. repeats : the fit of each
+    repeat, of a material that was measured several times; its points are those of all.
     """
 
     name: str
@@ -43,16 +43,28 @@ class MaterialFit:
 def fit_file(path: Path, unit: str | None = None, wanted: Wanted | None = None) -> CurveFit:
     """The curve through the points of a CSV file.
 
+    Parameters
+    ----------
+    path : with the points of one material
     unit : of the speeds, where the header names none. Without it they are read in m/s, which the quality of the fit
-        says, and it is not called good. wanted : the same, and which columns to take.
-    Raises ConfigError, also for a table of several materials.
+        says, and it is not called good.
+    wanted : instead of it, unit and columns to take
+
+    Returns
+    -------
+    CurveFit
+
+    Raises
+    ------
+    ConfigError
+        For points that will not do, also for a table of several materials.
     """
-    points = only(path, read_materials(path, CURVE_COLUMNS, wanted or Wanted(unit or "")))
-    return _curve(path, "", points)
+    wanted = wanted or Wanted(unit or "")
+    return _curve(path, "", only(path, read_materials(path, CURVE_COLUMNS, wanted)))
 
 
 def fit_ageing_file(path: Path, unit: str | None = None) -> AgeingFit:
-    """Ageing from the waiting times and friction coefficients of a CSV file; `unit` is that of the times, as above."""
+    """Ageing from the waiting times and friction coefficients of a CSV file; `unit` is that of the times."""
     return _ageing(path, "", only(path, read_materials(path, AGEING_COLUMNS, Wanted(unit or ""))))
 
 
@@ -65,27 +77,37 @@ def fit_materials(
 ) -> list[MaterialFit]:
     """A fit for each material of some files, in their order: a wide table has several.
 
-    columns : CURVE_COLUMNS or AGEING_COLUMNS; None takes what each file has. Materials are named by their columns in
-    tables of several, else by their files. same : as for `join_repeats`. law : of curves, as for
-    `fit_curve`; repeats are fitted by the Stribeck curve. Raises ConfigError.
+    Parameters
+    ----------
+    paths : of CSV or .xlsx files
+    wanted : which columns to take, and in which units, where the headings do not say
+    columns : CURVE_COLUMNS or AGEING_COLUMNS; None takes what each file has
+    same : as for `join_repeats`
+    law : of curves, as for `fit_curve`; repeats are fitted by the Stribeck curve
+
+    Returns
+    -------
+    list of MaterialFit
+        Named by their columns in tables of several, else by their files.
+
+    Raises
+    ------
+    ConfigError
+        For points that will not do.
     """
     wanted = wanted or Wanted()
-    found: list[tuple[str, str, Path, Columns, Sequence[Parameter]]] = []
+    materials: list[tuple[str, str, Path, Columns]] = []
     for file, path in zip(names_of(paths), paths, strict=True):
-        kind = columns or kind_of(path, wanted)
-        found += [(label, file, path, points, kind) for label, points in read_materials(path, kind, wanted).items()]
-    labels = [label or file for label, file, *_ in found]
-    names = numbered(
-        [
-            f"{file}: {label}" if label and labels.count(label) > 1 else label or file
-            for label, file, *_ in found
-        ]
-    )  # fmt: skip
+        read = read_materials(path, columns or kind_of(path, wanted), wanted)
+        materials += [(label, file, path, points) for label, points in read.items()]
+    labels = Counter(label or file for label, file, *_ in materials)
+    names = _numbered([f"{file}: {label}" if label and labels[label] > 1 else label or file
+                       for label, file, *_ in materials])  # fmt: skip
     fits = [
         MaterialFit(name, path, points, ageing=_ageing(path, label, points))
-        if kind is AGEING_COLUMNS
+        if "time" in points
         else MaterialFit(name, path, points, _curve(path, label, points, law))
-        for name, (label, _, path, points, kind) in zip(names, found, strict=True)
+        for name, (label, _, path, points) in zip(names, materials, strict=True)
     ]
     return join_repeats(fits, same)
 
@@ -109,35 +131,34 @@ def join_repeats(fits: Sequence[MaterialFit], same: Sequence[str]) -> list[Mater
     ConfigError
         If a pattern matches fewer than two, or one that another has; for ageing, and where `fit_repeats` does.
     """
-    places = [next((p for p in same if fnmatchcase(one.name.casefold(), p.casefold())), None) for one in fits]
+    patterns = [next((p for p in same if fnmatchcase(one.name.casefold(), p.casefold())), None) for one in fits]
     joined: dict[str, MaterialFit] = {}
     for pattern in dict.fromkeys(same):
-        group = [one for one in fits if fnmatchcase(one.name.casefold(), pattern.casefold())]
-        if len(group) < 2 or [places[fits.index(one)] for one in group] != [pattern] * len(group):
-            what = "a material of another pattern" if len(group) > 1 else ", ".join(one.name for one in group) or "none"
-            message = f"matches {what}, expected two or more of {', '.join(one.name for one in fits)}"
+        group = [i for i, one in enumerate(fits) if fnmatchcase(one.name.casefold(), pattern.casefold())]
+        if len(group) < 2 or any(patterns[i] != pattern for i in group):
+            matched = "a material of another pattern" if len(group) > 1 else ", ".join(fits[i].name for i in group)
+            message = f"matches {matched or 'none'}, expected two or more of {', '.join(one.name for one in fits)}"
             raise ConfigError(f"same {pattern!r}", [Problem((), message)])
-        joined[pattern] = _joined(pattern, group)
-    rest = [joined.pop(place, None) if place else one for one, place in zip(fits, places, strict=True)]
-    found = [one for one in rest if one is not None]
-    return [replace(one, name=name) for one, name in zip(found, numbered([one.name for one in found]), strict=True)]
+        joined[pattern] = _joined(pattern, [fits[i] for i in group])
+    rest = [joined.pop(pattern, None) if pattern else one for one, pattern in zip(fits, patterns, strict=True)]
+    materials = [one for one in rest if one is not None]
+    return [
+        replace(one, name=name) for one, name in zip(materials, _numbered([m.name for m in materials]), strict=True)
+    ]
 
 
 def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
-    """Repeats as one material. Raises ConfigError."""
     points, names = [one.points for one in group], [one.name for one in group]
-    if any("speed" not in one for one in points):
-        message = "the repeats have no points of friction over speed, expected some of each"
-        raise ConfigError(f"same {pattern!r}", [Problem((), message)])
     columns = [name for name in points[0] if all(name in one for one in points)]
     whole = Columns({name: np.concatenate([one[name] for one in points]) for name in columns})
     whole.assumed = next((one.assumed for one in points if one.assumed), ())
     whole.units, whole.read = points[0].units, points[0].read
     whole.ignored = tuple(dict.fromkeys(text for one in points for text in one.ignored))
     try:
-        curve = fit_repeats(
-            [one["speed"] for one in points], [one["mu"] for one in points], names, unit=whole.units.get("speed", "m/s")
-        )
+        if "speed" not in whole:
+            raise ValueError("the repeats have no points of friction over speed, expected some of each")
+        speeds, mus = ([one[name] for one in points] for name in ("speed", "mu"))
+        curve = fit_repeats(speeds, mus, names, unit=whole.units.get("speed", "m/s"))
     except ValueError as error:
         raise ConfigError(f"same {pattern!r}", [Problem((), str(error))]) from None
     name = re.sub(r"[*?]|\[[^]]*\]", "", pattern).strip(" _-.:") or f"{names[0]} to {names[-1]}"
@@ -148,21 +169,34 @@ def _curve(path: Path, label: str, points: Columns, law: str = "stribeck") -> Cu
     try:
         return _cautious(fit_curve(**points, unit=points.units.get("speed") or "m/s", law=law), points)
     except ValueError as error:
-        raise _refused(path, label, error) from None
+        raise ConfigError(str(path), [Problem((label,) if label else (), str(error))]) from None
 
 
 def _ageing(path: Path, label: str, points: Columns) -> AgeingFit:
     try:
         return _cautious(fit_ageing(points["time"], points["mu"]), points)
     except ValueError as error:
-        raise _refused(path, label, error) from None
+        raise ConfigError(str(path), [Problem((label,) if label else (), str(error))]) from None
 
 
-def _refused(path: Path, label: str, error: ValueError) -> ConfigError:
-    return ConfigError(str(path), [Problem((label,) if label else (), str(error))])
-
-
-def _cautious(fit: AnyFit, points: Columns) -> AnyFit:
+def _cautious(fit: Fit, points: Columns) -> Fit:
     """The fit, with a word on units that were assumed."""
     caution = points.caution()
     return replace(fit, quality=f"{caution} {fit.quality}", good=False) if caution else fit
+
+
+def names_of(paths: Sequence[Path]) -> list[str]:
+    """A name for each file: its stem, with as many folders before it as tell it from the others."""
+    depth = 1
+    parts = [(*path.parts[:-1], path.stem) for path in paths]
+    names = [whole[-1] for whole in parts]
+    while len(set(names)) < len(names) and depth < max(map(len, parts)):
+        depth += 1
+        twice = {name for name, count in Counter(names).items() if count > 1}
+        names = ["/".join(w[-depth:]) if name in twice else name for name, w in zip(names, parts, strict=True)]
+    return _numbered(names)
+
+
+def _numbered(names: Sequence[str]) -> list[str]:
+    before = [names[:i].count(name) for i, name in enumerate(names)]
+    return [f"{name} ({count + 1})" if count else name for name, count in zip(names, before, strict=True)]

@@ -1,4 +1,4 @@
-"""What the columns of tables are, by their headings: the words of people and their instruments, in three languages.
+"""Headings of tables in parts: kind of column, unit and label, by words of people and instruments in three languages.
 
 A heading is a name with the unit in brackets (`v [mm/s]`, `v / (mm/s)`) or behind it (`v in mm/s`, `Speed, mm s-1`).
 Names are compared without regard to case, accents, points, hyphens and underscores. One table of words serves measured
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
@@ -21,35 +21,37 @@ from stickslip.files.tables import NUMBER, Table, first_cells
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import is_column_unit
 
-# By kind of column. What follows a bar may be cut short; parts of a word joined by a plus sign may stand apart.
-_WORDS = {
-    "speed": "speed, spd, vel|ocity, v, w, v rel, v gleit, v slip, v sliding, slid|ing speed, slid|ing vel|ocity, "
-    "slip speed, slip vel|ocity, rel|ative speed, rel|ative vel|ocity, drive speed, drive vel|ocity, geschw|indigkeit, "
-    "gl|eit+geschw|indigkeit, rel|ativ+geschw|indigkeit, vit|esse, vit|esse de gliss|ement, vit|esse gliss|ement, "
-    "vit|esse rel|ative",
-    "time": "time, t, waiting time, wait, hold time, dwell time, dwell, contact time, elapsed time, zeit, wartezeit, "
-    "haltezeit, kontaktzeit, messzeit, prüfzeit, versuchszeit, temps, durée, temps de contact, temps d'attente",
-    "mu": "mu, mue, μ, cof, friction, fric|tion coef|ficient, coef|ficient of fric|tion, traction, "
-    "traction coef|ficient, coef|ficient of traction, reibung, reib|ungs+wert, reib|ungs+beiwert, reib|ungs+z|ahl, "
-    "reib|ungs+koef|fizient, frottement, coef|ficient de frot|tement, coef|ficient frot|tement",
-    "friction_force": "fric|tion force, frictional force, force of fric|tion, f friction, f r, f reib, "
-    "reib|ungs+kr|aft, tang|ential force, tang|ential+kr|aft, traction force, force de frot|tement, force tangentielle",
-    "load": "load, norm|al load, norm|al force, applied load, test load, f n, last, norm|al+kr|aft, norm|al+last, "
-    "auflast, prüfl|ast, pruefl|ast, prüfkr|aft, pruefkr|aft, belast|ung, anpresskr|aft, andruckkr|aft, charge, "
-    "force norm|ale, charge norm|ale, effort norm|al",
-    "force": "f, force, kraft, spring force, federkraft, messkraft, horizontal force, effort",
-    "acceleration": "acceleration, accel, acc, a, beschl|eunigung, accélération",
-    "displacement": "displacement, drive displacement, drive position, position, weg, verschiebung, déplacement",
-    "stick": "stick",
-    "sigma": "sigma, σ",
-    "material": "material, lubricant, sample, specimen, grease, oil, werkstoff, paarung, schmierstoff, schmierfett, "
-    "probe, muster, matériau, lubrifiant, graisse, échantillon, éprouvette",
+# By kind of column its SI units, and its words: what follows a bar may be cut short; parts of a word joined by a plus
+# sign may stand apart.
+_KINDS = {
+    "speed": ("m s-1", "speed, spd, vel|ocity, v, w, v rel, v gleit, v slip, v sliding, slid|ing speed, "
+        "slid|ing vel|ocity, slip speed, slip vel|ocity, rel|ative speed, rel|ative vel|ocity, drive speed, "
+        "drive vel|ocity, geschw|indigkeit, gl|eit+geschw|indigkeit, rel|ativ+geschw|indigkeit, vit|esse, "
+        "vit|esse de gliss|ement, vit|esse gliss|ement, vit|esse rel|ative"),
+    "time": ("s", "time, t, waiting time, wait, hold time, dwell time, dwell, contact time, elapsed time, zeit, "
+        "wartezeit, haltezeit, kontaktzeit, messzeit, prüfzeit, versuchszeit, temps, durée, temps de contact, "
+        "temps d'attente"),
+    "mu": ("", "mu, mue, μ, cof, friction, fric|tion coef|ficient, coef|ficient of fric|tion, traction, "
+        "traction coef|ficient, coef|ficient of traction, reibung, reib|ungs+wert, reib|ungs+beiwert, "
+        "reib|ungs+z|ahl, reib|ungs+koef|fizient, frottement, coef|ficient de frot|tement, coef|ficient frot|tement"),
+    "friction_force": ("N", "fric|tion force, frictional force, force of fric|tion, f friction, f r, f reib, "
+        "reib|ungs+kr|aft, tang|ential force, tang|ential+kr|aft, traction force, force de frot|tement, "
+        "force tangentielle"),
+    "load": ("N", "load, norm|al load, norm|al force, applied load, test load, f n, last, norm|al+kr|aft, "
+        "norm|al+last, auflast, prüfl|ast, pruefl|ast, prüfkr|aft, pruefkr|aft, belast|ung, anpresskr|aft, "
+        "andruckkr|aft, charge, force norm|ale, charge norm|ale, effort norm|al"),
+    "force": ("N", "f, force, kraft, spring force, federkraft, messkraft, horizontal force, effort"),
+    "acceleration": ("m s-2", "acceleration, accel, acc, a, beschl|eunigung, accélération"),
+    "displacement": ("m", "displacement, drive displacement, drive position, position, weg, verschiebung, déplacement"),
+    "stick": ("", "stick"),
+    "sigma": ("", "sigma, σ"),
+    "material": ("", "material, lubricant, sample, specimen, grease, oil, werkstoff, paarung, schmierstoff, "
+        "schmierfett, probe, muster, matériau, lubrifiant, graisse, échantillon, éprouvette"),
 }  # fmt: skip
+_PHYSICAL = {kind: unit for kind, (unit, _) in _KINDS.items() if unit}
 POINTS = ("speed", "time", "mu", "friction_force", "load", "sigma", "material")  # kinds in tables of points
 RECORD = ("time", "force", "friction_force", "acceleration", "speed", "displacement", "stick", "mu", "load")  # of a rig
 _FORCE_TOO = frozenset(("friction", "reibung", "frottement", "traction"))  # words for the coefficient and the force
-_PHYSICAL = {"speed": "m s-1", "time": "s", "friction_force": "N", "load": "N", "force": "N", "acceleration": "m s-2",
-             "displacement": "m"}  # fmt: skip
 _LONG_SPEED = re.compile(  # Motor speed
     r"(.*(?:speed|velocity|(?<![^\W_])vel|geschw\w*|vitesse)\b[.)]?)(.*)", re.IGNORECASE
 )
@@ -65,9 +67,20 @@ _QUALIFIERS = frozenset(
     "measured gemessen set setpoint soll sollwert nominal nom target consigne ist istwert actual act real rel "
     "relative in en the of der des von".split()
 )
-_STATIC = frozenset("static stat s haft statisch statische statique h 0".split())
+
+
+@lru_cache(maxsize=4096)
+def plain(word: str) -> str:
+    """A name as it is compared."""
+    bare = "".join(c for c in unicodedata.normalize("NFKD", word.casefold()) if not unicodedata.combining(c))
+    return " ".join(re.sub(r"[_\-.':’]", " ", bare).split())
+
+
+_STATIC = frozenset(map(plain, "static stat s haft statisch statische statique h 0".split()))
 _KINETIC = frozenset(
-    "kinetic dynamic kin dyn k d g gleit sliding dynamisch dynamische kinetisch kinetische dynamique cinétique".split()
+    plain(word)
+    for word in "kinetic dynamic kin dyn k d g gleit sliding dynamisch dynamische kinetisch kinetische dynamique "
+    "cinétique".split()
 )
 _SIGMA = re.compile(
     r"\b(?:std ?dev(?:iation)?|st ?dev|std ?abw(?:eichung)?|stabw|standard ?(?:dev\w*|abw\w*|error|fehler)|sdev"
@@ -87,8 +100,9 @@ _COMPUTED = re.compile(  # what is no longer the quantity itself: log v, 1/mu, m
 )
 _NUMBERED = frozenset("no nr n° # id name number nummer nom numéro numero code".split())  # sample no.
 _OTHER = frozenset(
-    "temp temperature temperatur température t° pressure humidity humidite rh cycle cycles zyklus zyklen stroke "
-    "strokes hub distance position number no nr n° # anzahl index point points punkt step line row zeile date "
+    plain(word)
+    for word in "temp temperature temperatur température t° pressure humidity humidite rh cycle cycles zyklus zyklen "
+    "stroke strokes hub distance position number no nr n° # anzahl index point points punkt step line row zeile date "
     "datum uhrzeit comment kommentar remark remarks bemerkung operator bediener ratio srr viscosity wear usure "
     "torque couple moment acceleration load last force kraft charge speed time zeit fx fy fz ft r2 count id "
     "channel kanal ecr resistance voltage effort".split()
@@ -100,7 +114,6 @@ _OTHER_ENDS = (
 PURE = ("", "1", "-", "–", "—")  # how people write "no unit"
 PERCENT = ("%", "percent", "prozent", "pct", "pour cent", "v h")
 _GROUP = re.compile(r"\s*/?\s*(?:\[([^\[\]]*)\]|(?<!\^)\(((?:[^()]|\^\([^()]*\))*)\))")
-_APART = re.compile(r"[\s,_:/\-.]+")
 
 
 @dataclass(frozen=True)
@@ -119,15 +132,15 @@ class Heading:
     label: str = ""
 
     def is_called(self, word: str) -> bool:
-        """Whether people mean this column by a word: all of the heading, or its name."""
+        """True for a word that is all of the heading, or its name."""
         return plain(word) in (plain(self.text), plain(self.name))
 
     def may_be_force(self) -> bool:
-        """Whether the word for this friction is also that for the force."""
+        """True where the word for this friction is also that for the force."""
         return self.kind == "friction_force" or self.kind == "mu" and bool(_FORCE_TOO & set(_tokens(self.name)))
 
     def is_force(self) -> bool:
-        """Whether this is friction as a force: called so, or friction with a unit of force."""
+        """True for friction as a force: called so, or friction with a unit of force."""
         return self.kind == "friction_force" or self.may_be_force() and is_column_unit(self.unit, "N")
 
 
@@ -137,16 +150,15 @@ def heading(text: str, kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] =
 
     kinds : of columns there may be. names : further names of columns, which are kinds of their own.
     """
-    one = _heading(text, kinds, names)
-    return replace(one, kind="other") if _COMPUTED.search(one.name) and one.kind not in names else one
+    parts = _heading(text, kinds, names)
+    return replace(parts, kind="other") if _COMPUTED.search(parts.name) and parts.kind not in names else parts
 
 
 def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Heading:
-    """A heading as its words say."""
     shown = text.translate(units.AS_TYPED)
     name, unit = _cut(shown)
-    if plain(shown) in map(plain, names) or plain(name) in map(plain, names):
-        return Heading(text, name, unit, next(n for n in names if plain(n) in (plain(shown), plain(name))))
+    if own := next((n for n in names if plain(n) in (plain(shown), plain(name))), ""):
+        return Heading(text, name, unit, own)
     kind, rest = _known(name, kinds)
     if name == "T" and not is_column_unit(unit, "s"):
         return Heading(text, name, unit, "other")  # a temperature
@@ -161,10 +173,9 @@ def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Headi
         behind = _rest(longer[2], "speed", kinds)
         if not behind or not unit and is_column_unit(behind):
             return Heading(text, longer[1], unit or behind, "speed", longer[1])
-    is_bare = rest and not unit and (kind in _PHYSICAL or plain(rest) in PERCENT or is_column_unit(rest))
-    if is_bare:
+    if rest and not unit and (kind in _PHYSICAL or plain(rest) in PERCENT or is_column_unit(rest)):
         return Heading(text, _END.sub("", name[: -len(rest)]), rest, kind)
-    if not kind and "mu" in kinds and _is_other(name):
+    if not kind and "mu" in kinds and any(word in _OTHER or word.endswith(_OTHER_ENDS) for word in _tokens(name)):
         kind = "other"
     if not kind and not unit and (bare := _UNIT_BEHIND.fullmatch(name)):
         word = bare[2] or bare[3]
@@ -182,66 +193,49 @@ def trailing_unit(text: str, of: str) -> str:
 
 def words_for(kinds: Collection[str]) -> list[str]:
     """Every name of some kinds of columns, in full."""
-    words = (word for kind in kinds for word in (kind, *_WORDS.get(kind, "").split(", ")) if word)
+    words = (word for kind in kinds for word in (kind, *_KINDS.get(kind, ("", ""))[1].split(", ")) if word)
     return [word.replace("|", "").replace("+", "") for word in words]
 
 
-@lru_cache(maxsize=4096)
-def plain(word: str) -> str:
-    """A name as it is compared."""
-    bare = "".join(c for c in unicodedata.normalize("NFKD", word.casefold()) if not unicodedata.combining(c))
-    return " ".join(re.sub(r"[_\-.':’]", " ", bare).split())
-
-
 def with_units_below(
-    table: Table, headings: list[Heading], others: Mapping[str, str], kinds: tuple[str, ...] = POINTS
+    table: Table, headings: list[Heading], kinds: tuple[str, ...] = POINTS
 ) -> tuple[list[Heading], bool]:
     """The headings with the units of a line of their own below them, and whether there is one.
 
-    others : SI units of columns of other kinds. kinds : of columns there may be. Such a line holds no number, and the
-    unit of a column whose heading has none; what else it says belongs to the headings.
+    kinds : of columns there may be. Such a line holds no number, and the unit of a column whose heading has none; other
+    words in it belong to the headings.
     """
-    units_of = {**_PHYSICAL, **others}
-    cells = first_cells(table)
-    texts = [cell.text.strip("[]() ") for cell in cells]
+    texts = [cell.text.strip("[]() ") for cell in first_cells(table)]
     if len(texts) != len(headings) or len(table.lines) < 2 or any(NUMBER.fullmatch(t.replace(",", ".")) for t in texts):
         return headings, False
-    rows = [*zip(headings, texts, strict=True)]
-    if not any(not h.unit and is_column_unit(text, units_of[h.kind]) for h, text in rows if h.kind in units_of):
+    pairs = [*zip(headings, texts, strict=True)]
+    if not any(not h.unit and is_column_unit(text, _PHYSICAL[h.kind]) for h, text in pairs if h.kind in _PHYSICAL):
         return headings, False
-    return [_continued(h, text, kinds) for h, text in rows], True
+    return [above if not below or above.unit else _continued(above, below, kinds) for above, below in pairs], True
 
 
 def _continued(above: Heading, below: str, kinds: tuple[str, ...]) -> Heading:
     """A heading that goes on in the line below: with a unit, or with words such as `std`."""
-    if not below or above.unit:
-        return above
-    is_unit = below in PURE or plain(below) in PERCENT or _is_unit(below)
-    joined = heading(
-        f"{above.text} [{below}]" if is_unit or above.kind in _PHYSICAL else f"{above.text} {below}", kinds
-    )
-    return Heading(
-        above.text if is_unit else joined.text, joined.name, joined.unit, joined.kind or above.kind, joined.label
-    )
+    is_unit = _is_unit(below)
+    text = f"{above.text} [{below}]" if is_unit or above.kind in _PHYSICAL else f"{above.text} {below}"
+    joined = heading(text, kinds)
+    return replace(joined, text=above.text if is_unit else joined.text, kind=joined.kind or above.kind)
 
 
 def _cut(text: str) -> tuple[str, str]:
     """Name and unit of a heading: what stands in the last brackets that hold a unit, else in the last square ones."""
-    groups = [*_GROUP.finditer(text)]
-    inner = [(m[1] if m[1] is not None else m[2]).strip() for m in groups]
-    round_ones = [m[1] is None for m in groups]
-    held = [i for i, one in enumerate(inner) if _is_unit(one, round_ones[i])]
-    held = held or [i for i, one in enumerate(inner) if not round_ones[i] and plain(one) not in _QUALIFIERS]
-    if not held:
+    groups = [(m, (m[1] if m[1] is not None else m[2]).strip(), m[1] is None) for m in _GROUP.finditer(text)]
+    with_unit = [(m, inner) for m, inner, is_round in groups if _is_unit(inner, is_round)]
+    square = [(m, inner) for m, inner, is_round in groups if not is_round and plain(inner) not in _QUALIFIERS]
+    if not (with_unit or square):
         return text.strip(), ""
-    group, unit = groups[held[-1]], inner[held[-1]]
-    name = f"{_END.sub('', text[: group.start()])} {text[group.end() :]}".strip()
-    return name, unit or "-"
+    match, unit = (with_unit or square)[-1]
+    return f"{_END.sub('', text[: match.start()])} {text[match.end() :]}".strip(), unit or "-"
 
 
 @lru_cache(maxsize=4096)
 def _is_unit(text: str, in_round: bool = False) -> bool:
-    """Whether a text in brackets is a unit of something; a capital letter in round ones rather names a material."""
+    """True for a unit of something; a capital letter in round brackets rather names a material."""
     if text in PURE or plain(text) in PERCENT or is_column_unit(text):
         return True
     if plain(text) in _QUALIFIERS or _joined(text) in _index()["mu"] or in_round and re.fullmatch("[A-Z]", text):
@@ -282,13 +276,11 @@ def _known(name: str, kinds: tuple[str, ...]) -> tuple[str, str]:
 
 
 def _kind_of(word: str, kinds: tuple[str, ...]) -> str:
-    """The kind of column that is called so."""
     joined, index = _joined(word), _index()
-    found = next((kind for kind in kinds if joined in index[kind]), "")
-    if found or not word or "mu" not in kinds:
-        return found
+    if (exact := next((kind for kind in kinds if joined in index[kind]), "")) or not word or "mu" not in kinds:
+        return exact
     parts = word.split()
-    for kind, words in (("static", _static()), ("kinetic", _kinetic())):
+    for kind, words in (("static", _STATIC), ("kinetic", _KINETIC)):
         if word in words and len(word) > 3:
             return kind
         for i, part in enumerate(parts):
@@ -303,7 +295,7 @@ def _kind_of(word: str, kinds: tuple[str, ...]) -> str:
 
 
 def _rest(text: str, kind: str, kinds: tuple[str, ...]) -> str:
-    """What stands behind a name, without qualifiers and further words for the same (`Sliding speed v`)."""
+    """The text behind a name, without qualifiers and further words for the same (`Sliding speed v`)."""
     words = text.strip(" ,/_:-").split()
     while words and (_is_spare(words[0]) or _kind_of(plain(words[0].strip("(),")), kinds) == kind):
         words = words[1:]
@@ -316,22 +308,16 @@ def _is_spare(word: str) -> bool:
     return plain(word.strip("()[],")) in {"", *_QUALIFIERS} and word not in ("/",)
 
 
-def _is_other(name: str) -> bool:
-    """Whether a name is that of something that is never friction."""
-    words = _tokens(name)
-    return any(word in _others() or word.endswith(_OTHER_ENDS) for word in words)
-
-
-def _tokens(name: str) -> Sequence[str]:
+def _tokens(name: str) -> list[str]:
     return [word for word in re.split(r"[\s()\[\],/]+", plain(name)) if word]
 
 
 @lru_cache(maxsize=1)
 def _index() -> dict[str, frozenset[str]]:
-    """What each kind of column is called, cut short or not, without spaces."""
+    """The words of each kind of column, cut short or not, without spaces."""
     return {
-        kind: frozenset(_joined(one) for word in words.split(", ") for one in _cut_short(word))
-        for kind, words in _WORDS.items()
+        kind: frozenset(_joined(short) for word in words.split(", ") for short in _cut_short(word))
+        for kind, (_, words) in _KINDS.items()
     }
 
 
@@ -344,18 +330,3 @@ def _cut_short(word: str) -> Iterator[str]:
 def _joined(word: str) -> str:
     """A name as it is compared, whether its parts stand apart or not."""
     return plain(word).replace(" ", "")
-
-
-@lru_cache(maxsize=1)
-def _static() -> frozenset[str]:
-    return frozenset(map(plain, _STATIC))
-
-
-@lru_cache(maxsize=1)
-def _kinetic() -> frozenset[str]:
-    return frozenset(map(plain, _KINETIC))
-
-
-@lru_cache(maxsize=1)
-def _others() -> frozenset[str]:
-    return frozenset(map(plain, _OTHER))

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
@@ -47,8 +47,8 @@ class Cone:
     def faces(self) -> Flags:
         """Which parts each face has, (f, p); one at least."""
         free = len(self.parts) - self.bounded
-        kept = np.array([*product((True, False), repeat=self.bounded)], bool).reshape(2**self.bounded, -1)
-        faces = np.hstack([kept, np.ones((len(kept), free), bool)])
+        bounded = np.array([*product((True, False), repeat=self.bounded)], bool).reshape(2**self.bounded, -1)
+        faces = np.hstack([bounded, np.ones((len(bounded), free), bool)])
         return np.asarray(faces[faces.any(axis=1)])
 
 
@@ -125,8 +125,8 @@ def _optimum(normal: Floats, right: Floats, faces: Flags) -> tuple[Floats, Float
         for i in reversed(count):
             rest = along[i] - sum(lower[n, i] * weights[n] for n in count[i + 1 :])
             weights[i] = rest / lower[i, i]
-        found = [np.where(faces[:, i], weights[i] / length[i][:, None], 0.0) for i in count]
-    return np.stack(found, axis=2), np.sum(np.square(along), axis=0)
+        values = [np.where(faces[:, i], weights[i] / length[i][:, None], 0.0) for i in count]
+    return np.stack(values, axis=2), np.sum(np.square(along), axis=0)
 
 
 def bottom(left: Callable[[Floats], Floats], grid: Floats, zooms: int = _ZOOMS) -> float:
@@ -173,30 +173,11 @@ class Weighting(NamedTuple):
     slope: float
 
 
-def _left(model: Model, cone: Cone, scale: Floats) -> Floats:
-    """The weighted sum of squares left at each scale."""
-    return model.solve(scale, cone).left
-
-
-def weightings(model: Model, cone: Cone, order: Floats | None) -> list[Weighting]:
-    """The slopes of the scatter that are tried. order : (n,) over a range of 1; None: the weights are known."""
-    tried = []
-    for slope in [0.0] if order is None else _SLOPES:
-        one = model if order is None else replace(model, weight=np.exp(-slope * order))
-        best = bottom(partial(_left, one, cone), one.grid, _COARSE)
-        near = one.basis(best * np.array([1.0, 1.0 + 1e-5]))
-        tangent = np.column_stack([near[0], 1e5 * (near[1] - near[0])[:, -1]])
-        information = float(np.sum(np.log(np.maximum(np.linalg.svd(tangent, compute_uv=False), 1e-12))))
-        offset = 2.0 * (information - float(np.sum(np.log(one.weight)))) + (slope / _PRIOR) ** 2
-        tried.append(Weighting(one, best, offset, float(slope)))
-    return tried
-
-
 class Region:
     """The coefficients that points allow: profile likelihood over scale and scatter.
 
-    freedom : points to spare; inf where the deviations are known. bounded : position of a coefficient that is >= 0,
-        None for none.
+    freedom : points to spare; inf where the deviations are known. order : (n,) over a range of 1; None: the weights are
+        known. bounded : position of a coefficient that is >= 0, None for none.
     """
 
     def __init__(
@@ -205,40 +186,52 @@ class Region:
     ) -> None:  # fmt: skip
         self._cone, self._freedom, self._bounded = cone, freedom, bounded
         self._known = math.isinf(freedom)
-        self._all = weightings(model, cone, order)
+        slopes = [0.0] if order is None else [*_SLOPES]
+        self._all = [self._weighting(model, order, slope) for slope in slopes]
         rounding = 1e-26 * float(np.sum((model.target * model.weight) ** 2))
-        least = [max(float(self._left(one)(np.array([one.best]))[0]), rounding) for one in self._all]
-        self._deviance = np.array([self._raised(one, left) for one, left in zip(self._all, least, strict=True)])
+        least = [max(float(self._left(weighting)(np.array([weighting.best]))[0]), rounding) for weighting in self._all]
+        self._deviance = np.array(
+            [self._raised(weighting, left) for weighting, left in zip(self._all, least, strict=True)]
+        )
         self._nodes = self._scales(reach if reach else student(freedom)) if freedom > 0 else []
 
-    def _left(self, one: Weighting) -> Callable[[Floats], Floats]:
-        return partial(_left, one.model, self._cone)
+    def _weighting(self, model: Model, order: Floats | None, slope: float) -> Weighting:
+        weighted = model if order is None else replace(model, weight=np.exp(-slope * order))
+        best = bottom(lambda scale: weighted.solve(scale, self._cone).left, weighted.grid, _COARSE)
+        near = weighted.basis(best * np.array([1.0, 1.0 + 1e-5]))
+        tangent = np.column_stack([near[0], 1e5 * (near[1] - near[0])[:, -1]])
+        information = float(np.sum(np.log(np.maximum(np.linalg.svd(tangent, compute_uv=False), 1e-12))))
+        offset = 2.0 * (information - float(np.sum(np.log(weighted.weight)))) + (slope / _PRIOR) ** 2
+        return Weighting(weighted, best, offset, float(slope))
 
-    def _raised(self, one: Weighting, left: float) -> float:
-        return left if self._known else one.offset + self._freedom * math.log(left)
+    def _left(self, weighting: Weighting) -> Callable[[Floats], Floats]:
+        """The weighted sum of squares left, as a function of the scale."""
+        return lambda scale: weighting.model.solve(scale, self._cone).left
 
-    def _allowed(self, one: Weighting, reach: float) -> float:
-        """The sum of squares up to which coefficients are within `reach` standard errors."""
-        least = float(self._deviance.min())
-        if self._known:
-            return least + reach**2
-        above = self._freedom * math.log1p(reach**2 / self._freedom)
-        return math.exp((least + above - one.offset) / self._freedom)
+    def _raised(self, weighting: Weighting, left: float) -> float:
+        return left if self._known else weighting.offset + self._freedom * math.log(left)
 
     def _scales(self, reach: float) -> list[tuple[Weighting, float, Interval]]:
-        """The weightings that are allowed, with the sum of squares allowed and the scales that leave less."""
-        nodes = []
-        for one, deviance in zip(self._all, self._deviance, strict=True):
-            allowed = self._allowed(one, reach)
-            if self._raised(one, allowed) >= deviance:
-                nodes.append((one, allowed, within(self._left(one), one.best, allowed, one.model.grid)))
+        """The weightings that are allowed, with the sum of squares up to which coefficients are within `reach` standard
+        errors, and the scales that leave less."""
+        nodes, lowest = [], float(self._deviance.min())
+        for weighting, deviance in zip(self._all, self._deviance, strict=True):
+            if self._known:
+                allowed = lowest + reach**2
+            else:
+                above = self._freedom * math.log1p(reach**2 / self._freedom)
+                allowed = math.exp((lowest + above - weighting.offset) / self._freedom)
+            if self._raised(weighting, allowed) >= deviance:
+                nodes.append(
+                    (weighting, allowed, within(self._left(weighting), weighting.best, allowed, weighting.model.grid))
+                )
         return nodes
 
     @property
     def slope(self) -> tuple[float, float]:
         """The likeliest slope of the scatter, and by how much its deviance is below that of an even one."""
         i = int(np.argmin(self._deviance))
-        even = next(j for j, one in enumerate(self._all) if one.slope == 0)
+        even = next(j for j, weighting in enumerate(self._all) if weighting.slope == 0)
         return self._all[i].slope, float(self._deviance[even] - self._deviance[i])
 
     @cached_property
@@ -255,15 +248,15 @@ class Region:
         """
         start = np.inf if self._nodes else -np.inf
         low, high = np.asarray(start), np.asarray(-start)
-        for one, allowed, (first, last) in self._nodes:
-            ends = max(first, one.model.ends[0]), min(last, one.model.ends[1])
+        for weighting, allowed, (first, last) in self._nodes:
+            ends = max(first, weighting.model.ends[0]), min(last, weighting.model.ends[1])
             scale = np.geomspace(*ends, _NODES)
             along = direction(scale)
             cone = self._cone.parts
-            low, high = _extremes(one.model, scale, cone, along, allowed, self._bounded, (low, high))
+            low, high = _extremes(weighting.model, scale, cone, along, allowed, self._bounded, (low, high))
             if self._bounded is not None:
                 face = cone[cone[:, self._bounded] == 0]
-                low, high = _extremes(one.model, scale, face, along, allowed, None, (low, high))
+                low, high = _extremes(weighting.model, scale, face, along, allowed, None, (low, high))
         return np.asarray(low), np.asarray(high)
 
     def draw(self, count: int, random: np.random.Generator, among: Interval | None = None) -> tuple[Floats, Floats]:
@@ -275,69 +268,62 @@ class Region:
         """
         odds = np.exp(-0.5 * (self._deviance - self._deviance.min()))
         counts = random.multinomial(count, odds / odds.sum())
-        drawn = [self._drawn(one, n, random, among) for one, n in zip(self._all, counts, strict=True) if n]
+        drawn = [self._drawn(weighting, n, random, among) for weighting, n in zip(self._all, counts, strict=True) if n]
+        values, scale = (np.concatenate(parts) for parts in zip(*drawn, strict=True))
         order = random.permutation(count)
-        return np.concatenate([values for values, _ in drawn])[order], np.concatenate([scale for _, scale in drawn])[
-            order
-        ]
+        return values[order], scale[order]
 
     def _drawn(
-        self, one: Weighting, count: int, random: np.random.Generator, among: Interval | None
+        self, weighting: Weighting, count: int, random: np.random.Generator, among: Interval | None
     ) -> tuple[Floats, Floats]:
         whole = Cone(self._cone.parts)
 
         def free(scale: Floats) -> Floats:
-            return one.model.solve(scale, whole).left
+            return weighting.model.solve(scale, whole).left
 
-        best = bottom(free, one.model.grid)
+        best = bottom(free, weighting.model.grid)
         least = float(free(np.array([best]))[0])
         variance = 1.0 if self._known else least / self._freedom
-        ends = within(free, best, least + variance * (2.0 * student(self._freedom)) ** 2, one.model.grid)
-        low, high = max(ends[0], one.model.ends[0]), min(ends[1], one.model.ends[1])
+        ends = within(free, best, least + variance * (2.0 * student(self._freedom)) ** 2, weighting.model.grid)
+        low, high = max(ends[0], weighting.model.ends[0]), min(ends[1], weighting.model.ends[1])
         scale = np.unique(np.concatenate([np.geomspace(low, best, _NODES), np.geomspace(best, high, _NODES)]))
         if among is not None:
             scale = np.geomspace(*among, 2 * _NODES)
-        found = one.model.solve(scale, whole)
-        usable = np.isfinite(found.left)
-        scale, found = scale[usable], Conditional(*(part[usable] for part in found))
-        root = np.sqrt(np.maximum(found.left - least, 0.0) / max(variance, 1e-300)) * np.sign(scale - best)
+        solved = weighting.model.solve(scale, whole)
+        usable = np.isfinite(solved.left)
+        scale, middle, left = scale[usable], solved.values[usable], solved.left[usable]
+        root = np.sqrt(np.maximum(left - least, 0.0) / max(variance, 1e-300)) * np.sign(scale - best)
         below = stats.norm.cdf(root) if self._known else stats.t.cdf(root, self._freedom)
         below = np.linspace(0.0, 1.0, scale.size) if among is not None else np.maximum.accumulate(below)
         i = np.minimum(np.searchsorted(below, random.uniform(size=count)), scale.size - 1)
-        values, vectors = np.linalg.eigh(one.model.covariance(scale, whole.parts))
+        values, vectors = np.linalg.eigh(weighting.model.covariance(scale, whole.parts))
         roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
         normal = np.einsum("kij,kj->ki", roots[i], random.standard_normal((count, values.shape[1])))
         if not self._known:
             spare = self._freedom + 1.0
-            normal *= np.sqrt(found.left[i] / random.chisquare(spare, count))[:, None]
-        return found.values[i] + normal, scale[i]
+            normal *= np.sqrt(left[i] / random.chisquare(spare, count))[:, None]
+        return middle[i] + normal, scale[i]
 
 
 def _extremes(
-    model: Model,
-    scale: Floats,
-    parts: Floats,
-    along: Floats,
-    allowed: float,
-    bounded: int | None,
+    model: Model, scale: Floats, parts: Floats, along: Floats, allowed: float, bounded: int | None,
     so_far: tuple[Floats, Floats],
-) -> tuple[Floats, Floats]:
+) -> tuple[Floats, Floats]:  # fmt: skip
     """The least and greatest combinations over the ellipsoids of coefficients that leave no more than allowed."""
-    found = model.solve(scale, Cone(parts))
-    usable = found.left <= allowed
+    solved = model.solve(scale, Cone(parts))
+    usable = solved.left <= allowed
     if not usable.any():
         return so_far
-    values, covariance, along = found.values[usable], model.covariance(scale[usable], parts), along[usable]
-    moved = np.einsum("kij,kcj->kci", covariance, along)
+    values, along = solved.values[usable], along[usable]
+    moved = np.einsum("kij,kcj->kci", model.covariance(scale[usable], parts), along)
     spread = np.einsum("kci,kci->kc", along, moved)
-    step = np.sqrt((allowed - found.left[usable])[:, None] / np.where(spread > 0, spread, np.inf))
+    step = np.sqrt((allowed - solved.left[usable])[:, None] / np.where(spread > 0, spread, np.inf))
     middle = np.einsum("kci,ki->kc", along, values)
     ends = []
     for side in (-1.0, 1.0):
         reached = middle + side * step * spread
         if bounded is not None:
-            reached = np.where(
-                values[:, None, bounded] + side * step * moved[:, :, bounded] >= 0, reached, -side * np.inf
-            )
+            inside = values[:, None, bounded] + side * step * moved[:, :, bounded] >= 0
+            reached = np.where(inside, reached, -side * np.inf)
         ends.append(reached)
     return np.minimum(so_far[0], ends[0].min(axis=0)), np.maximum(so_far[1], ends[1].max(axis=0))

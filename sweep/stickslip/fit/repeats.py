@@ -16,17 +16,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from stickslip.fit import draws
 from stickslip.fit.curve import CurveFit, fit_curve
-from stickslip.fit.forms import COEFFICIENTS
+from stickslip.fit.models import COEFFICIENTS, Drawn, drawn_in_batches
 from stickslip.fit.uncertainty import CONFIDENCE, Floats, Interval, student
 from stickslip.theory import stribeck
 
-Flags = NDArray[np.bool_]
-
-_BATCHES = 200  # of draws, until enough of them are curves
 _BAND = 2000  # curves drawn for a band
 
 
@@ -40,25 +36,24 @@ class RepeatedFit(CurveFit):
     repeats: tuple[str, ...] = ()
     without: tuple[CurveFit, ...] = field(default=(), repr=False)
 
-    def draw(self, count: int, seed: int = 1, *, falling: bool = False) -> draws.Drawn | None:
-        """Curves as likely as the repeats leave them, as `draw_curves` returns them."""
+    def draw(self, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:
+        """Curves as likely as the repeats leave them; see `draw_curves`."""
         random, n = np.random.default_rng(seed), len(self.without)
-        best, others = self._scaled(self), np.array([self._scaled(one) for one in self.without])
-        root = (others - others.mean(axis=0)) * np.sqrt((n - 1) / n)
-        inside: list[Floats] = []
-        for tried in range(1, _BATCHES + 1):
+        values = np.array([[*fit.coefficients().values()] for fit in (self, *self.without)])
+        by_factors = (values > 0).all(axis=0) & (np.array(COEFFICIENTS) != "a2")
+        best, *others = np.where(by_factors, np.log(np.where(by_factors, values, 1.0)), values)
+        root = (np.array(others) - np.mean(others, axis=0)) * np.sqrt((n - 1) / n)
+
+        def batch() -> Floats:
             spread = np.sqrt(random.chisquare(n - 1, (count, 1)) / (n - 1))
             drawn = best + random.standard_normal((count, n)) @ root / spread
             with np.errstate(over="ignore"):
-                drawn = np.where(self._by_factors(), np.exp(drawn), drawn)
+                drawn = np.where(by_factors, np.exp(drawn), drawn)
             a1, a2, a3, a4 = drawn.T
             of_kind = ((a2 >= 0) | falling) & (a3 >= 0) if self.a3 >= 0 else a3 <= 0
-            inside.append(drawn[of_kind & (a1 >= 0) & (a1 + a3 >= 0) & (a4 > 0) & np.isfinite(drawn).all(axis=1)])
-            if (enough := sum(map(len, inside))) >= count:
-                chosen = np.concatenate(inside)[:count]
-                named = {name: chosen[:, i] for i, name in enumerate(COEFFICIENTS)}
-                return draws.Drawn(named, enough / (tried * count))
-        return None
+            return np.asarray(drawn[of_kind & (a1 >= 0) & (a1 + a3 >= 0) & (a4 > 0) & np.isfinite(drawn).all(axis=1)])
+
+        return drawn_in_batches(batch, count)
 
     def band(self, speed: ArrayLike) -> tuple[Floats, Floats]:
         """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s): quantiles of draws."""
@@ -70,22 +65,6 @@ class RepeatedFit(CurveFit):
         tail = (1 - CONFIDENCE) / 2
         low, high = np.quantile(curves, (tail, 1 - tail), axis=-1)
         return np.maximum(low, 0.0), high
-
-    def _by_factors(self) -> Flags:
-        """Which coefficients vary by factors: those above 0 in all fits, but for a2."""
-        values = np.array([[*one.coefficients().values()] for one in (self, *self.without)])
-        return np.asarray((values > 0).all(axis=0) & (np.array(COEFFICIENTS) != "a2"))
-
-    def _scaled(self, fit: CurveFit) -> Floats:
-        values = np.array([*fit.coefficients().values()])
-        return np.where(self._by_factors(), np.log(np.where(self._by_factors(), values, 1.0)), values)
-
-
-def draw_curves(fit: CurveFit, count: int, seed: int = 1, *, falling: bool = False) -> draws.Drawn | None:
-    """As `draws.draw_curves`; of a `RepeatedFit`, as likely as its repeats leave them."""
-    if isinstance(fit, RepeatedFit):
-        return fit.draw(count, seed, falling=falling)
-    return draws.draw_curves(fit, count, seed, falling=falling)
 
 
 def fit_repeats(
@@ -109,28 +88,26 @@ def fit_repeats(
     ValueError
         For fewer than two repeats, and where the others, without one of them, have fewer than 4 distinct speeds.
     """
-    w, y = [np.asarray(one, np.float64) for one in speeds], [np.asarray(one, np.float64) for one in mus]
+    w, y = ([np.asarray(values, np.float64) for values in given] for given in (speeds, mus))
     if len(w) < 2 or len(w) != len(y):
         raise ValueError(f"repeats: got {len(w)}, expected at least 2, each with speeds and friction coefficients")
     whole = fit_curve(np.concatenate(w), np.concatenate(y), unit=unit)
     without = []
     for i in range(len(w)):
-        rest = [j for j in range(len(w)) if j != i]
         try:
-            without.append(fit_curve(np.concatenate([w[j] for j in rest]), np.concatenate([y[j] for j in rest])))
+            without.append(fit_curve(np.concatenate(w[:i] + w[i + 1 :]), np.concatenate(y[:i] + y[i + 1 :])))
         except ValueError as error:
             raise ValueError(f"without {names[i] if names else f'repeat {i + 1}'}: {error}") from None
-    values = np.array([[*one.coefficients().values(), one.mu_start] for one in without])
-    scatter = values - values.mean(axis=0)
-    matrix = (len(w) - 1) / len(w) * scatter.T @ scatter
-    best = [*whole.coefficients().values(), whole.mu_start]
-    errors = [math.sqrt(one) for one in np.diag(matrix)]
-    reach = [student(len(w) - 1) * error for error in errors]
     order = (*COEFFICIENTS, "mu_start")
-    said = f"{len(w)} repeats ({', '.join(names)})" if names else f"{len(w)} repeats"
-    quality = f"{whole.quality} Intervals are those of {said}, which hold what differs between them."
-    known = {one.name: getattr(whole, one.name) for one in fields(CurveFit)}
-    known |= {
+    best, *others = ([getattr(fit, name) for name in order] for fit in (whole, *without))
+    scatter = np.array(others) - np.mean(others, axis=0)
+    matrix = (len(w) - 1) / len(w) * scatter.T @ scatter
+    errors = [math.sqrt(variance) for variance in np.diag(matrix)]
+    reach = [student(len(w) - 1) * error for error in errors]
+    count = f"{len(w)} repeats ({', '.join(names)})" if names else f"{len(w)} repeats"
+    quality = f"{whole.quality} Intervals are those of {count}, which hold what differs between them."
+    values = {each.name: getattr(whole, each.name) for each in fields(CurveFit)}
+    values |= {
         "standard_error": dict(zip(order, errors, strict=True)),
         "interval": dict(zip(order, map(_within, best, reach, order), strict=True))
         | dict.fromkeys(whole.assumed, (0.0, math.inf)),
@@ -138,7 +115,7 @@ def fit_repeats(
         "covariance": matrix[:4, :4], "freedom": float(len(w) - 1),
         "quality": f"{quality} Two leave them wide: measure a third." if len(w) == 2 else quality,
     }  # fmt: skip
-    return RepeatedFit(**known, repeats=tuple(names), without=tuple(without))
+    return RepeatedFit(**values, repeats=tuple(names), without=tuple(without))
 
 
 def _within(value: float, reach: float, name: str) -> Interval:

@@ -1,5 +1,11 @@
 """Points of friction over slip speed from a record at steps of speed and load: pin on disc, block on ring.
 
+    time [s]; Drehzahl [U/min]; Reibkraft [N]; Normalkraft [N]        begin [s], end [s], speed [mm/s], load [N]
+    0,00;     0;                0,02;          10,1                   0,         60,      5,            10
+
+Left a record, right a plan: what was set, and when. Every column has its unit in brackets; others than these are left
+out. Friction is a coefficient or, over the load, a force.
+
 A step is where the speed, and the load, stay within a twentieth; ramps between steps are left out. So is the beginning
 of each, in which the pair runs in: MSER-5 (White, Simulation 69 (1997) 323) cuts where the mean of what remains is
 known best. Samples within a step follow each other: their mean is known as that of as many independent values as there
@@ -11,13 +17,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.errors import ConfigError, Problem, QuantityError
+from stickslip.files.atomic import replaced
+from stickslip.files.tables import numbers, read_table
+from stickslip.fit.headings import PERCENT, PURE, heading, plain
 from stickslip.fit.uncertainty import Floats
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary import units
+from stickslip.vocabulary.column_units import column_unit
+from stickslip.vocabulary.suggest import listed
 
 _ALIKE = 0.05  # of its value, within which a speed or load stays during a step
 _TREND = 0.02  # of its value, by which it changes from the begin of a step to its end
@@ -30,6 +42,18 @@ _INDEPENDENT = 15  # values that differ on their own: of fewer, the error of a m
 _WINDOW = 3.0  # autocorrelation times over which the autocorrelation is summed: six of Sokal's, who has half of them
 _BATCH = 5  # samples, of MSER-5
 _LEFT_OUT = 0.2  # of a step at least: what MSER-5 keeps of running-in shifts the mean by a third of its error
+_WORDS = {  # of columns that only records in steps and plans have
+    "rotation": ("rpm", "upm", "n", "rotation", "rotational speed", "speed of rotation", "drehzahl"),
+    "begin": ("begin", "start", "from", "beginn", "von"), "end": ("end", "stop", "to", "ende", "bis"),
+}  # fmt: skip
+_KINDS = ("time", "speed", "mu", "friction_force", "force", "load")
+_UNITS = {"time": "s", "begin": "s", "end": "s", "speed": "m s-1", "force": "N", "load": "N", "mu": "1"}
+_TURNS = {  # rad/s of one; people mean turns by 1/min and Hz
+    **dict.fromkeys(("rpm", "upm", "u/min", "1/min", "/min", "min-1", "min^-1", "rev/min", "r/min"), math.pi / 30),
+    **dict.fromkeys(("hz", "1/s", "s-1", "s^-1", "rev/s", "u/s", "rps"), 2 * math.pi), "rad/s": 1.0,
+}  # fmt: skip
+_RECORD = "time [s], speed [mm/s], force [N], load [N]"
+_PLAN = "begin [s], end [s], speed [mm/s], load [N]"
 
 
 @dataclass(frozen=True)
@@ -94,7 +118,8 @@ def step_points(
         parts = _plateaus(controls)
     else:
         parts = [(int(np.searchsorted(t, a)), int(np.searchsorted(t, b))) for a, b in steps]
-    rows, left_out, resolution = [], [], _resolution(y)
+    rows, left_out, values = [], [], np.unique(y[:10_000])
+    resolution = float(np.diff(values).min()) if values.size > 1 else 0.0  # to which friction was rounded
     for start, stop in parts:
         where = f"{t[min(start, t.size - 1)]:.6g} to {t[max(stop - 1, 0)]:.6g} s"
         try:
@@ -109,8 +134,8 @@ def step_points(
         raise ValueError(f"no step is a point: {'; '.join(left_out[:3])}")
     if steps is None and used < 1 - _ALIKE:
         left_out.append(f"{100 * (1 - used):.0f} % of the samples, between steps")
-    columns: tuple[Any, ...] = (*np.array(rows).T, tuple(left_out))
-    return StepPoints(*columns)
+    speeds, means, sigmas, scatters, loads, begins, ends, independent = np.array(rows).T
+    return StepPoints(speeds, means, sigmas, scatters, loads, begins, ends, independent, tuple(left_out))
 
 
 def _point(t: Floats, y: Floats, v: Floats, n: Floats, settle: float | None, resolution: float) -> tuple[float, ...]:
@@ -170,58 +195,171 @@ def _autocorrelation_time(y: Floats) -> float:
     return float(times[closed[0]] * (1.0 + bias))
 
 
-def _resolution(y: Floats) -> float:
-    """The smallest step between values of a signal, to which it was rounded."""
-    steps = np.diff(np.unique(y[:10_000]))
-    return float(steps.min()) if steps.size else 0.0
-
-
 def _plateaus(controls: Floats) -> list[tuple[int, int]]:
-    """Where all of some signals, (signals, samples), stay: first and last sample + 1 of each stretch."""
-    noisy = any(np.median(np.abs(np.diff(one, 2))) > 0 for one in controls)
+    """First and last sample + 1 of each stretch in which all signals of (signals, samples) stay."""
+    noisy = any(np.median(np.abs(np.diff(signal, 2))) > 0 for signal in controls)
     width = max(_NOISY_BLOCK if noisy else 1, controls.shape[1] // _MOST_BLOCKS)
     count = controls.shape[1] // width
     blocks = controls[:, : count * width].reshape(len(controls), count, width)
     middles, errors = np.median(blocks, axis=2).T, (blocks.std(axis=2) / math.sqrt(width)).T
     edge = 1 if width > 1 else 0  # blocks that may hold a piece of a ramp
-    found: list[tuple[int, int]] = []
+    stretches: list[tuple[int, int]] = []
     start, level, reach = 0, middles[0], _reach(middles[0], errors[0])
     for i in range(1, count + 1):
         if i < count and (np.abs(middles[i] - level) <= reach).all():
             level = level + (middles[i] - level) / (i + 1 - start)
-            reach = (
-                _reach(level, np.median(errors[start : min(i + 1, start + 20)], axis=0)) if i - start < 40 else reach
-            )
+            if i - start < 40:
+                reach = _reach(level, np.median(errors[start : min(i + 1, start + 20)], axis=0))
             continue
         first, last = (start + edge) * width, (i - edge) * width
         if last - first >= _FEWEST and _stays(middles[start:i], level, errors[start:i]):
-            found.append((first, last))
+            stretches.append((first, last))
         if i < count:
             start, level, reach = i, middles[i], _reach(middles[i], errors[i])
-    return found
+    return stretches
 
 
 def _reach(level: Floats, errors: Floats) -> Floats:
-    """How far from its level a signal may be, where it stays."""
+    """The distance from its level within which a signal stays."""
     return np.maximum(_ALIKE * np.abs(level), _SURE * errors)
 
 
 def _stays(run: Floats, level: Floats, errors: Floats) -> bool:
-    """Whether signals have no trend."""
     place = np.linspace(-0.5, 0.5, len(run))
     weight = float(place @ place) or 1.0
     slope = place @ (run - level) / weight
-    return bool(
-        (np.abs(slope) <= np.maximum(_TREND * np.abs(level), _SURE * np.median(errors, axis=0) / weight**0.5)).all()
-    )
+    allowed = np.maximum(_TREND * np.abs(level), _SURE * np.median(errors, axis=0) / weight**0.5)
+    return bool((np.abs(slope) <= allowed).all())
 
 
-def described(points: StepPoints) -> str:
-    """What became of a record, in words."""
-    lines = [f"{points.speed.size} points, from the speeds {points.speed.min():.4g} to {points.speed.max():.4g} m/s"]
-    wild = points.speed[points.scatter > 0.2 * points.mu]
-    if wild.size:
-        speeds = listed([f"{1000 * one:.4g} mm/s" for one in wild[:8]], "and")
-        said = "where it sticks and slips, its mean is not that of sliding"
-        lines.append(f"note     friction varies by more than a fifth at {speeds}: {said}")
-    return "\n".join([*lines, *(f"left out {one}" for one in points.left_out[:20])])
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+def read_steps(
+    path: Path, plan: Path | None = None, *, radius: float | None = None, load: float | None = None,
+    settle: float | None = None,
+) -> StepPoints:  # fmt: skip
+    """The points of a record at steps of speed and load; see `step_points`.
+
+    Parameters
+    ----------
+    path : CSV or .xlsx with a column of time, one of friction or of its force, and, without a plan, one of speed
+    plan : a table of steps with columns of begin, end and speed, and of the load if it changes
+    radius : of the track, m, where speeds are those of rotation
+    load : N, where no column tells it
+    settle : as for `step_points`
+
+    Raises
+    ------
+    ConfigError
+        For files that cannot be understood, by line and column.
+    """
+    record = _Columns(path, ("time", "speed", "rotation", "mu", "force", "load"), _RECORD)
+    time, steps = record["time"], None
+    speed = record.speed(radius) if plan is None else np.full(time.shape, np.nan)
+    loads = record.get("load", np.full(time.shape, np.nan if load is None else load))
+    if plan is not None:
+        planned = _Columns(plan, ("begin", "end", "speed", "rotation", "load"), _PLAN)
+        begins, ends, speeds = planned["begin"], planned["end"], planned.speed(radius)
+        if (ends <= begins).any() or (begins[1:] < ends[:-1]).any():
+            raise planned.error("the steps overlap or are out of order", "each ends before the next one begins")
+        steps = [*zip(begins.tolist(), ends.tolist(), strict=True)]
+        for i, (begin, end) in enumerate(steps):
+            inside = (time >= begin) & (time < end)
+            speed[inside] = speeds[i]
+            if "load" in planned:
+                loads = np.where(inside, planned["load"][i], loads)
+    if "mu" in record:
+        friction = record["mu"]
+    else:
+        force = record["force"]
+        if not (loads[np.isfinite(speed)] > 0).all():
+            hint = "give --load, or a column of the load, with all values above 0"
+            raise record.error("friction is a force, and the load is not known or not above 0", hint)
+        friction = np.divide(force, loads, out=np.zeros_like(force), where=loads > 0)
+    try:
+        return step_points(time, friction, speed, None if np.isnan(loads).all() else loads, settle=settle, steps=steps)
+    except ValueError as error:
+        raise record.error(str(error)) from None
+
+
+def write_points(points: StepPoints, path: Path) -> None:
+    """Points as CSV that `stickslip fit` and `stickslip compare` read."""
+    head = "speed [mm/s], mu, sigma, load [N], begin [s], end [s], independent values"
+    columns = (1000 * points.speed, points.mu, points.sigma, points.load, points.begin, points.end, points.independent)
+    with replaced(path) as temporary:
+        np.savetxt(
+            temporary, np.column_stack(columns), "%.7g", delimiter=", ", header=head, comments="", encoding="utf-8"
+        )
+
+
+class _Columns(dict[str, Floats]):
+    """The columns of a table by their names, in SI. Raises ConfigError, also for one that is missing."""
+
+    def __init__(self, path: Path, known: tuple[str, ...], example: str) -> None:
+        self._table = table = read_table(
+            path, example, is_heading=lambda names: sum(_kind(n) in known for n in names) > 1
+        )
+        columns: dict[str, tuple[int, float]] = {}
+        problems = []
+        for position, cell in enumerate(table.heading):
+            if (name := _kind(cell.text)) not in known:
+                continue
+            try:
+                if name in columns:
+                    raise QuantityError("it once", "remove one of the two columns")
+                columns[name] = position, _factor(name, cell.text)
+            except QuantityError as error:
+                problems.append(Problem((), f"got {cell.text!r}, expected {error.expected}", cell.place, error.hint))
+        if problems:
+            raise ConfigError(table.name, problems)
+        values = numbers(table, [position for position, _ in columns.values()])
+        super().__init__({name: values[position] * factor for name, (position, factor) in columns.items()})
+
+    def __missing__(self, name: str) -> Floats:
+        headings = listed([repr(cell.text) for cell in self._table.heading], "and")
+        raise self.error(f"no column of {name} among {headings}", f"for instance '{_RECORD}'")
+
+    def speed(self, radius: float | None) -> Floats:
+        """The slip speed, m/s. Raises ConfigError."""
+        if "rotation" not in self or "speed" in self:
+            return self["speed"]
+        if radius is None:
+            raise self.error("the speed is one of rotation", "give the radius of the track: --radius '20 mm'")
+        return radius * self["rotation"]
+
+    def error(self, message: str, hint: str | None = None) -> ConfigError:
+        """That the table as a whole will not do."""
+        return ConfigError(self._table.name, [Problem((), message, hint=hint)])
+
+
+def _kind(text: str) -> str:
+    """The name of the column with a heading, a key of `_UNITS` or `rotation`; another where it is none."""
+    parts = heading(text, _KINDS)
+    if own := next((name for name, words in _WORDS.items() if plain(parts.name) in words), ""):
+        return own
+    if parts.kind == "speed" and parts.unit and _turns(text):
+        return "rotation"
+    return "force" if parts.is_force() else "mu" if parts.kind == "kinetic" else parts.kind
+
+
+def _turns(text: str) -> float | None:
+    """rad/s of the unit of rotation in a heading, which may be all of it."""
+    parts = heading(text, _KINDS)
+    return _TURNS.get((parts.unit or parts.name).lower().replace(" ", ""))
+
+
+def _factor(name: str, text: str) -> float:
+    """The factor from the unit of a column to SI. Raises QuantityError."""
+    unit = heading(text, _KINDS).unit
+    if name == "rotation":
+        if (turns := _turns(text)) is None:
+            raise QuantityError("the unit of a speed of rotation in brackets", "for instance 'rotation [rpm]'")
+        return turns
+    if name == "mu":
+        if unit not in (*PURE, *PERCENT):
+            raise QuantityError("no unit", "a friction coefficient is a pure number")
+        return 0.01 if unit in PERCENT else 1.0
+    if not unit:
+        raise QuantityError("its unit in brackets", f"for instance '{name} [{units.spelled(_UNITS[name])}]'")
+    return units.si_value(f"1 {column_unit(unit, _UNITS[name])}", _UNITS[name])

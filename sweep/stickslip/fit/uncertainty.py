@@ -1,4 +1,9 @@
-"""Least squares and the uncertainty of its results."""
+"""Least squares, the uncertainty of its results, and what residuals say against a fit: another shape, a point apart.
+
+Residuals of a fit are not independent: they are the scatter less what the coefficients could follow, which with few
+points is most of it. So each statistic is compared with that of residuals of scatter drawn at random, under the same
+projection; then it has its nominal level at any number of points (Dufour et al. 2004, Monte Carlo tests).
+"""
 
 from __future__ import annotations
 
@@ -14,6 +19,7 @@ Interval = tuple[float, float]
 
 CONFIDENCE = 0.95
 _SINGULAR = 1e-12  # share of the largest singular value below which a direction is not determined at all
+_DRAWN, _SEED = 999, 20  # residuals drawn
 
 
 def points_of(name: str, values: ArrayLike, length: int | None = None, minimum: float = 0.0) -> Floats:
@@ -23,8 +29,8 @@ def points_of(name: str, values: ArrayLike, length: int | None = None, minimum: 
     """
     array = np.atleast_1d(np.asarray(values, np.float64))
     if array.ndim != 1 or (length is not None and array.size != length):
-        wanted = "one row of numbers" if length is None else f"{length} numbers, one for each point"
-        raise ValueError(f"{name}: got the shape {array.shape}, expected {wanted}")
+        expected = "one row of numbers" if length is None else f"{length} numbers, one for each point"
+        raise ValueError(f"{name}: got the shape {array.shape}, expected {expected}")
     wrong = ~np.isfinite(array) | (array < minimum)
     if wrong.any():
         i = int(np.argmax(wrong))
@@ -33,7 +39,7 @@ def points_of(name: str, values: ArrayLike, length: int | None = None, minimum: 
 
 
 def student(freedom: int | float, confidence: float = CONFIDENCE) -> float:
-    """How many standard errors the confidence interval reaches to either side; freedom inf: at 95 % the normal 1.96."""
+    """Standard errors that the confidence interval reaches to either side; freedom inf: at 95 % the normal 1.96."""
     if freedom <= 0:
         return math.inf
     upper = 0.5 + 0.5 * confidence
@@ -50,11 +56,11 @@ def covariance(jacobian: Floats) -> Floats:
     _, singular, directions = np.linalg.svd(jacobian / scale, full_matrices=False)
     known = singular > _SINGULAR * singular[0]
     inverse = directions.T / np.where(known, singular, 1.0)
-    found = np.asarray(inverse[:, known] @ inverse[:, known].T) / np.outer(scale, scale)
+    matrix = np.asarray(inverse[:, known] @ inverse[:, known].T) / np.outer(scale, scale)
     lost = (np.abs(directions[~known]) > 1e-6).any(axis=0)
-    found[lost, :] = found[:, lost] = 0.0
-    found[lost, lost] = np.inf
-    return np.asarray(found)
+    matrix[lost, :] = matrix[:, lost] = 0.0
+    matrix[lost, lost] = np.inf
+    return np.asarray(matrix)
 
 
 def r_squared(values: Floats, residuals: Floats, weights: Floats) -> float:
@@ -69,3 +75,38 @@ def r_squared(values: Floats, residuals: Floats, weights: Floats) -> float:
 def rms(residuals: Floats) -> float:
     """Root mean square."""
     return float(np.sqrt(np.mean(residuals**2)))
+
+
+class Residuals:
+    """Weighted residuals of a fit (n,) beside drawn ones; `jacobian` (n, p) spans what the coefficients follow."""
+
+    def __init__(self, residuals: Floats, jacobian: Floats, speed: Floats) -> None:
+        q, _ = np.linalg.qr(jacobian[:, (jacobian != 0).any(axis=0)])
+        drawn = np.random.default_rng(_SEED).standard_normal((_DRAWN, residuals.size))
+        self._all = np.vstack([residuals, drawn - drawn @ q @ q.T])
+        self._free = np.sqrt(np.maximum(1.0 - np.sum(q**2, axis=1), 1e-9))
+        self._q, self._speed = q, speed
+
+    def _chance(self, statistic: Floats) -> float:
+        """The share of drawn residuals with at least the first one's statistic."""
+        return float(np.mean(statistic[1:] >= statistic[0] * (1 - 1e-12)) * _DRAWN + 1.0) / (_DRAWN + 1.0)
+
+    def chance_of_runs(self) -> float:
+        """Of neighbours over the speed as alike: the ratio of von Neumann (1941), repetitions at a speed being one."""
+        _, group = np.unique(self._speed, return_inverse=True)
+        mean = np.stack([np.bincount(group, residuals) for residuals in self._all]) / np.bincount(group)
+        return self._chance(-np.sum(np.diff(mean, axis=1) ** 2, axis=1) / np.sum(mean**2, axis=1))
+
+    def chance_of(self, direction: Floats) -> float:
+        """Of residuals that follow a direction (n,) as well."""
+        left = direction - self._q @ (self._q.T @ direction)
+        return self._chance((self._all @ left) ** 2 / np.sum(self._all**2, axis=1))
+
+    def outlier(self, freedom: float) -> tuple[int, float]:
+        """The position of the point that is farthest from the curve of the others, in their standard deviations, and
+        the chance that one is as far. freedom : points to spare; inf where deviations are known."""
+        each = self._all / self._free
+        if math.isfinite(freedom):
+            total = np.sum(self._all**2, axis=1, keepdims=True)
+            each = each / np.sqrt(np.maximum((total - each**2) / max(freedom - 1.0, 1.0), 1e-30 * total))
+        return int(np.argmax(np.abs(each[0]))), self._chance(np.abs(each).max(axis=1))

@@ -14,10 +14,9 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.borders import Limits, Scan
-from stickslip.config.examples import found_points
-from stickslip.config.forgotten_units import question as question_about
-from stickslip.config.plausible import question_about_points
+from stickslip.config.examples import points_path
 from stickslip.config.reader import make_config
+from stickslip.config.unit_warnings import friction_question_of_fit, unit_question
 from stickslip.config.yaml import Document
 from stickslip.dataset.materials import Material, material_dataset
 from stickslip.dataset.provenance import provenance
@@ -25,28 +24,22 @@ from stickslip.engine import Options, Progress
 from stickslip.errors import ConfigError, Problem, UnitWarning
 from stickslip.fit import CurveFit, MaterialFit, Wanted, fit_curve, fit_materials, join_repeats
 from stickslip.fit.points import Columns
-from stickslip.materials.quiet import (
+from stickslip.materials.stick_slip_end import (
     NOT_DETERMINED,
     QUIET,
     VIBRATES,
     VIBRATING_CODES,
-    Quiet,
+    QuietSpeeds,
+    below,
     cells_of,
+    drawn_of,
+    no_scatter,
     quiet_above,
     regimes,
+    scatter_of,
     watcher,
 )
-from stickslip.materials.scatter import below, drawn_of, nothing_known, scatter_of
-from stickslip.materials.system import (
-    Amount,
-    Amounts,
-    Question,
-    in_percent,
-    is_plain,
-    quantity,
-    speeds_of,
-    system_of,
-)
+from stickslip.materials.system import Amount, Amounts, Request, in_percent, is_plain, quantity, speeds_of, system_of
 from stickslip.progress import Watch, watched
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
 from stickslip.vocabulary import units
@@ -55,14 +48,14 @@ from stickslip.vocabulary.quantities import PARAMETERS
 
 Floats = NDArray[np.float64]
 Points = tuple[ArrayLike, ArrayLike] | CurveFit
-Asked = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | Mapping[str, Points] | Sequence[MaterialFit]
+Materials = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | Mapping[str, Points] | Sequence[MaterialFit]
 
 _COEFFICIENTS = ("a1", "a2", "a3", "a4")
 _SLOWER, _FASTER = 10.0, 4.0  # how far beyond what is measured, and what linear theory says, speeds are searched
 
 
 def compare(
-    materials: Asked,
+    materials: Materials,
     *,
     mass: Amount,
     stiffness: Amount,
@@ -83,38 +76,50 @@ def compare(
     threads: int | None = None,
     progress: Watch = "auto",
 ) -> xr.Dataset:
-    """Which material keeps a contact quiet, from measured friction over slip speed.
+    """Materials in the order of the belt speed above which a contact is quiet, from measured friction over slip speed.
 
+    Parameters
+    ----------
     materials : CSV files of points, each of one material or of several (`stickslip fit` reads the same); or by name,
         points (slip speeds in m/s, friction coefficients) or a `fit.CurveFit`; or fits of `fit.fit_materials`.
     mass, stiffness, normal_load, damping : of the system, numbers in SI or texts with a unit ("5 N/mm"); damping also
         in percent of critical damping, 2 sqrt(k m) ("3 %"). No damping is taken as 0, which the attribute
         `damping_assumed` says; a damper lowers the borders.
-    friction_scale : by which all friction is multiplied, where a part has another than the rig that measured it.
     belt_speed : at which regime, margin and probability of being quiet are told, each with the dimension `belt_speed`
         if several are given; without it they are left out, and the tendency is that at the slowest speed searched.
     speed_range : instead of it, the ends of a range in which a contact is to be quiet throughout: margin and
         probability are those of its slowest speed, the regime is that at the speed where it vibrates most
         (worst_speed). A text such as "5..60 mm/s" as belt_speed says the same.
+    friction_scale : by which all friction is multiplied, where a part has another than the rig that measured it.
+        Of normal_load, damping and friction_scale several values may be given, or a range ("0.5..5 %": five values):
+        ranks are those with the largest load and scale and the least damping, and quiet_above_over_damping and so on
+        have the border at each value.
     between : belt speeds searched; None takes a tenth of the slowest measured speed to four times the fastest, or to
         four times where theory sees the end of vibration, if that is more.
-    unit : of speeds whose heading names none. columns : which columns of the files to take, where headings do not say.
+    unit : of speeds whose heading names none.
+    columns : which columns of the files to take, where headings do not say.
     same : patterns of names ("grease A*") of repeats of one material each: one row, whose interval holds what differs
         between them (`fit.fit_repeats`); the variables `repeats` and `repeat_names` tell how many there are, and which.
-    level : of the confidence intervals. draws : curves drawn per material from what its fit leaves open, of which the
-        intervals are quantiles; 0 leaves intervals out. seed : of the draws.
-    tolerance, scan : of the search of borders, as for `border`. threads : None for all. progress : as for `run`; what
-        is counted are curves, those drawn among them.
+    level : of the confidence intervals.
+    draws, seed : curves drawn per material from what its fit leaves open, of which the intervals are quantiles; 0
+        leaves intervals out.
+    tolerance, scan : of the search of borders, as for `border`.
+    threads, progress : as for `run`; None takes all threads, and progress counts curves, those drawn among them.
 
-    Of normal_load, damping and friction_scale several values may be given, or a range ("0.5..5 %": five values): ranks
-    are those with the largest load and scale and the least damping, and quiet_above_over_damping and so on have the
-    border at each value.
+    Returns
+    -------
+    xarray.Dataset
+        Over `material`, best first: quiet_above and the interval quiet_above_low to quiet_above_high, what kind of
+        number it is (quiet_state), the coefficients, the two speeds at which more points would narrow the interval
+        most, and over `slip_speed` the curves with their 95 % bands, over `point` what was measured. Materials whose
+        points do not tell where vibration ends, or have implausible friction, come last, without a rank (NaN).
 
-    Returns a dataset over `material`, best first: quiet_above and the interval quiet_above_low to quiet_above_high,
-    what kind of number it is (quiet_state), the coefficients, the two speeds at which more points would narrow the
-    interval most, and over `slip_speed` the curves with their 95 % bands, over `point` what was measured. Materials
-    whose points do not tell where vibration ends, or have implausible friction, come last, without a rank (NaN). Raises
-    ConfigError for files that will not do, TypeError or ValueError for other wrong input.
+    Raises
+    ------
+    ConfigError
+        For files that will not do.
+    TypeError, ValueError
+        For other wrong input.
     """
     wanted = columns or Wanted()
     load = wanted.load  # by which friction forces are divided
@@ -129,210 +134,194 @@ def compare(
     if isinstance(draws, bool) or not isinstance(draws, int) or draws < 0:
         raise ValueError(f"draws: got {draws!r}, expected a whole number of at least 0")
     limits = Limits(scan, tolerance)
-    ends = None if between is None else tuple(quantity("belt_speed", end, "between") for end in between)
+    low, high = (None, None) if between is None else (quantity("belt_speed", end, "between") for end in between)
     system, over = system_of(given)
-    question = Question(
-        system, over, speeds_of(belt_speed, speed_range), None if ends is None else (ends[0], ends[1]),
+    request = Request(
+        system, over, speeds_of(belt_speed, speed_range), None if low is None or high is None else (low, high),
         level, draws, seed, limits, Options(rtol=limits.rtol(), threads=threads),
     )  # fmt: skip
-    if asked := _doubts(fits, given | {"belt_speed": belt_speed}, question):
-        warnings.warn(asked, UnitWarning, stacklevel=2)
-    with watched(progress, "curves", question.options.law) as move:
-        ds = compare_fits(fits, question, move)
-    written = {f"written_{name}": value for name, value in given.items()
-               if isinstance(value, str) and name not in over and not is_plain(value)}  # fmt: skip
-    notes = {"damping_assumed": 1} if damping is None else {}
-    return ds.assign_attrs(written | notes | ({"damping_in_percent": 1} if in_percent(damping) else {}))
+    if question := _question(fits, given | {"belt_speed": belt_speed}, request):
+        warnings.warn(question, UnitWarning, stacklevel=2)
+    with watched(progress, "curves", request.options.law) as move:
+        ds = compare_fits(fits, request, move)
+    attributes: dict[str, Any] = {f"written_{name}": value for name, value in given.items()
+                                  if isinstance(value, str) and name not in over and not is_plain(value)}  # fmt: skip
+    attributes |= {"damping_assumed": 1} if damping is None else {}
+    return ds.assign_attrs(attributes | ({"damping_in_percent": 1} if in_percent(damping) else {}))
 
 
-def compare_fits(fits: Sequence[MaterialFit], question: Question, progress: Progress | None = None) -> xr.Dataset:
-    """The same of fitted curves; see `compare`. progress : called with curves done, in part too, and in all."""
-    doubts = [_doubt_of(one) for one in fits]
-    known = {
-        i: (one.curve, drawn)
-        for i, one in enumerate(fits)
-        if one.curve
-        and one.curve.determined
-        and not doubts[i]
-        and ((drawn := drawn_of(one.curve, question)) or not one.curve.has_intervals)
-    }
-    scan = _scan([fits[i] for i in known], fits, question)
-    told = [_undetermined(one, doubt, question) for one, doubt in zip(fits, doubts, strict=True)]
+def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progress | None = None) -> xr.Dataset:
+    """As `compare`, of fitted curves. progress : called with curves done, in part too, and in all."""
+    doubts = [_doubt(fit) for fit in fits]
+    drawn = {i: drawn_of(_curve(fit), request)
+             for i, fit in enumerate(fits) if _curve(fit).determined and not doubts[i]}  # fmt: skip
+    known = [i for i, curves in drawn.items() if curves or not _curve(fits[i]).has_intervals]
+    scan = _scan([fits[i] for i in known], fits, request)
+    rows = [_undetermined(fit, doubt, request) for fit, doubt in zip(fits, doubts, strict=True)]
     keys: list[tuple[int, float]] = [(3, 0.0)] * len(fits)
-    over: dict[str, Floats] = {
-        name: np.full((len(fits), len(values)), np.nan) for name, values in question.over.items()
-    }
-    quiet: dict[int, Quiet | None] = {}
-    curves_in_all = max(len(known), 1) * (1 + question.draws)
-    watch = watcher(question.limits, len(known), curves_in_all, progress)
+    over = {name: np.full((len(fits), len(values)), np.nan) for name, values in request.over.items()}
+    quiet: dict[int, QuietSpeeds | None] = {}
+    total = max(len(known), 1) * (1 + request.draws)
+    watch = watcher(request.limits, len(known), total, progress)
     if known:
         curves = {name: np.array([getattr(fits[i].curve, name) for i in known]) for name in _COEFFICIENTS}
-        found = quiet_above(
-            curves, question.system, scan, question.limits.tolerance, question.options, watch(0, len(known))
+        borders = quiet_above(
+            curves, request.system, scan, request.limits.tolerance, request.options, watch(0, len(known))
         )
-        motion = _motion(curves, question, scan)
-        for row, (i, (curve, drawn)) in enumerate(known.items()):
-            values, quiet[i] = scatter_of(
-                curve, drawn, question, scan, float(found.speed[row]), watch(row + 1, question.draws)
-            )
-            told[i] = _material(fits[i], found, motion, values, row, question)
-            keys[i] = _rank_key(found, row)
+        motion = _motion(curves, request, scan)
+        for row, i in enumerate(known):
+            moved = watch(row + 1, request.draws)
+            values, quiet[i] = scatter_of(_curve(fits[i]), drawn[i], request, scan, float(borders.speed[row]), moved)
+            rows[i] = _material(fits[i], borders, motion, values, row, request)
+            keys[i] = _rank_key(borders, row)
         for name in over:
-            over[name][[*known]] = _over(name, curves, question, scan)
+            over[name][known] = _over(name, curves, request, scan)
     if progress:
-        progress(curves_in_all, curves_in_all)
+        progress(total, total)
     order = sorted(range(len(fits)), key=lambda i: (keys[i], fits[i].name))
-    _note_ranks([told[i] for i in order], [quiet.get(i) for i in order], [keys[i] for i in order])
-    attributes = _attributes([fits[i] for i in order], question, scan)
-    table = {name: (question.over[name], values[order]) for name, values in over.items()}
-    return material_dataset([told[i] for i in order], attributes, question.speeds.values, table)
+    _note_ranks([rows[i] for i in order], [quiet.get(i) for i in order], [keys[i] for i in order])
+    attributes = _attributes([fits[i] for i in order], request, scan)
+    table = {name: (request.over[name], values[order]) for name, values in over.items()}
+    return material_dataset([rows[i] for i in order], attributes, request.speeds.values, table)
 
 
-# --- what is compared -------------------------------------------------------------------------------------------------
+# --- materials, doubts, speeds ----------------------------------------------------------------------------------------
 
 
-def _fits(materials: Asked, wanted: Wanted) -> list[MaterialFit]:
-    """A fit per material. Raises ConfigError, TypeError or ValueError."""
+def _fits(materials: Materials, wanted: Wanted) -> list[MaterialFit]:
     if isinstance(materials, Mapping):
-        fits = [_fit_of(name, points) for name, points in materials.items()]
-    elif isinstance(materials, str | os.PathLike):
-        fits = fit_materials([found_points(materials)], wanted)
-    elif all(isinstance(one, MaterialFit) for one in materials):
-        fits = [one for one in materials if isinstance(one, MaterialFit)]
+        fits = [_fit(name, points) for name, points in materials.items()]
     else:
-        fits = fit_materials([found_points(one) for one in materials if not isinstance(one, MaterialFit)], wanted)
+        several = [materials] if isinstance(materials, str | os.PathLike) else [*materials]
+        fits = [one for one in several if isinstance(one, MaterialFit)]
+        if len(fits) < len(several):
+            paths = [points_path(one) for one in several if not isinstance(one, MaterialFit)]
+            fits = fit_materials(paths, wanted)
     if not fits:
         raise ValueError("materials: got none, expected at least one")
-    for one in fits:
-        if one.curve is None:
+    for fit in fits:
+        if fit.curve is None:
             hint = "stickslip fit ranks lubricants by their ageing"
-            raise ConfigError(
-                str(one.path), [Problem((), "friction over waiting time, expected it over speed", hint=hint)]
-            )
+            problem = Problem((), "friction over waiting time, expected it over speed", hint=hint)
+            raise ConfigError(str(fit.path), [problem])
     return fits
 
 
-def _fit_of(name: str, points: Points) -> MaterialFit:
+def _fit(name: str, points: Points) -> MaterialFit:
     if isinstance(points, CurveFit):
         return MaterialFit(name, Path(name), Columns(), points)
-    speed, mu = points
-    columns = Columns({"speed": np.asarray(speed, np.float64), "mu": np.asarray(mu, np.float64)})
+    speed, mu = (np.asarray(values, np.float64) for values in points)
     try:
-        return MaterialFit(name, Path(name), columns, fit_curve(speed, mu))
+        return MaterialFit(name, Path(name), Columns({"speed": speed, "mu": mu}), fit_curve(speed, mu))
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from None
 
 
-def _doubts(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], question: Question) -> str | None:
-    """What to ask about a system that is implausible with these curves, as a configuration is asked about it, and about
+def _curve(fit: MaterialFit) -> CurveFit:
+    assert fit.curve is not None  # `_fits` refuses others
+    return fit.curve
+
+
+def _doubt(fit: MaterialFit) -> str | None:
+    return friction_question_of_fit(_curve(fit).mu_start, fit.points.get("mu"))
+
+
+def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], request: Request) -> str | None:
+    """A question about a system that is implausible with these curves, as a configuration is asked about it, and about
     implausible friction."""
-    plausible = [one.curve for one in fits if one.curve and not _doubt_of(one)]
-    curves = plausible or [one.curve for one in fits if one.curve]
+    doubts = {fit.name: doubt for fit in fits if (doubt := _doubt(fit))}
+    curves = [_curve(fit) for fit in fits if len(doubts) == len(fits) or fit.name not in doubts]
     zipped = {name: [getattr(curve, name) for curve in curves] for name in _COEFFICIENTS}
-    speed = question.speeds.values[-1] if question.speeds.values else float(min(one.searched[0] for one in curves))
-    used = {**question.system, "belt_speed": speed}
-    plain = {name: value for name, value in used.items() if name != "friction_scale"}
-    bare = {name: plain[name] for name, value in given.items() if name in plain and is_plain(value)}
-    config = make_config({"system": plain, "axes": {"material": {"zip": zipped}}})
-    asked = question_about(Document("compare", {"system": {**_written(plain), **bare}}), config)
-    odd = [f"{one.name}: {doubt}" for one in fits if (doubt := _doubt_of(one))]
-    return "\n".join([*([asked] if asked else []), *odd]) or None
+    speeds = request.speeds.values
+    system = {**request.system, "belt_speed": speeds[-1] if speeds else float(min(one.searched[0] for one in curves))}
+    del system["friction_scale"]
+    config = make_config({"system": system, "axes": {"material": {"zip": zipped}}})
+    written = {  # what was given with a unit needs no question about it
+        name: value if is_plain(given.get(name)) else f"{value!r} {units.spelled(PARAMETERS[name].units)}"
+        for name, value in system.items()
+    }
+    question = unit_question(Document("compare", {"system": written}), config)
+    odd = [f"{name}: {doubt}" for name, doubt in doubts.items()]
+    return "\n".join([*([question] if question else []), *odd]) or None
 
 
-def _written(system: Mapping[str, float]) -> dict[str, str]:
-    """Quantities with their units, about which nothing needs to be asked as if a unit were missing."""
-    return {name: f"{value!r} {units.spelled(PARAMETERS[name].units)}" for name, value in system.items()}
-
-
-def _doubt_of(fit: MaterialFit) -> str | None:
-    """What to ask about a material whose friction is implausible."""
-    assert fit.curve is not None
-    return question_about_points(fit.curve.mu_start, fit.points.get("mu"))
-
-
-def _scan(known: Sequence[MaterialFit], fits: Sequence[MaterialFit], question: Question) -> Scan:
+def _scan(known: Sequence[MaterialFit], fits: Sequence[MaterialFit], request: Request) -> Scan:
     """The speeds looked at first. Raises ValueError."""
-    asked = question.speeds.values
-    if question.between is not None:
-        low, high = question.between
+    speeds, system = request.speeds.values, request.system
+    if request.between is not None:
+        low, high = request.between
         if not 0 < low < high:
             raise ValueError(f"between: got {low:g} to {high:g} m/s, expected two speeds above 0, the slower one first")
-        if asked and not low <= min(asked) <= max(asked) <= high:
+        if speeds and not low <= min(speeds) <= max(speeds) <= high:
             raise ValueError(f"between: got {low:g} to {high:g} m/s, expected it to hold the belt speed asked about")
-        return Scan(low, high, question.limits.scan, "log")
-    curves = [one.curve for one in known or fits if one.curve is not None]
-    slowest = min(one.searched[0] for one in curves)  # a tenth of the slowest measured speed above 0
-    fastest = max(one.speeds[1] for one in curves)
-    system = question.system
-    for one in curves:
-        if known and one.a3 > 0:
-            load = system["normal_load"] * system["friction_scale"]
-            ends = [
-                end(one.a2, one.a3, one.a4, system["damping"], load) for end in (loss_of_stability, stick_slip_limit)
-            ]
-            fastest = max([fastest, *(float(end) for end in ends if np.isfinite(end))])
-    if asked:
-        slowest, fastest = min(slowest, min(asked) / _SLOWER), max(fastest, *asked)
-    return Scan(slowest, _FASTER * fastest, question.limits.scan, "log")
+        return Scan(low, high, request.limits.scan, "log")
+    curves = [_curve(fit) for fit in known or fits]
+    slowest = min(curve.searched[0] for curve in curves)  # a tenth of the slowest measured speed above 0
+    fastest = max(curve.speeds[1] for curve in curves)
+    for curve in curves:
+        if known and curve.a3 > 0:
+            for end in (loss_of_stability, stick_slip_limit):
+                speed = float(end(curve.a2, curve.a3, curve.a4, system["damping"], request.load))
+                fastest = max(fastest, speed) if np.isfinite(speed) else fastest
+    if speeds:
+        slowest, fastest = min(slowest, min(speeds) / _SLOWER), max(fastest, *speeds)
+    return Scan(slowest, _FASTER * fastest, request.limits.scan, "log")
 
 
-# --- what is found ----------------------------------------------------------------------------------------------------
+# --- results ----------------------------------------------------------------------------------------------------------
 
 
-def _motion(curves: Mapping[str, Floats], question: Question, scan: Scan) -> dict[str, Floats]:
-    """The motion of each curve at the belt speeds that are asked about, (n, speeds); of a range at the speed where it
+def _motion(curves: Mapping[str, Floats], request: Request, scan: Scan) -> dict[str, Floats]:
+    """The motion of each curve at the belt speeds of the request, (n, speeds); of a range at the speed where it
     vibrates most, its slowest if it is quiet throughout; without any at the slowest speed searched."""
-    places = np.array(question.speeds.values or (scan.low,))
-    if question.speeds.is_range:
+    places = np.array(request.speeds.values or (scan.low,))
+    if request.speeds.is_range:
         low, high = places
         places = np.array([low, *scan.places[(scan.places > low) & (scan.places < high)], high])
     column = {name: values[:, None] for name, values in curves.items()}
-    found = regimes(cells_of(column, question.system, places), question.options)
+    results = regimes(cells_of(column, request.system, places), request.options)
     names = ("regime", "frequency", "stick_fraction", "slip_speed_max")
-    motion = {name: np.asarray(found[name], np.float64).reshape(-1, places.size) for name in names}
-    if not question.speeds.is_range:
+    motion = {name: np.asarray(results[name], np.float64).reshape(-1, places.size) for name in names}
+    if not request.speeds.is_range:
         return motion
-    amplitude = np.nan_to_num(np.asarray(found["velocity_amplitude"]).reshape(-1, places.size))
+    amplitude = np.nan_to_num(np.asarray(results["velocity_amplitude"]).reshape(-1, places.size))
     vibrates = np.isin(motion["regime"], VIBRATING_CODES)
     worst = np.argmax(np.where(vibrates, 1.0 + amplitude, 0.0), axis=1)[:, None]
     motion = {name: np.take_along_axis(values, worst, 1) for name, values in motion.items()}
     return motion | {"worst_speed": places[worst], "vibrating_share": vibrates.mean(axis=1, keepdims=True)}
 
 
-def _rank_key(found: Quiet, i: int) -> tuple[int, float]:
-    """What materials are ordered by: quiet throughout first, then by speed, vibrating throughout last."""
-    state = found.state[i]
-    group = 0 if state == QUIET else 2 if state == VIBRATES else 1
-    return group, float(found.speed[i]) if group == 1 else 0.0
+def _rank_key(borders: QuietSpeeds, i: int) -> tuple[int, float]:
+    """The order of materials: quiet throughout first, then by speed, vibrating throughout last."""
+    group = {QUIET: 0, VIBRATES: 2}.get(int(borders.state[i]), 1)
+    return group, float(borders.speed[i]) if group == 1 else 0.0
 
 
 def _material(
-    fit: MaterialFit, found: Quiet, motion: Mapping[str, Floats], scatter: dict[str, Any], i: int, question: Question
-) -> Material:
-    """All that is known of one material; numbers at belt speeds are arrays where several are asked about."""
-    assert fit.curve is not None
-    at = slice(None) if question.several_speeds else 0
+    fit: MaterialFit, borders: QuietSpeeds, motion: Mapping[str, Floats], scatter: dict[str, Any], i: int,
+    request: Request,
+) -> Material:  # fmt: skip
+    """The numbers of one material; those at belt speeds are arrays where there are several."""
+    at = slice(None) if request.several_speeds else 0
     values: dict[str, Any] = {
-        "quiet_above": float(found.speed[i]), "quiet_state": float(found.state[i]),
-        "tendency": _tendency(fit.curve, motion["slip_speed_max"][i], question.system["friction_scale"])[at],
+        "quiet_above": float(borders.speed[i]), "quiet_state": float(borders.state[i]),
+        "tendency": _tendency(_curve(fit), motion["slip_speed_max"][i], request.system["friction_scale"])[at],
     }  # fmt: skip
-    if question.speeds.values:
+    if request.speeds.values:
         values |= {name: array[i][at] for name, array in motion.items() if name != "slip_speed_max"}
-        speeds = np.array(question.speeds.values)[at]
-        values["margin"] = speeds / values["quiet_above"] if found.state[i] != QUIET else np.full_like(speeds, np.inf)
+        speeds = np.array(request.speeds.values)[at]
+        values["margin"] = speeds / values["quiet_above"] if borders.state[i] != QUIET else np.full_like(speeds, np.inf)
     return Material(fit, values | scatter)
 
 
-def _undetermined(fit: MaterialFit, doubt: str | None, question: Question) -> Material:
-    """A material that is not ranked, and why."""
-    assert fit.curve is not None
-    reason = doubt or ("" if not fit.curve.determined else "No curve can be drawn from what its fit leaves open.")
-    at_speed = np.full(len(question.speeds.values), np.nan) if question.several_speeds else np.nan
-    found = {"rank": np.nan, "quiet_above": np.nan, "quiet_state": float(NOT_DETERMINED), "tendency": at_speed}
-    if question.speeds.values:
-        found |= dict.fromkeys(("regime", "frequency", "stick_fraction", "margin"), at_speed)
-        found |= {"worst_speed": np.nan, "vibrating_share": np.nan} if question.speeds.is_range else {}
-    return Material(fit, found | nothing_known(question), reason)
+def _undetermined(fit: MaterialFit, doubt: str | None, request: Request) -> Material:
+    reason = doubt or ("" if not _curve(fit).determined else "No curve can be drawn from what its fit leaves open.")
+    at_speed = np.full(len(request.speeds.values), np.nan) if request.several_speeds else np.nan
+    values = {"rank": np.nan, "quiet_above": np.nan, "quiet_state": float(NOT_DETERMINED), "tendency": at_speed}
+    if request.speeds.values:
+        values |= dict.fromkeys(("regime", "frequency", "stick_fraction", "margin"), at_speed)
+        values |= {"worst_speed": np.nan, "vibrating_share": np.nan} if request.speeds.is_range else {}
+    return Material(fit, values | no_scatter(request), reason)
 
 
 def _tendency(curve: CurveFit, slip_speed_max: Floats, scale: float) -> Floats:
@@ -344,56 +333,56 @@ def _tendency(curve: CurveFit, slip_speed_max: Floats, scale: float) -> Floats:
     return scale * tendency(curve.mu_start, curve.predict(reversal), curve.mu_start)
 
 
-def _over(name: str, curves: Mapping[str, Floats], question: Question, scan: Scan) -> Floats:
+def _over(name: str, curves: Mapping[str, Floats], request: Request, scan: Scan) -> Floats:
     """The borders of curves (n, values) at the values of a quantity that varies: 0 where a curve is quiet throughout,
     inf where it vibrates up to the fastest speed searched."""
-    values = np.array(question.over[name])
-    size = curves["a1"].size
-    repeated = {key: np.repeat(one, values.size) for key, one in curves.items()}
-    system: dict[str, ArrayLike] = {**question.system, name: np.tile(values, size)}
-    found = quiet_above(repeated, system, scan, question.limits.tolerance, question.options)
-    return found.between()[1].reshape(size, values.size)
+    values, size = np.array(request.over[name]), curves["a1"].size
+    repeated = {key: np.repeat(coefficients, values.size) for key, coefficients in curves.items()}
+    system: dict[str, ArrayLike] = {**request.system, name: np.tile(values, size)}
+    borders = quiet_above(repeated, system, scan, request.limits.tolerance, request.options)
+    return borders.between()[1].reshape(size, values.size)
 
 
-def _note_ranks(told: Sequence[Material], drawn: Sequence[Quiet | None], keys: Sequence[tuple[int, float]]) -> None:
+def _note_ranks(
+    rows: Sequence[Material], drawn: Sequence[QuietSpeeds | None], keys: Sequence[tuple[int, float]]
+) -> None:
     """Ranks, equal for what is equal, and the probability that each is better than the next."""
-    for i, one in enumerate(told):
-        if one.values["quiet_state"] == NOT_DETERMINED:
+    for i, row in enumerate(rows):
+        if row.values["quiet_state"] == NOT_DETERMINED:
             continue
-        same = i > 0 and keys[i] == keys[i - 1]
-        one.values["rank"] = told[i - 1].values["rank"] if same else i + 1
-        if "quiet_above_low" in one.values:
-            here, there = drawn[i], drawn[i + 1] if i + 1 < len(told) else None
-            one.values["better_than_next"] = np.nan if here is None or there is None else below(here, there)
+        row.values["rank"] = rows[i - 1].values["rank"] if i > 0 and keys[i] == keys[i - 1] else i + 1
+        if "quiet_above_low" in row.values:
+            here, there = drawn[i], drawn[i + 1] if i + 1 < len(rows) else None
+            row.values["better_than_next"] = np.nan if here is None or there is None else below(here, there)
 
 
-def _attributes(fits: Sequence[MaterialFit], question: Question, scan: Scan) -> dict[str, Any]:
-    """What was done, from what: the configuration finds the same borders, all of them."""
-    scale, speeds = question.system["friction_scale"], question.speeds
-    zipped = {name: [getattr(one.curve, name) * (1.0 if name == "a4" else scale) for one in fits]
+def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> dict[str, Any]:
+    """Provenance, the request, and a configuration that finds the same borders, all of them."""
+    system, speeds = {**request.system}, request.speeds.values
+    scale = system.pop("friction_scale")
+    zipped = {name: [getattr(fit.curve, name) * (1.0 if name == "a4" else scale) for fit in fits]
               for name in _COEFFICIENTS}  # fmt: skip
-    system = {name: value for name, value in question.system.items() if name != "friction_scale"}
-    speed = speeds.values[0] if speeds.values else scan.low
+    speed = speeds[0] if speeds else scan.low
+    title = f"{len(fits)} materials compared"
     data = {
-        "title": f"{len(fits)} materials compared",
+        "title": title,
         "system": {**system, "belt_speed": speed},
-        "axes": {"material": {"zip": zipped, "labels": [one.name for one in fits]}},
+        "axes": {"material": {"zip": zipped, "labels": [fit.name for fit in fits]}},
         "border": {"along": "belt_speed", "between": [scan.low, scan.high], "scan": scan.points,
-                   "tolerance": question.limits.tolerance},
+                   "tolerance": request.limits.tolerance},
     }  # fmt: skip
-    told: dict[str, Any] = dict(
-        provenance(make_config(data).to_yaml(), title=str(data["title"]), action="compare materials")
-    )
-    told |= {f"system_{name}": value for name, value in system.items()}
-    told |= {
+    attributes: dict[str, Any] = {
+        **provenance(make_config(data).to_yaml(), title=title, action="compare materials"),
+        **{f"system_{name}": value for name, value in system.items()},
         "searched_from": scan.low, "searched_to": scan.high, "searched_points": scan.points,
-        "tendency_at": speed, "confidence": question.level, "draws": question.draws, "seed": question.seed,
+        "tendency_at": speed, "confidence": request.level, "draws": request.draws, "seed": request.seed,
         "vibrating_regimes": " ".join(VIBRATING),
-        "files": "\n".join(dict.fromkeys(str(each.path) for one in fits for each in one.repeats or (one,))),
+        "files": "\n".join(dict.fromkeys(str(each.path) for fit in fits for each in fit.repeats or (fit,))),
     }  # fmt: skip
-    if len(speeds.values) > 1:
-        del told["tendency_at"]
-    told |= {"friction_scale": scale} if scale != 1.0 or "friction_scale" in question.over else {}
-    if speeds.is_range:
-        return told | {"speed_range_from": speeds.values[0], "speed_range_to": speeds.values[1]}
-    return told | ({"belt_speed": speed} if len(speeds.values) == 1 else {})
+    if len(speeds) > 1:
+        del attributes["tendency_at"]
+    if scale != 1.0 or "friction_scale" in request.over:
+        attributes["friction_scale"] = scale
+    if request.speeds.is_range:
+        return attributes | {"speed_range_from": speeds[0], "speed_range_to": speeds[1]}
+    return attributes | ({"belt_speed": speed} if len(speeds) == 1 else {})

@@ -25,7 +25,7 @@ VARIED = ("damping", "normal_load", _SCALE)  # quantities of which several value
 
 
 class Values(NamedTuple):
-    """What was given for a quantity, in SI: one value, several, or the two ends of a range."""
+    """The values of a quantity, in SI: one, several, or the two ends of a range."""
 
     values: tuple[float, ...]
     is_range: bool = False
@@ -40,8 +40,8 @@ class Values(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Question:
-    """What is asked of every material.
+class Request:
+    """A comparison to compute.
 
     system : in which materials are ranked, by names of PARAMETERS, in SI, with `friction_scale`, by which friction is
     multiplied. over : the values of those quantities that vary, ascending.
@@ -61,8 +61,13 @@ class Question:
 
     @property
     def several_speeds(self) -> bool:
-        """Whether numbers are told at several belt speeds."""
+        """True where there are numbers at several belt speeds."""
         return len(self.speeds.values) > 1 and not self.speeds.is_range
+
+    @property
+    def load(self) -> float:
+        """The load times the scale of friction, N."""
+        return self.system["normal_load"] * self.system[_SCALE]
 
 
 def system_of(given: Mapping[str, Amounts]) -> tuple[dict[str, float], dict[str, tuple[float, ...]]]:
@@ -72,16 +77,20 @@ def system_of(given: Mapping[str, Amounts]) -> tuple[dict[str, float], dict[str,
     several values the least damping counts for the ranks, the largest load and the largest scale of friction: there
     vibration goes on to the highest speeds. Raises ValueError.
     """
-    mass, stiffness = (quantity(name, _single(name, given[name])) for name in ("mass", "stiffness"))
-    critical = 2.0 * math.sqrt(stiffness * mass)
-    found = {
-        "damping": values_of("damping", given["damping"], lambda one: damping_of(one, critical)).steps,
+    system = {}
+    for name in ("mass", "stiffness"):
+        value = given[name]
+        if not isinstance(value, str | int | float | np.number) or (isinstance(value, str) and ".." in value):
+            raise ValueError(f"{name}: got {value!r}, expected one value")
+        system[name] = quantity(name, value)
+    critical = 2.0 * math.sqrt(system["stiffness"] * system["mass"])
+    steps = {
+        "damping": values_of("damping", given["damping"], lambda value: _damping(value, critical)).steps,
         "normal_load": values_of("normal_load", given["normal_load"]).steps,
         _SCALE: values_of(_SCALE, given[_SCALE], _scale).steps,
     }
-    over = {name: values for name, values in found.items() if len(values) > 1}
-    ranked = {name: (min if name == "damping" else max)(values) for name, values in found.items()}
-    return {"mass": mass, "stiffness": stiffness} | ranked, over
+    over = {name: values for name, values in steps.items() if len(values) > 1}
+    return system | {name: (min if name == "damping" else max)(values) for name, values in steps.items()}, over
 
 
 def critical_damping(ds: xr.Dataset) -> float:
@@ -90,44 +99,44 @@ def critical_damping(ds: xr.Dataset) -> float:
 
 
 def values_of(name: str, given: Amounts, read: Callable[[Amount], float] | None = None) -> Values:
-    """What was given for a quantity: one value, several in ascending order, or a text that is a range.
+    """The values of a quantity as people give it: one, several in ascending order, or a text that is a range.
 
     Raises TypeError or ValueError.
     """
-    reader = read or (lambda one: quantity(name, one))
+    reader = read or (lambda value: quantity(name, value))
     if not isinstance(given, str) and np.ndim(given) > 0:  # type: ignore[arg-type]
         several = list(given)  # type: ignore[arg-type]
-        if any(isinstance(one, str) and ".." in one for one in several) and len(several) > 1:
+        if any(isinstance(value, str) and ".." in value for value in several) and len(several) > 1:
             raise ValueError(f"{name}: got {several!r}, expected several values or one range, not both")
-        if len(several) != 1:
-            if not several:
-                raise ValueError(f"{name}: got no value")
-            return Values(tuple(sorted({reader(one) for one in several})))
+        if not several:
+            raise ValueError(f"{name}: got no value")
+        if len(several) > 1:
+            return Values(tuple(sorted({reader(value) for value in several})))
         given = several[0]
     if isinstance(given, str) and ".." in given:
-        return range_of(name, ends_of(name, given), reader)
+        return _range(name, ends_of(name, given), reader)
     return Values((reader(given),))  # type: ignore[arg-type]
 
 
 def speeds_of(belt_speed: Amounts | None, speed_range: tuple[Amount, Amount] | None) -> Values:
-    """The belt speeds that are asked about. Raises TypeError or ValueError."""
+    """The belt speeds of a request. Raises TypeError or ValueError."""
     if belt_speed is not None and speed_range is not None:
         raise TypeError("got belt_speed and speed_range, expected one of them")
     if speed_range is not None:
-        found = range_of("speed_range", speed_range, lambda one: quantity("belt_speed", one))
+        speeds = _range("speed_range", speed_range, lambda value: quantity("belt_speed", value))
     else:
-        found = Values(()) if belt_speed is None else values_of("belt_speed", belt_speed)
-    for speed in found.values:
+        speeds = Values(()) if belt_speed is None else values_of("belt_speed", belt_speed)
+    for speed in speeds.values:
         if not speed > 0:
             raise ValueError(f"belt_speed: got {speed:g}, expected a speed above 0 m/s")
-    return found
+    return speeds
 
 
-def range_of(name: str, ends: tuple[Amount, Amount], read: Callable[[Amount], float] | None = None) -> Values:
-    """The range between two ends, the lower one first. Raises ValueError."""
+def _range(name: str, ends: tuple[Amount, Amount], read: Callable[[Amount], float]) -> Values:
+    """The range between two ends, the lower one first. Raises TypeError or ValueError."""
     if not isinstance(ends, tuple | list) or len(ends) != 2:
         raise TypeError(f"{name}: got {ends!r}, expected the two ends of a range")
-    low, high = map(read or (lambda one: quantity(name, one)), ends)
+    low, high = map(read, ends)
     if not low < high:
         hint = "; swap the ends" if low > high else ""
         raise ValueError(f"{name}: got {ends[0]} to {ends[1]}, expected the lower end first and one above it{hint}")
@@ -157,24 +166,8 @@ def quantity(name: str, value: Amount, called: str = "") -> float:
         raise ValueError(f"{called or name}: got {value!r}, expected {error.expected}{hint}") from None
 
 
-def damping_of(value: Amount, critical: float) -> float:
-    """A damping in N s/m, which may be given as a share of critical damping ("3 %"). Raises ValueError."""
-    share = is_share(value)
-    if share is None:
-        return quantity("damping", value)
-    if not (_is_number(share) and 0.0 <= float(share) < math.inf):
-        raise ValueError(f"damping: got {value!r}, expected a share of critical damping such as '3 %', at least 0")
-    return float(share) / 100.0 * critical
-
-
-def is_share(value: object) -> str | None:
-    """The number of "3 %", as it is written; None where nothing is in percent."""
-    text = value.strip().removesuffix("of critical").strip() if isinstance(value, str) else ""
-    return text.removesuffix("%").strip() if text.endswith("%") else None
-
-
 def is_plain(value: object) -> bool:
-    """Whether numbers were given without a unit."""
+    """True where numbers were given without a unit."""
     if isinstance(value, str):
         return not any(character.isalpha() or character == "%" for character in value.lower().replace("e", ""))
     if value is None or isinstance(value, int | float | np.number):
@@ -183,22 +176,31 @@ def is_plain(value: object) -> bool:
 
 
 def in_percent(damping: Amounts | None) -> bool:
-    """Whether a damping was given in percent of critical damping."""
+    """True where a damping was given in percent of critical damping."""
     given = [damping] if damping is None or isinstance(damping, str | int | float | np.number) else list(damping)
-    return any(is_share(one) is not None for one in given)
+    return any(_share(value) is not None for value in given)
+
+
+def _damping(value: Amount, critical: float) -> float:
+    """A damping in N s/m, which may be given as a share of critical damping ("3 %"). Raises ValueError."""
+    share = _share(value)
+    if share is None:
+        return quantity("damping", value)
+    if not (_is_number(share) and 0.0 <= float(share) < math.inf):
+        raise ValueError(f"damping: got {value!r}, expected a share of critical damping such as '3 %', at least 0")
+    return float(share) / 100.0 * critical
+
+
+def _share(value: object) -> str | None:
+    """The number of "3 %", as it is written; None where nothing is in percent."""
+    text = value.strip().removesuffix("of critical").strip() if isinstance(value, str) else ""
+    return text.removesuffix("%").strip() if text.endswith("%") else None
 
 
 def _scale(value: Amount) -> float:
-    """What friction is multiplied by. Raises ValueError."""
     if not (_is_number(value) and 0.0 < float(value) < math.inf):
         raise ValueError(f"{_SCALE}: got {value!r}, expected a number above 0, without unit")
     return float(value)
-
-
-def _single(name: str, given: Amounts) -> Amount:
-    if not isinstance(given, str | int | float | np.number) or (isinstance(given, str) and ".." in given):
-        raise ValueError(f"{name}: got {given!r}, expected one value")
-    return given
 
 
 def _is_number(value: Amount) -> bool:

@@ -19,7 +19,7 @@ from stickslip.dataset.select import span, unit_meant, within
 from stickslip.errors import PlotError, QuantityError
 from stickslip.files import tables
 from stickslip.vocabulary import units
-from stickslip.vocabulary.synonyms import meant
+from stickslip.vocabulary.suggest import suggest
 
 _RANGE = ".."
 _LABELS = ("label", "name", "point")  # headings of the column of a table that names operating points
@@ -175,7 +175,7 @@ def _places(ds: xr.Dataset, values: Iterable[tuple[str, str]]) -> dict[str, Any]
     at: dict[str, Any] = {}
     for name, value in values:
         if name not in ds.dims:
-            near = meant(name, map(str, ds.dims))
+            near = suggest(name, map(str, ds.dims))
             hint = f"; did you mean {near}?" if near else ""
             raise PlotError(f"--mark: {name!r} is no axis of this map; axes are {_listed(ds.dims)}{hint}")
         at[name] = _place(ds, name, value)

@@ -35,7 +35,7 @@ from stickslip.plots.page import BESIDE_LEGEND, TITLE_WIDTH, entitle, folded, le
 from stickslip.plots.painting import note, painted
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, UNDEFINED_HATCH, ink
 from stickslip.plots.strips import PIXELS, plot_strip
-from stickslip.vocabulary.words import nearest
+from stickslip.vocabulary.suggest import nearest
 
 _MAX_PANEL_COLUMNS = 4
 _BAR_WIDTH = 45  # letters along a colour bar

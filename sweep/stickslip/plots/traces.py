@@ -20,7 +20,7 @@ from stickslip.plots.figure import Figure
 from stickslip.plots.page import entitle, legend
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.vocabulary import units
-from stickslip.vocabulary.customary import customary
+from stickslip.vocabulary.display_units import customary
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.quantities import PARAMETERS
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stickslip.config.checks import refined_axes
 from stickslip.config.grid import Grid, build_grid
 from stickslip.config.model import Config
-from stickslip.config.refined import refined_axes
 from stickslip.config.studies import Refine
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range

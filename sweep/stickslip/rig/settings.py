@@ -19,7 +19,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path as FilePath
 from typing import Any
 
-from stickslip.config.complaints import Complaints
+from stickslip.config.problems import ProblemCollector
 from stickslip.config.yaml import Document, read_yaml
 from stickslip.errors import Path, QuantityError
 from stickslip.fit.headings import RECORD, Heading, heading
@@ -28,7 +28,7 @@ from stickslip.rig.risk import Risk
 from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS, RISK
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 Condition = str | float
 
@@ -123,7 +123,7 @@ def as_text(settings: Settings) -> str:
     return json.dumps(sections, indent=2, ensure_ascii=False) + "\n"  # which YAML contains
 
 
-class _Reader(Complaints):
+class _Reader(ProblemCollector):
     """Reads one document and collects what is wrong with it."""
 
     def settings(self) -> Settings:

@@ -24,7 +24,7 @@ from stickslip.runs.settings import differences
 from stickslip.runs.work import study_of
 from stickslip.runs.workdir.lock import Notice, writing_alone
 from stickslip.runs.workdir.parts import START_OVER, refuse, same_major
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 _ANEW = "{fresh} computes it anew and replaces it; "
 _OTHER_FILE = "{output} names another file"

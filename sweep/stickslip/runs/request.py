@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from stickslip.config.addresses import EXPECTED, HERE, is_address
 from stickslip.config.model import Config
 from stickslip.config.overrides import Setting
 from stickslip.config.reader import Given, as_config, load_config, parse_config
+from stickslip.config.sections import ADDRESS, HERE, is_address
 from stickslip.engine import Progress, warm_up
 from stickslip.errors import StoreError
 from stickslip.files.locations import Location, Url, location
@@ -58,7 +58,7 @@ class Request:
         if self.fresh and self.shard:
             raise ValueError("fresh: a shard cannot start over, since other shards share its store")
         if isinstance(self.dask, str) and not is_address(self.dask):
-            raise ValueError(f"dask: got {self.dask!r}, expected {EXPECTED}")
+            raise ValueError(f"dask: got {self.dask!r}, expected {ADDRESS}")
 
     @property
     def cluster(self) -> Any:

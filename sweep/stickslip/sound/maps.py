@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.config.grid import build_grid, parameters_of, quantity_of
 from stickslip.config.model import Config
-from stickslip.config.pick import recipe_of
 from stickslip.config.reader import load_config
+from stickslip.config.select import recipe_of
 from stickslip.config.studies import STUDIES
 from stickslip.dataset.build import cell_coordinates, grid_coordinates, variable_of
 from stickslip.dataset.provenance import provenance

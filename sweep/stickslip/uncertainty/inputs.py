@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stickslip.config.grid import Grid, build_grid, parameters_of
 from stickslip.config.model import Config
-from stickslip.config.scatter import Uncertain
+from stickslip.config.uncertain import Uncertain
 from stickslip.engine import Computed, Options, StopFlag, blank_results, compute_range
 from stickslip.vocabulary.cells import Cells, impossible
 from stickslip.vocabulary.flags import REGIMES

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
-from stickslip.config.scatter import Subset
+from stickslip.config.uncertain import Subset
 from stickslip.dataset.uncertainty import uncertain_dataset
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError

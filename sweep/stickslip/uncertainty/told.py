@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stickslip.config.scatter import Uncertain
+from stickslip.config.uncertain import Uncertain
 
 
 def told(said: Uncertain, undecided: float) -> dict[str, str]:

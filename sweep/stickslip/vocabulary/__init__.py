@@ -6,6 +6,7 @@ The other rooms read these tables:
     settings    the other numbers that people set       parameter  what a row of both says, and how it is read
     results     what comes out, of a cell and of a trajectory      flags   what integers in results mean
     laws        the friction laws                       curve      their coefficients from what people measure
-    units       texts such as "10 mm/s" and numbers in SI          words   phrases of messages
+    units       texts such as "10 mm/s" and numbers in SI           display_units  units for people
+    suggest     the word that was probably meant                   unit_suggestions, column_units  the same of units
     cells       lists of cells as Python users give them
 """

@@ -1,4 +1,4 @@
-"""What the model does not have, said where people ask for it: one sentence for each, `PAGE` tells the rest."""
+"""Things the model does not have, named where people ask for them: one sentence for each, `PAGE` tells the rest."""
 
 from __future__ import annotations
 
@@ -54,6 +54,6 @@ def beyond_the_model(word: str) -> str | None:
 
 
 def hint(word: str) -> str | None:
-    """The same with the page that names tools which have it."""
+    """The sentence with the page that names tools which have it."""
     sentence = beyond_the_model(word)
     return f"{sentence}; `stickslip help {PAGE}` names tools that have it" if sentence else None

@@ -14,18 +14,23 @@ from numpy.typing import NDArray
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.beyond import beyond_the_model
+from stickslip.vocabulary.curve import broken_bounds
 from stickslip.vocabulary.laws import NO_MINIMUM, rise_to_a_maximum
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.synonyms import meant
+from stickslip.vocabulary.suggest import suggest
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Cells = dict[str, NDArray[np.float64]]
-_ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
 _FEW = 4096  # cells; so many are laid out in a table, which is quicker than broadcasting but takes its memory
 _BETWEEN = ("a1", "a3", "mu_static", "mu_stop")  # bounds of each other
+_WHY = {
+    "a3": ("at least -a1", "mu_start = a1 + a3 is the static friction, which is not negative"),
+    "mu_static": ("at least mu_start = a1 + a3", "less would neither stick nor slip"),
+    "mu_stop": ("at most mu_start = a1 + a3", "friction ends no higher than it starts"),
+}
 _PLAIN = (float, int)  # what most give, which takes NumPy a moment to find out
 _DEFAULTS = {name: np.array(row.default) for name, row in PARAMETERS.items() if row.default is not None}
 
@@ -80,13 +85,15 @@ def _common_shape(arrays: dict[str, NDArray[np.float64]]) -> tuple[int, ...]:
 
 
 def impossible(cells: Cells) -> NDArray[np.bool_]:
-    """Which cells `as_cells` would refuse: a parameter out of its bounds, or two that do not fit together."""
+    """A mask of the cells that `as_cells` would refuse: a parameter out of its bounds, or two that do not fit."""
     allowed = [np.asarray(row.allows(cells[name])) for name, row in PARAMETERS.items()]
-    mu_start = cells["a1"] + cells["a3"]
-    slack = np.abs(mu_start) * _ROUNDING
     with np.errstate(invalid="ignore"):
-        wrong = (mu_start < -_ROUNDING * cells["a1"]) | (cells["mu_static"] < mu_start - slack)
-        return np.asarray(~np.logical_and.reduce(allowed) | wrong | (cells["mu_stop"] > mu_start + slack))
+        return np.asarray(~np.logical_and.reduce(allowed) | np.logical_or.reduce([*_broken(cells).values()]))
+
+
+def _broken(cells: Cells) -> dict[str, Any]:
+    bounds = {name: cells[name] for name in ("a1", "mu_static", "mu_stop")}
+    return broken_bounds(cells["a1"] + cells["a3"], **bounds)
 
 
 def _named(given: Mapping[str, Any] | xr.Dataset) -> dict[str, Any]:
@@ -106,7 +113,7 @@ def check_names(named: Iterable[str]) -> None:
     """Raises TypeError for a name of no parameter."""
     for name in named:
         if name not in PARAMETERS:
-            near = meant(str(name), PARAMETERS)
+            near = suggest(str(name), PARAMETERS)
             if sentence := beyond_the_model(str(name)):
                 raise TypeError(f"{name!r} is not a parameter of a cell; {sentence}")
             hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
@@ -203,32 +210,20 @@ def _at(place: Iterable[Any]) -> str:
 
 
 def _fit_together(a1: float, a3: float, mu_static: float, mu_stop: float) -> bool:
-    """What `_check_between` checks, of numbers that are the same in all cells."""
-    mu_start = a1 + a3
-    slack = abs(mu_start) * _ROUNDING
+    """Whether `_check_between` passes numbers that are the same in all cells."""
     if a3 < 0.0 and mu_stop == mu_stop:  # the curve may have no minimum
         return False
-    return not (mu_start < -_ROUNDING * a1 or mu_static < mu_start - slack or mu_stop > mu_start + slack)
+    return not any(broken_bounds(a1 + a3, a1=a1, mu_static=mu_static, mu_stop=mu_stop).values())
 
 
 def _check_between(cells: Cells, law: str) -> None:
-    """0 <= mu_start, mu_stop <= mu_start <= mu_static, as in configurations; NaN is neither too large nor too
-    small."""
-    mu_start = cells["a1"] + cells["a3"]
-    negative = mu_start < -_ROUNDING * cells["a1"]
-    if negative.any():
-        i = int(np.argmax(negative))
-        found = f"a3[{i}]: got {cells['a3'][i]:g}, expected at least -a1 = {-cells['a1'][i]:g}"
-        raise ValueError(f"{found}: mu_start = a1 + a3 is the static friction, which is not negative")
-    allowed = np.abs(mu_start) * _ROUNDING
-    for name, wrong, bound, why in (
-        ("mu_static", cells["mu_static"] < mu_start - allowed, "at least", "less would neither stick nor slip"),
-        ("mu_stop", cells["mu_stop"] > mu_start + allowed, "at most", "friction ends no higher than it starts"),
-    ):
-        if wrong.any():
-            i = int(np.argmax(wrong))
-            found = f"{name}[{i}]: got {cells[name][i]:g}, expected {bound} mu_start = a1 + a3 = {mu_start[i]:g}"
-            raise ValueError(f"{found}: {why}")
+    """Raise ValueError unless 0 <= mu_start, mu_stop <= mu_start <= mu_static, as in configurations."""
+    for name, broken in _broken(cells).items():
+        if broken.any():
+            i = int(np.argmax(broken))
+            bound, why = _WHY[name]
+            limit = -cells["a1"][i] if name == "a3" else cells["a1"][i] + cells["a3"][i]
+            raise ValueError(f"{name}[{i}]: got {cells[name][i]:g}, expected {bound} = {limit:g}: {why}")
     undefined = (rise_to_a_maximum(law, cells) > 0.0) & ~np.isnan(cells["mu_stop"])
     if undefined.any():
         i = int(np.argmax(undefined))

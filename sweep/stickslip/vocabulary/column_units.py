@@ -11,7 +11,7 @@ from functools import lru_cache
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.meant_units import meant_unit
+from stickslip.vocabulary.unit_suggestions import suggest_unit
 
 _SYMBOLS = frozenset(
     "m dm cm mm µm μm um nm km in ft s ms µs μs us min h N kN daN dN cN mN µN μN uN kgf gf lbf gravity Hz kHz".split()
@@ -69,7 +69,7 @@ def column_unit(text: str, of: str) -> str:
     strange, wrong = _strange(plain), _wrong(plain, of)
     if not strange and wrong is None:
         return plain
-    meant = meant_unit(plain, lambda other: not _strange(other) and _wrong(other, of) is None) if strange else None
+    meant = suggest_unit(plain, lambda other: not _strange(other) and _wrong(other, of) is None) if strange else None
     unknown = f"no unit is called '{strange[0]}'" if strange else f"'{text}' is not a unit"
     hint = f"{text} is a unit of {wrong.found}" if wrong and wrong.found else unknown
     raise QuantityError(f"the unit of {units.kind(of)}", f"did you mean {meant}?" if meant else hint,
@@ -78,7 +78,7 @@ def column_unit(text: str, of: str) -> str:
 
 @lru_cache(maxsize=4096)
 def is_column_unit(text: str, of: str = "") -> bool:
-    """Whether a text is a unit of a column in these SI units; of any that a table may have where they are not given."""
+    """True for a unit of a column in these SI units; of any that a table may have where they are not given."""
     for kind in (of,) if of else _KINDS:
         try:
             column_unit(text, kind)

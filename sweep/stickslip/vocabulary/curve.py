@@ -1,11 +1,13 @@
-"""The Stribeck curve from what people measure."""
+"""The Stribeck curve from what people measure, and what must hold between its friction coefficients."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
 
 
 class Coefficients(NamedTuple):
@@ -29,3 +31,16 @@ def coefficients(mu_start: ArrayLike, mu_reversal: ArrayLike, v_reversal: ArrayL
         share = -np.expm1(-r) - r * np.exp(-r)  # drop/a3; written in e^-r, which cannot overflow
         a3 = drop / share
     return Coefficients(start - a3, a3 * np.exp(-r) / a4, a3)
+
+
+def broken_bounds(mu_start: Any, *, a1: Any = 0.0, mu_static: Any = np.nan, mu_stop: Any = np.nan) -> dict[str, Any]:
+    """By parameter, whether it breaks 0 <= mu_start, mu_stop <= mu_start <= mu_static, but for rounding.
+
+    Numbers, or arrays that broadcast; NaN breaks nothing. mu_start = a1 + a3, hence the parameter `a3`.
+    """
+    slack = abs(mu_start) * ROUNDING
+    return {
+        "a3": mu_start < -ROUNDING * a1,
+        "mu_static": mu_static < mu_start - slack,
+        "mu_stop": mu_stop > mu_start + slack,
+    }

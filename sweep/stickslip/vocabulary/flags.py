@@ -1,4 +1,4 @@
-"""What integers in results mean: regimes, ends of an integration, contact modes. The value is the position."""
+"""The meaning of integers in results: regimes, ends of an integration, contact modes. The value is the position."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ FLAGS: dict[str, dict[str, str]] = {
     "regime_left": REGIME_MESSAGES, "regime_right": REGIME_MESSAGES, "quiet_state": QUIET_MESSAGES,
 }  # fmt: skip
 
-# What is said beside a flag that has another name in the field.
+# Names in the field, beside ours.
 _ALSO = {"creep": "overdamped"}
 
 

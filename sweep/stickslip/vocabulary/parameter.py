@@ -1,4 +1,4 @@
-"""What a number that people give is called, what it may be, and how it is read."""
+"""Numbers that people give: names, units, bounds, and reading them."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ class Parameter:
     default : what holds when nothing is said; None: it must be given; NaN: "absent".
     above, at_least, at_most : bounds; `above` itself is not allowed. whole : only whole numbers.
     word : what people write for NaN. absent : what holds then.
+    plausible : the largest magnitudes that are taken as given, of a number without a unit and of one with its unit.
     """
 
     name: str
@@ -35,21 +36,23 @@ class Parameter:
     whole: bool = False
     word: str | None = None
     absent: str | None = None
+    plausible: tuple[float, float] | None = None
 
     @property
     def may_be_absent(self) -> bool:
-        """Whether NaN is a value."""
+        """True if NaN is a value."""
         return self.default is not None and math.isnan(self.default)
 
     @property
     def expected(self) -> str:
-        """What is allowed, in words: ``a mass above 0 kg``, ``a whole number from 1 to 64``, with the word for NaN."""
+        """The allowed values: ``a mass above 0 kg``, ``a whole number from 1 to 64``, with the word for NaN."""
         kind = "a whole number" if self.whole else units.kind(self.units)
         bounds = self.bounds
         if self.at_least is not None and self.at_most is not None:
             bounds = f"from {_spelled(self.at_least)} to {_spelled(self.at_most)}"
-        found = f"{kind} {bounds} {units.spelled(self.units)}".rstrip() if bounds else f"a finite number{_in(self)}"
-        return found + self.otherwise
+        if not bounds:
+            kind, bounds = "a finite number", "" if self.units == "1" else "in"
+        return f"{kind} {bounds} {units.spelled(self.units)}".rstrip() + self.otherwise
 
     @property
     def bounds(self) -> str:
@@ -59,11 +62,11 @@ class Parameter:
 
     @property
     def otherwise(self) -> str:
-        """What else may be written, as the end of a sentence."""
+        """The word for NaN, as the end of a sentence."""
         return f", or {self.word}" if self.word else ""
 
     def allows(self, values: Any) -> Any:
-        """Whether a number, or each number of an array, is within the bounds; NaN is if it may be absent."""
+        """True where a number, or a number of an array, is within the bounds; NaN is if it may be absent."""
         allowed = abs(values) < math.inf
         if self.above is not None:
             allowed &= values > self.above
@@ -111,7 +114,3 @@ def of_section(section: str, rows: Iterable[Parameter]) -> dict[str, Parameter]:
 
 def _spelled(bound: float) -> str:
     return str(bound) if isinstance(bound, int) else f"{bound:g}"
-
-
-def _in(row: Parameter) -> str:
-    return "" if row.units == "1" else f" in {units.spelled(row.units)}"

@@ -47,13 +47,22 @@ SUBSET: dict[str, Parameter] = table(
               default=1, at_least=0, at_most=2**32 - 1, whole=True),
 )  # fmt: skip
 
+
+def _rtol(section: str) -> Parameter:
+    text = "relative tolerance of a step; a hundredth of the tolerance unless given"
+    return Parameter("rtol", "1", text, section, at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance")
+
+
+def _tolerance(section: str, width: str) -> Parameter:
+    text = f"width of the bracket of {width}, over the border"  # neighbouring floating-point numbers are 1e-16 apart
+    return Parameter("tolerance", "1", text, section, default=1e-9, at_least=1e-15, at_most=0.1)
+
+
 BORDER: dict[str, Parameter] = table(
-    Parameter("tolerance", "1", "width of the bracket of a border, over the border", "border",
-              default=1e-9, at_least=1e-15, at_most=0.1),  # neighbouring floating-point numbers are 1e-16 apart
+    _tolerance("border", "a border"),
     Parameter("scan", "1", "places of each line that are looked at first", "border",
               default=64, at_least=2, at_most=10_000_000, whole=True),
-    Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", "border",
-              at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
+    _rtol("border"),
 )  # fmt: skip
 REFINE: dict[str, Parameter] = table(
     Parameter("depth", "1", "how often boxes may be halved: the largest have 2^depth + 1 cells a side", "refine",
@@ -65,22 +74,18 @@ REFINE: dict[str, Parameter] = table(
 CONTOURS: dict[str, Parameter] = table(
     Parameter("points", "1", "points of the grid along both parameters, whose sides are crossed", "contours",
               default=512, at_least=2, at_most=65_536, whole=True),
-    Parameter("tolerance", "1", "width of the bracket of a node, over the border", "contours",
-              default=1e-9, at_least=1e-15, at_most=0.1),
+    _tolerance("contours", "a node"),
     Parameter("scan", "1", "points of the grid along both parameters that are looked at first", "contours",
               default=64, at_least=2, at_most=65_536, whole=True),
-    Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", "contours",
-              at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
+    _rtol("contours"),
 )  # fmt: skip
 MARGINS: dict[str, Parameter] = table(
     Parameter("scan", "1", "places on either side of a cell that are looked at first", "margins",
               default=32, at_least=2, at_most=65_536, whole=True),
-    Parameter("tolerance", "1", "width of the bracket of a border, over the border", "margins",
-              default=1e-9, at_least=1e-15, at_most=0.1),
+    _tolerance("margins", "a border"),
     Parameter("beyond", "1", "how far past a border each proposal is simulated, over the value", "margins",
               default=0.01, at_least=0.0, at_most=0.5),
-    Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", "margins",
-              at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
+    _rtol("margins"),
 )  # fmt: skip
 COST = Parameter("cost", "1", "cost of changing a parameter by a factor", "margins", above=0)
 FACTOR = Parameter("within", "1", "factor up to which parameters are changed", "margins", default=10.0, above=1)

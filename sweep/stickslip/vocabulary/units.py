@@ -17,7 +17,7 @@ from tokenize import TokenError
 from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import QuantityError
-from stickslip.vocabulary.meant_units import meant_unit
+from stickslip.vocabulary.unit_suggestions import suggest_unit
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,14 +36,8 @@ AS_TYPED = str.maketrans({  # what keyboards and word processors put for plain c
 _QUOTES = "“”„‟‘’‚«»‹›"
 
 _POWERED = re.compile(r"(.*?)(-?\d+)?", re.DOTALL)  # a name and its power, in the units of `quantities.py`
-_NO_UNIT = (
-    AttributeError,
-    ValueError,
-    OverflowError,
-    KeyError,
-    AssertionError,
-    TokenError,
-)  # pint.UndefinedUnitError is the first; nan and inf are others
+# pint.UndefinedUnitError is the first; nan and inf are others
+_NO_UNIT = (AttributeError, ValueError, OverflowError, KeyError, AssertionError, TokenError)
 
 _KINDS = {  # by unit: what such a quantity is, and how one writes it
     "kg": ("a mass", "250 g"),
@@ -66,13 +60,9 @@ _PLAIN = {  # in SI base units: the factor; powers of metre, kilogram and second
     "µm": (_MICRO, (1, 0, 0)), "µs": (_MICRO, (0, 0, 1)),
 }  # fmt: skip
 _OTHER_KINDS = {  # what else people may write by mistake
-    "m2": "an area",
-    "Pa": "a pressure",
-    "J": "an energy or a torque",
-    "W": "a power",
-    "kg s": "a mass times a time",
+    "m2": "an area", "Pa": "a pressure", "J": "an energy or a torque", "W": "a power", "kg s": "a mass times a time",
     "K": "a temperature",
-}
+}  # fmt: skip
 
 
 def si_value(value: object, units: str) -> float:
@@ -131,7 +121,7 @@ def si_array(values: NDArray[np.float64], unit: str, units: str) -> NDArray[np.f
 
 
 def expected(units: str) -> str:
-    """What to write for a quantity of these units: ``a speed such as '10 mm/s' or a number in m/s``."""
+    """The text to write for a quantity of these units: ``a speed such as '10 mm/s' or a number in m/s``."""
     if units == "1":
         return "a number (without unit)"
     if units not in _KINDS:  # of a file of others
@@ -141,7 +131,7 @@ def expected(units: str) -> str:
 
 
 def kind(units: str) -> str:
-    """What a quantity of these units is: ``a speed``."""
+    """The kind of a quantity of these units: ``a speed``."""
     return "a number" if units == "1" else _KINDS[units][0]
 
 
@@ -168,7 +158,7 @@ def unit_in(text: str) -> str | None:
 
 
 def factor(unit: str, units: str) -> float:
-    """What a number in `unit` is multiplied with to be in the SI `units`. Raises QuantityError."""
+    """The factor that takes a number in `unit` to the SI `units`. Raises QuantityError."""
     return float(_factor(unit, units))
 
 
@@ -191,7 +181,7 @@ def _from_text(text: str, units: str) -> float:
     try:
         factor = _factor(unit, units)
     except QuantityError as error:
-        if meant := meant_unit(unit, lambda other: _fits(other, units)):
+        if meant := suggest_unit(unit, lambda other: _fits(other, units)):
             raise QuantityError(error.expected, f"did you mean '{number} {meant}'?", error.found) from None
         raise
     try:
@@ -227,34 +217,31 @@ def _hint_for_quotes(number: str, unit: str, units: str) -> str:
 
 def _factors(units: str) -> list[tuple[str, int]]:
     """Units of `quantities.py` as names with powers: ``m s-1`` is m to the 1, s to the -1."""
-    found = []
-    for word in units.split():
-        name, power = _POWERED.fullmatch(word).groups()  # type: ignore[union-attr]
-        found.append((name, int(power or 1)))
-    return found
+    matches = (_POWERED.fullmatch(word) for word in units.split())
+    return [(match[1], int(match[2] or 1)) for match in matches if match]
 
 
 @lru_cache(maxsize=256)  # lists hold thousands of values in one unit
 def _factor(unit: str, units: str) -> Fraction:
-    """What a number in `unit`, as people write it, is multiplied with to be in the SI `units`."""
+    """The exact factor that takes a number in `unit`, as people write it, to the SI `units`."""
     if units not in _KINDS and not all(_is_known(name) for name, _ in _factors(units)):  # in a file of others
         raise QuantityError(expected(units), f"'{units}' is no unit that is known")
     powers = _written_factors(unit, units)
-    plain, asked = _plain_product(powers), _plain_product(_factors(units))
-    if plain and asked and plain[1] == asked[1]:
-        return plain[0] / asked[0]
+    plain, target = _plain_product(powers), _plain_product(_factors(units))
+    if plain and target and plain[1] == target[1]:
+        return plain[0] / target[0]
     try:
         written = _product(_all_units(), powers)
     except _NO_UNIT:
         unknown = next(name for name, _ in powers if not _is_known(name))
         raise QuantityError(expected(units), f"no unit is called '{unknown}'") from None
-    wanted = _product(_all_units(), _factors(units))
-    if written.dimensionality != wanted.dimensionality:
+    declared = _product(_all_units(), _factors(units))
+    if written.dimensionality != declared.dimensionality:
         raise QuantityError(expected(units), found=_kind_of(written))
     import pint
 
     try:
-        return Fraction(_all_units().Quantity(Fraction(1), written).to(wanted).magnitude)
+        return Fraction(_all_units().Quantity(Fraction(1), written).to(declared).magnitude)
     except pint.PintError:  # a temperature that cancels, say: its scale has an offset
         raise QuantityError(expected(units), f"'{unit}' is not a plain multiple of {spelled(units)}") from None
 
@@ -272,15 +259,15 @@ def _plain_product(powers: list[tuple[str, int]]) -> tuple[Fraction, tuple[int, 
 
 def _written_factors(unit: str, units: str) -> list[tuple[str, int]]:
     """Names and powers in a unit as people write it: factors separated by ``*``, ``/`` or a space."""
-    found, position = [], 0
+    factors, position = [], 0
     while position < len(unit):
         match = _FACTOR.match(unit, position)
         if match is None:
             raise QuantityError(expected(units), _hint_for_unit(unit))
         operator, name, power = match.groups()
-        found.append((name, int(power or 1) * (-1 if operator == "/" else 1)))
+        factors.append((name, int(power or 1) * (-1 if operator == "/" else 1)))
         position = match.end()
-    return found
+    return factors
 
 
 def _hint_for_unit(unit: str) -> str:
@@ -292,7 +279,6 @@ def _hint_for_unit(unit: str) -> str:
 
 
 def _fits(unit: str, units: str) -> bool:
-    """Whether a unit as people write it is one of the right kind."""
     try:
         _factor(unit, units)
     except QuantityError:
@@ -325,7 +311,7 @@ def _product(registry: Any, powers: list[tuple[str, int]]) -> Any:
 
 
 def _kind_of(unit: Any) -> str:
-    """What a pint unit measures, in words."""
+    """The kind of a pint unit, in words."""
     kinds = {units: kind for units, (kind, _) in _KINDS.items()} | _OTHER_KINDS
     for units, words in kinds.items():
         if _product(_all_units(), _factors(units)).dimensionality == unit.dimensionality:

@@ -13,7 +13,7 @@ from stickslip.errors import ConfigError
 from stickslip.rig import load_rig
 from stickslip.rig.simulate.config import is_rig
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.synonyms import synonym_of
+from stickslip.vocabulary.suggest import synonym_of
 
 FLOW = """\
 title: Grease A

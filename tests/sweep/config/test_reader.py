@@ -13,7 +13,7 @@ from stickslip.config.reader import load_config, make_config, parse_config
 from stickslip.config.studies import STUDIES
 from stickslip.errors import ConfigError
 from stickslip.rig.simulate.config import is_rig, load_rig, parse_rig
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 
 def test_quantities_become_si():

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 import stickslip
 from helpers.unstable_cycle import Cycle
 from stickslip.cli import main
-from stickslip.config.pick import cell_of
+from stickslip.config.select import cell_of
 from stickslip.engine import Options, stop_flag
 from stickslip.explore import maps, open_subject
 from stickslip.explore.motions import motions_of

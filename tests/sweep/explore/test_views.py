@@ -8,8 +8,8 @@ import pytest
 
 import stickslip
 from helpers.configs import write_config
-from stickslip.config.pick import cell_of, config_at
 from stickslip.config.reader import load_config, parse_config
+from stickslip.config.select import cell_of, config_at
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
 from stickslip.explore import maps, open_subject

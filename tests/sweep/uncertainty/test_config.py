@@ -151,8 +151,7 @@ BAD = {
     ),
     "an unknown metric": (
         text(SPEED, "metrics: [perriod]"),
-        "map.yaml:5:12: uncertain.metrics: got a list, expected a list of results\n"
-        "  hint: 'perriod' is none of them; did you mean period?",
+        "map.yaml:5:13: uncertain.metrics[0]: got 'perriod', expected a result: breakaway_time, ",
     ),
     "more draws than a run can have": (
         text(SPEED, "draws: 67108864", "scramblings: 512") ,

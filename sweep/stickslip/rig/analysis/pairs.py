@@ -20,7 +20,7 @@ from stickslip.rig.records.record import read_record
 from stickslip.rig.risk import HIGHEST, INPUTS, LOWEST
 from stickslip.rig.settings import Settings
 from stickslip.vocabulary import units
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 RPN = "rpn"
 _FILES = ("file", "record")  # headings of a column that names records

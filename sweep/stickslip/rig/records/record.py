@@ -27,14 +27,14 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.files.atomic import replaced
 from stickslip.files.tables import Cell, Table, line_of, numbers, read_table
+from stickslip.fit.columns import load_above
 from stickslip.fit.headings import PURE, RECORD, Heading, heading, with_units_below, words_for
-from stickslip.fit.loads import load_above
 from stickslip.rig.quantities import FORCES, MATERIAL, SIGNALS, TIME
 from stickslip.rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.settings import CONDITIONS
-from stickslip.vocabulary.words import listed, nearest
+from stickslip.vocabulary.suggest import listed, nearest
 
 FEWEST_SAMPLES = 16
 _EXAMPLE = "time [ms], force [N], acceleration [m/s2]"
@@ -86,7 +86,7 @@ def read_record(
     settings = settings or RecordSettings()
     table = read_table(Path(path), _EXAMPLE, is_heading=lambda cells: _may_be_headings(cells, settings))
     headings, has_units = with_units_below(
-        table, [heading(cell.text, RECORD, _NAMES) for cell in table.heading], {}, RECORD
+        table, [heading(cell.text, RECORD, _NAMES) for cell in table.heading], RECORD
     )
     table = replace(table, lines=table.lines[has_units:])
     columns = _columns(table, headings, settings)

@@ -9,14 +9,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from stickslip.config.examples import found
-from stickslip.config.forgotten_units import ask
+from stickslip.config.examples import existing_config
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.python import python_document
 from stickslip.config.reader import read_rig_config
 from stickslip.config.sections import Drive, Sensor
+from stickslip.config.unit_warnings import warn_of_units
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Place, Problem
 from stickslip.rig.records.record import FEWEST_SAMPLES
@@ -62,22 +62,22 @@ class RigConfig:
 
 
 def load_rig(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = ()) -> RigConfig:
-    """The rig in a YAML file, or the one of the package that `path` calls (see `examples.found`); or what such a file
-    would say as a mapping (see `config.reader.load_config`).
+    """The rig in a YAML file, or the one of the package that `path` calls (`examples.existing_config`); or what such a
+    file would say as a mapping (see `config.reader.load_config`).
 
     settings : of a command line, which are put into the file.
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
-    document = python_document(path) if isinstance(path, Mapping) else read_yaml(found(path))
+    document = python_document(path) if isinstance(path, Mapping) else read_yaml(existing_config(path))
     document = overridden(document, settings)
     rig = _read(document)
-    ask(document, rig.config)
+    warn_of_units(document, rig.config)
     return rig
 
 
 def is_rig(path: str | os.PathLike[str]) -> bool:
     """Whether a YAML file is that of a rig: whether it has a drive. Raises ConfigError if it cannot be read."""
-    data = read_yaml(found(path)).data
+    data = read_yaml(existing_config(path)).data
     return isinstance(data, dict) and "drive" in data
 
 

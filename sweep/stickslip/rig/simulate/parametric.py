@@ -10,14 +10,13 @@ import numpy as np
 import xarray as xr
 
 from stickslip.config.model import Config
-from stickslip.config.rules import members
 from stickslip.errors import NotReachedError
 from stickslip.rig.simulate.config import RigConfig, make_rig
 from stickslip.rig.simulate.identify import Parameters, Simulator
 from stickslip.rig.simulate.simulation import RigTests
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 
 def simulator(rig: RigConfig, names: Sequence[str], number: int = 0) -> Simulator:
@@ -63,7 +62,7 @@ def _one_test(config: Config, number: int) -> dict[str, Any]:
     if not 0 <= number < int(np.prod(shape, dtype=int)):
         raise IndexError(f"test {number} of {int(np.prod(shape, dtype=int))}")
     for axis, i in zip(config.axes, np.unravel_index(number, shape) if shape else (), strict=True):
-        for member in members(axis):
+        for member in axis.members:
             row = QUANTITIES[member.name]
             plain[row.section][row.name] = row.written(float(member.points()[i]))
     return plain | {"axes": {}}

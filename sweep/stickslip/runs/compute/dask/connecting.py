@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import dask.config
 
-from stickslip.config.addresses import LOCAL
+from stickslip.config.sections import LOCAL
 from stickslip.engine import processor, processors
 from stickslip.errors import ClusterError, Interrupted
 from stickslip.runs.compute.dask.quiet import SILENT, quiet

@@ -5,28 +5,27 @@ A result holds the configuration it was computed from, so a cell can be picked o
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import xarray as xr
 
-from stickslip.config.forgotten_units import ask_of_settings
 from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.reader import make_config, parse_config
 from stickslip.config.studies import STUDIES
-from stickslip.config.written import units_shown
+from stickslip.config.unit_warnings import warn_of_cell
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
+from stickslip.vocabulary.display_units import units_shown
+from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.settings import SOLVER
-from stickslip.vocabulary.synonyms import meant
+from stickslip.vocabulary.suggest import did_you_mean, listed
 from stickslip.vocabulary.units import spelled
-from stickslip.vocabulary.words import listed
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
-_SOURCE = "--at"
 
 
 def cell_at(recipe: Recipe, settings: Iterable[str]) -> dict[str, float]:
@@ -39,39 +38,43 @@ def cell_of(config: Config) -> dict[str, float]:
     return {name: float(values[0]) for name, values in build_grid(config).cells(0, 1).items()}
 
 
-def config_at(recipe: Recipe, settings: Iterable[str], option: str = _SOURCE, in_part: bool = False) -> Config:
+def config_at(recipe: Recipe, settings: Iterable[str], option: str = "--at", in_part: bool = False) -> Config:
     """The configuration of one cell; in_part : or of fewer axes, those that have no setting.
 
     settings : texts like ``stiffness=5 N/mm``, ``velocity=sticking`` or, for quantities that vary together,
         ``lubricant=grease`` (a label, or a position counted from 0). Every axis needs one, other quantities may have
         one. Numbers without a unit that are implausible in SI are asked about, as in files (UnitWarning).
-    option : of the command line, that complaints name.
+    option : of the command line, that problems name.
     Raises ConfigError.
     """
-    data = _plain(recipe)
-    axes = {axis.name: axis for axis in recipe.axes} if isinstance(recipe, Config) else {}
+    config = recipe if isinstance(recipe, Config) else None
+    data = _sections(recipe)
+    axes: dict[str, Axis] = {axis.name: axis for axis in config.axes} if config else {}
     given = dict(_split(setting, option) for setting in settings)
-    for name, value in given.items():
+    for name, text in given.items():
         if isinstance(axis := axes.get(name), Group):
-            for member, at_point in _point(axis, value, option).items():
-                data[QUANTITIES[member].section][member] = at_point
+            i = _position(axis, text, option)
+            values = {m.name: QUANTITIES[m.name].written(m.values[i]) for m in axis.members}
+        elif name in axes or name in QUANTITIES:
+            values = {name: _number_or_text(text)}
         else:
-            _check_name(name, axes, option)
-            data[QUANTITIES[name].section][name] = _number_or_text(value)
-    axes = {name: axis for name, axis in axes.items() if not _is_settled(axis, given)}
-    for study in STUDIES:
-        data.pop(study, None)
-    data["axes"] = {name: data["axes"][name] for name in axes} if in_part else {}
-    if axes and not in_part:
-        raise ConfigError(option, [_missing(axis, option) for axis in axes.values()])
-    made = make_config(data, option)
-    numbers = {name: _number_or_text(value) for name, value in given.items()}
-    ask_of_settings(option, numbers, recipe if isinstance(recipe, Config) else None, made)
-    return made.shown_in(recipe.written_in | made.written_in) if isinstance(recipe, Config) else made
+            known = [*axes, *(quantity for quantity in QUANTITIES if quantity not in axes)]
+            message = f"unknown quantity, expected {listed(known)}"
+            raise ConfigError(option, [Problem((name,), message, hint=did_you_mean(name, known))])
+        for quantity, value in values.items():
+            data[QUANTITIES[quantity].section][quantity] = value
+    left = {name: axis for name, axis in axes.items()
+            if name not in given and not all(member.name in given for member in axis.members)}  # fmt: skip
+    if left and not in_part:
+        raise ConfigError(option, [_missing(axis, option) for axis in left.values()])
+    data = {key: value for key, value in data.items() if key not in STUDIES}
+    made = make_config(data | {"axes": {name: data["axes"][name] for name in left}}, option)
+    warn_of_cell(option, {name: _number_or_text(text) for name, text in given.items()}, config, made)
+    return made.shown_in(config.written_in | made.written_in) if config else made
 
 
 def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Recipe:
-    """What a result was computed from; `name` is that of its file. Raises ConfigError.
+    """The configuration, or less, that a result was computed from; `name` is that of its file. Raises ConfigError.
 
     settings : of a command line, which are put into it.
     """
@@ -86,7 +89,7 @@ def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Re
 
 
 def shared_by(ds: xr.Dataset) -> dict[str, Any]:
-    """What all cells of a result have in common: law, rtol and max_steps, as `simulate` takes them.
+    """The law, rtol and max_steps that all cells of a result have in common, as `simulate` takes them.
 
     Raises ConfigError.
     """
@@ -108,42 +111,36 @@ def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> 
 
 def seconds(text: str, option: str = "--duration") -> float:
     """A time on the command line: a number of seconds, or a text with a unit. Raises ConfigError."""
-    try:
-        return SOLVER["horizon"].read(_number_or_text(text))
-    except QuantityError as error:
-        raise ConfigError(option, [Problem((), f"got {text!r}, {error}")]) from None
+    return _in_si(SOLVER["horizon"], text, option)
 
 
 def value_of(name: str, text: str, option: str) -> float:
     """A value of a parameter of a cell on the command line, in SI. Raises ConfigError."""
     if name not in PARAMETERS:
-        near = meant(name, PARAMETERS)
-        hint = f"did you mean {near!r}?" if near else f"known are {', '.join(PARAMETERS)}"
+        hint = did_you_mean(name, PARAMETERS) or f"known are {', '.join(PARAMETERS)}"
         raise ConfigError(option, [Problem((), f"{name!r} is not a parameter of a cell", hint=hint)])
+    return _in_si(PARAMETERS[name], text, option, name)
+
+
+def _in_si(row: Parameter, text: str, option: str, *path: str) -> float:
     try:
-        return PARAMETERS[name].read(_number_or_text(text))
+        return row.read(_number_or_text(text))
     except QuantityError as error:
-        raise ConfigError(option, [Problem((name,), f"got {text!r}, {error}")]) from None
+        raise ConfigError(option, [Problem(path, f"got {text!r}, {error}")]) from None
 
 
-def _plain(recipe: Recipe) -> dict[str, Any]:
+def _sections(recipe: Recipe) -> dict[str, Any]:
     """The recipe as plain data with every section that holds quantities."""
     if isinstance(recipe, Config):
         return recipe.model_copy(update={"uncertain": None}).resolved()  # its quantities need values as axes do
     sections: dict[str, Any] = {quantity.section: {} for quantity in QUANTITIES.values() if quantity.name not in DRIVE}
-    sections["axes"] = {}
     given = {name: {key: value for key, value in keys.items() if value is not None} for name, keys in recipe.items()}
-    return sections | given
+    return sections | {"axes": {}} | given
 
 
 def _shape(config: Config) -> tuple[tuple[str, int], ...]:
     grid = build_grid(config)
     return tuple(zip(grid.dims, grid.shape, strict=True))
-
-
-def _is_settled(axis: Axis, given: Collection[str]) -> bool:
-    """Whether an axis has its value: of its own, or, if it is a group, one for each of its quantities."""
-    return axis.name in given or (isinstance(axis, Group) and all(member.name in given for member in axis.members))
 
 
 def point_text(axis: Axis, i: int) -> str:
@@ -177,25 +174,15 @@ def _number_or_text(value: str) -> float | str:
         return value
 
 
-def _check_name(name: str, axes: Iterable[str], option: str) -> None:
-    known = [*axes, *(quantity for quantity in QUANTITIES if quantity not in axes)]
-    if name not in known:
-        near = meant(name, known)
-        hint = f"did you mean {near}?" if near else None
-        raise ConfigError(option, [Problem((name,), f"unknown quantity, expected {listed(known)}", hint=hint)])
-
-
-def _point(group: Group, value: str, option: str) -> dict[str, Any]:
-    """The quantities of a group at one of its points."""
+def _position(group: Group, text: str, option: str) -> int:
+    """The point of a group that a setting names, by its label or counted from 0."""
     labels = group.labels or ()
-    if value in labels:
-        position = labels.index(value)
-    elif value.isdecimal() and int(value) < group.size:
-        position = int(value)
-    else:
-        expected = listed([*labels, f"a position from 0 to {group.size - 1}"])
-        raise ConfigError(option, [Problem((group.name,), f"got {value!r}, expected {expected}")])
-    return {m.name: QUANTITIES[m.name].written(m.values[position]) for m in group.members}
+    if text in labels:
+        return labels.index(text)
+    if text.isdecimal() and int(text) < group.size:
+        return int(text)
+    expected = listed([*labels, f"a position from 0 to {group.size - 1}"])
+    raise ConfigError(option, [Problem((group.name,), f"got {text!r}, expected {expected}")])
 
 
 def _missing(axis: Axis, option: str) -> Problem:

@@ -5,27 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 
-_COMMON = (
-    "kg",
-    "g",
-    "mg",
-    "N",
-    "kN",
-    "mN",
-    "m",
-    "cm",
-    "mm",
-    "µm",
-    "s",
-    "ms",
-    "min",
-    "h",
-    "Hz",
-    "kHz",
-    "Pa",
-    "MPa",
-    "J",
-)
+_COMMON = "kg g mg N kN mN m cm mm µm s ms min h Hz kHz Pa MPa J".split()
 _SPELLINGS = {word.lower(): word for word in _COMMON} | {
     "newton": "N", "newtons": "N", "meter": "m", "metre": "m", "meters": "m", "kilogram": "kg", "kilo": "kg",
     "kgs": "kg", "gram": "g", "grams": "g", "sec": "s", "secs": "s", "seconds": "s", "second": "s",
@@ -35,7 +15,7 @@ _WORD = re.compile(r"[A-Za-zµμ]+")
 _MOST = 40  # characters; a longer unit is nonsense
 
 
-def meant_unit(unit: str, fits: Callable[[str], bool]) -> str | None:
+def suggest_unit(unit: str, fits: Callable[[str], bool]) -> str | None:
     """The unit that was probably meant; None if none comes close.
 
     fits : whether a unit is understood, and of the right kind.

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.config.examples import found_points
-from stickslip.config.kinds import varied_paths
+from stickslip.config.checks import varied_paths
+from stickslip.config.examples import points_path
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, FitWarning, Problem
+from stickslip.errors import Path as KeyPath
 from stickslip.vocabulary.quantities import MEASURED, REPLACED
-from stickslip.vocabulary.words import listed
+from stickslip.vocabulary.suggest import listed
 
 if TYPE_CHECKING:
     from stickslip.fit import MaterialFit
@@ -23,7 +24,7 @@ COEFFICIENTS = (*REPLACED, "a4")
 AXIS = "material"  # the axis of several fits, unless they are in a group (zip) that has a name
 
 
-def fitted(document: Document) -> Document:
+def with_fits(document: Document) -> Document:
     """The document, its curves with the coefficients fitted to the points that it names.
 
     One curve is known (section friction), or as uncertain as the points leave it (section uncertain). Several, of a
@@ -43,43 +44,43 @@ def fitted(document: Document) -> Document:
         return document
     for name, axis in axes.items():
         group = axis.get("zip") if isinstance(axis, dict) else None
-        if isinstance(group, dict) and (points := _points(group)):
-            return _in_group(document, data, str(name), points)
-    if points := _points(friction):
-        return _in_section(document, data, friction, points)
-    if isinstance(uncertain, dict) and len(named := _points(uncertain)) == 1:
-        return _scattered(document, data, uncertain, named[0])
+        if isinstance(group, dict) and (files := _files(group)):
+            return replace(document, data={**data, "axes": {**axes, name: _in_group(axis, _fits(document, files))}})
+    if files := _files(friction):
+        return _in_section(document, data, friction, files)
+    if isinstance(uncertain, dict) and len(files := _files(uncertain)) == 1:
+        return _scattered(document, data, uncertain, files[0])
     return document
 
 
-def _points(section: dict[str, Any]) -> list[str]:
+def _files(section: dict[str, Any]) -> list[str]:
     """The files of points that a section names; none if what it says is wrong."""
     fit = section.get("fit")
-    named = fit if isinstance(fit, list) else [fit]
-    right = all(isinstance(one, str) and one.lower().endswith(".csv") for one in named)
-    return [str(one) for one in named] if right else []
+    names = fit if isinstance(fit, list) else [fit]
+    right = all(isinstance(name, str) and name.lower().endswith(".csv") for name in names)
+    return [str(name) for name in names] if right else []
 
 
-def _fits(document: Document, points: list[str]) -> list[MaterialFit]:
+def _fits(document: Document, files: list[str]) -> list[MaterialFit]:
     """The fits of files beside the configuration, or of those that come with the package."""
     from stickslip.fit import CURVE_COLUMNS, fit_materials  # SciPy takes its time
 
     folder = Path(document.name).parent
-    paths = [there if (there := folder / one).exists() else found_points(one) for one in points]
-    fits = fit_materials([p if p.exists() else folder / one for p, one in zip(paths, points, strict=True)],
-                         columns=CURVE_COLUMNS)  # fmt: skip
-    for one in fits:
-        if one.curve is not None and not one.curve.good:
-            named = points[0] if len(fits) == 1 else one.name
-            warnings.warn(f"{named}: {one.curve.quality}", FitWarning, stacklevel=6)
+    paths = []
+    for name in files:
+        beside, shipped = folder / name, points_path(name)
+        paths.append(beside if beside.exists() or not shipped.exists() else shipped)
+    fits = fit_materials(paths, columns=CURVE_COLUMNS)
+    for fit in fits:
+        if fit.curve is not None and not fit.curve.good:
+            name = files[0] if len(fits) == 1 else fit.name
+            warnings.warn(f"{name}: {fit.curve.quality}", FitWarning, stacklevel=6)
     return fits
 
 
-def _in_section(
-    document: Document, data: dict[str, Any], friction: dict[str, Any], points: list[str]
-) -> Document:  # fmt: skip
+def _in_section(document: Document, data: dict[str, Any], friction: dict[str, Any], files: list[str]) -> Document:
     """One curve for all cells, or an axis of several, the outermost."""
-    fits = _fits(document, points)
+    fits = _fits(document, files)
     if len(fits) == 1 and not isinstance(friction["fit"], list):
         return replace(document, data={**data, "friction": {**friction, **_coefficients(fits[0])}})
     axes = data.get("axes") or {}
@@ -88,26 +89,16 @@ def _in_section(
     if AXIS in axes:
         message = f"these fits are an axis called {AXIS}, and there is another of this name"
         hint = f"call that one otherwise, or put the fits into it: {AXIS}: {{zip: {{fit: [...]}}}}"
-        path = ("friction", "fit")
-        raise ConfigError(document.name, [Problem(path, message, document.values.get(path), hint)])
-    group = {"zip": _columns(fits), "labels": [one.name for one in fits]}
-    return replace(document, data={**data, "axes": {AXIS: group, **axes}})
+        raise _refused(document, ("friction", "fit"), message, hint)
+    return replace(document, data={**data, "axes": {AXIS: _in_group({"zip": {}}, fits), **axes}})
 
 
-def _in_group(document: Document, data: dict[str, Any], name: str, points: list[str]) -> Document:
-    """The coefficients of several curves in place of `fit` in a group, whose labels they are unless it has some."""
-    fits, axes = _fits(document, points), data["axes"]
-    group = {key: value for key, value in axes[name]["zip"].items() if key != "fit"}
-    labels = {"labels": [one.name for one in fits]}
-    return replace(
-        document, data={**data, "axes": {**axes, name: labels | axes[name] | {"zip": _columns(fits) | group}}}
-    )
-
-
-def _columns(fits: list[MaterialFit]) -> dict[str, list[float]]:
-    """The coefficients of several curves."""
-    each = [_coefficients(one) for one in fits]
-    return {name: [one[name] for one in each] for name in COEFFICIENTS}
+def _in_group(axis: dict[str, Any], fits: list[MaterialFit]) -> dict[str, Any]:
+    """A group with the coefficients of several curves in place of `fit`, whose labels they are unless it has some."""
+    curves = [_coefficients(fit) for fit in fits]
+    columns = {name: [curve[name] for curve in curves] for name in COEFFICIENTS}
+    others = {key: value for key, value in axis["zip"].items() if key != "fit"}
+    return {"labels": [fit.name for fit in fits]} | axis | {"zip": columns | others}
 
 
 def _coefficients(fit: MaterialFit) -> dict[str, float]:
@@ -115,7 +106,11 @@ def _coefficients(fit: MaterialFit) -> dict[str, float]:
     return fit.curve.coefficients()
 
 
-def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, Any], points: str) -> Document:
+def _refused(document: Document, path: KeyPath, message: str, hint: str) -> ConfigError:
+    return ConfigError(document.name, [Problem(path, message, document.values.get(path), hint)])
+
+
+def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, Any], file: str) -> Document:
     """The document with a1 to a4 as normal quantities that are correlated as the fit says; those it assumed are fixed.
 
     What the section says of their truncation stays.
@@ -125,22 +120,19 @@ def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, An
         isinstance(own := quantities.get(name, {}), dict) and set(own) - {"truncated"} for name in COEFFICIENTS
     ):
         return document  # given already, or wrong
-    fits = _fits(document, [points])
+    fits = _fits(document, [file])
     fit = fits[0].curve
     if fit is None or len(fits) > 1:
-        several, path = listed([one.name for one in fits], "and"), ("uncertain", "fit")
-        message, hint = f"{points} holds {len(fits)} materials ({several}), expected one", "write a file for each"
-        raise ConfigError(document.name, [Problem(path, message, document.values.get(path), hint)])
+        several = listed([one.name for one in fits], "and")
+        message = f"{file} holds {len(fits)} materials ({several}), expected one"
+        raise _refused(document, ("uncertain", "fit"), message, "write a file for each")
     variance = np.diag(fit.covariance)
     if unknown := [name for name, one in zip(COEFFICIENTS, variance, strict=True) if not np.isfinite(one)]:
-        message = f"the points of {points} do not determine {listed(unknown, 'and')}"
-        path = ("uncertain", "fit")
+        message = f"the points of {file} do not determine {listed(unknown, 'and')}"
         hint = "measure more points where it matters, or give a1 to a4 distributions of your own"
-        raise ConfigError(document.name, [Problem(path, message, document.values.get(path), hint)])
-    known = fit.coefficients()
-    free = [i for i, one in enumerate(variance) if one > 0]
-    names = [COEFFICIENTS[i] for i in free]
-    std = np.sqrt(variance[free])
+        raise _refused(document, ("uncertain", "fit"), message, hint)
+    known, free = fit.coefficients(), np.flatnonzero(variance > 0)
+    names, std = [COEFFICIENTS[i] for i in free], np.sqrt(variance[free])
     matrix = fit.covariance[np.ix_(free, free)] / np.outer(std, std)
     np.fill_diagonal(matrix, 1.0)
     drawn = {

@@ -78,7 +78,7 @@ def _plain(value: float | None) -> str:
     return f"{value:.9g}".replace("e-0", "e-")
 
 
-STARTER = _TEXT.substitute(
+TEMPLATE = _TEXT.substitute(
     rtol=_plain(SOLVER["rtol"].default),
     least=_plain(SOLVER["rtol"].at_least),
     most=_plain(SOLVER["rtol"].at_most),

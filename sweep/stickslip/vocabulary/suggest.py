@@ -1,15 +1,15 @@
-"""Words that people write for ours: symbols of formulas, the field's words, other programs' keys.
+"""Words in messages: the one that was probably meant, and several in a row.
 
-They are never read, since a file should say the same to everyone; messages name ours.
+Words of others for ours (symbols of formulas, the field's words, other programs' keys) are never read, since a file
+should say the same to everyone; messages name ours.
 """
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable
 
-from stickslip.vocabulary.words import nearest
-
-_WORDS = {
+_SYNONYMS = {
     "mass": "m moving_mass weight",
     "stiffness": "k spring spring_constant spring_stiffness spring_rate stiffnes c_spring",
     "damping": "c d damper dashpot damping_coefficient viscous_damping viscosity",
@@ -43,18 +43,38 @@ _WORDS = {
     "horizon": "t_end tend duration t_max time",
     "title": "name label",
 }
-_MEANT = {word: [ours for ours, words in _WORDS.items() if word in words.split()] for row in _WORDS.values()
-          for word in row.split()}  # fmt: skip
 
 
-def meant(word: str, among: Iterable[str]) -> str | None:
+def suggest(word: str, among: Iterable[str]) -> str | None:
     """The word `among` the possible ones that was probably meant: a synonym, or one that is spelled much like it."""
     known = list(among)
     return synonym_of(word, known) or nearest(word, known)
 
 
+def did_you_mean(word: str, among: Iterable[str]) -> str | None:
+    """The question `did you mean mass?` about a word that is none `among` the possible ones; None if none is near."""
+    near = suggest(word, among)
+    return f"did you mean {near}?" if near else None
+
+
 def synonym_of(word: str, among: Iterable[str]) -> str | None:
     """Our word for what somebody else calls `word`, if it is `among` those that are possible."""
-    known = set(among)
-    spelled = word.strip().lower().replace("-", "_").replace(" ", "_")
-    return next((ours for ours in _MEANT.get(spelled, ()) if ours in known), None)
+    known, spelled = set(among), word.strip().lower().replace("-", "_").replace(" ", "_")
+    return next((ours for ours, words in _SYNONYMS.items() if ours in known and spelled in words.split()), None)
+
+
+def nearest(word: str, among: Iterable[str]) -> str | None:
+    """The word that is spelled most like `word`, if any comes close."""
+    known, spelled = list(among), word.lower().replace("-", "_").replace(" ", "_")
+    if swapped := [one for one in known if sorted(one) == sorted(spelled)]:  # strokse is strokes rather than stroke
+        return swapped[0]
+    if whole := [one for one in known if spelled in one.split("_")]:  # belt is belt_speed rather than delta
+        return whole[0]
+    close = difflib.get_close_matches(spelled, known, 1, 0.6)
+    return close[0] if close else None
+
+
+def listed(words: Iterable[str], last: str = "or") -> str:
+    """Words in a row: ``a, b or c``."""
+    *first, final = words
+    return f"{', '.join(first)} {last} {final}" if first else final

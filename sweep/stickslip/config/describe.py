@@ -1,0 +1,134 @@
+"""A configuration as it was understood: every quantity with its SI value and unit, every axis with its points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from stickslip.config.checks import refined_axes
+from stickslip.config.model import Config, Group, Range, Values
+from stickslip.config.sections import Sensor
+from stickslip.config.unit_warnings import natural_frequency, static_deflection
+from stickslip.vocabulary import units
+from stickslip.vocabulary.display_units import customary
+from stickslip.vocabulary.laws import LAW_MESSAGES
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.settings import SENSOR
+
+_MOST_VALUES = 6  # of a list that are shown; of longer ones the ends
+
+
+class Row(NamedTuple):
+    """One thing that was understood: its name, its value, and what it is."""
+
+    name: str
+    value: str
+    meaning: str
+
+
+def describe(config: Config) -> Iterator[Row]:
+    """The rows of a configuration: what is the same in all cells, what varies, how it is computed, where it goes."""
+    yield Row("law", config.friction.law, LAW_MESSAGES[config.friction.law])
+    fixed = config.fixed()
+    for name, row in QUANTITIES.items():
+        if name in fixed and (name != "delta" or config.friction.law == "stribeck_delta"):
+            meaning = f"{row.long_name}: {row.absent}" if math.isnan(fixed[name]) else row.long_name
+            yield Row(name, _value(fixed[name], row), meaning)
+    if config.drive is not None:
+        yield Row("drive", f"{config.drive.strokes} strokes, {config.drive.profile}", "strokes, and speed over time")
+        sensor = config.sensor or Sensor()
+        for name, row in SENSOR.items():
+            value = getattr(sensor, name)
+            yield Row(name, "none" if value is None else _value(value, row), row.long_name)
+    yield from _amounts(config)
+    for axis in config.axes:
+        if isinstance(axis, Group):
+            yield Row(f"axis {axis.name}", f"{axis.size} points", ", ".join(axis.labels or ()))
+        for member in axis.members:
+            yield _along(member, "  with " if isinstance(axis, Group) else "axis ")
+    yield from _studies(config)
+    solver = config.solver
+    horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
+    end = "until the regime is decided" if solver.early_stop else "to the horizon"
+    yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", end)
+    if config.output.variables is not None:
+        yield Row("variables", ", ".join(config.output.variables), "all that is stored and written of a cell")
+    files = [name for name in (config.output.file, config.output.plot) if name is not None]
+    yield Row("output", ", ".join(files) or "none", "" if config.output.file else "the result is not kept without -o")
+
+
+def _amounts(config: Config) -> Iterator[Row]:
+    """Closed forms of the quantities, in terms that can be held against the machine at hand."""
+    for name, si, span, meaning in (
+        ("natural frequency", "s-1", natural_frequency(config), "sqrt(stiffness/mass)/(2 pi), without friction"),
+        ("static deflection", "m", static_deflection(config),
+         "mu_start times load over stiffness, where it breaks away"),
+    ):  # fmt: skip
+        if span is not None:
+            yield Row(name, span.text("Hz" if si == "s-1" else si) + _in_customary(si, *span), meaning)
+
+
+def _studies(config: Config) -> Iterator[Row]:
+    """The rows of what is asked for instead of a map."""
+    if (border := config.border) is not None:
+        between = _ends(border.between, border.along) if border.between else "the range of its axis"
+        meaning = f"between {between}, {border.scan} places first, tolerance {border.tolerance:g}"
+        yield Row("border along", border.along, meaning)
+    if (box := config.attractors) is not None:
+        for name, ends in (("displacement", box.displacement), ("velocity", box.velocity)):
+            yield Row(f"attractors from {name}", _ends(ends, name), f"starting states: {name}")
+        yield Row("samples", f"{box.samples:,}", "starting states per cell where the share is not exact")
+    if (refine := config.refine) is not None:
+        names = [config.axes[i].name for i in refined_axes(config.axes, refine.depth)]
+        others = "interpolated" if refine.interpolate else "only where they were computed"
+        meaning = f"audit {refine.audit:g}; other metrics {others}"
+        yield Row("refine", f"boxes of 2^{refine.depth} + 1 cells along {', '.join(names)}", meaning)
+    if (uncertain := config.uncertain) is not None:
+        for scatter in uncertain.quantities:
+            yield Row(scatter.name, "uncertain", scatter.in_words)
+        if uncertain.correlation is not None:
+            yield Row("correlation", "of uncertain quantities", uncertain.correlation_in_words)
+        method = "subset simulation" if uncertain.subset else "Sobol points"
+        yield Row("sampling", method, uncertain.method_in_words)
+    if (contours := config.contours) is not None:
+        over = "the last two axes" if contours.axes is None else " and ".join(contours.axes)
+        first = f"{contours.scan} looked at first, tolerance {contours.tolerance:g}"
+        yield Row("contours over", over, f"a grid of {contours.points} points a side, {first}")
+    if (margins := config.margins) is not None:
+        along = ", ".join(margins.parameters or ("what a designer chooses",))
+        yield Row("margins along", along, "with the cheapest joint change" if margins.joint else "one by one")
+
+
+def _ends(ends: tuple[float, float], name: str) -> str:
+    return f"{ends[0]:.6g} to {ends[1]:.6g} {units.spelled(QUANTITIES[name].units)}".rstrip()
+
+
+def _value(value: float, row: Parameter) -> str:
+    written = row.written(value)
+    if isinstance(written, str):
+        return written
+    return f"{written:.6g} {units.spelled(row.units)}".rstrip() + _in_customary(row.units, written)
+
+
+def _in_customary(si: str, *values: float) -> str:
+    """The values in the unit people use, behind those in SI; nothing where that is the same."""
+    text = customary(si, *values) if values else None
+    return f"  ({text})" if text else ""
+
+
+def _along(axis: Range | Values, before: str) -> Row:
+    """A quantity along an axis: its ends or its values, how many there are, and how they are spaced."""
+    row = QUANTITIES[axis.name]
+    if isinstance(axis, Range):
+        text, spacing, numbers = _ends((axis.start, axis.stop), axis.name), f"{axis.spacing} spacing", axis.points()
+    else:
+        written = [value if isinstance(value, str) else f"{value:.6g}" for value in map(row.written, axis.values)]
+        if len(written) > _MOST_VALUES:
+            written = [*written[: _MOST_VALUES - 2], "...", written[-1]]
+        text, spacing = f"{', '.join(written)} {units.spelled(row.units)}".rstrip(), "as listed"
+        numbers = axis.points()[[not math.isnan(value) for value in axis.values]]
+    ends = (float(numbers.min()), float(numbers.max())) if numbers.size else ()
+    meaning = f"{axis.size:,} values, {spacing}: {row.long_name}"
+    return Row(f"{before}{axis.name}", text + _in_customary(row.units, *ends), meaning)

@@ -1,0 +1,154 @@
+"""Units for people: 5 N/mm rather than 5000 N/m, 250 g rather than 0.25 kg; or the unit that somebody wrote.
+
+The only table of such units. Files, Python and all computation are in SI.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from stickslip.vocabulary import units
+from stickslip.vocabulary.quantities import QUANTITIES
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import ArrayLike
+
+DISPLAY = "display_units"  # attribute of coordinates and variables, which are SI: the unit in which they are shown
+_POWER = re.compile(r"(?:\^|\*\*)?(-?\d+)")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_WIDE = 1000.0  # from here on, both ends of a range have a unit of their own
+_CUSTOMARY = {  # by unit in SI: from which magnitude on, in SI, another one is used, how large it is, and its name
+    "kg": ((1e-6, 1e-6, "mg"), (1e-3, 1e-3, "g"), (1.0, 1.0, ""), (1e3, 1e3, "t")),
+    "N m-1": ((0.0, 1.0, ""), (100.0, 1e3, "N/mm"), (1e6, 1e6, "kN/mm")),
+    "N s m-1": ((0.0, 1.0, ""), (1e3, 1e3, "N s/mm")),
+    "N": ((1e-3, 1e-3, "mN"), (1.0, 1.0, ""), (1e3, 1e3, "kN"), (1e6, 1e6, "MN")),
+    "m s-1": ((0.0, 1e-6, "µm/s"), (1e-3, 1e-3, "mm/s"), (1.0, 1.0, "")),
+    "m": ((0.0, 1e-6, "µm"), (1e-4, 1e-3, "mm"), (1.0, 1.0, "")),
+    "s": ((0.0, 1e-6, "µs"), (1e-3, 1e-3, "ms"), (1.0, 1.0, ""), (120.0, 60.0, "min"), (7200.0, 3600.0, "h")),
+    "J": ((0.0, 1e-6, "µJ"), (1e-3, 1e-3, "mJ"), (1.0, 1.0, "")),
+    "m-1": ((0.0, 1e3, "1/mm"),),
+    "s-1": ((0.0, 1.0, ""), (1e3, 1e3, "kHz"), (1e6, 1e6, "MHz")),
+}
+# By unit in SI: the one in which people of the field give most values, and often forget to write.
+LIKELY = {"kg": "g", "m": "mm", "m s-1": "mm/s", "N m-1": "N/mm"}
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit of display. name : as people type it, nothing for pure numbers. size : what one of it is in SI."""
+
+    name: str = ""
+    size: float = 1.0
+
+    def of(self, values: Any) -> Any:
+        """Numbers in SI as numbers in this unit."""
+        return values if self.size == 1.0 else values / self.size
+
+    def to_si(self, values: Any) -> Any:
+        """Numbers in this unit as numbers in SI."""
+        return values if self.size == 1.0 else values * self.size
+
+    @property
+    def printed(self) -> str:
+        """The name for plots: powers are raised."""
+        return _POWER.sub(lambda power: power[1].translate(_RAISED), self.name.replace("*", " "))
+
+    def text(self, value: float, digits: int = 6) -> str:
+        """A value in SI as text, with the unit as people type it."""
+        return f"{self.of(value):.{digits}g} {self.name}".rstrip()
+
+
+def unit_for(si: str, values: ArrayLike, written: str | None = None) -> Unit:
+    """The unit for numbers in SI: the one they were written in, else the customary one for the largest of them."""
+    import numpy as np  # here, since the command line needs the table alone
+
+    if written is not None:
+        return Unit(written, units.factor(written, si))
+    sizes = np.abs(np.asarray(values, np.float64))
+    return _customary_unit(si, float(np.max(sizes, where=np.isfinite(sizes), initial=0.0)))
+
+
+def customary(si: str, *values: float) -> str | None:
+    """Values of one quantity in the unit that suits the largest: ``5 N/mm``, ``1 to 200 mm/s``; ``10 ms to 2.8 h``.
+
+    si : the unit in SI, as in `quantities.py`. None where that is the customary one.
+    """
+    ends = [abs(value) for value in values]
+    own = max(ends) > _WIDE * min(ends) > 0.0
+    chosen = [_customary_unit(si, end if own else max(ends)) for end in ends]
+    if all(unit.size == 1.0 for unit in chosen):
+        return None
+    if len(set(chosen)) > 1:
+        return " to ".join(unit.text(value, 4) for unit, value in zip(chosen, values, strict=True))
+    numbers = dict.fromkeys(f"{chosen[0].of(value):.4g}" for value in values)
+    return f"{' to '.join(numbers)} {chosen[0].name}"
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number with as many digits as are read at a glance; a dash where there is none."""
+    if not isfinite(value):
+        return "–" if value != value else ("∞" if value > 0 else "-∞")
+    return f"{value:.{digits}g}"
+
+
+def quantity(value: float, si: str) -> str:
+    """A single value in SI, in the unit that suits it; a dash where there is none."""
+    unit = _customary_unit(si, abs(value) if isfinite(value) else 0.0)
+    return number(value) if value != value else f"{number(unit.of(value))} {unit.name}".rstrip()
+
+
+def _customary_unit(si: str, magnitude: float) -> Unit:
+    rows = [row for row in _CUSTOMARY.get(si, ()) if magnitude >= row[0]] if magnitude else []
+    size, name = rows[-1][1:] if rows else (1.0, "")
+    return Unit(name or ("Hz" if si == "s-1" else units.spelled(si)), size)
+
+
+# --- units that people wrote ------------------------------------------------------------------------------------------
+
+
+def written_units(data: Any) -> dict[str, str]:
+    """By quantity, the first unit it has in the plain data of a configuration that is right, as it is written there.
+
+    A quantity is given in one place, its range may be in another (what is searched along a border, say). Plain numbers
+    are SI, and in no unit of their own.
+    """
+    written: dict[str, str] = {}
+    for name, value in _given(data):
+        if name not in written and QUANTITIES[name].units != "1" and (unit := _first_unit(value)):
+            written[name] = unit
+    return written
+
+
+def units_shown(ds: xr.Dataset) -> dict[str, str]:
+    """The units that `written_units` read from what a result was computed from, as its file has them."""
+    shown = {str(name): str(one.attrs[DISPLAY]) for name, one in ds.coords.items() if DISPLAY in one.attrs}
+    along = ds.attrs.get("border_parameter")
+    if along is not None and DISPLAY in ds["border"].attrs:
+        shown[str(along)] = str(ds["border"].attrs[DISPLAY])
+    return shown
+
+
+def _given(data: Any) -> Iterator[tuple[str, Any]]:
+    """Quantities by name with what is given for them, anywhere."""
+    if not isinstance(data, Mapping):
+        return
+    for key, value in data.items():
+        if key in QUANTITIES:
+            yield key, value
+        else:
+            yield from _given(value)
+    if data.get("along") in QUANTITIES:  # a border, whose range stands beside it
+        yield data["along"], data.get("between")
+
+
+def _first_unit(value: Any) -> str | None:
+    """The first unit in a value, a list of values, or the values of a mapping."""
+    if isinstance(value, str):
+        return units.unit_in(value)
+    inner = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple) else ()
+    return next((unit for part in inner if (unit := _first_unit(part))), None)
