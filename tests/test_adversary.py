@@ -9,7 +9,7 @@ from adversary import challenge
 from helpers.adversary_cells import FAMILIES, LAWS, draw
 from helpers.adversary_court import NUMBERS, compare, run_engine
 from judge import INPUTS, judge
-from stickslip.vocabulary.cells import as_cells
+from stickslip.vocabulary.cell_values import as_cells
 
 SEED = int(os.environ.get("STICKSLIP_SEED", "7"))
 CELLS = 40

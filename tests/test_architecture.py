@@ -22,10 +22,10 @@ FLOORS = (
     ("what is asked", {"config"}),
     ("how it is labelled", {"dataset"}),
     ("what a run may compute, how far it is", {"study", "progress"}),
-    ("what is shown, what is looked for", {"plots", "borders", "refinement", "sound", "uncertainty"}),
+    ("what is shown, what is looked for", {"plots", "borders", "refinement", "uncertainty"}),
     ("where motions end, how far it is, pages", {"basins", "distances", "pages"}),
     ("what is kept", {"runs"}),
-    ("records of a rig, the Python calls", {"rig", "materials", "api", "api_basins", "designing"}),
+    ("records of a rig, the Python calls", {"rig", "materials", "sound", "api", "studies"}),
     ("what datasets can do", {"accessor"}),
     ("the explorer; the doors", {"backend", "explore", "__init__"}),
     ("the command", {"cli"}),
@@ -33,7 +33,11 @@ FLOORS = (
 )
 # The same inside two rooms that are large; what lies beside the folders comes in where it is needed.
 INNER_FLOORS = {
-    "rig": ({"quantities", "risk", "words", "settings"}, {"records"}, {"analysis"}, {"simulate"}, {"report"}),
+    "rig": (
+        {"quantities", "rpn", "labels", "settings"}, {"signals", "records"}, {"sticks", "hum"}, {"defects"},
+        {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "config", "simulation"}, {"plots"},
+        {"report"},
+    ),
     "runs": (
         {"blocks", "regions", "settings", "reuse", "maps", "work", "memory"}, {"workdir"},
         {"request", "earlier", "probe"}, {"estimate", "compute"}, {"assembly"}, {"session", "collecting"},

@@ -64,17 +64,7 @@ def test_a_new_parameter_is_one_row_and_its_conversion(copy):
     """The share of the load that the contact carries: half of it is half the load."""
     row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
     copy.insert("sweep/stickslip/vocabulary/quantities.py", "PARAMETERS: dict[str, Parameter] = table(", row)
-    copy.append("sweep/stickslip/engine/scales.py", '''
-
-def _shared(convert):
-    def carried(given):
-        return given | {"normal_load": given["normal_load"] * given["share"]} if isinstance(given, dict) else given
-
-    return lambda *given: convert(*map(carried, given))
-
-
-to_kernel, to_si = _shared(to_kernel), _shared(to_si)
-''')  # fmt: skip
+    copy.insert("sweep/stickslip/engine/scales.py", 'self.load = cells["normal_load"]', ' * cells["share"]')
     copy.run(f"""
 import numpy as np
 import stickslip
@@ -100,6 +90,39 @@ half, same = stickslip.evaluate({CELL} | dict(share=0.5)), stickslip.evaluate({C
 for name in ("period", "spring_force_max"):
     np.testing.assert_array_equal(half[name], same[name])
     np.testing.assert_array_equal(half[name], found[name][:1])
+""")
+    copy.run(f"""
+import numpy as np
+import stickslip
+from stickslip import sound
+from stickslip.engine import compute_rigs, Options, Sampling, stop_flag
+from stickslip.vocabulary.cell_values import as_cells
+quick = dict({CELL}, mass=0.001, stiffness=2000.0)
+damped, box = dict({CELL}, damping=0.05, belt_speed=0.4), dict(displacement=(0.0, 3.0), velocity=(-1.0, 1.0))
+hysteretic, drive = damped | dict(mu_stop=1.2), [np.array([[5.0, 0.0, 0.1], [5.0, 0.5, 0.0]])]
+calls = dict(
+    evaluate=lambda load: stickslip.evaluate({CELL} | load, horizon=50.0, early_stop=False),
+    simulate=lambda load: stickslip.simulate(duration=20.0, samples=50, **({CELL} | load)),
+    levels=lambda load: sound.levels(quick | load),
+    border=lambda load: stickslip.border({CELL} | load, "belt_speed", (0.01, 2.0)),
+    contours=lambda load: stickslip.contours({CELL} | load, ("stiffness", "belt_speed"),
+                                             dict(stiffness=(1.0, 9.0), belt_speed=(0.05, 2.0)), 16, scan=8),
+    margins=lambda load: stickslip.margins({CELL} | load, ["belt_speed", "damping"], tolerance=1e-4),
+    attractors=lambda load: stickslip.attractors(damped | load, box),
+    sampled=lambda load: stickslip.attractors(hysteretic | load, box, samples=64),
+    ramp=lambda load: stickslip.ramp(damped | load, "belt_speed", (0.1, 1.0), 6),
+)
+for call, compute in calls.items():
+    half, same = compute(dict(share=0.5)), compute(dict(normal_load=1.5))
+    for name in same.data_vars:
+        np.testing.assert_array_equal(half[name], same[name], err_msg=call + " " + name)
+half, same = (sound.of(quick | load, 0.1, transient=True) for load in (dict(share=0.5), dict(normal_load=1.5)))
+np.testing.assert_array_equal(half.acceleration, same.acceleration)
+half, same = (compute_rigs(as_cells({CELL} | load), drive, Sampling(10.0, np.zeros(1)), Options(), stop_flag())
+              for load in (dict(share=0.5), dict(normal_load=1.5)))
+for one, other in ((half.results, same.results), (half.signals[0], same.signals[0])):
+    for name in other:
+        np.testing.assert_array_equal(one[name], other[name], err_msg="rig " + name)
 """)
 
 

@@ -21,8 +21,8 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.reader import load_config
 from stickslip.dataset.provenance import provenance
-from stickslip.designing import border as find_border
 from stickslip.plots.figure import Figure as Plot
+from stickslip.studies import border as find_border
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.quantities import PARAMETERS
 
@@ -71,7 +71,7 @@ def configuration(name: str) -> Config:
 def cells(config: Config) -> dict[str, Floats]:
     """The parameters of every cell, SI, by names of `PARAMETERS`; the last axis runs fastest."""
     grid = build_grid(config)
-    return grid.cells(0, grid.size)
+    return grid[:]
 
 
 def cell(config: Config, position: int = 0, **changed: float) -> dict[str, float]:

@@ -16,13 +16,12 @@ if TYPE_CHECKING:
     from . import sound as sound
     from . import theory as theory
     from .api import collect, evaluate, open, retry_failed, run, run_shard, simulate, status, sweep
-    from .api_basins import attractors, ramp
     from .config.model import Config
     from .config.reader import load_config
-    from .designing import border, contours, margins
     from .engine import Options
     from .errors import ClusterError, ConfigError, IncompleteError, Interrupted
     from .materials import compare
+    from .studies import attractors, border, contours, margins, ramp
 
 __all__ = [
     "ClusterError", "Config", "ConfigError", "IncompleteError", "Interrupted", "Options", "__version__",
@@ -33,10 +32,10 @@ __all__ = [
 _HOMES = {
     "Config": "config.model", "load_config": "config.reader", "Options": "engine",
     "ClusterError": "errors", "ConfigError": "errors", "IncompleteError": "errors", "Interrupted": "errors",
-    "attractors": "api_basins", "ramp": "api_basins",
     "collect": "api", "evaluate": "api", "open": "api", "retry_failed": "api", "run": "api",
     "run_shard": "api", "simulate": "api", "status": "api", "sweep": "api",
-    "compare": "materials", "border": "designing", "contours": "designing", "margins": "designing",
+    "compare": "materials", "attractors": "studies", "border": "studies", "contours": "studies", "margins": "studies",
+    "ramp": "studies",
 }  # fmt: skip
 _MODULES = ("fit", "plots", "rig", "sound", "theory")
 

@@ -149,7 +149,7 @@ def map_behind(ds: xr.Dataset) -> xr.Dataset:
     """The map over which borders or contours that have a configuration are drawn, computed with few cells."""
     from stickslip import api
     from stickslip.config.reader import parse_config
-    from stickslip.designing import coarse_map
+    from stickslip.studies import coarse_map
     from stickslip.vocabulary.display_units import units_shown
 
     config = parse_config(str(ds.attrs["configuration"]), "the configuration of the borders")

@@ -8,8 +8,7 @@ import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
-from math import inf, isinf
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from .config.options import options_of
 from .config.reader import Given, as_config, make_config
 from .config.sections import HERE
 from .config.unit_warnings import friction_question_of_cells
-from .dataset.build import evaluated_dataset, trace_dataset
+from .dataset.build import evaluated_dataset, grid_coordinates, trace_dataset
 from .dataset.given import given_cells
 from .dataset.provenance import provenance
 from .engine import Options, Progress, compute, trajectory
@@ -36,7 +35,7 @@ from .runs.memory import compute_study
 from .runs.request import OnError, Outcome, Request, request_for
 from .runs.work import study_of
 from .runs.workdir.lock import Notice
-from .vocabulary.cells import as_cells
+from .vocabulary.cell_values import as_cells
 from .vocabulary.settings import SOLVER
 from .vocabulary.suggest import suggest
 
@@ -166,7 +165,7 @@ def _run_in_memory(config: Config, progress: Watch) -> xr.Dataset:
     with watched(progress, study.counted, config.friction.law) as moved:
         if not isinstance(study, MapStudy):
             return study.dataset(compute_study(study, moved), attributes)
-        computed = compute(study.grid.cells, study.grid.size, study.options, moved)
+        computed = compute(study.grid, study.options, moved)
     dataset = study.dataset([computed.results], attributes)
     if not computed.complete:
         raise Interrupted(computed.done, study.grid.size, dataset=dataset)
@@ -255,10 +254,15 @@ def evaluate(
     threads: int | None = None,
     law: str = "stribeck",
     max_steps: int = Options.max_steps,
+    *,
+    options: Options | None = None,
 ) -> xr.Dataset:
-    """Regime and metrics of any list of cells.
+    """Compute regime and metrics of any list of cells.
 
-    cells : numbers or arrays in SI, or texts with units ("5 N/mm"), that broadcast against each other: mass, stiffness,
+    Parameters
+    ----------
+    cells : Mapping, Dataset or DataFrame
+        Numbers or arrays in SI, or texts with units ("5 N/mm"), that broadcast against each other: mass, stiffness,
         damping (0), normal_load, belt_speed, a1, a2, a3, a4, mu_stop (NaN: no hysteresis), mu_static (NaN: a1 + a3),
         displacement (0), velocity (NaN: sticking), and for the law stribeck_delta `delta`; in brackets the defaults.
         Static friction grows with the time in contact: mu_static + ageing_rate (0) log10(1 + t/ageing_time (1 s)),
@@ -266,37 +270,44 @@ def evaluate(
         the units in their attributes. Of a Dataset, variables and coordinates that carry names of parameters are taken.
         A DataFrame is read by its columns, each a parameter; its index is the dimension. Quantities of Pint are
         converted. What is masked (NumPy) or missing (NA of pandas) is refused.
-    rtol : relative tolerance of the integration. horizon : s, None for no limit.
-    early_stop : False integrates every cell to the horizon and adds sticks, stick_time, displacement_end, velocity_end.
-    threads : None for one per processor. law : shape of the weakening of friction, one of `vocabulary.laws.LAWS`.
-    max_steps : step budget of a cell.
+    rtol : float
+        Relative tolerance of the integration.
+    horizon : float, optional
+        s; by default there is no limit.
+    early_stop : bool
+        False integrates every cell to the horizon and adds sticks, stick_time, displacement_end, velocity_end.
+    threads : int, optional
+        By default one per processor.
+    law : str
+        Shape of the weakening of friction, one of `vocabulary.laws.LAWS`.
+    max_steps : int
+        Step budget of a cell.
+    options : Options, optional
+        In place of all of these.
 
-    Returns a dataset over `cell`; over the dimensions of the DataArrays, or of the Dataset, with their coordinates,
-    where cells have such. Raises TypeError or ValueError for bad input before anything is computed.
+    Returns
+    -------
+    Dataset
+        Over `cell`; over the dimensions of the DataArrays, or of the Dataset, with their coordinates, where cells have
+        such.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For bad input, before anything is computed.
     """
-    full = given_cells(cells, law)
-    if question := friction_question_of_cells(full.cells):
+    full = given_cells(cells, law if options is None else options.law)
+    if question := friction_question_of_cells(full.listed):
         warnings.warn(question, UnitWarning, stacklevel=2)
-    options = Options(
-        law, float(rtol), inf if horizon is None else float(horizon), int(max_steps), bool(early_stop), threads
-    )
-    size = full.cells["mass"].size
-    computed = compute(full.part, size, options)
-    attributes = provenance(_shared(options), title="Cells evaluated one by one", action="evaluate")
-    dataset = evaluated_dataset(full.dims, full.shape, full.coordinates(), computed.results, attributes)
+    if options is None:
+        end = inf if horizon is None else float(horizon)
+        options = Options(law, float(rtol), end, int(max_steps), bool(early_stop), threads)
+    computed = compute(full, options)
+    attributes = provenance(options.described(), title="Cells evaluated one by one", action="evaluate")
+    dataset = evaluated_dataset(full.dims, full.shape, grid_coordinates(full), computed.results, attributes)
     if not computed.complete:
-        raise Interrupted(computed.done, size, dataset=dataset)
+        raise Interrupted(computed.done, full.size, dataset=dataset)
     return dataset
-
-
-@lru_cache(maxsize=16)
-def _shared(options: Options) -> str:
-    """What all cells of a list have in common, as text."""
-    solver = {
-        "rtol": options.rtol, "early_stop": options.early_stop, "max_steps": options.max_steps,
-        "horizon": None if isinf(options.horizon) else options.horizon,
-    }  # fmt: skip
-    return json.dumps({"friction": {"law": options.law}, "solver": solver})
 
 
 def simulate(
@@ -306,16 +317,34 @@ def simulate(
     rtol: float = 1e-6,
     law: str = "stribeck",
     max_steps: int = Options.max_steps,
+    options: Options | None = None,
     **cell: float | str,
 ) -> xr.Dataset:
-    """One trajectory over time, by the stepping that computes maps.
+    """Compute one trajectory over time, by the stepping that computes maps.
 
-    duration : s, or a text with a unit. samples : how many, evenly spaced from 0 to `duration`.
-    law, cell : the law and the parameters of `evaluate`, a number or a text with a unit each.
+    Parameters
+    ----------
+    duration : float or str
+        s, or a text with a unit.
+    samples : int
+        How many, evenly spaced from 0 to `duration`.
+    rtol, law, max_steps, options
+        As for `evaluate`.
+    **cell : float or str
+        The parameters of `evaluate`, a number or a text with a unit each.
 
-    Returns a dataset over `time`: displacement, velocity, relative_speed, friction_coefficient (signed, positive along
-    the belt), spring_force, acceleration, mode. Raises TypeError or ValueError for bad input, and NotReachedError where
-    the integration does not reach the end.
+    Returns
+    -------
+    Dataset
+        Over `time`: displacement, velocity, relative_speed, friction_coefficient (signed, positive along the belt),
+        spring_force, acceleration, mode.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For bad input.
+    NotReachedError
+        Where the integration does not reach the end.
     """
     try:
         seconds = SOLVER["horizon"].read(duration) if isinstance(duration, str) else float(duration)
@@ -325,17 +354,13 @@ def simulate(
         raise ValueError(f"duration: got {duration!r}, expected a time > 0 (s)")
     if samples < 2:
         raise ValueError(f"samples: got {samples!r}, expected at least 2")
-    full = as_cells(cell, law)
+    options = replace(options or Options(law, float(rtol), max_steps=int(max_steps)), horizon=seconds)
+    full = as_cells(cell, options.law)
     if full["mass"].size != 1:
         raise ValueError("simulate computes one trajectory: give every parameter one number")
-    options = Options(law, float(rtol), seconds, int(max_steps))
     times = np.linspace(0.0, seconds, samples)
     motion = trajectory(full, times, options)
-    text = json.dumps(
-        {
-            "friction": {"law": law},
-            "solver": {"rtol": options.rtol, "duration": options.horizon, "samples": int(samples)},
-        }
-    )
+    solver = {"rtol": options.rtol, "duration": seconds, "samples": int(samples)}
+    text = json.dumps({"friction": {"law": options.law}, "solver": solver})
     attributes = provenance(text, title="Trajectory", action="simulate")
     return trace_dataset(times, motion, {name: float(value[0]) for name, value in full.items()}, attributes)

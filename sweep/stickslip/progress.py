@@ -26,12 +26,12 @@ _STEADY = 120.0  # s over which the time left is estimated: blocks end in bursts
 
 
 @contextmanager
-def watched(progress: Watch, counted: str = "cells", law: str | None = None) -> Iterator[Moved | None]:
+def watched(progress: Watch, counted: str = "cells", kernels: str | None = None) -> Iterator[Moved | None]:
     """What a computation is to call with (done, in all) from time to time.
 
     progress : a function, which is called itself; True for a bar (lines where standard error is no terminal), False or
         None for none, "auto" for one in notebooks.
-    counted : what is counted, for the bar. law : whose kernels are needed; that they must be compiled first is shown.
+    counted : what is counted, for the bar. kernels : names those needed; that they must be compiled first is shown.
     """
     if progress is None or callable(progress):
         yield progress
@@ -42,7 +42,7 @@ def watched(progress: Watch, counted: str = "cells", law: str | None = None) -> 
         yield None
         return
     bar = _NotebookBar(counted) if in_notebook() else _on_standard_error(counted)
-    if law is not None and will_compile(law):
+    if kernels is not None and will_compile(kernels):
         bar.say("compiling the kernels for this machine, once")
     try:
         yield bar.move
@@ -57,11 +57,11 @@ def in_notebook() -> bool:
     return shell is not None and hasattr(shell, "kernel")
 
 
-def will_compile(law: str) -> bool:
+def will_compile(kernels: str) -> bool:
     """Whether kernels must be compiled first; the engine is loaded when that is asked for."""
     from .engine import will_compile as asked
 
-    return asked(law)
+    return asked(kernels)
 
 
 def _on_standard_error(counted: str) -> Bar | Lines:

@@ -72,7 +72,7 @@ def all_regimes(config: Config) -> np.ndarray:
     regimes = np.zeros(grid.size, np.int8)
 
     def compute(part: range) -> None:
-        found = engine.compute_range(grid.cells, part.start, part.stop, options, stop)
+        found = engine.compute_range(grid, part.start, part.stop, options, stop)
         regimes[part.start : part.stop] = found.results["regime"]
 
     engine.spread(compute, _ranges(regimes), None, stop, lambda done: None)

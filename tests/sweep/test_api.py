@@ -223,9 +223,9 @@ def test_an_interruption_without_an_output_hands_over_what_is_finished(tmp_path)
 def test_an_interrupted_evaluation_hands_over_what_is_finished(monkeypatch):
     compute = engine.compute
 
-    def interrupted(cells, size, options):
-        done = compute(cells, size, options)
-        return type(done)(done.results, size - 1)
+    def interrupted(cells, options):
+        done = compute(cells, options)
+        return type(done)(done.results, cells.size - 1)
 
     monkeypatch.setattr("stickslip.api.compute", interrupted)
     cell = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}

@@ -10,13 +10,12 @@ from scipy.integrate import solve_ivp
 import stickslip
 from helpers.configs import GOOD, write_config
 from stickslip import theory
-from stickslip.borders import ContourStudy, Limits, contours, plane_of_cells
-from stickslip.borders.junctions import meeting_points
-from stickslip.borders.tracing import Crossing, Segment, chained, joined
+from stickslip.borders import ContourStudy, Limits, contours, plane_over
+from stickslip.borders.tracing import Crossing, Segment, chained, joined, meeting_points
 from stickslip.borders.walk import Points, border_cells
 from stickslip.config.reader import parse_config
 from stickslip.dataset.contours import polylines
-from stickslip.engine import Computed, stop_flag
+from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
 from stickslip.files import writing
 from stickslip.vocabulary.flags import REGIMES
@@ -265,16 +264,16 @@ def test_the_point_where_three_labels_meet_is_closed_in_upon():
 
 def test_three_regimes_meet_in_a_junction(monkeypatch):
     """A plane whose regimes we choose: sectors around a point."""
-    plane = plane_of_cells(PAIR, ("stiffness", "belt_speed"), {"stiffness": (1.0, 2.0), "belt_speed": (0.1, 1.1)}, 21)
+    ranges, options = {"stiffness": (1.0, 2.0), "belt_speed": (0.1, 1.1)}, stickslip.Options()
+    plane = plane_over(PAIR, ("stiffness", "belt_speed"), ranges, 21, options)
 
-    def sectors(cells, start, size, *_, **__):
-        one = cells(start, size)
+    def sectors(one, *_):
         angle = np.arctan2(one["stiffness"] - 1.53, one["belt_speed"] - 0.62)
         found = np.select([angle < -1.0, angle < 0.7], [1, 2], 3).astype(np.int8)
-        return Computed({"regime": found, "restick_margin": np.full(size, np.nan)}, size)
+        return {"regime": found, "restick_margin": np.full(found.size, np.nan)}
 
-    monkeypatch.setattr(contours, "compute_range", sectors)
-    study = ContourStudy(plane, Limits(8, 1e-9), stickslip.Options())
+    monkeypatch.setattr(contours, "solve", sectors)
+    study = ContourStudy(*plane, Limits(8, 1e-9), options)
     ds = study.dataset([study.compute(range(1), stop_flag()).results], {})
     assert sorted((one.left, one.right) for one in polylines(ds)) == [(1, 2), (1, 3), (2, 3)]
     junction = ds["node_along"].values == 2

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from stickslip import engine
 from stickslip.engine import Options, compute
 from stickslip.engine import cells as maps
-from stickslip.vocabulary.cells import as_cells
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells
 
 PAIR = {"mass": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 
@@ -27,12 +28,8 @@ def mixed(n=700):
     })  # fmt: skip
 
 
-def source(cells):
-    return lambda start, stop: {name: values[start:stop] for name, values in cells.items()}
-
-
 def computed(cells, **options):
-    return compute(source(cells), cells["mass"].size, Options(**options)).results
+    return compute(Cells.of(cells), Options(**options)).results
 
 
 @settings(max_examples=12)
@@ -127,7 +124,7 @@ def test_an_interruption_keeps_what_is_finished_and_stops_at_once():
         if done:
             raise KeyboardInterrupt
 
-    stopped = compute(source(cells), size, Options(block=1000), interrupt)
+    stopped = compute(Cells.of(cells), Options(block=1000), interrupt)
     assert 1000 <= stopped.done < size and not stopped.complete
     regime = stopped.results["regime"]
     assert np.count_nonzero(regime) == stopped.done
@@ -157,39 +154,40 @@ def test_a_kernel_under_way_leaves_within_a_moment_of_being_told(kernels):
 def test_blocks_are_queued_as_they_are_needed():
     asked = []
 
-    def slow(start, stop):
-        asked.append(start)
-        time.sleep(0.01)
-        return source(cells)(start, stop)
+    class Slow(Cells):
+        def __getitem__(self, part):
+            asked.append(part.start)
+            time.sleep(0.01)
+            return super().__getitem__(part)
 
     def stop_early(done, of):
         if done:
             raise KeyboardInterrupt
 
-    cells = mixed(2000)
-    compute(slow, 2000, Options(block=10, threads=1), stop_early)
+    compute(Slow.of(mixed(2000)), Options(block=10, threads=1), stop_early)
     assert len(asked) < 10
 
 
 def test_an_error_in_a_block_comes_out_as_it_is():
-    def broken(start, stop):
-        raise ZeroDivisionError("a bug")
+    class Broken(Cells):
+        def __getitem__(self, part):
+            raise ZeroDivisionError("a bug")
 
     with pytest.raises(ZeroDivisionError, match="a bug"):
-        compute(broken, 10, Options())
+        compute(Broken.of(mixed(10)), Options())
 
 
 def test_progress_ends_with_all_cells():
     seen = []
     cells = mixed()
-    compute(source(cells), 700, Options(block=100), lambda done, of: seen.append((done, of)))
+    compute(Cells.of(cells), Options(block=100), lambda done, of: seen.append((done, of)))
     assert seen[-1] == (700, 700)
     assert seen == sorted(seen)
 
 
 def test_no_cells_are_computed_at_once():
     none = {name: values[:0] for name, values in mixed(1).items()}
-    done = compute(source(none), 0, Options())
+    done = compute(Cells.of(none), Options())
     assert done.complete and done.done == 0
 
 

@@ -12,7 +12,7 @@ from stickslip.config.reader import load_config, parse_config
 from stickslip.config.select import cell_at
 from stickslip.errors import UnitWarning
 from stickslip.rig import load_rig
-from stickslip.rig.simulate.config import is_rig
+from stickslip.rig.config import is_rig
 
 QUIET = """\
 system: {mass: 1 kg, normal_load: 10, damping: 0}

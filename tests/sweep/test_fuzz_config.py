@@ -65,7 +65,7 @@ def use(config: Config) -> None:
     grid = build_grid(config)
     for start in (0, grid.size - 1):
         if config.uncertain is None:
-            cells = grid.cells(start, start + 1)
+            cells = grid[start : start + 1]
         else:  # at the medians of what is uncertain
             cells, _ = Inputs(config).cells(np.array([start]), np.zeros((1, len(config.uncertain.names))))
         assert set(cells) == set(PARAMETERS)

@@ -112,7 +112,7 @@ def test_the_line_gives_the_same_cell_bit_for_bit(tmp_path):
         recipe = recipe_of(ds, "a map.nc")
         cells = survey(ds, recipe, limit=10**6).cells
     assert len(cells) == len(range(grid.size)[everywhere])
-    whole = grid.cells(0, grid.size)
+    whole = grid[:]
     for cell in cells:
         file, settings = pasted(cell.command("a map.nc"))
         assert file == "a map.nc"
@@ -140,7 +140,7 @@ def test_part_of_a_map_is_spelt_out_too(tmp_path):
     text = text.replace("  mu_reversal: [1.0440, 1.1, 1.2]\n", "")
     ds, _, grid = made_up(text, failed=slice(None))
     part = ds.isel(stiffness=[5], belt_speed=slice(3, 6))
-    whole = grid.cells(0, grid.size)
+    whole = grid[:]
     numbers = np.arange(grid.size).reshape(grid.shape)[5:6, ..., 3:6].ravel()
     for cell in survey_of(part).cells:
         found = cell_at(recipe_of(part, "part.nc"), cell.settings)

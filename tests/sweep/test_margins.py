@@ -207,7 +207,7 @@ def test_a_section_asks_for_what_the_call_computes(tmp_path):
     ("old", "new", "message"),
     [
         ("[belt_speed, damping]", "[belt_sped]", "did you mean belt_speed?"),
-        ("[belt_speed, damping]", "[belt_speed, belt_speed]", "expected a list of different parameters"),
+        ("[belt_speed, damping]", "[belt_speed, belt_speed]", "expected a list without repetitions"),
         ("damping: 5}", "damping: 0.5}", "margins.within: got a mapping, expected a number above 1"),
         ("damping: 5}", "mass: 5}", "expected a parameter that may change: belt_speed or damping"),
         ("[0.1, 2 m/s]", "[2, 1]", "expected the lower end first"),

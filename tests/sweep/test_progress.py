@@ -13,6 +13,7 @@ from stickslip.cli import main
 from stickslip.engine import Options, cells, compute_range, stop_flag
 from stickslip.progress import Bar
 from stickslip.study import Meter
+from stickslip.vocabulary.cells import Cells
 
 CELL = {"mass": 1.0, "stiffness": 100.0, "damping": 0.5, "normal_load": 10.0, "belt_speed": 0.1,
         "a1": 0.2, "a2": 0.0, "a3": 0.2, "a4": 0.1}  # fmt: skip
@@ -57,10 +58,8 @@ def test_items_under_way_count_by_their_cells_and_never_as_all():
 
 
 def test_cells_that_take_long_are_told_of_every_second_and_keep_their_numbers(monkeypatch):
-    def some(start, stop):
-        return {name: np.full(stop - start, value) for name, value in full.items()}
-
-    full = {name: values[0] for name, values in stickslip.vocabulary.cells.as_cells(CELL).items()}
+    some = {name: np.full(1000, values[0]) for name, values in stickslip.vocabulary.cell_values.as_cells(CELL).items()}
+    some = Cells.of(some)
     whole = compute_range(some, 0, 1000, Options(early_stop=True), stop_flag())
     seen, clock = [], iter(np.arange(0.0, 1e5, 16.0))  # every part takes 16 s
     monkeypatch.setattr(cells, "perf_counter", lambda: next(clock))
@@ -85,7 +84,7 @@ def test_progress_that_is_asked_for_is_lines_in_a_file(capsys, monkeypatch):
     monkeypatch.setattr(progress, "EVERY", 0.0)
     stickslip.ramp(CELL, "belt_speed", (0.01, 1.0), points=20, progress=True)
     shown = capsys.readouterr().err.splitlines()
-    assert len(shown) > 2 and shown[0].split() == "0.0 % 0 of 60 values".split() and "60 of 60 values" in shown[-1]
+    assert len(shown) > 2 and shown[0].split() == "0.0 % 0 of 1 lines".split() and "1 of 1 lines" in shown[-1]
 
 
 def test_compare_and_advise_say_how_far_they_are(tmp_path, monkeypatch):

@@ -11,8 +11,8 @@ from stickslip.config.studies import STUDIES
 from stickslip.config.template import TEMPLATE
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError
+from stickslip.rig.config import is_rig, load_rig, make_rig
 from stickslip.rig.settings import read_settings
-from stickslip.rig.simulate.config import is_rig, load_rig, make_rig
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import SETTINGS
 

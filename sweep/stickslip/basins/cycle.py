@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from stickslip.basins.plain import backwards, start_on_cycle, steady_displacement
 from stickslip.basins.starts import Work
-from stickslip.engine import Options, flows
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.engine import Options, Scales, flows
+from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES, STATUSES
 
 Floats = NDArray[np.float64]
@@ -39,7 +39,7 @@ class Cycles:
     period: Floats
 
 
-def find_cycles(cells: Cells, work: Work) -> Cycles:
+def find_cycles(cells: Parameters, work: Work) -> Cycles:
     """The unstable cycles of cells that have one by the theorems of `plain.py`; their belts move in positive direction.
 
     Newton's method on the return map of the motion backwards in time, from one largest displacement to the next: from
@@ -47,7 +47,7 @@ def find_cycles(cells: Cells, work: Work) -> Cycles:
     the cycle anyway, but too slowly to wait for where the damping is weak. There is only one cycle to be found.
     """
     back = backwards(cells)
-    natural = 2.0 * np.pi * np.sqrt(back["mass"] / back["stiffness"])
+    natural = 2.0 * np.pi * Scales(back).time
     found = _corrected(back, start_on_cycle(cells), natural, work.options)
     rest = np.flatnonzero(~found.found)
     if rest.size:
@@ -57,7 +57,7 @@ def find_cycles(cells: Cells, work: Work) -> Cycles:
     return found
 
 
-def _approached(back: Cells, guess: Floats, work: Work) -> tuple[Floats, Floats]:
+def _approached(back: Parameters, guess: Floats, work: Work) -> tuple[Floats, Floats]:
     """Where the motions backwards in time tend to, reach and period; NaN where that does not become clear.
 
     Those that start outside the cycle may leave w > 0, where they mean nothing.
@@ -78,10 +78,10 @@ def _approached(back: Cells, guess: Floats, work: Work) -> tuple[Floats, Floats]
     return reach, period
 
 
-def _corrected(back: Cells, reach: Floats, period: Floats, options: Options) -> Cycles:
+def _corrected(back: Parameters, reach: Floats, period: Floats, options: Options) -> Cycles:
     """Newton's method on the return map; a cycle that does not close in the end is none, nor is steady sliding."""
     reach, period = reach.copy(), period.copy()
-    scale = np.abs(back["belt_speed"]) * np.sqrt(back["mass"] / back["stiffness"])
+    scale = np.abs(back["belt_speed"]) * Scales(back).time
     found = np.isfinite(reach) & (reach > 0)
     least, defect = _COLLAPSED * reach, np.full(reach.size, np.inf)
     left = np.flatnonzero(found)
@@ -100,7 +100,7 @@ def _corrected(back: Cells, reach: Floats, period: Floats, options: Options) -> 
         return Cycles(found & (defect <= CLOSED) & (reach > least), reach, period)
 
 
-def _correction(back: Cells, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:
+def _correction(back: Parameters, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:
     """The step of Newton's method, the slope being that to a motion close by; and the time of the return."""
     n = reach.size
     both = taken(back, np.tile(np.arange(n), 2))
@@ -111,7 +111,7 @@ def _correction(back: Cells, reach: Floats, period: Floats, options: Options) ->
         return (returned[:n] - reach) / (1.0 - slope), time[:n]
 
 
-def _return(back: Cells, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:
+def _return(back: Parameters, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:
     """The next largest displacement after one at `reach`, near `period`, and when it comes."""
     motion = sampled_motion(back, reach, period, 2, options)
     x, v, a = motion["displacement"][:, -1], motion["velocity"][:, -1], motion["acceleration"][:, -1]
@@ -120,7 +120,9 @@ def _return(back: Cells, reach: Floats, period: Floats, options: Options) -> tup
         return x - steady_displacement(back) - 0.5 * v * late, period - late
 
 
-def sampled_motion(back: Cells, reach: Floats, period: Floats, samples: int, options: Options) -> dict[str, Floats]:
+def sampled_motion(
+    back: Parameters, reach: Floats, period: Floats, samples: int, options: Options
+) -> dict[str, Floats]:
     """Motions from rest at `reach` beyond steady sliding, over `period`; both ends included."""
     start = {"displacement": steady_displacement(back) + reach, "velocity": np.zeros(reach.size)}
     return flows(back | start, period, samples, replace(options, rtol=RTOL))

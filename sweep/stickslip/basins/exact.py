@@ -1,4 +1,7 @@
-"""The share that settles and the critical disturbances of cells whose phase plane is known, exactly."""
+"""The share that settles and the critical disturbances of cells whose phase plane is known, exactly.
+
+For a phase portrait, the unstable cycle of a single cell as a closed line.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +15,8 @@ from stickslip.basins.area import Orbits, area_in_box, velocities_at_rest_point
 from stickslip.basins.box import Box
 from stickslip.basins.cycle import find_cycles, sampled_motion
 from stickslip.basins.starts import Regimes, Work, settled
-from stickslip.engine import Results
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.engine import Options, Results, stop_flag
+from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 
 Floats = NDArray[np.float64]
@@ -38,9 +41,9 @@ class Verdicts:
     inside: Flags
 
 
-def verdicts(cells: Cells, stick: Regimes, work: Work) -> Verdicts:
+def verdicts(cells: Parameters, stick: Regimes, work: Work) -> Verdicts:
     """Which theorem holds. stick : the regime reached from sticking."""
-    known, stable = plain.slips_on_curve(cells, work.options.law), plain.damping(cells) > 0
+    known, stable = plain.slips_on_curve(cells, work.options), plain.damping(cells) > 0
     everywhere = known & stable & plain.sticks_on_curve(cells) & settled(stick)
     some = np.flatnonzero(everywhere)
     far = taken(cells, some)
@@ -48,7 +51,7 @@ def verdicts(cells: Cells, stick: Regimes, work: Work) -> Verdicts:
     return Verdicts(known & ~stable, everywhere, known & stable & np.isin(stick, _CYCLES))
 
 
-def exact_results(cells: Cells, stick: Regimes, box: Box, work: Work) -> tuple[Flags, Results]:
+def exact_results(cells: Parameters, stick: Regimes, box: Box, work: Work) -> tuple[Flags, Results]:
     """Of which cells the share is exact, and their results, by names of `ATTRACTOR_VARIABLES`; NaN elsewhere."""
     which = verdicts(cells, stick, work)
     n = stick.size
@@ -63,7 +66,7 @@ def exact_results(cells: Cells, stick: Regimes, box: Box, work: Work) -> tuple[F
     return np.isfinite(found["settling_share"]), found
 
 
-def _inside_cycles(cells: Cells, box: Box, work: Work) -> Results:
+def _inside_cycles(cells: Parameters, box: Box, work: Work) -> Results:
     """Of cells with an unstable cycle, all of it; NaN where the cycle was not found."""
     ahead = plain.forward(cells)
     cycles, back = find_cycles(ahead, work), plain.backwards(ahead)
@@ -84,7 +87,7 @@ def _inside_cycles(cells: Cells, box: Box, work: Work) -> Results:
     return found
 
 
-def _mirrored_box(cells: Cells, box: Box) -> tuple[Floats, Floats, Floats, Floats]:
+def _mirrored_box(cells: Parameters, box: Box) -> tuple[Floats, Floats, Floats, Floats]:
     """The box in the plane of the motion backwards in time: displacements from steady sliding, of the other sign.
 
     Where the belt goes the other way the whole plane is mirrored.
@@ -111,3 +114,40 @@ def _measures(orbits: Orbits, share: Floats) -> Results:
         "critical_shift_along": -left,
         "critical_shift_against": right,
     }
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """An unstable cycle: displacements (m) and velocities (m/s) of one round, its end being its start; period in s."""
+
+    displacement: Floats
+    velocity: Floats
+    period: float
+
+    @property
+    def velocity_amplitude(self) -> float:
+        """Half the range of the velocity (m/s)."""
+        return float(np.ptp(self.velocity) / 2.0)
+
+
+def unstable_cycle(cell: Parameters, regime: int, options: Options, samples: int = 257) -> Loop | None:
+    """The unstable cycle of a cell, where the theorems of `plain.py` say that there is one; None elsewhere.
+
+    cell : arrays of length 1. regime : the one it reaches from sticking. On a hysteretic or ageing contact, and under
+    other laws than stribeck, nothing is known.
+    """
+    work = Work(options, stop_flag())
+    with np.errstate(invalid="ignore"):
+        if not verdicts(cell, np.array([regime], np.int8), work).inside[0]:
+            return None
+    ahead = plain.forward(cell)
+    cycles, back = find_cycles(ahead, work), plain.backwards(ahead)
+    if not cycles.found[0]:
+        return None
+    motion = sampled_motion(back, cycles.reach, cycles.period, samples, options)
+    if not motion["velocity"].max() < ahead["belt_speed"][0]:
+        return None
+    turn = float(np.sign(cell["belt_speed"][0]))
+    beyond = motion["displacement"][0] - plain.steady_displacement(back)[0]  # backwards in time its sign is changed
+    displacement = plain.steady_displacement(ahead)[0] - beyond
+    return Loop(turn * displacement, turn * motion["velocity"][0], float(cycles.period[0]))

@@ -21,8 +21,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.engine import Options, Scales
 from stickslip.theory import stribeck, stribeck_slope, unstable_amplitude
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Parameters
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -30,33 +31,33 @@ _INSIDE = 1.0 - 1e-6  # of the belt speed: larger amplitudes would reach w = 0
 _FAR = 10.0  # times belt speed and friction: friction feeds a loop of that size a hundredth of what it takes
 
 
-def slips_on_curve(cells: Cells, law: str) -> Flags:
+def slips_on_curve(cells: Parameters, options: Options) -> Flags:
     """Of which cells all but the last of the theorems above holds."""
-    if law != "stribeck":
+    if options.law != "stribeck":
         return np.zeros(cells["mass"].size, np.bool_)
     plain = np.isnan(cells["mu_stop"]) & (cells["a2"] >= 0) & (cells["a3"] >= 0)
     return np.asarray(plain & (cells["belt_speed"] != 0))
 
 
-def sticks_on_curve(cells: Cells) -> Flags:
+def sticks_on_curve(cells: Parameters) -> Flags:
     """Whether static friction is where the curve begins, and stays there."""
     begins = np.isnan(cells["mu_static"]) | (cells["mu_static"] == cells["a1"] + cells["a3"])
     return np.asarray(begins & (cells["ageing_rate"] == 0))
 
 
-def forward(cells: Cells) -> Cells:
+def forward(cells: Parameters) -> Parameters:
     """The same cells with the belt in the positive direction: those of the mirrored plane where it is not."""
     return cells | {"belt_speed": np.abs(cells["belt_speed"])}
 
 
-def steady_displacement(cells: Cells) -> Floats:
+def steady_displacement(cells: Parameters) -> Floats:
     """Displacement of steady sliding (m), on the plain curve of the law stribeck."""
     speed = np.abs(cells["belt_speed"])
-    friction = stribeck(speed, *(cells[name] for name in ("a1", "a2", "a3", "a4")))
-    return np.asarray(np.sign(cells["belt_speed"]) * friction * cells["normal_load"] / cells["stiffness"])
+    by, friction = Scales(cells), stribeck(speed, *(cells[name] for name in ("a1", "a2", "a3", "a4")))
+    return np.asarray(np.sign(cells["belt_speed"]) * friction * by.load / by.stiffness)
 
 
-def backwards(cells: Cells) -> Cells:
+def backwards(cells: Parameters) -> Parameters:
     """Cells of which the slip w > 0 is that of `cells` backwards in time, their displacement changing sign.
 
     With x -> -x and t -> -t the equation m x'' + c x' + k x = N mu(w) keeps its form: c and mu change their signs, the
@@ -68,30 +69,30 @@ def backwards(cells: Cells) -> Cells:
     return cells | turned | {"a1": level, "mu_static": np.full_like(level, np.nan)}
 
 
-def start_on_cycle(cells: Cells) -> Floats:
+def start_on_cycle(cells: Parameters) -> Floats:
     """A guess of how far the unstable cycle goes beyond steady sliding (m), inside it unless friction is strong."""
-    given = (cells[name] for name in ("belt_speed", "a2", "a3", "a4", "damping", "normal_load"))
-    speed = np.minimum(unstable_amplitude(*given), _INSIDE * np.abs(cells["belt_speed"]))
-    return np.asarray(speed * np.sqrt(cells["mass"] / cells["stiffness"]))
+    by, (a2, a3, a4) = Scales(cells), (cells[name] for name in ("a2", "a3", "a4"))
+    speed = unstable_amplitude(cells["belt_speed"], a2, a3, a4, cells["damping"], by.load)
+    speed = np.minimum(speed, _INSIDE * np.abs(cells["belt_speed"]))
+    return np.asarray(speed * by.time)
 
 
-def beyond_all_cycles(cells: Cells) -> Floats:
+def beyond_all_cycles(cells: Parameters) -> Floats:
     """A displacement (m) at which, with the mass at rest, a state is outside of every cycle.
 
     A loop of radius r (in speeds) is fed at most N a3 over the displacement it covers at 0 < w < b, 2 b^2/r. It loses
     to friction beyond, at least N a1 over 2 r, or c + N a2 times pi r.
     """
-    b, load = np.abs(cells["belt_speed"]), cells["normal_load"]
-    impedance = np.sqrt(cells["stiffness"] * cells["mass"])
-    viscous = cells["damping"] + load * cells["a2"]
-    fed = load * cells["a3"] * b**2
+    b, by = np.abs(cells["belt_speed"]), Scales(cells)
+    viscous = cells["damping"] + by.load * cells["a2"]
+    fed = by.load * cells["a3"] * b**2
     cube = np.divide(fed, viscous, out=np.zeros_like(fed), where=viscous > 0)
-    radius = _FAR * (b + load * (cells["a1"] + cells["a3"]) / impedance + np.cbrt(cube))
-    beyond = steady_displacement(cells) + np.sign(cells["belt_speed"]) * radius * impedance / cells["stiffness"]
+    radius = _FAR * (b + by.load * (cells["a1"] + cells["a3"]) / by.impedance + np.cbrt(cube))
+    beyond = steady_displacement(cells) + np.sign(cells["belt_speed"]) * radius * by.impedance / by.stiffness
     return np.asarray(beyond)
 
 
-def damping(cells: Cells) -> Floats:
+def damping(cells: Parameters) -> Floats:
     """c + N mu'(b) (N s/m): steady sliding is stable where it is positive."""
     slope = stribeck_slope(np.abs(cells["belt_speed"]), *(cells[name] for name in ("a2", "a3", "a4")))
-    return np.asarray(cells["damping"] + cells["normal_load"] * slope)
+    return np.asarray(cells["damping"] + Scales(cells).load * slope)

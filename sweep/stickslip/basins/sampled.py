@@ -11,7 +11,8 @@ from scipy.stats import qmc  # type: ignore[import-untyped]
 from stickslip.basins.box import Box, Sampling
 from stickslip.basins.starts import Work, decided, settled
 from stickslip.borders.search import Looked, Scan, search_lines
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.engine import Scales
+from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.settings import RANDOMISATIONS
 
@@ -46,7 +47,7 @@ def starting_states(box: Box, sampling: Sampling) -> Floats:
     return np.asarray(qmc.scale(np.concatenate(unit), low, high)).reshape(RANDOMISATIONS, sampling.points, 2)
 
 
-def sampled_shares(cells: Cells, box: Box, sampling: Sampling, work: Work) -> Shares:
+def sampled_shares(cells: Parameters, box: Box, sampling: Sampling, work: Work) -> Shares:
     """The shares of the box that settle, from states drawn in it.
 
     The randomisations are independent and each is unbiased, so that their scatter gives the standard error of their
@@ -70,13 +71,13 @@ def sampled_shares(cells: Cells, box: Box, sampling: Sampling, work: Work) -> Sh
     return Shares(share, error, low, high, reached)
 
 
-def disturbance_scale(cells: Cells) -> Floats:
+def disturbance_scale(cells: Parameters) -> Floats:
     """A speed (m/s) to measure disturbances by: that of the belt, and that to which friction deflects the spring."""
-    impedance = np.sqrt(cells["stiffness"] * cells["mass"])
-    return np.abs(cells["belt_speed"]) + cells["normal_load"] * (cells["a1"] + cells["a3"]) / impedance
+    by = Scales(cells)
+    return np.abs(cells["belt_speed"]) + by.load * (cells["a1"] + cells["a3"]) / by.impedance
 
 
-def critical_disturbances(cells: Cells, steady: Floats, work: Work) -> dict[str, Floats]:
+def critical_disturbances(cells: Parameters, steady: Floats, work: Work) -> dict[str, Floats]:
     """The smallest disturbances of steady sliding after which it does not come back, of a scan narrowed by halving.
 
     Returns arrays by name: shock_along, shock_against (m/s), shift_along, shift_against (m), along and against the
@@ -84,7 +85,7 @@ def critical_disturbances(cells: Cells, steady: Floats, work: Work) -> dict[str,
     states come before.
     """
     speed, sign = disturbance_scale(cells), np.sign(cells["belt_speed"])
-    length, none = speed * np.sqrt(cells["mass"] / cells["stiffness"]), np.zeros(steady.size)
+    length, none = speed * Scales(cells).time, np.zeros(steady.size)
     found = {}
     for way, turn in (("along", sign), ("against", -sign)):
         found[f"shock_{way}"] = speed * _first_lost(cells, steady, none, turn * speed, work)
@@ -92,7 +93,7 @@ def critical_disturbances(cells: Cells, steady: Floats, work: Work) -> dict[str,
     return found
 
 
-def _first_lost(cells: Cells, steady: Floats, shift: Floats, shock: Floats, work: Work) -> Floats:
+def _first_lost(cells: Parameters, steady: Floats, shift: Floats, shock: Floats, work: Work) -> Floats:
     """How many times a disturbance of displacement and velocity is enough, per cell."""
 
     def looked(line: Integers, place: Floats) -> Looked:

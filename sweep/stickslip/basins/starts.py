@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine import Options, Results, StopFlag, compute_range, friction_at_belt_speed
-from stickslip.errors import StoppedError
-from stickslip.vocabulary.cells import Cells
+from stickslip.engine import Options, Results, Scales, StopFlag, friction_at_belt_speed, solve
+from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED
 
 Floats = NDArray[np.float64]
@@ -42,36 +41,29 @@ class Work:
     stop: StopFlag
     moved: Callable[[int], None] | None = None
 
-    def regimes(self, cells: Cells, displacement: Floats, velocity: Floats) -> Regimes:
+    def regimes(self, cells: Parameters, displacement: Floats, velocity: Floats) -> Regimes:
         """The regime each cell reaches from a state."""
         return np.asarray(self.results(cells, displacement, velocity)["regime"])
 
-    def results(self, cells: Cells, displacement: Floats, velocity: Floats) -> Results:
+    def results(self, cells: Parameters, displacement: Floats, velocity: Floats) -> Results:
         """All results of cells that start from a state."""
         some = cells | {"displacement": displacement, "velocity": velocity}
-
-        def part(first: int, last: int) -> Cells:
-            return {name: values[first:last] for name, values in some.items()}
-
-        computed = compute_range(part, 0, displacement.size, self.options, self.stop, self.moved, often=True)
-        if not computed.complete:
-            raise StoppedError
-        return computed.results
+        return solve(some, self.options, self.stop, self.moved)
 
 
-def steady_state(cells: Cells, law: str) -> Floats:
+def steady_state(cells: Parameters, options: Options) -> Floats:
     """Displacement of steady sliding (m), under any law; NaN where the belt is at rest."""
-    turn, force = np.sign(cells["belt_speed"]), cells["normal_load"] * friction_at_belt_speed(cells, law)
-    return np.where(turn == 0, np.nan, turn * force / cells["stiffness"])
+    by, turn = Scales(cells), np.sign(cells["belt_speed"])
+    return np.where(turn == 0, np.nan, turn * (by.load * friction_at_belt_speed(cells, options)) / by.stiffness)
 
 
-def unloaded(cells: Cells) -> tuple[Floats, Floats]:
+def unloaded(cells: Parameters) -> tuple[Floats, Floats]:
     """The state that sticks with no load on the contact: displacement and velocity."""
     x = -cells["damping"] * cells["belt_speed"] / cells["stiffness"]
     return x, np.full_like(x, np.nan)
 
 
-def from_sliding(cells: Cells, steady: Floats, work: Work) -> Regimes:
+def from_sliding(cells: Parameters, steady: Floats, work: Work) -> Regimes:
     """From close to steady sliding; not computed where the belt is at rest."""
     moving = np.isfinite(steady)
     found = np.zeros(steady.size, np.int8)

@@ -1,66 +1,123 @@
-"""Attractors as something a run computes: cells in a row, labelled in the end."""
+"""The attractors of cells: regimes they reach, share that settles, unstable cycle, critical disturbances."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from stickslip.basins import cycle, exact, sampled
 from stickslip.basins.box import Box, Sampling
-from stickslip.basins.find import COLUMNS, TOGETHER, find_attractors
+from stickslip.basins.exact import exact_results
 from stickslip.basins.plain import slips_on_curve
-from stickslip.basins.starts import DISTURBANCE
+from stickslip.basins.sampled import critical_disturbances, sampled_shares
+from stickslip.basins.starts import DISTURBANCE, Work, decided, from_sliding, settled, steady_state, unloaded
+from stickslip.borders.lines import CellsOrConfig
 from stickslip.config.checks import STATES_IN_BOX, state_axes
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
 from stickslip.config.studies import Attractors
 from stickslip.dataset.attractors import attractor_dataset
 from stickslip.dataset.build import grid_coordinates
-from stickslip.dataset.given import GivenCells
+from stickslip.dataset.given import given_cells
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError
 from stickslip.study import Finished, Moved, Study, joined
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import SHARE_METHODS
+from stickslip.vocabulary.cells import Cells, Parameters, taken
+from stickslip.vocabulary.flags import FLAGS, REGIMES, SHARE_METHODS
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import ATTRACTOR_VARIABLES
 from stickslip.vocabulary.settings import RANDOMISATIONS
+
+Floats = NDArray[np.float64]
+
+COLUMNS: dict[str, np.dtype[Any]] = {
+    name: np.dtype(np.int8 if name in FLAGS or name == "coexisting" else np.float64) for name in ATTRACTOR_VARIABLES
+}
+TOGETHER = 256  # cells that are held with their samples
+
+
+def find_attractors(
+    cells: Cells,
+    items: range,
+    box: Box,
+    sampling: Sampling,
+    options: Options,
+    stop: StopFlag,
+    moved: Callable[[int], None] | None = None,
+) -> Results:
+    """By names of `ATTRACTOR_VARIABLES`, of the cells with these numbers; in this thread.
+
+    The numbers do not depend on how cells are cut into items. moved : called with motions computed, now and then.
+    Raises StoppedError once `stop` is raised.
+    """
+    work = Work(replace(options, early_stop=True), stop, moved)
+    found = [{name: np.zeros(0) for name in COLUMNS}]
+    for first in range(items.start, items.stop, TOGETHER):
+        last = min(first + TOGETHER, items.stop)
+        found.append(_attractors(cells[first:last], box, sampling, work))
+    return {name: np.concatenate([part[name] for part in found]).astype(kind) for name, kind in COLUMNS.items()}
+
+
+def _attractors(cells: Parameters, box: Box, sampling: Sampling, work: Work) -> Results:
+    """The same of cells that are held together."""
+    n, steady = cells["mass"].size, steady_state(cells, work.options)
+    found: Results = {name: np.full(n, np.nan) for name in COLUMNS}
+    start = work.results(cells, *unloaded(cells))
+    stick, sliding = start["regime"], from_sliding(cells, steady, work)
+    found["damping_ratio"] = start["damping_ratio"]
+    found["regime_from_stick"], found["regime_from_sliding"] = stick, sliding
+    reached = np.arange(len(REGIMES)) == stick[:, np.newaxis]
+    reached |= np.arange(len(REGIMES)) == sliding[:, np.newaxis]
+    exact, known = exact_results(cells, stick, box, work)
+    found |= known
+    for name in ("settling_share_low", "settling_share_high"):
+        found[name] = np.where(exact, found["settling_share"], np.nan)
+    found["share_error"] = np.where(exact, 0.0, np.nan)
+    found["share_method"] = np.where(exact, SHARE_METHODS.index("exact"), SHARE_METHODS.index("sampled"))
+    rest = np.flatnonzero(~exact)
+    if rest.size:
+        some = taken(cells, rest)
+        reached[rest] |= _sample(some, steady[rest], sliding[rest], rest, box, sampling, work, found)
+    _settle_exactly(found, exact, reached)
+    for kind in ("shock", "shift"):
+        ways = found[f"critical_{kind}_along"], found[f"critical_{kind}_against"]
+        found[f"critical_{kind}"] = np.minimum(*ways)
+    found["coexisting"] = reached[:, 1:] @ 2.0 ** np.arange(len(REGIMES) - 1)  # a cell not computed reaches nothing
+    return found
+
+
+def _sample(
+    cells: Parameters, steady: Floats, sliding: NDArray[np.int8], where: NDArray[np.intp], box: Box, sampling: Sampling,
+    work: Work, found: Results,
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Fill in what sampling tells of some cells; the regimes their starting states reached."""
+    shares = sampled_shares(cells, box, sampling, work)
+    found["settling_share"][where], found["share_error"][where] = shares.share, shares.error
+    found["settling_share_low"][where], found["settling_share_high"][where] = shares.low, shares.high
+    slides = settled(sliding)
+    for name, values in critical_disturbances(taken(cells, slides), steady[slides], work).items():
+        found[f"critical_{name}"][where] = np.where(decided(sliding), 0.0, np.nan)
+        found[f"critical_{name}"][where[slides]] = values
+    return shares.reached
+
+
+def _settle_exactly(found: Results, exact: NDArray[np.bool_], reached: NDArray[np.bool_]) -> None:
+    """Where some states settle for certain, the regime is one that settles, though no motion was started there."""
+    ends = [REGIMES.index("damped"), REGIMES.index("creep")]
+    unseen = exact & (found["settling_share"] > 0) & ~reached[:, ends].any(axis=1)
+    reached[unseen & (found["damping_ratio"] < 1), ends[0]] = True
+    reached[unseen & (found["damping_ratio"] >= 1), ends[1]] = True
+
 
 _STATE = ("displacement", "velocity")  # of a start, which the box replaces
 _PROBED = 64  # cells that tell what the others may take
 _EXACT_COST, _SEARCH_COST = 40, 300  # cells that the cycle takes, and the search for critical disturbances
-
-
-@dataclass(frozen=True, eq=False)
-class Asked:
-    """The cells whose attractors are asked for: their dimensions, coordinates, and the cells from start to stop."""
-
-    dims: tuple[str, ...]
-    shape: tuple[int, ...]
-    coordinates: Mapping[str, xr.Variable]
-    cells: Callable[[int, int], Cells]
-
-
-def asked_of_cells(cells: GivenCells) -> Asked:
-    """Cells, complete and checked; what they say of the starting state is left out."""
-    coordinates = {name: c for name, c in cells.coordinates().items() if name not in _STATE}
-    return Asked(cells.dims, cells.shape, coordinates, cells.part)
-
-
-def asked_of_config(config: Config) -> Asked:
-    """The grid of a configuration. Raises ArgumentError where an axis is a starting state, or the belt has a drive."""
-    if config.drive is not None:
-        raise ArgumentError("config", "the configuration has a drive: cells of a rig have no attractors")
-    for path in state_axes(config):
-        raise ArgumentError(str(path[-1]), STATES_IN_BOX)
-    grid = build_grid(config)
-    coordinates = {name: c for name, c in grid_coordinates(grid).items() if name not in _STATE}
-    return Asked(grid.dims, grid.shape, coordinates, grid.cells)
 
 
 class AttractorStudy(Study):
@@ -69,22 +126,20 @@ class AttractorStudy(Study):
     name, counted, weight = "attractor set", "cells", 4096 // TOGETHER
     columns = COLUMNS
 
-    def __init__(self, asked: Asked, box: Box, sampling: Sampling, options: Options) -> None:
-        self._asked, self._box, self._sampling = asked, box, sampling
-        self.dims, self.shape = asked.dims, asked.shape
+    def __init__(self, cells: Cells, box: Box, sampling: Sampling, options: Options) -> None:
+        self._cells, self._box, self._sampling = cells, box, sampling
+        self.dims, self.shape = cells.dims, cells.shape
         self.options = replace(options, early_stop=True)
-        size = int(np.prod(asked.shape))
-        known = slips_on_curve(asked.cells(0, min(size, _PROBED)), options.law)
+        known = slips_on_curve(cells[: min(cells.size, _PROBED)], options)
         share = float(known.mean()) if known.size else 1.0
         self.cells_each = _EXACT_COST + int((1.0 - share) * (sampling.samples + _SEARCH_COST))
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The attractors of a range of cells."""
         try:
-            found = find_attractors(self._asked.cells, items, self._box, self._sampling, self.options, stop, moved)
+            return Finished(find_attractors(self._cells, items, self._box, self._sampling, self.options, stop, moved))
         except StoppedError:
             return Finished({}, False)
-        return Finished(found)
 
     def blank(self, items: range) -> Results:
         """Cells that are "not computed"."""
@@ -96,18 +151,28 @@ class AttractorStudy(Study):
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The attractors with the dimensions of the cells."""
-        whole, asked = joined(parts), self._asked
-        told = dict(attributes) | _told(whole, self._box, self._sampling, self.options)
-        return attractor_dataset(asked.dims, asked.shape, asked.coordinates, whole, told)
+        whole = joined(parts)
+        coordinates = {name: c for name, c in grid_coordinates(self._cells).items() if name not in _STATE}
+        attributes = dict(attributes) | _attributes(whole, self._box, self._sampling, self.options)
+        return attractor_dataset(self.dims, self.shape, coordinates, whole, attributes)
 
 
-def attractor_study(config: Config, asked: Attractors) -> AttractorStudy:
-    """The attractors that a section of a configuration asks for. Raises ArgumentError."""
-    box, sampling = Box(asked.displacement, asked.velocity), Sampling(asked.samples, asked.seed)
-    return AttractorStudy(asked_of_config(config), box, sampling, options_of(config))
+def attractor_study(given: CellsOrConfig, section: Attractors, options: Options) -> AttractorStudy:
+    """The attractors that a section of a configuration asks for; what is said of the state at the start is left out.
+
+    Raises ArgumentError where an axis is a starting state, or the belt has a drive.
+    """
+    box, sampling = Box(section.displacement, section.velocity), Sampling(section.samples, section.seed)
+    if not isinstance(given, Config):
+        return AttractorStudy(given_cells(given, options.law), box, sampling, options)
+    if given.drive is not None:
+        raise ArgumentError("config", "the configuration has a drive: cells of a rig have no attractors")
+    for path in state_axes(given):
+        raise ArgumentError(str(path[-1]), STATES_IN_BOX)
+    return AttractorStudy(build_grid(given), box, sampling, options)
 
 
-def _told(found: Results, box: Box, sampling: Sampling, options: Options) -> dict[str, str | float]:
+def _attributes(found: Results, box: Box, sampling: Sampling, options: Options) -> dict[str, str | float]:
     """What was asked, how it was found, and how good it is, as global attributes."""
     scan = sampled.SCAN
     counts = {name: int((found["share_method"] == code).sum()) for code, name in enumerate(SHARE_METHODS)}

@@ -10,30 +10,26 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.borders.find import Limits
-from stickslip.borders.junctions import meeting_points
-from stickslip.borders.plane import Plane, Side, plane_of_config
+from stickslip.borders.border import Limits
+from stickslip.borders.lines import CellsOrConfig, Side, plane_over
 from stickslip.borders.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
-from stickslip.borders.tracing import Chain, Crossing, Segment, chained, joined
+from stickslip.borders.tracing import Chain, Crossing, Segment, chained, joined, meeting_points
 from stickslip.borders.walk import Points, border_cells, corner_labels
-from stickslip.config.model import Config
-from stickslip.config.options import options_of
 from stickslip.config.studies import Contours
+from stickslip.dataset.build import grid_coordinates
 from stickslip.dataset.contours import contour_dataset
-from stickslip.engine import Options, Results, StopFlag, compute_range
+from stickslip.engine import Options, Results, StopFlag, solve
 from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study
 from stickslip.study import joined as end_to_end
+from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED
 
 OPEN = REGIMES.index("unresolved")  # what all that is undecided is called here: a region like any other
 _ALONG_X, _ALONG_Y, _JUNCTION = range(3)
 _SMALLEST = 1e-15  # of the share of a side
 _PER_POINT = 40  # cells a border takes per grid point along one side of the plane, about
-_PANEL, _HELD = (
-    4096,
-    64,
-)  # panels weigh as much as a block of a map, or more; grid points per cell that a block may hold
+_PANEL, _PER_CELL = 4096, 64  # panels weigh as a block of a map, or more; grid points per cell that a block may hold
 _CLOSED_IN = 0.25  # of a cell: wider, the middle of the crossings around a junction says more than that of the window
 _ROUNDS = 12  # of closing in on a junction: to 2e-4 of a cell
 # Sides of a cell counter-clockwise: direction, row and column of where they begin, whether they are run backwards.
@@ -56,23 +52,23 @@ class ContourStudy(Study):
         "node_width": np.dtype(np.float64), "node_along": np.dtype(np.int8),
     }  # fmt: skip
 
-    def __init__(self, plane: Plane, limits: Limits, options: Options) -> None:
-        self._plane, self._limits = plane, limits
-        self.dims, self.shape = plane.dims, plane.shape
-        self.cells_each = limits.scan**2 + _PER_POINT * (plane.x.points + plane.y.points)
-        self.weight = max(_PANEL, plane.x.points * plane.y.points // _HELD)
+    def __init__(self, cells: Cells, y: Side, x: Side, limits: Limits, options: Options) -> None:
+        self._cells, self.y, self.x, self._limits = cells, y, x, limits
+        self.dims, self.shape = cells.dims, cells.shape
+        self.cells_each = limits.scan**2 + _PER_POINT * (x.points + y.points)
+        self.weight = max(_PANEL, x.points * y.points // _PER_CELL)
         self.options = replace(options, early_stop=True)
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The lines of a range of panels."""
-        found = []
+        parts = []
         for panel in items:
-            search = _Search(self._plane.part(range(panel, panel + 1)), self._limits, self.options, stop, moved)
+            search = _Search(self._cells, self.y, self.x, panel, self._limits, self.options, stop, moved)
             try:
-                found.append(search.columns())
+                parts.append(search.columns())
             except StoppedError:
                 return Finished({}, False)
-        whole = end_to_end(found) if found else self.blank(items)
+        whole = end_to_end(parts) if parts else self.blank(items)
         return Finished({name: whole[name].astype(dtype) for name, dtype in self.columns.items()})
 
     def blank(self, items: range) -> Results:
@@ -82,21 +78,20 @@ class ContourStudy(Study):
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The lines in the manner of CF geometries."""
-        whole, plane = end_to_end(parts), self._plane
-        table = whole | {"panel": np.repeat(np.arange(plane.size), whole["lines"])}
-        told = dict(attributes) | _told(whole, plane, self._limits, self.options)
+        whole, y, x = end_to_end(parts), self.y, self.x
+        table = whole | {"panel": np.repeat(np.arange(self._cells.size), whole["lines"])}
         return contour_dataset(
-            (plane.x.name, plane.y.name), (plane.x.spacing, plane.y.spacing), plane.dims, plane.shape,
-            plane.coordinates, table, told, (plane.x.written_in, plane.y.written_in),
+            (x.name, y.name), (x.spacing, y.spacing), self.dims, self.shape, grid_coordinates(self._cells), table,
+            dict(attributes) | _attributes(whole, y, x, self._limits, self.options), (x.written_in, y.written_in),
         )  # fmt: skip
 
 
-def contour_study(config: Config, asked: Contours) -> ContourStudy:
+def contour_study(given: CellsOrConfig, section: Contours, options: Options) -> ContourStudy:
     """The lines that a section of a configuration asks for. Raises TypeError or ValueError for what cannot be."""
-    limits = Limits(asked.scan, asked.tolerance)
-    rtol = limits.rtol() if asked.rtol is None else asked.rtol
-    plane = plane_of_config(config, asked.axes, asked.between or {}, asked.points)
-    return ContourStudy(plane, limits, replace(options_of(config), rtol=rtol, early_stop=True))
+    limits = Limits(section.scan, section.tolerance)
+    options = limits.applied(options, section.rtol)
+    plane = plane_over(given, section.axes, section.between or {}, section.points, options)
+    return ContourStudy(*plane, limits, options)
 
 
 @dataclass
@@ -126,12 +121,13 @@ class _Search:
     """A panel looked at through the engine. Everything raises StoppedError once the stop flag is raised."""
 
     def __init__(
-        self, plane: Plane, limits: Limits, options: Options, stop: StopFlag, moved: Moved | None = None
-    ) -> None:
-        self.plane, self.limits, self.options, self.stop, self.moved = plane, limits, options, stop, moved
+        self, cells: Cells, y: Side, x: Side, panel: int, limits: Limits, options: Options, stop: StopFlag,
+        moved: Moved | None = None,
+    ) -> None:  # fmt: skip
+        self.cells, self.x, self.y, self.panel = cells, x, y, panel
+        self.limits, self.options, self.stop, self.moved = limits, options, stop, moved
         self.computed = 0
-        x, y = plane.x, plane.y
-        self.points = Points((plane.size, y.points, x.points), lambda p, r, c: self.labels(p, x.places[c], y.places[r]))
+        self.points = Points((1, y.points, x.points), lambda p, r, c: self.labels(p, x.places[c], y.places[r]))
 
     def columns(self) -> Results:
         """The lines, as columns of a study."""
@@ -147,20 +143,17 @@ class _Search:
 
     def looked(self, panel: Integers, x: Floats, y: Floats) -> tuple[Labels, Floats]:
         """Regimes of cells, and the guide to where stick-slip ends by grazing."""
-        found = compute_range(
-            self.plane.cells(panel, x, y), 0, panel.size, self.options, self.stop, self.moved, often=True
-        )
-        if not found.complete:
-            raise StoppedError
+        cells = self.cells.take(panel + self.panel, **{self.x.name: x, self.y.name: y})
+        results = solve(cells, self.options, self.stop, self.moved)
         self.computed += panel.size
-        regime = found.results["regime"]
+        regime = results["regime"]
         labels = np.where(np.isin(regime, UNDECIDED), OPEN, regime).astype(np.int8)
-        return labels, np.asarray(found.results["restick_margin"], np.float64)
+        return labels, np.asarray(results["restick_margin"], np.float64)
 
     def labels_in_cells(self, cells: Integers, x: Floats, y: Floats) -> Labels:
         """Regimes at shares of grid cells (n, 3) along both sides."""
         panel, row, column = cells.T
-        return self.labels(panel, self.plane.x.at(column, x), self.plane.y.at(row, y))
+        return self.labels(panel, self.x.at(column, x), self.y.at(row, y))
 
     def nodes(self, cells: Integers) -> _Nodes:
         """Where labels change on the sides of grid cells."""
@@ -169,8 +162,8 @@ class _Search:
         direction, panel, row, column = sides[found["line"]].T
         middle, across = found["low"] + (found["high"] - found["low"]) / 2, np.zeros(found.size)
         flat = direction == _ALONG_X
-        x = self.plane.x.at(column, np.where(flat, middle, across))
-        y = self.plane.y.at(row, np.where(flat, across, middle))
+        x = self.x.at(column, np.where(flat, middle, across))
+        y = self.y.at(row, np.where(flat, across, middle))
         of_side: dict[tuple[int, ...], list[Crossing]] = {}
         for node, one in enumerate(found):
             side = tuple(sides[one["line"]].tolist())
@@ -186,13 +179,13 @@ class _Search:
         open_ended = (low == OPEN) | (high == OPEN)
 
         def labels_at(line: Integers, place: Floats) -> Looked:
-            x = self.plane.x.at(column[line], np.where(flat[line], place, 0.0))
-            y = self.plane.y.at(row[line], np.where(flat[line], 0.0, place))
+            x = self.x.at(column[line], np.where(flat[line], place, 0.0))
+            y = self.y.at(row[line], np.where(flat[line], 0.0, place))
             labels, guide = self.looked(panel[line], x, y)
             labels = np.select([place == 0.0, place == 1.0], [low[line], high[line]], labels)  # as neighbours see them
             return Looked(labels, (labels != OPEN) | open_ended[line], guide)
 
-        shares = [_share(side, self.limits.tolerance) for side in (self.plane.x, self.plane.y)]
+        shares = [_share(side, self.limits.tolerance) for side in (self.x, self.y)]
         found, _ = search_lines(len(sides), Scan(0.0, 1.0, 2, "linear"), min(shares), labels_at)
         return found
 
@@ -213,7 +206,7 @@ class _Search:
             panel, row, column = cells[i]
             x, y = (
                 float(side.at(np.array(number), part))
-                for side, number, part in ((self.plane.x, column, share[0]), (self.plane.y, row, share[1]))
+                for side, number, part in ((self.x, column, share[0]), (self.y, row, share[1]))
             )
             if window > _CLOSED_IN:
                 around = [one.node for one in rings[i]]
@@ -261,13 +254,13 @@ def _table(chains: list[Chain], nodes: _Nodes) -> Results:
     }  # fmt: skip
 
 
-def _told(whole: Results, plane: Plane, limits: Limits, options: Options) -> dict[str, str | float]:
+def _attributes(whole: Results, y: Side, x: Side, limits: Limits, options: Options) -> dict[str, str | float]:
     """What was done and what it cannot see, as global attributes."""
-    rows, columns = plane.y.points, plane.x.points
+    rows, columns = y.points, x.points
     lines, loops = whole["closed"].size, np.count_nonzero(whole["closed"])
     inside = whole["node_along"] == _JUNCTION
     meetings = np.unique(np.stack([whole["x"][inside], whole["y"][inside]]), axis=1).shape[1]
-    narrow = 2 * max(_share(side, limits.tolerance) for side in (plane.x, plane.y))
+    narrow = 2 * max(_share(side, limits.tolerance) for side in (x, y))
     wide = np.count_nonzero(whole["node_width"][~inside] > narrow)
     found = f"{lines} lines, {loops} of them closed, with {meetings} junctions"
     if not lines:
@@ -276,12 +269,12 @@ def _told(whole: Results, plane: Plane, limits: Limits, options: Options) -> dic
         found += f"; {wide} of {inside.size} nodes wider than the tolerance, around cells that are undecided"
     looked, computed = (int(whole[name].sum()) for name in ("looked_at", "computed"))
     return {
-        "contour_parameters": f"{plane.x.name} {plane.y.name}",
-        "contour_grid": f"{rows} x {columns} points over {plane.y.name} and {plane.x.name}: what is narrower than "
+        "contour_parameters": f"{x.name} {y.name}",
+        "contour_grid": f"{rows} x {columns} points over {y.name} and {x.name}: what is narrower than "
         "their distance can be passed over",
         "contour_scan": f"{min(limits.scan, rows)} x {min(limits.scan, columns)} of these points were looked at first: "
         "a loop between them is missed",
-        "contour_looked_at": f"{looked} of {plane.size * rows * columns} grid points, {computed} cells in all",
+        "contour_looked_at": f"{looked} of {whole['lines'].size * rows * columns} grid points, {computed} cells in all",
         "contour_tolerance": limits.tolerance,
         "contour_rtol": options.rtol,
         "contour_found": found,

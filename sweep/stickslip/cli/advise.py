@@ -58,13 +58,13 @@ def advise(
     sustained) borders to quiet ones (damped, creep, stuck) are looked for unless --into names others, from a quiet one
     those to vibrating ones.
     """
-    from stickslip import designing
+    from stickslip import studies
     from stickslip.config.select import cell_of, config_at
     from stickslip.materials.system import ends_of
 
     with refuses_bad_input(""):
         ends = None if speed_range is None else ends_of("--speed-range", speed_range)
-        speeds = designing.speeds_in(ends)
+        speeds = studies.speeds_in(ends)
     if speeds and any(setting.partition("=")[0].strip() == "belt_speed" for setting in at):
         fail("--speed-range: got one and --at belt_speed, expected one of them")
     loaded = config_at(params.recipe_in(config), at if ends is None else (*at, f"belt_speed={ends[0]}"))
@@ -76,11 +76,11 @@ def advise(
         goals = into or (QUIET if home in VIBRATING else VIBRATING)
         how: dict[str, Any] = {"within": within, "into": goals, "speed_range": ends}
         with screen.progress_bar(1, " searched") as move:
-            ds = designing.margins(loaded, parameters or None, costs=weights, progress=move, **how)
+            ds = studies.margins(loaded, parameters or None, costs=weights, progress=move, **how)
         friction = None
         if not parameters and home in VIBRATING:
             with suppress(ValueError):  # a law whose curve has no such quantities
-                friction = designing.margins(loaded, _FRICTION, joint=False, **how)
+                friction = studies.margins(loaded, _FRICTION, joint=False, **how)
     ranges = () if speed_range is None else ("--speed-range", speed_range)
     options = [*(word for setting in at for word in ("--at", setting)), *ranges, *params.settings_again()]
     if speeds:

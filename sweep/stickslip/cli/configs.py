@@ -37,7 +37,7 @@ def validate(configs: tuple[Path, ...]) -> None:
 def _validated(path: Path) -> dict[str, Any]:
     """Check one configuration and print what was understood; for programs, too."""
     from stickslip.config.describe import describe
-    from stickslip.rig.simulate.config import is_rig, load_rig
+    from stickslip.rig.config import is_rig, load_rig
     from stickslip.runs.work import study_of
 
     answer: dict[str, Any] = {"file": str(path), "valid": True, "problems": []}
@@ -96,7 +96,7 @@ def init(file: Path, name: str | None, listing: bool) -> None:
     from stickslip.config.examples import config_names, config_path
     from stickslip.config.template import TEMPLATE
     from stickslip.config.yaml import read_yaml
-    from stickslip.rig.simulate.config import is_rig
+    from stickslip.rig.config import is_rig
 
     if listing:
         for each in config_names():

@@ -280,7 +280,7 @@ def plot_limits(config: Config) -> str | None:
     """Text on what the plot of a configuration will leave out; None for nothing."""
     from stickslip.config.grid import build_grid
     from stickslip.dataset.panels import told_of
-    from stickslip.designing import coarse_map
+    from stickslip.studies import coarse_map
 
     grid = build_grid(coarse_map(config))
     return told_of(dict(zip(grid.dims, grid.shape, strict=True)))

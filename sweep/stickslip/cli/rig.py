@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stickslip.files.locations import Location
-    from stickslip.rig.simulate.config import RigConfig
-    from stickslip.rig.simulate.simulation import RigTests
+    from stickslip.rig.config import RigConfig
+    from stickslip.rig.simulation import RigTests
     from stickslip.sound import Sound
 
 _MOST_TRACES = 6  # drawn over each other
@@ -64,9 +64,8 @@ def run(
     features and model RPN (not the rig maker's) of every test. Times count from the first stroke.
     """
     from stickslip import engine
-    from stickslip.rig.simulate.config import load_rig
-    from stickslip.rig.simulate.matrix import run_matrix
-    from stickslip.rig.simulate.simulation import RigTests
+    from stickslip.rig.config import load_rig
+    from stickslip.rig.simulation import RigTests, run_matrix
 
     loaded = load_rig(config, params.settings())
     output = output or params.configured_target(loaded.config.output.file, "result")
@@ -95,7 +94,7 @@ def run(
     if sound is not None:
         save_sounds(sound, _sounds(loaded))
     if report is not None:
-        from stickslip.rig.report.build import write_report
+        from stickslip.rig.report import write_report
 
         write_report(report, ds, _records(tests, drawn or list(range(min(size, _MOST_TRACES)))), loaded)
         show_file("report", report)
@@ -105,7 +104,7 @@ def _show(ds: xr.Dataset, tests: RigTests, seconds: float) -> None:
     """Print the table, tests that were not integrated to their end, and how long it took."""
     import numpy as np
 
-    from stickslip.rig.simulate.matrix import as_table
+    from stickslip.rig.simulation import as_table
 
     size = tests.grid.size
     table = as_table(ds, [tests.name(n) for n in range(min(size, _MOST_ROWS))])
@@ -123,14 +122,14 @@ def _figure(
     ds: xr.Dataset, tests: RigTests, drawn: list[int], beside: bool, window: tuple[float, float] | None
 ) -> Figure:
     """Signals where some were chosen or there are few tests, else the matrix."""
-    from stickslip.rig.report import matrix, traces
+    from stickslip.rig.plots import plot_matrix, plot_records
 
     records = _records(tests, drawn)
     if not records:
-        return matrix.plot_matrix(ds)
+        return plot_matrix(ds)
     rpn = ds["model_rpn"].values.ravel()
     numbers = {tests.name(n): float(rpn[n]) for n in drawn}
-    return traces.plot_records(records, beside=beside, numbers=numbers, window=window, heading=tests.rig.config.title)
+    return plot_records(records, beside=beside, numbers=numbers, window=window, heading=tests.rig.config.title)
 
 
 def _records(tests: RigTests, numbers: list[int]) -> dict[str, xr.Dataset]:
@@ -139,7 +138,7 @@ def _records(tests: RigTests, numbers: list[int]) -> dict[str, xr.Dataset]:
 
 
 def _save_records(folder: Path, tests: RigTests) -> None:
-    from stickslip.rig.records.record import write_record
+    from stickslip.rig.records import write_record
 
     for test in tests.tests(range(tests.grid.size)):
         if test.record is not None:
@@ -155,11 +154,11 @@ def _sounds(loaded: RigConfig) -> Iterator[tuple[str, Sound]]:
     """Names and sounds of tests integrated to their end, from the first stroke on: of the acceleration itself, not of
     what a sensor shows."""
     from stickslip import sound
-    from stickslip.rig.simulate.simulation import RigTests
+    from stickslip.rig.simulation import RigTests
 
     tests = RigTests(loaded)
     for number in range(tests.grid.size):
-        cell = {name: float(values[0]) for name, values in tests.grid.cells(number, number + 1).items()}
+        cell = {name: float(values[0]) for name, values in tests.grid[number : number + 1].items()}
         seconds = float(tests.drive(cell)[:, 0].sum()) - cell["waiting_time"]
         changes = {
             "rate": float(sound.RATE), "bandwidth": None, "force_noise": 0.0, "acceleration_noise": 0.0,

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from stickslip.files.locations import Location
-    from stickslip.rig.risk import Risk
+    from stickslip.rig.rpn import Risk
     from stickslip.rig.settings import Settings
     from stickslip.sound import Sound
     from stickslip.vocabulary.parameter import Parameter
@@ -97,8 +97,8 @@ def features(
     """
     from stickslip import rig
     from stickslip.files.targets import KINDS
-    from stickslip.rig.analysis.table import as_columns
-    from stickslip.rig.risk import band_of
+    from stickslip.rig.evaluation import as_columns
+    from stickslip.rig.rpn import band_of
 
     settings = record_settings(config, load, speed, bandwidth)
     check_sounds(sound, len(files))
@@ -121,7 +121,7 @@ def features(
         if remarks:
             screen.echo(f"{name}: " + remarks.replace("\n", "\n  "))
     if plot is not None:
-        from stickslip.rig.report.traces import plot_records
+        from stickslip.rig.plots import plot_records
 
         numbers = dict(zip(records, ds["model_rpn"].values.tolist(), strict=True))
         save_plot(plot_records(records, beside=beside, numbers=numbers, window=window), plot)
@@ -164,7 +164,7 @@ def _title(name: str, file: Path, record: xr.Dataset, others: Collection[str]) -
 def _sounds(records: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, Sound]]:
     """Names of files and the sound of every record, as its sensor shows it."""
     from stickslip import sound
-    from stickslip.rig.records.sampling import evenly, sample_rate
+    from stickslip.rig.signals import evenly, sample_rate
 
     for name, record in records.items():
         even = evenly(record)
@@ -174,10 +174,9 @@ def _sounds(records: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, Sound]]:
 
 def _with_provenance(ds: xr.Dataset, settings: Settings, files: tuple[Path, ...]) -> xr.Dataset:
     from stickslip.dataset.provenance import provenance
-    from stickslip.rig.settings import as_text
 
     action = f"rig-features {' '.join(map(str, files))}"
-    return ds.assign_attrs(provenance(as_text(settings), title="Features of rig records", action=action))
+    return ds.assign_attrs(provenance(settings.to_yaml(), title="Features of rig records", action=action))
 
 
 # --- what the options say ---------------------------------------------------------------------------------------------
@@ -251,12 +250,13 @@ def _show_overruled(file: Path, record: xr.Dataset, given: Mapping[str, str], se
 
 def _show_conditions(records: Mapping[str, xr.Dataset]) -> None:
     """Say which conditions and columns were understood, once for all records in which they are the same."""
-    from stickslip.rig.words import quantity
+    from stickslip.rig.labels import quantity_text
     from stickslip.vocabulary.settings import CONDITIONS
 
     names: dict[str, list[str]] = {}
     for name, record in records.items():
-        known = [f"{c} {quantity(float(record[c]), CONDITIONS[c].units)}" for c in CONDITIONS if c in record.coords]
+        given = {c: row for c, row in CONDITIONS.items() if c in record.coords}
+        known = [f"{c} {quantity_text(float(record[c]), row.units)}" for c, row in given.items()]
         missing = [text for c, text in _NEEDED.items() if c not in record.coords]
         names.setdefault("\n         ".join([", ".join(known + missing), record.attrs["columns"]]), []).append(name)
     for understood, alike in names.items():
@@ -271,7 +271,7 @@ def _first(names: Sequence[str]) -> str:
 
 def warn_of_extrapolation(ds: xr.Dataset, risk: Risk) -> None:
     """Say which records (dimension `record`) have features outside the pairs of the calibration."""
-    from stickslip.rig.analysis.table import risk_inputs
+    from stickslip.rig.evaluation import risk_inputs
 
     inputs = risk_inputs(ds)
     for feature, outside in risk.outside(inputs).items():
@@ -314,7 +314,7 @@ def _feature_table(ds: xr.Dataset, columns: Sequence[tuple[str, str, float, str]
     import numpy as np
     from rich.text import Text
 
-    from stickslip.rig.risk import band_of, number_text
+    from stickslip.rig.rpn import band_of, rpn_text
 
     table = screen.new_table()
     table.add_column("record", overflow="fold", max_width=name_width)
@@ -323,7 +323,7 @@ def _feature_table(ds: xr.Dataset, columns: Sequence[tuple[str, str, float, str]
     for i, name in enumerate(map(str, ds["record"].values.tolist())):
         row = ds.isel(record=i)
         number = float(row["model_rpn"])
-        cells = [Text(visible(name)), Text(f" {number_text(number)} ", style=_COLOURS[band_of(number)])]
+        cells = [Text(visible(name)), Text(f" {rpn_text(number)} ", style=_COLOURS[band_of(number)])]
         for feature, _, factor, form in columns:
             limited = row.get(f"{feature}_limited")  # the value that the risk number uses, where there is one
             value = float(row[feature] if limited is None or limited.isnull() else limited) * factor

@@ -18,7 +18,7 @@ from stickslip.vocabulary import units
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip.rig.simulate.identify import Identification
+    from stickslip.rig.identification import Identification
 
 _ALIKE = 0.01  # relative: conditions of the measured and the simulated test that differ by less are the same
 
@@ -51,7 +51,7 @@ def calibrate(
     Prints the parameters ready to paste into a configuration; how well the model predicts pairs it has not seen, and
     the quality of the fit, go to standard error.
     """
-    from stickslip.rig.analysis.pairs import calibrate_file
+    from stickslip.rig.pairs import calibrate_file
 
     fit = calibrate_file(file, record_settings(config, load, speed, bandwidth), scales)
     for pair in fit.omitted:
@@ -97,7 +97,7 @@ def identify(
     parameters are those with which the simulated record has the features of the measured one, by least squares.
     """
     from stickslip import rig
-    from stickslip.rig.simulate.parametric import values_of
+    from stickslip.rig.simulation import values_of
 
     how = record_settings(None, load, speed, bandwidth)
     loaded = rig.load_rig(config, params.settings())

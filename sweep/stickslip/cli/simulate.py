@@ -90,7 +90,7 @@ def simulate(
         return answer
     ds = api.simulate(
         duration=span.duration, samples=samples or span.samples, law=law, rtol=solver.rtol,
-        max_steps=solver.max_steps, **cell,
+        max_steps=solver.max_steps, options=None, **cell,
     )  # fmt: skip
     ds = shown_as_written(ds, loaded.written_in)
     over = f"{customary('s', span.duration) or f'{span.duration:.4g} s'}{f', {span.why}' if span.why else ''}"

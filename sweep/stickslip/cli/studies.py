@@ -194,12 +194,12 @@ def ramp(
 
     Each value starts from where the motion at the one before ended. The other axes of CONFIG are lines of their own.
     """
-    from stickslip import api_basins
+    from stickslip import studies
 
     loaded = params.configuration(config)
     ends = params.interval(along, between, f"--{along}") if between else None
     with refuses_bad_input(config):
-        ds = api_basins.ramp(loaded, along, ends, points)
+        ds = studies.ramp(loaded, along, ends, points)
     show_ramp(ds)
     save_result(ds, output)
     if plot is not None:

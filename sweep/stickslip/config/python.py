@@ -20,7 +20,7 @@ import numpy as np
 from stickslip.config.yaml import DEEPEST, Document
 from stickslip.errors import Path, Problem
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cells import has_missing
+from stickslip.vocabulary.cell_values import has_missing
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES
 

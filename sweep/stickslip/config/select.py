@@ -35,7 +35,7 @@ def cell_at(recipe: Recipe, settings: Iterable[str]) -> dict[str, float]:
 
 def cell_of(config: Config) -> dict[str, float]:
     """Parameters of the cell of a configuration without axes, in SI, by names of `PARAMETERS`."""
-    return {name: float(values[0]) for name, values in build_grid(config).cells(0, 1).items()}
+    return {name: float(values[0]) for name, values in build_grid(config)[:1].items()}
 
 
 def config_at(recipe: Recipe, settings: Iterable[str], option: str = "--at", in_part: bool = False) -> Config:

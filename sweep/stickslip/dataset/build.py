@@ -25,7 +25,7 @@ from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES, Variable
 
 if TYPE_CHECKING:
-    from stickslip.config.grid import Coordinate, Grid
+    from stickslip.vocabulary.cells import Cells, Coordinate
 
 
 _COUNTS = (
@@ -46,7 +46,7 @@ _AS_KNOWN = {slot for kind in xr.Variable.__mro__ for slot in getattr(kind, "__s
 # --- datasets ---------------------------------------------------------------------------------------------------------
 
 
-def map_dataset(grid: Grid, results: Mapping[str, ArrayLike], attributes: Mapping[str, Any]) -> xr.Dataset:
+def map_dataset(grid: Cells, results: Mapping[str, ArrayLike], attributes: Mapping[str, Any]) -> xr.Dataset:
     """The map over a grid.
 
     results : by names of `MAP_VARIABLES`, each of length grid.size with the last dimension running fastest.
@@ -60,8 +60,10 @@ def map_dataset(grid: Grid, results: Mapping[str, ArrayLike], attributes: Mappin
     return xr.Dataset(variables, grid_coordinates(grid), dict(attributes))
 
 
-def grid_coordinates(grid: Grid) -> dict[str, xr.Variable]:
+def grid_coordinates(grid: Cells) -> dict[str, xr.Variable]:
     """What varies, the labels of points, and what is equal in every cell."""
+    if grid.labelled is not None:
+        return grid.labelled()
     coordinates = {c.name: shown_in(_axis(c), grid.written_in.get(quantity_of(c.name))) for c in grid.coords}
     for c in grid.coords:
         if c.labels is not None:
@@ -78,7 +80,7 @@ def shown_in(variable: xr.Variable, unit: str | None) -> xr.Variable:
     return variable
 
 
-def map_template(grid: Grid, columns: Mapping[str, np.dtype[Any]], attributes: Mapping[str, Any]) -> xr.Dataset:
+def map_template(grid: Cells, columns: Mapping[str, np.dtype[Any]], attributes: Mapping[str, Any]) -> xr.Dataset:
     """The dataset `map_dataset` would make, with one value in place of all: they are to be written piece by piece.
 
     columns : names of `MAP_VARIABLES` and their types.
@@ -249,7 +251,7 @@ def _axis(c: Coordinate) -> xr.Variable:
     return xr.Variable((c.dim,), np.asarray(c.values, np.float64), attributes, _NO_FILL)
 
 
-def _labels(grid: Grid, dim: str, labels: Sequence[str]) -> xr.Variable:
+def _labels(grid: Cells, dim: str, labels: Sequence[str]) -> xr.Variable:
     """The index of a dimension whose points have names: values of one quantity, or points of a group."""
     names = [c.long_name for c in grid.coords if c.dim == dim]
     long_name = names[0] if len(names) == 1 else dim.replace("_", " ")

@@ -6,8 +6,8 @@ of different ones are broadcast by name, and their coordinates come with them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass
+from collections.abc import Hashable, Mapping
+from dataclasses import replace
 from math import prod
 from typing import Any
 
@@ -16,7 +16,8 @@ import xarray as xr
 
 from stickslip.dataset.build import cell_coordinates, parameter_variable
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cells import Cells, as_cells, check_names, numbers_of
+from stickslip.vocabulary.cell_values import as_cells, check_names, numbers_of
+from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
@@ -26,27 +27,7 @@ Coordinates = dict[str, xr.Variable]
 _ABOUT_AXES = ("axis_spacing", DISPLAY)  # attributes of an axis, which stay
 
 
-@dataclass(frozen=True, eq=False)
-class GivenCells:
-    """Cells, complete and checked.
-
-    cells : every parameter, flat, the last dimension running fastest. dims, shape : of a result.
-    coordinates : makes its coordinates: parameters, and what came with them.
-    """
-
-    cells: Cells
-    dims: tuple[str, ...]
-    shape: tuple[int, ...]
-    coordinates: Callable[[], Coordinates]
-
-    def part(self, start: int, stop: int) -> Cells:
-        """The cells from `start` up to, not including, `stop`."""
-        if start == 0 and stop == prod(self.shape):
-            return self.cells
-        return {name: values[start:stop] for name, values in self.cells.items()}
-
-
-def given_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") -> GivenCells:
+def given_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") -> Cells:
     """Cells as `evaluate` takes them. Raises TypeError and ValueError as `as_cells` does, and ValueError for arrays of
     xarray whose indices differ or whose units are not those of their parameter.
     """
@@ -58,9 +39,8 @@ def given_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") ->
         return _labelled(named, dict(given.coords), law)
     if not any(type(value) is xr.DataArray for value in given.values()):
         _check_indices(given)
-        cells = as_cells(given, law)
-        size = cells["mass"].size
-        return GivenCells(cells, ("cell",), (size,), lambda: cell_coordinates(cells, size))
+        cells = Cells.of(as_cells(given, law))
+        return replace(cells, labelled=lambda: cell_coordinates(cells.listed, cells.size))
     beside: dict[Hashable, xr.DataArray] = {}
     for value in given.values():
         if isinstance(value, xr.DataArray):
@@ -68,7 +48,7 @@ def given_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") ->
     return _labelled(dict(given), beside, law)
 
 
-def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray], law: str) -> GivenCells:
+def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray], law: str) -> Cells:
     """Cells of arrays with names of dimensions; `beside` are all their coordinates."""
     arrays = {name: _in_si(name, value) for name, value in given.items() if isinstance(value, xr.DataArray)}
     plain = {name: value for name, value in given.items() if name not in arrays}
@@ -85,11 +65,14 @@ def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray],
     cells = as_cells({name: one.values for name, one in zip(arrays, same, strict=True)} | plain, law)
     if cells["mass"].size != prod(shape):  # there are none, or no dimensions
         cells = {name: np.broadcast_to(values, prod(shape)) for name, values in cells.items()}
-    return GivenCells(cells, dims, shape, lambda: _coordinates(cells, arrays, beside, dims))
+    return Cells(dims, shape, listed=cells, labelled=lambda: _coordinates(cells, arrays, beside, dims))
 
 
 def _coordinates(
-    cells: Cells, arrays: Mapping[str, xr.DataArray], beside: Mapping[Hashable, xr.DataArray], dims: tuple[str, ...]
+    cells: Parameters,
+    arrays: Mapping[str, xr.DataArray],
+    beside: Mapping[Hashable, xr.DataArray],
+    dims: tuple[str, ...],
 ) -> Coordinates:
     """Every parameter with the dimensions it was given with, and what else came with the arrays."""
     found = {}

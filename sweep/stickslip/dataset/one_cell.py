@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.config.grid import parameters_of, quantity_of
+from stickslip.config.grid import quantity_of
 from stickslip.dataset.select import places
 from stickslip.errors import PlotError, QuantityError
-from stickslip.vocabulary.cells import as_cells
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import parameters_of
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.suggest import listed, nearest
 

@@ -13,14 +13,14 @@ from stickslip.dataset.build import grid_coordinates, variable_of
 from stickslip.vocabulary.results import STATISTICS, UNCERTAIN_VARIABLES, VARIABLES, Variable
 
 if TYPE_CHECKING:
-    from stickslip.config.grid import Grid
+    from stickslip.vocabulary.cells import Cells
 
 _NO_FILL = {"_FillValue": None}
 _SCALAR = ("undecided", "levels", "evaluations")  # one number per cell; others are per state
 
 
 def uncertain_dataset(
-    grid: Grid,
+    grid: Cells,
     states: Sequence[str],
     quantities: Sequence[str],
     quantiles: Sequence[float],

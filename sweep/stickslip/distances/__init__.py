@@ -1,14 +1,14 @@
 """How far cells are from a border: along each parameter by itself, and by the cheapest change of several.
 
-`reach.py` says how far each parameter may go, `single.py` looks along one parameter at a time, `joint.py` along rays in
-the space of all of them; `regimes.py` is what they ask the engine, `find.py` puts it together.
+`reach.py` says how far each parameter may go, `single.py` asks the engine and looks along one parameter at a time,
+`joint.py` along rays in the space of all of them; `margins.py` puts it together.
 """
 
-from stickslip.distances.find import Asking, MarginStudy, Question, margin_study
+from stickslip.distances.margins import MarginStudy, Question, margin_study
 from stickslip.distances.reach import CHANGEABLE, FACTOR, parameters_of, without_measured
-from stickslip.distances.regimes import worst
+from stickslip.distances.single import worst
 
 __all__ = [
-    "CHANGEABLE", "FACTOR", "Asking", "MarginStudy", "Question", "margin_study", "parameters_of", "without_measured",
+    "CHANGEABLE", "FACTOR", "MarginStudy", "Question", "margin_study", "parameters_of", "without_measured",
     "worst",
 ]  # fmt: skip

@@ -16,8 +16,7 @@ from scipy.stats import qmc  # type: ignore[import-untyped]
 
 from stickslip.borders.search import Looked, Scan, search_lines
 from stickslip.distances.reach import Reach
-from stickslip.distances.regimes import Asked, Floats, Integers, Labels, decided
-from stickslip.distances.single import first_entries
+from stickslip.distances.single import Floats, Integers, Labels, Search, decided, first_entries
 
 MOST_STEPS = 1e7  # of integration for a cell, some ten seconds: where damping is weak, each of 20,000 takes 30,000
 _RAYS, _MOST_RAYS = 5, 9  # powers of two: rays for one parameter, and twice as many for every two more
@@ -46,7 +45,7 @@ class _Space:
     """Changes times costs: what a ray is in. down, up : room (n, k) on both sides of each parameter. ends : steps of
     integration of each cell at which its search ends."""
 
-    asked: Asked
+    search: Search
     reaches: Sequence[Reach]
     costs: Floats
     into: list[int] | None
@@ -56,7 +55,7 @@ class _Space:
 
     def goes_on(self, cell: Integers) -> NDArray[np.bool_]:
         """Whether the search of cells has not come to its end."""
-        return np.asarray(self.asked.steps[cell] < self.ends[cell])
+        return np.asarray(self.search.steps[cell] < self.ends[cell])
 
     def allowed(self, cell: Integers, direction: Floats) -> Floats:
         """Directions (m, k) of length 1 without the parts for which there is no room; 0 where nothing is left."""
@@ -78,7 +77,7 @@ class _Space:
             changes = direction[line] * (place * length[line])[:, np.newaxis] / self.costs
             at = np.flatnonzero(self.goes_on(cell[line]))
             changed = {r.name: r.at(changes[at, i], cell[line[at]]) for i, r in enumerate(self.reaches)}
-            found = self.asked.looked(cell[line[at]], changed, self.into)
+            found = self.search.looked(cell[line[at]], changed, self.into)
             if at.size == line.size:
                 return found
             labels, known, guide = (
@@ -97,7 +96,7 @@ class _Space:
 
 
 def cheapest(
-    asked: Asked, reaches: Sequence[Reach], costs: Floats, home: Labels, into: list[int] | None, points: int,
+    search: Search, reaches: Sequence[Reach], costs: Floats, home: Labels, into: list[int] | None, points: int,
     tolerance: float, single: Floats,
 ) -> Cheapest:  # fmt: skip
     """The cheapest joint change of each cell; arguments as in `single.nearest`, costs (k,) per unit of change.
@@ -107,7 +106,7 @@ def cheapest(
     """
     rooms = [reach.room for reach in reaches]
     down, up = (np.stack([room[i] for room in rooms], axis=1) for i in (0, 1))
-    space = _Space(asked, reaches, costs, into, down, up, asked.steps + MOST_STEPS)
+    space = _Space(search, reaches, costs, into, down, up, search.steps + MOST_STEPS)
     cell = np.flatnonzero(decided(home) & ((down > 0) | (up > 0)).any(axis=1))
     size, k = home.size, len(reaches)
     best = Cheapest(np.full(size, np.inf), np.full((size, k), np.nan), np.zeros(size, np.bool_))

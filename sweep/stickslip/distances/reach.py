@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.engine import Scales
 from stickslip.theory import reversal_friction, reversal_speed
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.curve import broken_bounds, coefficients
 from stickslip.vocabulary.quantities import MEASURED, REPLACED, SEARCHABLE
 from stickslip.vocabulary.suggest import suggest
@@ -62,7 +63,7 @@ class Reach:
         return np.nan_to_num(np.maximum(-down, 0.0)), np.nan_to_num(np.maximum(up, 0.0))
 
 
-def parameters_of(cells: Cells) -> tuple[str, ...]:
+def parameters_of(cells: Parameters) -> tuple[str, ...]:
     """The parameters of `CHANGEABLE` that cells have."""
     return tuple(name for name in CHANGEABLE if name not in _IF_GIVEN or not np.isnan(cells[name]).all())
 
@@ -97,7 +98,7 @@ def within_of(within: float | Within, parameters: tuple[str, ...]) -> dict[str, 
     return checked
 
 
-def reach_of(name: str, cells: Cells, within: float | tuple[float, float]) -> Reach:
+def reach_of(name: str, cells: Parameters, within: float | tuple[float, float]) -> Reach:
     """How far a parameter may be changed: within a factor or a range, and within what is possible."""
     value = _value(name, cells)
     scale = np.broadcast_to(_scale(name, cells), value.shape).astype(np.float64)
@@ -115,14 +116,14 @@ def reach_of(name: str, cells: Cells, within: float | tuple[float, float]) -> Re
                  by_factor, scale)  # fmt: skip
 
 
-def is_possible(cells: Cells) -> NDArray[np.bool_]:
+def is_possible(cells: Parameters) -> NDArray[np.bool_]:
     """Whether cells could be computed: the bounds between parameters, as `as_cells` checks them."""
     bounds = {name: cells[name] for name in ("a1", "mu_static", "mu_stop")}
     broken = broken_bounds(cells["a1"] + cells["a3"], **bounds)
     return np.asarray((cells["a1"] >= 0) & ~np.logical_or.reduce([*broken.values()]))
 
 
-def with_measured(cells: Cells) -> Cells:
+def with_measured(cells: Parameters) -> Parameters:
     """The cells with mu_start, mu_reversal and v_reversal of their curves; NaN where a curve has no declining branch.
 
     The minimum of a curve that falls for ever towards a1 (a2 = 0) lies at an infinite speed.
@@ -134,7 +135,7 @@ def with_measured(cells: Cells) -> Cells:
     return cells | {name: np.where(has, found[name], np.nan) for name in MEASURED}
 
 
-def without_measured(cells: Cells) -> Cells:
+def without_measured(cells: Parameters) -> Parameters:
     """Cells whose coefficients follow from what is measured of their curves, where that is among them; a1 is NaN where
     no curve has such a minimum."""
     if not set(MEASURED) <= set(cells):
@@ -147,26 +148,26 @@ def without_measured(cells: Cells) -> Cells:
     return rest | {name: np.where(np.isnan(start), cells[name], values) for name, values in curve.items()}
 
 
-def _value(name: str, cells: Cells) -> Floats:
+def _value(name: str, cells: Parameters) -> Floats:
     """The value a parameter has; static friction that is not given is that at break-away."""
     value = np.where(np.isinf(cells[name]), np.nan, cells[name].astype(np.float64))
     return np.where(np.isnan(value), cells["a1"] + cells["a3"], value) if name == "mu_static" else value
 
 
-def _scale(name: str, cells: Cells) -> Floats:
+def _scale(name: str, cells: Parameters) -> Floats:
     """What a change of a parameter that may be 0 is compared with."""
-    mu_start = cells["a1"] + cells["a3"]
+    by, mu_start = Scales(cells), cells["a1"] + cells["a3"]
     slope = np.where(cells["a3"] > 0, cells["a3"], np.maximum(mu_start, 1.0)) / cells["a4"]
     speed = np.where(cells["belt_speed"] != 0, np.abs(cells["belt_speed"]), cells["a4"])
     scales: dict[str, Floats] = {
-        "damping": 2.0 * np.sqrt(cells["stiffness"] * cells["mass"]), "a2": slope, "belt_speed": speed,
-        "velocity": speed, "displacement": np.maximum(mu_start, 1e-3) * cells["normal_load"] / cells["stiffness"],
+        "damping": 2.0 * by.impedance, "a2": slope, "belt_speed": speed,
+        "velocity": speed, "displacement": np.maximum(mu_start, 1e-3) * by.load / by.stiffness,
         "contact_time": cells["ageing_time"],
     }  # fmt: skip
     return scales.get(name, np.maximum(mu_start, 1e-3))
 
 
-def _bounds(name: str, cells: Cells) -> tuple[Floats, Floats]:
+def _bounds(name: str, cells: Parameters) -> tuple[Floats, Floats]:
     """The least and the largest value, of the parameter itself and beside the others of the cell."""
     row, like = SEARCHABLE[name], np.ones_like(cells["a1"])
     least = like * (-np.inf if row.at_least is None else row.at_least)

@@ -5,22 +5,21 @@ Only this package knows the kernels. `scales.py` converts, `cells.py` has blocks
 knows what is in the cache.
 """
 
-from stickslip.engine.cells import blank_results, blocks, bytes_per_cell, columns, compute, compute_range
+from stickslip.engine.cells import blank_results, blocks, bytes_per_cell, columns, compute, compute_range, solve
 from stickslip.engine.compiled import is_cached, kernels_digest, processor, warm_up, will_compile
-from stickslip.engine.curves import friction_at_belt_speed
-from stickslip.engine.exponents import kernels_for
-from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
+from stickslip.engine.exponents import friction_at_belt_speed, kernels_for
+from stickslip.engine.options import Computed, Options, Progress, Results, SolverKeywords, StopFlag
 from stickslip.engine.rigs import RigRuns, Sampling, compute_rigs
-from stickslip.engine.scales import to_kernel, to_si
+from stickslip.engine.scales import Scales, to_kernel, to_si
 from stickslip.engine.threads import in_order, spread, stop_flag
 from stickslip.engine.traces import flows, sampled, trajectory
 from stickslip.errors import NotReachedError
 from stickslip.files.machine import processors
 
 __all__ = [
-    "Computed", "NotReachedError", "Options", "Progress", "Results", "RigRuns",
-    "Sampling", "StopFlag", "blank_results", "blocks", "bytes_per_cell", "columns", "compute",
-    "compute_range", "compute_rigs", "flows", "friction_at_belt_speed",
-    "in_order", "is_cached", "kernels_digest", "kernels_for", "processor", "processors", "sampled", "spread",
-    "stop_flag", "to_kernel", "to_si", "trajectory", "warm_up", "will_compile",
+    "Computed", "NotReachedError", "Options", "Progress", "Results", "RigRuns", "Sampling", "Scales",
+    "SolverKeywords", "StopFlag", "blank_results", "blocks", "bytes_per_cell", "columns", "compute", "compute_range",
+    "compute_rigs", "flows", "friction_at_belt_speed", "in_order", "is_cached", "kernels_digest", "kernels_for",
+    "processor", "processors", "sampled", "solve", "spread", "stop_flag", "to_kernel", "to_si", "trajectory",
+    "warm_up", "will_compile",
 ]  # fmt: skip

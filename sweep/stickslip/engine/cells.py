@@ -17,8 +17,9 @@ from stickslip.engine.margins import integrate_closely
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import spread, stop_flag
+from stickslip.errors import StoppedError
 from stickslip.files.machine import processors
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.results import VARIABLES
 from stickslip_kernels import layout
 from stickslip_kernels.allocate import new_regimes
@@ -43,12 +44,9 @@ def blocks(size: int, options: Options) -> Iterator[range]:
         start = end
 
 
-def compute(
-    cells: Callable[[int, int], Cells], size: int, options: Options, progress: Progress | None = None
-) -> Computed:
-    """Every cell from 0 to `size`, on threads; the numbers do not depend on how the work is spread.
+def compute(cells: Cells, options: Options, progress: Progress | None = None) -> Computed:
+    """Every cell, on threads; the numbers do not depend on how the work is spread.
 
-    cells : gives the cells from start to stop; called from the threads.
     progress : called with (cells done, cells in all) from this thread, now and then.
 
     Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed". A few
@@ -56,8 +54,9 @@ def compute(
     """
     if options.law != "stribeck_delta":  # whose kernels depend on the cells (`exponents.py`)
         warm_up(options.law)
+    size = cells.size
     if size * options.max_steps <= _AT_ONCE:  # a pool of threads would take longer to start
-        return _compute_at_once(cells, size, options, progress)
+        return _compute_at_once(cells, options, progress)
     results, stop = _room(size, options), stop_flag()
     done, filled = 0, set[range]()
 
@@ -82,21 +81,19 @@ def compute(
     return Computed(results, done)
 
 
-def _compute_at_once(
-    cells: Callable[[int, int], Cells], size: int, options: Options, progress: Progress | None
-) -> Computed:
+def _compute_at_once(cells: Cells, options: Options, progress: Progress | None) -> Computed:
     """`compute` in this thread alone."""
-    rows, done = _run_block(part := cells(0, size), options, stop_flag())
+    rows, done = _run_block(part := cells[:], options, stop_flag())
     found = to_si(rows, part, not options.early_stop, options.variables)
     if progress:
-        progress(done, size)
+        progress(done, cells.size)
     for name, kind in _whole_numbers(options.early_stop, options.variables):
         found[name] = found[name].astype(kind)
     return Computed(found, done)
 
 
 def compute_range(
-    cells: Callable[[int, int], Cells],
+    cells: Cells,
     start: int,
     end: int,
     options: Options,
@@ -123,20 +120,25 @@ def compute_range(
     return Computed(results, done)
 
 
-def _fill(
-    results: Results,
-    cells: Callable[[int, int], Cells],
-    numbers: range,
-    origin: int,
-    options: Options,
-    stop: StopFlag,
-) -> int:
+def solve(cells: Parameters, options: Options, stop: StopFlag, moved: Callable[[int], None] | None = None) -> Results:
+    """The results of some cells, by this thread alone; `moved` is called about every second.
+
+    Raises StoppedError once `stop` is raised: half of them say nothing.
+    """
+    listed = Cells.of(cells)
+    computed = compute_range(listed, 0, listed.size, options, stop, moved, often=True)
+    if not computed.complete:
+        raise StoppedError
+    return computed.results
+
+
+def _fill(results: Results, cells: Cells, numbers: range, origin: int, options: Options, stop: StopFlag) -> int:
     """Compute the cells of these numbers into `results`, which begins with cell `origin`; how many were finished."""
     place = slice(numbers.start - origin, numbers.stop - origin)
     if stop[0]:
         _leave_blank(results, place, options)
         return 0
-    part = cells(numbers.start, numbers.stop)
+    part = cells[numbers.start : numbers.stop]
     rows, done = _run_block(part, options, stop)
     found = to_si(rows, part, not options.early_stop, options.variables)
     for name, values in results.items():
@@ -187,7 +189,7 @@ def _room(size: int, options: Options) -> Results:
     return {name: next(room) if kind == np.float64 else np.empty(size, kind) for name, kind in kinds.items()}
 
 
-def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
+def _run_block(part: Parameters, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
     """One block through the kernels: the rows, and how many cells were finished.
 
     Rows are an odd number of cache lines apart: results of a cell a power of two apart would displace each other.
@@ -196,11 +198,11 @@ def _run_block(part: Cells, options: Options, stop: StopFlag) -> tuple[NDArray[n
     cells, room = to_kernel(part, options.horizon), new_regimes((ceil(size / _LINE) | 1) * _LINE)
     rows = room[:, :size]
     if options.early_stop:
-        run_regimes(options.law, cells, options.rtol, options.max_steps, stop, room, True)
+        run_regimes(options, options.rtol, cells, stop, room)
     else:
         order = _longest_first(cells)
         ordered, longest_first = np.ascontiguousarray(rows[:, order]), np.ascontiguousarray(cells[:, order])
-        run_regimes(options.law, longest_first, options.rtol, options.max_steps, stop, ordered, False)
+        run_regimes(options, options.rtol, longest_first, stop, ordered)
         rows[:, order] = ordered
     integrate_closely(cells, rows, options, stop)
     done = int(np.count_nonzero(rows[layout.STATUS]))

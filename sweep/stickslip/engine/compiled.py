@@ -25,53 +25,53 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_free_after_fork)
 
 
-def will_compile(law: str = "stribeck", signals: bool = False) -> bool:
+def will_compile(name: str = "stribeck", signals: bool = False) -> bool:
     """Whether a computation with this law compiles the kernels first: once per machine, version and law.
 
     signals : for trajectories and rigs rather than for regimes.
     """
-    return (law, signals) not in _machines and not is_cached(law, signals)
+    return (name, signals) not in _machines and not is_cached(name, signals)
 
 
-def is_cached(law: str, signals: bool = False) -> bool:
+def is_cached(name: str, signals: bool = False) -> bool:
     """Whether other processes will find the kernels of a law compiled."""
     folder = objects.CACHE_FOLDER
-    return folder is not None and objects.read(folder / objects.name_of(law, signals)) is not None
+    return folder is not None and objects.read(folder / objects.name_of(name, signals)) is not None
 
 
-def warm_up(law: str = "stribeck", signals: bool = False) -> None:
+def warm_up(name: str = "stribeck", signals: bool = False) -> None:
     """Load the kernels from the cache, and have them compiled into it before if need be; one thread at a time."""
-    kernels(law, signals)
+    kernels(name, signals)
 
 
-def kernels(law: str, signals: bool = False) -> runtime.Machine:
+def kernels(name: str, signals: bool = False) -> runtime.Machine:
     """The kernels of a law for regimes or for signals, as `warm_up` gets them."""
-    if (law, signals) not in _machines:
+    if (name, signals) not in _machines:
         with _loading:
-            if (law, signals) not in _machines:
-                _machines[law, signals] = runtime.Machine(_addresses(law, signals), signals)
-    return _machines[law, signals]
+            if (name, signals) not in _machines:
+                _machines[name, signals] = runtime.Machine(_addresses(name, signals), signals)
+    return _machines[name, signals]
 
 
-def _addresses(law: str, signals: bool) -> runtime.Addresses:
+def _addresses(name: str, signals: bool) -> runtime.Addresses:
     try:
-        return runtime.load(*compile_apart(law, signals), signals)
+        return runtime.load(*compile_apart(name, signals), signals)
     except (OSError, RuntimeError, runtime.UnknownSymbolError) as error:
         warnings.warn(
             f"the kernels are compiled in this process, and again in the next: {error}", RuntimeWarning, stacklevel=5
         )
-        return _compile_here(law, signals)
+        return _compile_here(name, signals)
 
 
-def _compile_here(law: str, signals: bool) -> runtime.Addresses:
+def _compile_here(name: str, signals: bool) -> runtime.Addresses:
     from stickslip_kernels import exports
 
-    functions = exports.c_functions(law, signals)
-    _kept.append(functions)
+    functions = exports.c_functions(name, signals)
+    _compiled_here.append(functions)
     return {name: function.address for name, function in functions.items()}
 
 
-_kept: list[object] = []  # what holds code that was compiled here
+_compiled_here: list[object] = []  # what holds code that was compiled here
 
 
 def kernels_digest() -> str:

@@ -32,31 +32,31 @@ _TRY = (
 )
 
 
-def compile_apart(law: str, signals: bool) -> Object:
+def compile_apart(name: str, signals: bool) -> Object:
     """The object with the kernels of a law: from the cache, or from another process, and then put there.
 
     One process of this user at a time on this machine compiles. Warns, once the kernels are there, where they could not
     be kept. Raises RuntimeError with what the other process says if it fails.
     """
     if objects.CACHE_FOLDER is None:
-        made = _compile(law, signals)
-        _warn_not_kept(objects.NO_CACHE)
+        made = _compile(name, signals)
+        _warn_not_compiled_here(objects.NO_CACHE)
         return made
-    path = objects.CACHE_FOLDER / objects.name_of(law, signals)
+    path = objects.CACHE_FOLDER / objects.name_of(name, signals)
     if found := _cached(path, signals):
         return found
     with _alone():
         if found := _cached(path, signals):  # another process may have been first
             return found
-        made = _compile(law, signals)
+        made = _compile(name, signals)
     try:
         objects.write(path, *made, tried=True)
     except OSError as error:
-        _warn_not_kept(f"{path.parent}: {error.strerror}")
+        _warn_not_compiled_here(f"{path.parent}: {error.strerror}")
     return made
 
 
-def _warn_not_kept(why: str) -> None:
+def _warn_not_compiled_here(why: str) -> None:
     text = f"the compiled kernels were not kept, and each process compiles them again ({why}): {_OWN_FOLDER}"
     warnings.warn(text, RuntimeWarning, stacklevel=6)
 
@@ -79,12 +79,12 @@ def _cached(path: Path, signals: bool) -> Object | None:
     return found
 
 
-def _compile(law: str, signals: bool) -> Object:
+def _compile(name: str, signals: bool) -> Object:
     began = perf_counter()
     _log.info("Compiling the kernels for this machine, once ...")
-    done = _python(f"from stickslip_kernels.building import main; main({str(law)!r}, {signals})")
+    done = _python(f"from stickslip_kernels.building import main; main({str(name)!r}, {signals})")
     _log.info("Compiled the kernels in %.0f s.", perf_counter() - began)
-    if made := objects.unpacked(objects.name_of(law, signals), done.stdout):
+    if made := objects.unpacked(objects.name_of(name, signals), done.stdout):
         return made
     end = f"killed by signal {-done.returncode}" if done.returncode < 0 else done.stderr.decode(errors="replace")
     raise RuntimeError(f"no object of the kernels came of compiling them\n{end.strip()[-2000:]}")

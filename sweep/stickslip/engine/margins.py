@@ -44,7 +44,7 @@ def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopF
             chosen = again[wanted[again] == tolerance]
             closer = new_regimes(chosen.size)
             part = np.ascontiguousarray(cells[:, chosen])
-            run_regimes(options.law, part, float(tolerance), options.max_steps, stop, closer, options.early_stop)
+            run_regimes(options, float(tolerance), part, stop, closer)
             closer[layout.STEPS] += rows[layout.STEPS, chosen]
             rows[:, chosen], rtol[chosen] = closer, tolerance
 

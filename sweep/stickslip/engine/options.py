@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import inf, isinf
 from numbers import Integral
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,17 @@ Results = dict[str, NDArray[Any]]
 Progress = Callable[[float, int], None]
 StopFlag = NDArray[np.int64]
 _CHECKED = (SOLVER["rtol"], SOLVER["max_steps"], EXECUTION["block"], EXECUTION["threads"])
+
+
+class SolverKeywords(TypedDict, total=False):
+    """Keywords of calls that say how to integrate; what is None or left out is as in `options`, or the default."""
+
+    options: Options | None
+    law: str | None
+    rtol: float | None
+    horizon: float | None
+    max_steps: int | None
+    threads: int | None
 
 
 @dataclass(frozen=True)
@@ -50,6 +63,37 @@ class Options:
                 continue
             if row.whole and not isinstance(value, int | Integral) or not row.allows(value):
                 raise ValueError(f"{row.name}: got {value!r}, expected {row.expected.removesuffix(row.otherwise)}")
+
+    @classmethod
+    def of(cls, keywords: SolverKeywords, otherwise: Options | None = None) -> Options:
+        """From the keywords of a call, which stop a cell once its regime is known.
+
+        otherwise : the options where there are none among the keywords. Raises TypeError for other names, ValueError.
+        """
+        if unknown := set(keywords) - SolverKeywords.__annotations__.keys():
+            known = ", ".join(SolverKeywords.__annotations__)
+            raise TypeError(f"got an unexpected keyword argument {min(unknown)!r}; known are {known}")
+        given: dict[str, Any] = {name: value for name, value in keywords.items() if value is not None}
+        base = given.pop("options", None) or otherwise or cls()
+        kinds = {"rtol": float, "horizon": float, "max_steps": int}
+        given = {name: kinds.get(name, lambda value: value)(value) for name, value in given.items()}
+        return replace(base, early_stop=True, **given)
+
+    def described(self, **sections: Any) -> str:
+        """The friction law and the solver, as text for the provenance of cells that are no configuration.
+
+        sections : further sections of what was asked.
+        """
+        return json.dumps(json.loads(_shared(self)) | sections, default=float) if sections else _shared(self)
+
+
+@lru_cache(maxsize=16)
+def _shared(options: Options) -> str:
+    solver = {
+        "rtol": options.rtol, "early_stop": options.early_stop, "max_steps": options.max_steps,
+        "horizon": None if isinf(options.horizon) else options.horizon,
+    }  # fmt: skip
+    return json.dumps({"friction": {"law": options.law}, "solver": solver})
 
 
 @dataclass(frozen=True)

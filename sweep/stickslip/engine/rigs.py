@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from stickslip.engine.exponents import run_signals
 from stickslip.engine.options import Options, Results, StopFlag
-from stickslip.engine.scales import to_kernel
-from stickslip.vocabulary.cells import Cells
+from stickslip.engine.scales import Scales, to_kernel
+from stickslip.vocabulary.cells import Parameters
 from stickslip_kernels import layout
 from stickslip_kernels.allocate import new_signals
 
@@ -40,7 +40,7 @@ class RigRuns:
 
 
 def compute_rigs(
-    cells: Cells, drives: Sequence[Floats], sampling: Sampling, options: Options, stop: StopFlag
+    cells: Parameters, drives: Sequence[Floats], sampling: Sampling, options: Options, stop: StopFlag
 ) -> RigRuns:
     """Integrate some rigs to the end of their drives, in this thread alone.
 
@@ -48,17 +48,15 @@ def compute_rigs(
     acceleration, shape (m, 3): duration (s), speed at the start (m/s), acceleration (m/s2); the speed does not jump
     between them. Once `stop` is raised, what is left has the status "not_run".
     """
-    m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]
-    rate, speed = np.sqrt(k / m), load / np.sqrt(k * m)
+    by = Scales(cells)
     counts = [_samples(drive, sampling.rate, start) for drive, start in zip(drives, sampling.start, strict=True)]
-    belts, runs = _tables(drives, counts, rate, speed, sampling)
-    rows = new_signals(m.size)
+    belts, runs = _tables(drives, counts, by, sampling)
+    rows = new_signals(by.mass.size)
     signals = np.full((layout.SIGNAL_ROWS, sum(counts)), np.nan)
-    run_signals(
-        options.law, to_kernel(cells, np.inf), options.rtol, options.max_steps, stop, belts, rows, runs, signals
-    )
+    run_signals(options, to_kernel(cells, np.inf), stop, belts, rows, runs, signals)
     parts = np.split(signals, np.cumsum(counts)[:-1], axis=1)
-    return RigRuns(_results_to_si(rows, cells), [_signals_to_si(part, cells, i) for i, part in enumerate(parts)])
+    results = _results_to_si(rows, by, cells["displacement"])
+    return RigRuns(results, [_signals_to_si(part, by, i) for i, part in enumerate(parts)])
 
 
 def _samples(drive: Floats, rate: float, start: float) -> int:
@@ -69,15 +67,15 @@ def _samples(drive: Floats, rate: float, start: float) -> int:
 
 
 def _tables(
-    drives: Sequence[Floats], counts: Sequence[int], rate: Floats, speed: Floats, sampling: Sampling
+    drives: Sequence[Floats], counts: Sequence[int], by: Scales, sampling: Sampling
 ) -> tuple[tuple[Floats, Floats], Floats]:
     """The drives in kernel units, one after the other, and where each rig puts its samples."""
     runs = np.empty((len(drives), layout.RUN_COLUMNS))
     ends, filled = np.cumsum([len(drive) for drive in drives]), np.cumsum(counts)
     runs[:, layout.FIRST_SAMPLE], runs[:, layout.LAST_SAMPLE] = np.r_[0, filled[:-1]], filled
-    runs[:, layout.SAMPLE_START], runs[:, layout.SAMPLE_STEP] = sampling.start * rate, rate / sampling.rate
+    runs[:, layout.SAMPLE_START], runs[:, layout.SAMPLE_STEP] = sampling.start * by.rate, by.rate / sampling.rate
     lengths = [len(drive) for drive in drives]
-    segments, each, unit = np.concatenate(drives), np.repeat(rate, lengths), np.repeat(speed, lengths)
+    segments, each, unit = np.concatenate(drives), np.repeat(by.rate, lengths), np.repeat(by.speed, lengths)
     table = np.empty((len(segments), layout.SEGMENT_COLUMNS))
     table[:, layout.SEGMENT_TIME] = segments[:, 0] * each
     table[:, layout.SEGMENT_BELT] = segments[:, 1] / unit
@@ -85,22 +83,21 @@ def _tables(
     return (table, np.column_stack([np.r_[0, ends[:-1]], ends]).astype(np.float64)), runs
 
 
-def _results_to_si(rows: Floats, cells: Cells) -> Results:
-    m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]
-    time, length = np.sqrt(m / k), load / k
+def _results_to_si(rows: Floats, by: Scales, start: Floats) -> Results:
+    """start : displacement at the start, m."""
     work, heat, damper = rows[layout.RIG_DRIVE_WORK], rows[layout.RIG_FRICTION_HEAT], rows[layout.RIG_DAMPER_HEAT]
     stored = 0.5 * (rows[layout.RIG_XI_END] ** 2 + rows[layout.RIG_ETA_END] ** 2)
-    stored -= 0.5 * (cells["displacement"] / length) ** 2
+    stored -= 0.5 * (start / by.length) ** 2
     found = {
         "sticks_exact": rows[layout.RIG_STICKS],
         "slips_exact": rows[layout.RIG_SLIPS],
-        "stick_time": rows[layout.RIG_STICK_TIME] * time,
-        "breakaway_time": rows[layout.RIG_BREAKAWAY_TIME] * time,
-        "breakaway_force": rows[layout.RIG_BREAKAWAY_LOAD] * load,
-        "acceleration_max_exact": rows[layout.RIG_ACCELERATION_MAX] * load / m,
-        "drive_work": work * load * length,
-        "friction_heat": heat * load * length,
-        "damper_heat": damper * load * length,
+        "stick_time": rows[layout.RIG_STICK_TIME] * by.time,
+        "breakaway_time": rows[layout.RIG_BREAKAWAY_TIME] * by.time,
+        "breakaway_force": rows[layout.RIG_BREAKAWAY_LOAD] * by.load,
+        "acceleration_max_exact": rows[layout.RIG_ACCELERATION_MAX] * by.load / by.mass,
+        "drive_work": work * by.load * by.length,
+        "friction_heat": heat * by.load * by.length,
+        "damper_heat": damper * by.load * by.length,
         "energy_error": (work - heat - damper - stored) / np.where(work == 0.0, np.nan, work),
     }
     status = rows[layout.RIG_STATUS]
@@ -108,11 +105,10 @@ def _results_to_si(rows: Floats, cells: Cells) -> Results:
     return {"status": status.astype(np.int8), "steps": rows[layout.RIG_STEPS], **found}
 
 
-def _signals_to_si(rows: Floats, cells: Cells, i: int) -> Results:
-    m, k, load = (float(cells[name][i]) for name in ("mass", "stiffness", "normal_load"))
+def _signals_to_si(rows: Floats, by: Scales, i: int) -> Results:
     return {
-        "displacement": rows[layout.SIGNAL_XI] * (load / k),
-        "velocity": rows[layout.SIGNAL_ETA] * (load / np.sqrt(k * m)),
-        "friction_force": rows[layout.SIGNAL_FRICTION] * load,
+        "displacement": rows[layout.SIGNAL_XI] * by.length[i],
+        "velocity": rows[layout.SIGNAL_ETA] * by.speed[i],
+        "friction_force": rows[layout.SIGNAL_FRICTION] * by.load[i],
         "mode": rows[layout.SIGNAL_MODE],
     }

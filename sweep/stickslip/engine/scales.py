@@ -7,26 +7,58 @@ accelerations.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.engine.options import Results
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Parameters
 from stickslip_kernels import layout
 
 Floats = NDArray[np.float64]
 _DECADE = float(np.log(10.0))
 
 
-def to_kernel(cells: Cells, horizon: float) -> Floats:
+class Scales:
+    """The scales of cells, each (n,): whatever is converted between SI and kernel units goes by them."""
+
+    def __init__(self, cells: Parameters) -> None:
+        self.mass, self.stiffness, self.mu_stop = cells["mass"], cells["stiffness"], cells["mu_stop"]
+        self.load = cells["normal_load"]
+
+    @cached_property
+    def impedance(self) -> Floats:
+        """sqrt(k m), N s/m."""
+        return np.asarray(np.sqrt(self.stiffness * self.mass))
+
+    @cached_property
+    def time(self) -> Floats:
+        """A radian of the free oscillation, s."""
+        return np.asarray(np.sqrt(self.mass / self.stiffness))
+
+    @cached_property
+    def rate(self) -> Floats:
+        """Its inverse, 1/s."""
+        return np.asarray(np.sqrt(self.stiffness / self.mass))
+
+    @cached_property
+    def length(self) -> Floats:
+        """Deflection of the spring by the load, m."""
+        return np.asarray(self.load / self.stiffness)
+
+    @cached_property
+    def speed(self) -> Floats:
+        """m/s."""
+        return np.asarray(self.load / self.impedance)
+
+
+def to_kernel(cells: Parameters, horizon: float) -> Floats:
     """Cells in SI to the rows of `layout.py`, shape (CELL_ROWS, n); horizon in s."""
-    k, load = cells["stiffness"], cells["normal_load"]
-    impedance = np.sqrt(k * cells["mass"])
-    speed, rate = load / impedance, np.sqrt(k / cells["mass"])
-    rows = np.empty((layout.CELL_ROWS, k.size))
-    rows[layout.GAMMA] = cells["damping"] / impedance
+    by = Scales(cells)
+    speed, rate = by.speed, by.rate
+    rows = np.empty((layout.CELL_ROWS, by.mass.size))
+    rows[layout.GAMMA] = cells["damping"] / by.impedance
     rows[layout.BELT] = cells["belt_speed"] / speed
     rows[layout.A1] = cells["a1"]
     rows[layout.A2] = cells["a2"] * speed
@@ -38,25 +70,14 @@ def to_kernel(cells: Cells, horizon: float) -> Floats:
     rows[layout.MU_STOP] = cells["mu_stop"]
     rows[layout.AGEING] = cells["ageing_rate"] / _DECADE
     rows[layout.AGEING_TIME] = cells["ageing_time"] * rate
-    rows[layout.XI_START] = cells["displacement"] * k / load
+    rows[layout.XI_START] = cells["displacement"] * by.stiffness / by.load
     rows[layout.ETA_START] = cells["velocity"] / speed
     rows[layout.CONTACT_START] = cells["contact_time"] * rate
     rows[layout.HORIZON] = horizon * rate
     return rows
 
 
-class _Scales(NamedTuple):
-    """The scales of cells, and what of the cells is needed besides."""
-
-    mass: Floats
-    load: Floats
-    time: Floats
-    length: Floats
-    speed: Floats
-    mu_stop: Floats
-
-
-_Conversion = Callable[[Floats, _Scales], Floats]
+_Conversion = Callable[[Floats, Scales], Floats]
 _ALWAYS: dict[str, _Conversion] = {
     "regime": lambda rows, by: rows[layout.REGIME],
     "status": lambda rows, by: rows[layout.STATUS],
@@ -95,32 +116,30 @@ _TO_HORIZON: dict[str, _Conversion] = {
 }
 
 
-def to_si(rows: Floats, cells: Cells, full: bool, kept: Collection[str] | None = None) -> Results:
+def to_si(rows: Floats, cells: Parameters, full: bool, names: Collection[str] | None = None) -> Results:
     """The rows `run_block` filled to the variables people know.
 
-    full : whether to add the variables that only a run to the horizon defines. kept : the only ones to convert.
+    full : whether to add the variables that only a run to the horizon defines. names : the only ones to convert.
     """
-    m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]
-    by = _Scales(m, load, np.sqrt(m / k), load / k, load / np.sqrt(k * m), cells["mu_stop"])
-    wanted = _ALWAYS | _TO_HORIZON if full else _ALWAYS
-    return {name: convert(rows, by) for name, convert in wanted.items() if kept is None or name in kept}
+    by, conversions = Scales(cells), _ALWAYS | _TO_HORIZON if full else _ALWAYS
+    return {name: convert(rows, by) for name, convert in conversions.items() if names is None or name in names}
 
 
-def signals_to_si(signals: NDArray[np.float64], cells: Cells, columns: NDArray[np.float64]) -> Results:
+def signals_to_si(signals: NDArray[np.float64], cells: Parameters, columns: NDArray[np.float64]) -> Results:
     """Signals on steady belts, in SI, by names of `TRACE_VARIABLES`.
 
     cells, columns : of each sample, in SI and in kernel units; those of a single cell serve all samples.
     """
-    m, k, load, belt = (cells[name] for name in ("mass", "stiffness", "normal_load", "belt_speed"))
+    by = Scales(cells)
     xi, eta, friction, mode = signals
-    force, relative = xi * load, (columns[layout.BELT] - eta) * load / np.sqrt(k * m)
+    force, relative = xi * by.load, (columns[layout.BELT] - eta) * by.load / by.impedance
     accelerating = (mode != layout.STICK) & (mode != layout.HOLD)
     return {
-        "displacement": force / k,
-        "velocity": belt - relative,
+        "displacement": force / by.stiffness,
+        "velocity": cells["belt_speed"] - relative,
         "relative_speed": relative,
         "friction_coefficient": friction,
         "spring_force": force,
-        "acceleration": np.where(accelerating, friction - xi - columns[layout.GAMMA] * eta, 0.0) * load / m,
+        "acceleration": np.where(accelerating, friction - xi - columns[layout.GAMMA] * eta, 0.0) * by.load / by.mass,
         "mode": mode,
     }

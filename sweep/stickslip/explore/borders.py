@@ -41,16 +41,15 @@ def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] |
 
 
 def _contours(config: Config) -> Study:
-    limits = borders.Limits(_SCAN, _TOLERANCE)
-    y, x = config.axes
-    plane = borders.plane_of_config(config, (y.name, x.name), {}, _POINTS)
-    return borders.ContourStudy(plane, limits, _options(config))
+    (y, x), options = config.axes, _options(config)
+    plane = borders.plane_over(config, (y.name, x.name), {}, _POINTS, options)
+    return borders.ContourStudy(*plane, borders.Limits(_SCAN, _TOLERANCE), options)
 
 
 def _crossings(config: Config, along: Range) -> Study:
-    limits = borders.Limits(_SCAN, _TOLERANCE)
-    lines = borders.lines_of_config(config, along.name, None)
-    return borders.BorderStudy(lines, limits, _options(config))
+    options = _options(config)
+    lines = borders.lines_along(config, along.name, None, _SCAN, options)
+    return borders.BorderStudy(*lines, borders.Limits(_SCAN, _TOLERANCE), options)
 
 
 def _options(config: Config) -> Options:

@@ -9,10 +9,11 @@ from math import inf, isfinite, isnan, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.basins.portrait import Loop, unstable_cycle
+from stickslip.basins.exact import Loop, unstable_cycle
 from stickslip.basins.starts import DISTURBANCE, steady_state
 from stickslip.engine import Options, compute, flows, friction_at_belt_speed
-from stickslip.vocabulary.cells import Cells, as_cells
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUS_MESSAGES, STATUSES
 
 Floats = NDArray[np.float64]
@@ -84,11 +85,11 @@ def motions_of(cell: Mapping[str, float], options: Options) -> CellMotions:
     one = as_cells(cell)
     sticking, results = isnan(one["velocity"][0]), _results(one, options)
     stick = _motion("from stick" if sticking else "from the start", one, results, options, sticking)
-    steady = steady_state(one, options.law)
+    steady = steady_state(one, options)
     beside = float(stick.time[-1]) if stick.time.size else inf
     slid = _from_sliding(one, steady, options, beside) if isfinite(steady[0]) else None
     cycle = unstable_cycle(one, int(results["regime"]), options) if sticking else None
-    curve = _curve(one, [stick] if slid is None else [stick, slid], options.law)
+    curve = _curve(one, [stick] if slid is None else [stick, slid], options)
     parameters = {name: float(values[0]) for name, values in one.items()}
     return CellMotions(parameters, options.law, stick, slid, float(steady[0]), curve, cycle)
 
@@ -98,19 +99,19 @@ def regime_of(cell: Mapping[str, float], options: Options) -> str:
     return REGIMES[int(_results(as_cells(cell), replace(options, early_stop=True, threads=1))["regime"])]
 
 
-def _results(one: Cells, options: Options) -> dict[str, float]:
-    found = compute(lambda start, stop: {name: v[start:stop] for name, v in one.items()}, 1, options).results
+def _results(one: Parameters, options: Options) -> dict[str, float]:
+    found = compute(Cells.of(one), options).results
     return {name: float(values[0]) for name, values in found.items()}
 
 
-def _from_sliding(one: Cells, steady: Floats, options: Options, beside: float) -> Motion:
+def _from_sliding(one: Parameters, steady: Floats, options: Options, beside: float) -> Motion:
     """From close to steady sliding."""
     near = one | {"displacement": steady, "velocity": one["belt_speed"] * DISTURBANCE}
     return _motion("from near sliding", near, _results(near, options), options, False, beside)
 
 
 def _motion(
-    label: str, one: Cells, results: Mapping[str, float], options: Options, sticking: bool, beside: float = inf
+    label: str, one: Parameters, results: Mapping[str, float], options: Options, sticking: bool, beside: float = inf
 ) -> Motion:
     """The samples that show what happens; a long first stick phase is left out, and slow growth.
 
@@ -146,7 +147,12 @@ def _is_slow(results: Mapping[str, float]) -> bool:
 
 
 def _with_slips(
-    times: Floats, drawn: Mapping[str, Floats], one: Cells, away: float, results: Mapping[str, float], options: Options
+    times: Floats,
+    drawn: Mapping[str, Floats],
+    one: Parameters,
+    away: float,
+    results: Mapping[str, float],
+    options: Options,
 ) -> tuple[Floats, dict[str, Floats]]:
     """A motion that sticks most of its time, its slips sampled for themselves.
 
@@ -216,10 +222,10 @@ def _kept(mode: Floats, wanted: NDArray[np.bool_]) -> NDArray[np.intp]:
     return found if found.size > 1 else np.flatnonzero(wanted)[:: max(1, mode.size // _DRAWN)]
 
 
-def _curve(one: Cells, shown: list[Motion], law: str) -> tuple[Floats, Floats]:
+def _curve(one: Parameters, shown: list[Motion], options: Options) -> tuple[Floats, Floats]:
     """The friction curve over the slip speeds that occur, dense where it is steep."""
     fastest = [np.abs(motion.samples["relative_speed"]).max() for motion in shown if motion.samples]
     reach = 1.05 * max([*fastest, 2.0 * abs(one["belt_speed"][0]), 3.0 * one["a4"][0]])
     w = np.unique(np.concatenate([np.linspace(0.0, reach, _CURVE), np.geomspace(1e-6 * reach, reach, _CURVE)]))
     cells = {name: np.full(w.size, values[0]) for name, values in one.items()} | {"belt_speed": w}
-    return w, friction_at_belt_speed(cells, law)
+    return w, friction_at_belt_speed(cells, options)

@@ -138,7 +138,7 @@ def compare(
     system, over = system_of(given)
     request = Request(
         system, over, speeds_of(belt_speed, speed_range), None if low is None or high is None else (low, high),
-        level, draws, seed, limits, Options(rtol=limits.rtol(), threads=threads),
+        level, draws, seed, limits, limits.applied(Options(threads=threads), None),
     )  # fmt: skip
     if question := _question(fits, given | {"belt_speed": belt_speed}, request):
         warnings.warn(question, UnitWarning, stacklevel=2)

@@ -24,7 +24,8 @@ from stickslip.fit.uncertainty import student
 from stickslip.materials.system import Request
 from stickslip.study import Meter, Moved
 from stickslip.theory import stribeck
-from stickslip.vocabulary.cells import Cells, as_cells
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
 
 Floats = NDArray[np.float64]
@@ -97,14 +98,14 @@ def quiet_above(
     return _last_borders(brackets, vibrates, decided, scan, tolerance)
 
 
-def cells_of(curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], belt_speed: ArrayLike) -> Cells:
+def cells_of(curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], belt_speed: ArrayLike) -> Parameters:
     """Cells of curves in a system, whose `friction_scale` multiplies friction at every speed; arrays broadcast."""
     others = {**system, "belt_speed": belt_speed}
     scale = np.asarray(others.pop("friction_scale"))
     return as_cells({**others, **{name: values * (1.0 if name == "a4" else scale) for name, values in curves.items()}})
 
 
-def regimes(cells: Cells, options: Options, moved: Moved | None = None) -> dict[str, NDArray[Any]]:
+def regimes(cells: Parameters, options: Options, moved: Moved | None = None) -> dict[str, NDArray[Any]]:
     """The results of the engine for cells. Raises Interrupted on Ctrl-C."""
     size, before = cells["mass"].size, 0
 
@@ -114,7 +115,7 @@ def regimes(cells: Cells, options: Options, moved: Moved | None = None) -> dict[
             moved(int(done) - before)
         before = int(done)
 
-    block = compute(lambda start, stop: {key: values[start:stop] for key, values in cells.items()}, size, options, note)
+    block = compute(Cells.of(cells), options, note)
     if not block.complete:
         raise Interrupted(block.done, size)
     return block.results

@@ -10,15 +10,14 @@ import numpy as np
 import xarray as xr
 
 from stickslip.config.checks import refined_axes
-from stickslip.config.grid import Grid, build_grid
+from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.studies import Refine
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range
-from stickslip.refinement.audit import CONFIDENCE, Audit, density
 from stickslip.refinement.boxes import Labels
 from stickslip.refinement.painting import Painter, Sketch, labels_of
-from stickslip.refinement.rounds import Refined, refine
+from stickslip.refinement.rounds import CONFIDENCE, Audit, Refined, density, refine
 from stickslip.refinement.tiles import Indices, Tiles
 from stickslip.study import Finished, Moved, Study, joined
 
@@ -35,7 +34,7 @@ class RefinedMap(Study):
     name, counted, ragged = "map", "tiles", True
 
     def __init__(self, config: Config, asked: Refine, options: Options) -> None:
-        self.grid: Grid = build_grid(config)
+        self.grid = build_grid(config)
         self.options, self._asked = options, asked
         dims = refined_axes(config.axes, asked.depth)
         self.tiles = Tiles(self.grid.shape, dims, asked.depth)
@@ -60,19 +59,17 @@ class RefinedMap(Study):
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """Tiles are refined side by side, so that there are many cells to compute together."""
-        tiles, kept = [self.tiles.tile(number) for number in items], list[Results]()
+        tiles, parts = [self.tiles.tile(number) for number in items], list[Results]()
 
         def look(cells: Indices) -> Labels | None:
-            found = compute_range(
-                lambda a, b: self.grid.at(cells[a:b]), 0, cells.size, self.options, stop, moved, often=True
-            )
-            kept.append(found.results)
-            return labels_of(found.results["regime"]) if found.complete else None
+            computed = compute_range(self.grid.pick(cells), 0, cells.size, self.options, stop, moved, often=True)
+            parts.append(computed.results)
+            return labels_of(computed.results["regime"]) if computed.complete else None
 
         refined = refine(tiles, self._asked.depth, self._density, look)
         if refined is None:
             return Finished(self.blank(items), False)
-        return Finished(_columns(refined, joined(kept)))
+        return Finished(_columns(refined, joined(parts)))
 
     def blank(self, items: range) -> Results:
         """Tiles of which nothing is computed."""

@@ -14,6 +14,7 @@ _SIGNALS = (
     Variable("stick", "1", "contact sticks (1) or slips (0)"),
 )
 SIGNALS: dict[str, Variable] = {v.name: v for v in _SIGNALS}
+COLUMNS: dict[str, Variable] = {TIME.name: TIME} | SIGNALS
 FORCES = ("spring_force", "friction_force")  # a record has one of them, or both
 
 MATERIAL = "material"  # the only condition that is a text

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.config.grid import Grid
 from stickslip.dataset.build import map_template
 from stickslip.dataset.provenance import INCOMPLETE, provenance
 from stickslip.engine import Progress, Results, in_order
@@ -28,6 +27,7 @@ from stickslip.runs.work import Work
 from stickslip.runs.workdir.encoding import Column, column
 from stickslip.runs.workdir.lock import Notice
 from stickslip.runs.workdir.parts import Parts
+from stickslip.vocabulary.cells import Cells
 
 if TYPE_CHECKING:
     from stickslip.refinement import RefinedMap
@@ -39,7 +39,7 @@ _REMEMBERED = 2  # blocks; a chunk may begin in one and end in the next
 class Canvas:
     """A map to be written range by range. columns : names and types of its variables. cells : results of a range."""
 
-    grid: Grid
+    grid: Cells
     columns: Mapping[str, np.dtype[Any]]
     cells: Callable[[range], Results]
 
@@ -207,7 +207,7 @@ def _write_by_region(canvas: Canvas, target: Chunks, progress: Progress | None) 
 
 
 def _copy_blocks(
-    gathered: Gathered, blocks: Blocks, grid: Grid, target: Chunks, threads: int | None, progress: Progress | None
+    gathered: Gathered, blocks: Blocks, grid: Cells, target: Chunks, threads: int | None, progress: Progress | None
 ) -> None:
     """Blocks that are chunks, in their order, read and checked by threads."""
 

@@ -97,12 +97,12 @@ class Nodes:
 
 def estimate(config: Config) -> Estimate:
     """Time a few cells of a configuration. Raises KeyboardInterrupt on Ctrl-C."""
-    from stickslip.uncertainty import sample_study
+    from stickslip.uncertainty import SampleStudy
 
     work = Work(config)
     study, blocks, options = work.study, work.blocks, work.options
     grid = build_grid(config)
-    tried = probe(grid if config.uncertain is None else sample_study(config), options)
+    tried = probe(grid if config.uncertain is None else SampleStudy(config, options), options)
     each, together = bytes_per_cell(options), min(blocks.length, work.size) * study.weight
     at_once = min(tried.threads, blocks.count)
     memory = _ONCE + at_once * (_OF_BLOCK * together * each + _OF_CELL * min(options.block, together))

@@ -1,13 +1,29 @@
-"""A study computed in memory, its blocks on the threads of this process."""
+"""Studies computed in memory, their blocks on the threads of this process, and what the calls for them share."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from math import prod
+from typing import Any
 
-from stickslip.engine import Progress, Results, spread, stop_flag, warm_up
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from stickslip.config.model import Config
+from stickslip.config.options import options_of
+from stickslip.config.reader import Given, as_config, is_config
+from stickslip.config.sections import Section
+from stickslip.config.studies import alone
+from stickslip.dataset.provenance import provenance
+from stickslip.engine import Options, Progress, Results, SolverKeywords, spread, stop_flag, warm_up
 from stickslip.errors import Interrupted
+from stickslip.progress import Watch, watched
 from stickslip.runs.blocks import blocks_of
 from stickslip.study import Meter, Study
+
+CellsLike = Mapping[str, ArrayLike] | xr.Dataset
+CellsOrConfig = CellsLike | Given
 
 
 def compute_study(study: Study, progress: Progress | None = None) -> list[Results]:
@@ -19,13 +35,13 @@ def compute_study(study: Study, progress: Progress | None = None) -> list[Result
         warm_up(law)
     size = prod(study.shape)
     blocks, stop, meter = blocks_of((size,), study.weight), stop_flag(), Meter(study.cells_each)
-    found: dict[int, Results] = {}
+    computed: dict[int, Results] = {}
 
     def compute(number: int) -> None:
         items = blocks.cells(number)
         finished = study.compute(items, stop, meter.watch(number, len(items)))
         if finished.complete:
-            found[number] = finished.results
+            computed[number] = finished.results
         meter.end(number, len(items) if finished.complete else 0)
 
     def show(_: list[None]) -> None:
@@ -33,7 +49,46 @@ def compute_study(study: Study, progress: Progress | None = None) -> list[Result
             progress(meter.items, size)
 
     try:
+        show([])
         spread(compute, range(blocks.count), study.options.threads, stop, show)
     except KeyboardInterrupt:
-        raise Interrupted(sum(len(blocks.cells(number)) for number in found), size, counted=study.counted) from None
-    return [found[number] for number in range(blocks.count)]
+        raise Interrupted(sum(len(blocks.cells(number)) for number in computed), size, counted=study.counted) from None
+    return [computed[number] for number in range(blocks.count)]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The cells that a call is about, a configuration or a list, and how to integrate them."""
+
+    cells: CellsLike | Config
+    options: Options
+    solver: Mapping[str, Any]  # of the keywords, those that a configuration has in its section
+
+    @classmethod
+    def of(cls, given: CellsOrConfig, keywords: SolverKeywords) -> Subject:
+        """From what a call was given. Raises TypeError, ValueError or ConfigError."""
+        if not is_config(given):
+            return cls(given, Options.of(keywords), {})  # type: ignore[arg-type]
+        config = as_config(given)
+        named = keywords.get("options")
+        law = named.law if named else keywords.get("law")
+        if keywords.get("law") is not None or law not in (None, config.friction.law):
+            raise ValueError(f"law: got {law!r}, but a configuration says its law itself: {config.friction.law}")
+        options = Options.of(keywords, options_of(config))
+        solver = {name: keywords[name] for name in ("horizon", "max_steps") if keywords.get(name) is not None}
+        return cls(config, options, solver)
+
+    def computed(
+        self, study: Study, progress: Watch, title: str, action: str, sections: Mapping[str, Section] | None = None
+    ) -> xr.Dataset:
+        """The result of a study of the subject; it keeps the sections that ask for the study."""
+        sections = sections or {}
+        if isinstance(self.cells, Config):
+            title, config = f"{title}: {self.cells.title}", self.cells
+            for key, section in sections.items():
+                config = config.model_copy(update=alone(key, section))
+            text = config.model_copy(update={"solver": config.solver.model_copy(update=self.solver)}).to_yaml()
+        else:
+            text = study.options.described(**{key: section.resolved() for key, section in sections.items()})
+        with watched(progress, study.counted, study.options.law) as moved:
+            return study.dataset(compute_study(study, moved), provenance(text, title=title, action=action))

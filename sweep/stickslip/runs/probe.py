@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.engine import Options, compute, processors, warm_up
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import STATUSES
+
+if TYPE_CHECKING:
+    from stickslip.uncertainty import SampleStudy
 
 _TOGETHER = 32  # neighbouring cells, as many as there are lanes
 
@@ -25,25 +28,14 @@ class Probe:
     at_step_limit: int
 
 
-class HasCells(Protocol):
-    """Numbered cells: those of a grid, or draws."""
-
-    @property
-    def size(self) -> int:
-        """How many there are."""
-
-    def cells(self, start: int, stop: int) -> Cells:
-        """Their parameters."""
-
-
-def probe(grid: HasCells, options: Options, most: int = 8192) -> Probe:
-    """Compute about `most` cells, in short runs spread evenly over the grid. Raises KeyboardInterrupt on Ctrl-C."""
-    sample = _spread_out(grid, most)
+def probe(cells: Cells | SampleStudy, options: Options, most: int = 8192) -> Probe:
+    """Compute about `most` cells, in short runs spread evenly. Raises KeyboardInterrupt on Ctrl-C."""
+    sample = _spread_out(cells, most)
     count = sample["mass"].size
     options = replace(options, variables=None)  # whatever is kept of the map: `status` counts
     warm_up(options.law)
     began = perf_counter()
-    part = compute(lambda start, stop: {name: values[start:stop] for name, values in sample.items()}, count, options)
+    part = compute(Cells.of(sample), options)
     seconds = perf_counter() - began
     if not part.complete:
         raise KeyboardInterrupt
@@ -51,9 +43,9 @@ def probe(grid: HasCells, options: Options, most: int = 8192) -> Probe:
     return Probe(count, seconds / count, options.threads or processors(), limited)
 
 
-def _spread_out(grid: HasCells, most: int) -> Cells:
-    """Parameters of about `most` cells from all over the grid."""
-    runs = max(min(most, grid.size) // _TOGETHER, 1)
-    starts = np.linspace(0, max(grid.size - _TOGETHER, 0), runs).astype(int)
-    parts = [grid.cells(int(start), min(int(start) + _TOGETHER, grid.size)) for start in starts]
+def _spread_out(cells: Cells | SampleStudy, most: int) -> Parameters:
+    """Parameters of about `most` cells from all over."""
+    runs = max(min(most, cells.size) // _TOGETHER, 1)
+    starts = np.linspace(0, max(cells.size - _TOGETHER, 0), runs).astype(int)
+    parts = [cells[int(start) : min(int(start) + _TOGETHER, cells.size)] for start in starts]
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

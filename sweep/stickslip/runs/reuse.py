@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config.grid import Grid
 from stickslip.runs.regions import Region, extent, regions
+from stickslip.vocabulary.cells import Cells
 
 Indices = NDArray[np.int64]
 _ROUNDING = 1e-12  # relative: what a few operations on a number come to, and no step of an axis is
@@ -63,7 +63,7 @@ def _outer(flags: Sequence[NDArray[np.bool_]], shape: tuple[int, ...]) -> NDArra
     return whole
 
 
-def points_of(old: Grid, new: Grid) -> tuple[Indices, ...]:
+def points_of(old: Cells, new: Cells) -> tuple[Indices, ...]:
     """For each dimension of `new`, where its points lie in that dimension of `old`, -1 for new ones.
 
     Points are equal if all their quantities are, to the bit. Both grids have the same axes in the same order.
@@ -71,7 +71,7 @@ def points_of(old: Grid, new: Grid) -> tuple[Indices, ...]:
     return tuple(_places(_quantities(old, i), _quantities(new, i)) for i in range(len(new.dims)))
 
 
-def rounded(old: Grid, new: Grid) -> dict[str, float]:
+def rounded(old: Cells, new: Cells) -> dict[str, float]:
     """The quantities whose values are those of `new` but for rounding, each with the largest difference, in SI; empty
     if any value of `old` is another one. Both grids have the same axes in the same order.
     """
@@ -90,7 +90,7 @@ def rounded(old: Grid, new: Grid) -> dict[str, float]:
     return found
 
 
-def _quantities(grid: Grid, dimension: int) -> NDArray[np.int64]:
+def _quantities(grid: Cells, dimension: int) -> NDArray[np.int64]:
     """The bits of all quantities along a dimension: shape (points, quantities)."""
     along = sorted((c for c in grid.coords if c.dim == grid.dims[dimension]), key=lambda c: c.name)
     return np.stack([np.ascontiguousarray(c.values, np.float64).view(np.int64) for c in along], axis=1)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.config.model import Config
-from stickslip.config.options import map_options_of
+from stickslip.config.options import map_options_of, options_of
 from stickslip.engine import Options, Results, StopFlag, stop_flag
 from stickslip.files.locations import Location
 from stickslip.files.packing import NETCDF, PLAIN
@@ -27,32 +27,34 @@ def study_of(config: Config) -> Study:
 
     Rooms are imported when they are asked for: a map waits for none of them.
     """
+    options = options_of(config)
     if config.border is not None:
         from stickslip.borders import border_study
 
-        return border_study(config, config.border)
+        return border_study(config, config.border, options)
     if config.contours is not None:
         from stickslip.borders import contour_study
 
-        return contour_study(config, config.contours)
+        return contour_study(config, config.contours, options)
     if config.attractors is not None:
         from stickslip.basins import attractor_study
 
-        return attractor_study(config, config.attractors)
-    if config.refine is not None:
-        from stickslip.refinement import RefinedMap
-
-        return RefinedMap(config, config.refine, map_options_of(config))
+        return attractor_study(config, config.attractors, options)
     if config.margins is not None:
         from stickslip.distances import margin_study
 
-        return margin_study(config, config.margins)
+        return margin_study(config, config.margins, options)
     if config.uncertain is not None:
-        from stickslip.uncertainty import rare_study, sample_study
+        from stickslip.uncertainty import RareStudy, SampleStudy
 
         subset = config.uncertain.subset
-        return sample_study(config) if subset is None else rare_study(config, subset)
-    return MapStudy(config, map_options_of(config))
+        return SampleStudy(config, options) if subset is None else RareStudy(config, subset, options)
+    options = map_options_of(config)
+    if config.refine is not None:
+        from stickslip.refinement import RefinedMap
+
+        return RefinedMap(config, config.refine, options)
+    return MapStudy(config, options)
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine import Options, Results, compute
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.engine import Options, Results, Scales, compute
+from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 
 Floats = NDArray[np.float64]
@@ -31,17 +31,17 @@ class Cycles:
     """
 
     which: NDArray[np.intp]
-    cells: Cells
+    cells: Parameters
     period: Floats
     moving: Floats
 
 
-def results_of(cells: Cells, options: Options) -> Results:
+def results_of(cells: Parameters, options: Options) -> Results:
     """What becomes of cells, by names of `VARIABLES`."""
-    return compute(lambda start, stop: taken(cells, slice(start, stop)), cells["mass"].size, options).results  # type: ignore[arg-type]
+    return compute(Cells.of(cells), options).results
 
 
-def cycles_of(cells: Cells, results: Results, lead: float = LEAD) -> Cycles:
+def cycles_of(cells: Parameters, results: Results, lead: float = LEAD) -> Cycles:
     """The cycles of cells whose results are known; lead : s of sticking before the break-away, at most."""
     which = np.flatnonzero(np.isin(results["regime"], _PERIODIC) & (results["period"] > 0.0))
     own, found = taken(cells, which), {name: values[which] for name, values in results.items()}
@@ -50,7 +50,7 @@ def cycles_of(cells: Cells, results: Results, lead: float = LEAD) -> Cycles:
     belt, ahead = own["belt_speed"], np.minimum(0.5 * sticking, lead)
     forward = belt > 0.0
     force = np.where(forward, found["cycle_force_max"], found["cycle_force_min"])
-    load = np.where(forward, 1.0, -1.0) * found["mu_breakaway"] * own["normal_load"]
+    load = np.where(forward, 1.0, -1.0) * found["mu_breakaway"] * Scales(own).load
     force = np.where(sticks, load - own["damping"] * belt - own["stiffness"] * belt * ahead, force)
     start = {
         "displacement": force / own["stiffness"],

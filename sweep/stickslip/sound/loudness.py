@@ -3,6 +3,11 @@
 The mean square of a periodic acceleration is the sum of those of its harmonics, each weighted by its frequency: no more
 than one period has to be sampled. Where the mass sticks for long, even less: the weighting has forgotten a slip after
 a quarter of a second, so that the slip alone is sampled, and the rest of the period is silence.
+
+A-weighting: how much less the ear hears of low and very high tones.
+
+The analytic formula of IEC 61672-1:2013, Annex E: four poles at 20.6 and 12194 Hz, one each at 107.7 and 737.9 Hz, and
+0 dB at 1 kHz.
 """
 
 from __future__ import annotations
@@ -10,17 +15,39 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from stickslip.engine import Options, Results, StopFlag, compute_range, sampled
+from stickslip.engine import Options, Results, StopFlag, sampled, solve
 from stickslip.errors import StoppedError
 from stickslip.sound.cycles import Cycles, cycles_of
 from stickslip.sound.series import natural_frequency, samples_for, series_of
-from stickslip.sound.weighting import HIGHEST, a_weighting, decibels
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import STATUSES
 
 Floats = NDArray[np.float64]
+HIGHEST = 20e3  # Hz; what lies above is not heard, and not summed
+_POLES = 20.598997, 107.65265, 737.86223, 12194.217  # Hz
+
+
+def _unscaled(frequency: NDArray[np.float64]) -> NDArray[np.float64]:
+    f2 = frequency * frequency
+    one, two, three, four = (pole * pole for pole in _POLES)
+    return np.asarray(four * f2 * f2 / ((f2 + one) * np.sqrt((f2 + two) * (f2 + three)) * (f2 + four)))
+
+
+_AT_1_KHZ = float(_unscaled(np.array(1000.0)))
+
+
+def a_weighting(frequency: ArrayLike) -> NDArray[np.float64]:
+    """The factor on the amplitude of a tone of a frequency (Hz): 1 at 1 kHz, 0 at 0."""
+    return _unscaled(np.asarray(frequency, np.float64)) / _AT_1_KHZ
+
+
+def decibels(factor: ArrayLike) -> NDArray[np.float64]:
+    """A ratio of amplitudes in dB; -inf for 0."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(20.0 * np.log10(np.asarray(factor, np.float64)))
+
 
 REFERENCE = 1e-6  # m/s2, ISO 1683
 OVERSAMPLING = 2  # folds a little onto the highest harmonics: less than 0.01 dB in all
@@ -31,7 +58,7 @@ _MOST_SAMPLES = 2**20  # at once
 _REACHED = STATUSES.index("horizon_reached")
 
 
-def levels_of(cells: Cells, options: Options, stop: StopFlag) -> tuple[Results, Floats]:
+def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Results, Floats]:
     """What becomes of some cells, by names of `VARIABLES`, and their levels in dB, in this thread.
 
     NaN where there is no cycle, or its integration failed; -inf where nothing of it is heard: it is all above 20 kHz,
@@ -39,8 +66,8 @@ def levels_of(cells: Cells, options: Options, stop: StopFlag) -> tuple[Results, 
     depend on the others. Raises StoppedError once `stop` is raised.
     """
     size = cells["mass"].size
-    found = compute_range(lambda start, end: taken(cells, np.arange(start, end)), 0, size, options, stop)
-    cycles, level = cycles_of(cells, found.results), np.full(size, np.nan)
+    results = solve(cells, options, stop)
+    cycles, level = cycles_of(cells, results), np.full(size, np.nan)
     windows = np.minimum(cycles.moving + FORGOTTEN, cycles.period)
     harmonics = np.minimum((HIGHEST * windows).astype(np.int64), MOST_HARMONICS)
     intervals = samples_for(windows, HIGHEST, natural_frequency(cycles.cells), OVERSAMPLING)
@@ -48,7 +75,7 @@ def levels_of(cells: Cells, options: Options, stop: StopFlag) -> tuple[Results, 
         if stop[0]:
             raise StoppedError
         level[cycles.which[some]] = _levels(cycles, some, windows, harmonics, intervals, options)
-    return found.results, level
+    return results, level
 
 
 def _together(intervals: NDArray[np.int64]) -> Iterator[slice]:
@@ -72,7 +99,7 @@ def _levels(
     options: Options,
 ) -> Floats:
     """The levels of the cycles in a slice, dB."""
-    own = {name: values[some] for name, values in cycles.cells.items()}
+    own = taken(cycles.cells, some)
     window, count = windows[some], intervals[some]
     motions, ends, status = sampled(own, window / count, count + 1, options)
     squares = np.full(window.size, np.nan)

@@ -2,25 +2,30 @@
 
 Of a cycle the series of one period is computed, and summed at the times of the samples: exactly periodic, however long
 it lasts. Other motions are a series of the stretch that is heard.
+
+That of a record is made from an acceleration that was measured, or simulated on a rig.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from math import isfinite, nan, pi
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine import Options, Results, sampled
+from stickslip.engine import Options, Results, Scales, SolverKeywords, sampled
 from stickslip.errors import NotReachedError
 from stickslip.sound.cycles import cycles_of, results_of
+from stickslip.sound.loudness import HIGHEST
 from stickslip.sound.series import Series, natural_frequency, samples_for, series_of
 from stickslip.sound.sounds import FULL_SCALE, Sound
-from stickslip.sound.weighting import HIGHEST
 from stickslip.theory.ageing import static_friction
-from stickslip.vocabulary.cells import Cells, as_cells
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 
 Floats = NDArray[np.float64]
@@ -38,51 +43,71 @@ def of(
     cell: Mapping[str, float],
     seconds: float = 2.0,
     *,
-    law: str = "stribeck",
     rate: int = RATE,
     slow: float = 1.0,
     full_scale: float = FULL_SCALE,
     transient: bool = False,
-    max_steps: int = Options.max_steps,
     title: str = "",
+    **solver: Unpack[SolverKeywords],
 ) -> Sound:
-    """The sound of a cell.
+    """Make the sound of a cell.
 
-    cell, law : as `simulate` takes them, a number each in SI. seconds : how long it lasts. rate : samples a second.
-    slow : 10 for ten times slower and lower, 0.1 for ten times faster. full_scale : m/s2; sounds can be compared where
-        theirs are equal.
-    transient : the motion from its start, where the cell has a cycle as well. Without one it is always that, from the
-        first break-away on.
+    Parameters
+    ----------
+    cell : Mapping of str to float
+        As `simulate` takes it, a number each in SI.
+    seconds : float
+        How long it lasts.
+    rate : int
+        Samples a second.
+    slow : float
+        10 for ten times slower and lower, 0.1 for ten times faster.
+    full_scale : float
+        m/s2; sounds can be compared where theirs are equal.
+    transient : bool
+        The motion from its start, where the cell has a cycle as well. Without one it is always that, from the first
+        break-away on.
+    **solver
+        law, rtol (1e-9) and max_steps, or options, as for `evaluate`.
 
-    Raises TypeError or ValueError for bad input, NotReachedError where the motion cannot be integrated so far.
+    Returns
+    -------
+    Sound
+
+    Raises
+    ------
+    TypeError, ValueError
+        For bad input.
+    NotReachedError
+        Where the motion cannot be integrated so far.
     """
     checked(seconds=seconds, rate=rate, slow=slow, full_scale=full_scale)
     full = as_cells(cell)
     if full["mass"].size != 1:
         raise ValueError("a sound is that of one cell: give every parameter one number")
-    options = Options(law, RTOL, max_steps=int(max_steps))
+    options = Options.of(SolverKeywords(**{"rtol": RTOL, **solver}))
     results, count = results_of(full, options), max(round(seconds * rate), 2)
-    asked = _Asked(rate * slow, min(HIGHEST, 0.499 * rate) * slow, _LEAD / slow, options)
-    cycles = cycles_of(full, results, asked.lead)
+    motion = _Motion(rate * slow, min(HIGHEST, 0.499 * rate) * slow, _LEAD / slow, options)
+    cycles = cycles_of(full, results, motion.lead)
     regime, repeats = REGIMES[int(results["regime"][0])], bool(cycles.which.size) and not transient
     if regime == "failed":
         status = STATUSES[int(results["status"][0])]
         raise NotReachedError(f"this cell has no motion to listen to, {status}: {STATUS_MESSAGES[status]}")
     frequency = _frequency(full, results)
-    if regime == "stuck" or frequency >= asked.highest:
+    if regime == "stuck" or frequency >= motion.highest:
         acceleration = np.zeros(count)
     elif not repeats:
-        acceleration = _transient(full, results, asked, count)
-    elif cycles.period[0] <= count / asked.rate:
-        acceleration = asked.cycle(cycles.cells, float(cycles.period[0])).values(asked.rate, count)
+        acceleration = _transient(full, results, motion, count)
+    elif cycles.period[0] <= count / motion.rate:
+        acceleration = motion.cycle(cycles.cells, float(cycles.period[0])).values(motion.rate, count)
     else:
-        acceleration = asked.stretch(cycles.cells, count)
+        acceleration = motion.stretch(cycles.cells, count)
     acceleration *= fades(count, rate)
     return Sound(acceleration, int(rate), float(slow), float(full_scale), regime, frequency, repeats, title)
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _Motion:
     """What is asked of a motion, in its own time: `rate` values of the acceleration a second, tones up to `highest`
     (Hz), `lead` (s) before a break-away."""
 
@@ -91,7 +116,7 @@ class _Asked:
     lead: float
     options: Options
 
-    def series(self, cell: Cells, duration: float) -> Series:
+    def series(self, cell: Parameters, duration: float) -> Series:
         """The series of the motion over a duration (s)."""
         harmonics = int(self.highest * duration)
         intervals = samples_for(np.array([duration]), self.highest, natural_frequency(cell), OVERSAMPLING)
@@ -101,38 +126,38 @@ class _Asked:
             raise NotReachedError(f"the motion is not known to {duration:g} s, {name}: {STATUS_MESSAGES[name]}")
         return series_of(motions[0], ends[0], duration, harmonics)
 
-    def cycle(self, cell: Cells, period: float) -> Series:
+    def cycle(self, cell: Parameters, period: float) -> Series:
         """The series of a period; what rounding leaves of its mean is none."""
         found = self.series(cell, period)
         return Series(found.duration, 0.0, found.harmonics)
 
-    def stretch(self, cell: Cells, count: int) -> Floats:
+    def stretch(self, cell: Parameters, count: int) -> Floats:
         """The first `count` values of the acceleration."""
         return self.series(cell, count / self.rate).values(self.rate, count)
 
 
-def _transient(cell: Cells, results: Results, asked: _Asked, count: int) -> Floats:
+def _transient(cell: Parameters, results: Results, motion: _Motion, count: int) -> Floats:
     """The motion from its first break-away on, or from the start where it slips at once, after a little silence."""
     first = float(results["breakaway_time"][0])
     if not isfinite(first) or not _sticks_at_first(cell):
         first = 0.0
-    passed = max(0.0, first - asked.lead)
+    passed = max(0.0, first - motion.lead)
     # Until then the mass moves with the belt: what has passed is passed over, for the sake of the digits of the time.
     later = {"displacement": cell["displacement"] + cell["belt_speed"] * passed}
     later["contact_time"] = cell["contact_time"] + passed
-    silent = min(round((asked.lead - (first - passed)) * asked.rate), count // 4)
+    silent = min(round((motion.lead - (first - passed)) * motion.rate), count // 4)
     left = count - silent
     if (settled := _SETTLED * float(results["settling_time"][0])) > 0.0:
-        left = max(min(left, int((first - passed + settled) * asked.rate)), 2)
-    return np.concatenate([np.zeros(silent), asked.stretch(cell | later, left), np.zeros(count - silent - left)])
+        left = max(min(left, int((first - passed + settled) * motion.rate)), 2)
+    return np.concatenate([np.zeros(silent), motion.stretch(cell | later, left), np.zeros(count - silent - left)])
 
 
-def _sticks_at_first(cell: Cells) -> bool:
+def _sticks_at_first(cell: Parameters) -> bool:
     """Whether the contact holds at the start; else it slips at once, and its first break-away is a later one."""
     if not np.isnan(cell["velocity"][0]):
         return False
     mu = np.fmax(cell["mu_static"], cell["a1"] + cell["a3"])
-    limit = static_friction(cell["contact_time"], mu, cell["ageing_rate"], cell["ageing_time"]) * cell["normal_load"]
+    limit = static_friction(cell["contact_time"], mu, cell["ageing_rate"], cell["ageing_time"]) * Scales(cell).load
     return bool((np.abs(cell["stiffness"] * cell["displacement"] + cell["damping"] * cell["belt_speed"]) <= limit)[0])
 
 
@@ -143,7 +168,7 @@ def fades(count: int, rate: float) -> Floats:
     return np.concatenate([rise, np.ones(count - 2 * length), rise[::-1]])
 
 
-def _frequency(cell: Cells, results: Results) -> float:
+def _frequency(cell: Parameters, results: Results) -> float:
     """Of the cycle; of the decay by linear theory; NaN where there is neither."""
     if results["period"][0] > 0.0:
         return float(results["frequency"][0])
@@ -161,3 +186,31 @@ def checked(**numbers: float) -> None:
             raise ValueError(f"{name}: got {value!r}, expected a number > 0")
     if numbers["rate"] != int(numbers["rate"]):
         raise ValueError(f"rate: got {numbers['rate']!r}, expected a whole number of samples a second")
+
+
+_FINEST = 1000  # denominator of the ratio of two rates
+
+
+def of_record(
+    acceleration: Floats,
+    record_rate: float,
+    *,
+    rate: int = RATE,
+    slow: float = 1.0,
+    full_scale: float = FULL_SCALE,
+    title: str = "",
+) -> Sound:
+    """The sound of an evenly sampled acceleration (m/s2).
+
+    record_rate : samples a second of the record; tones up to half of it are in the sound. rate, slow, full_scale : as
+        for `of`. Resampled by a symmetric low-pass, unless the rates are equal. Raises ValueError.
+    """
+    checked(record_rate=record_rate, rate=rate, slow=slow, full_scale=full_scale)
+    values = np.asarray(acceleration, np.float64)
+    ratio = Fraction(rate * slow / record_rate).limit_denominator(_FINEST)
+    if ratio != 1:
+        from scipy import signal  # type: ignore[import-untyped]
+
+        values = signal.resample_poly(values, ratio.numerator, ratio.denominator)
+    values = values * fades(values.size, rate)
+    return Sound(values, int(rate), float(slow), float(full_scale), "", nan, False, title)

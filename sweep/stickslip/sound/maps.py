@@ -2,108 +2,124 @@
 
 from __future__ import annotations
 
-import json
-import os
-from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass
-from math import isfinite, prod
-from typing import Any
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from typing import Any, Unpack, cast
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
 
-from stickslip.config.grid import build_grid, parameters_of, quantity_of
+from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Config
-from stickslip.config.reader import load_config
+from stickslip.config.reader import as_config, is_config
 from stickslip.config.select import recipe_of
 from stickslip.config.studies import STUDIES
-from stickslip.dataset.build import cell_coordinates, grid_coordinates, variable_of
+from stickslip.dataset.build import grid_coordinates, variable_of
+from stickslip.dataset.given import given_cells
 from stickslip.dataset.provenance import provenance
-from stickslip.engine import Options, Progress, spread, stop_flag, warm_up
+from stickslip.engine import Options, Results, SolverKeywords, StopFlag, stop_flag, warm_up
+from stickslip.errors import StoppedError
+from stickslip.progress import Watch, watched
+from stickslip.runs.memory import CellsOrConfig, compute_study
 from stickslip.sound.loudness import levels_of
 from stickslip.sound.making import RTOL
-from stickslip.vocabulary.cells import Cells, as_cells
-from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.study import Finished, Moved, Study, joined
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import LEVEL, LEVEL_VARIABLES
-
-Floats = NDArray[np.float64]
-Asked = Mapping[str, ArrayLike] | xr.Dataset | Config | str | os.PathLike[str]
 
 _TOGETHER = 256  # cells
 
 
-@dataclass(frozen=True)
-class _Cells:
-    """The cells whose levels are asked for, numbered with the last dimension running fastest."""
-
-    dims: tuple[Hashable, ...]
-    shape: tuple[int, ...]
-    coordinates: Mapping[Any, Any]
-    cells: Callable[[int, int], Cells]
-    law: str
-    text: str
-    title: str
-
-
 def levels(
-    cells_or_config: Asked,
+    cells_or_config: CellsOrConfig,
     reference: Mapping[str, float] | None = None,
     *,
-    law: str = "stribeck",
-    max_steps: int = Options.max_steps,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Watch = None,
+    **solver: Unpack[SolverKeywords],
 ) -> xr.Dataset:
-    """How loud cells are, compared with each other or with a reference.
-
-    cells_or_config : cells as `evaluate` takes them; a result of `run` or `evaluate`; a configuration, or its file.
-        The dimensions of what comes back are theirs.
-    reference : a cell, with the same law, whose level becomes 0 dB; None for 1e-6 m/s2.
-    law : of cells that are given as a mapping; all others know theirs. threads : None for one per processor.
-    progress : called with (cells done, cells in all) from time to time.
+    """Compute how loud cells are, compared with each other or with a reference.
 
     Every cell is computed again, at a tolerance of 1e-9, and one period is sampled: milliseconds a cell, the longer the
     slower the vibration.
 
-    Returns regime, status, period, frequency, damping_ratio and acceleration_level_a (dB). Raises TypeError or
-    ValueError for bad input, among them a reference without a cycle, and ConfigError for a bad configuration.
+    Parameters
+    ----------
+    cells_or_config : Mapping, Dataset, DataFrame, Config or path
+        Cells as `evaluate` takes them; a result of `run` or `evaluate`; a configuration, or its file. The dimensions of
+        what comes back are theirs.
+    reference : Mapping of str to float, optional
+        A cell, with the same law, whose level becomes 0 dB; by default that is 1e-6 m/s2.
+    progress : bool, "auto" or callable, optional
+        As for `run`.
+    **solver
+        law (of cells that are listed; all others know theirs), max_steps, rtol and threads; or options.
+
+    Returns
+    -------
+    Dataset
+        regime, status, period, frequency, damping_ratio and acceleration_level_a (dB).
+
+    Raises
+    ------
+    TypeError, ValueError, ConfigError
+        For bad input, among it a reference without a cycle, before anything is computed.
     """
-    asked = _asked(cells_or_config, law)
-    options, stop = Options(asked.law, RTOL, max_steps=int(max_steps), threads=threads), stop_flag()
-    zero = _level_of(reference, options)
-    warm_up(asked.law, signals=True)
-    size = prod(asked.shape)
-    found = {name: np.full(size, np.nan) for name in LEVEL_VARIABLES}
-    done = 0
-
-    def compute_piece(start: int) -> int:
-        part = asked.cells(start, min(start + _TOGETHER, size))
-        results, level = levels_of(part, options, stop)
-        for name, values in (results | {LEVEL.name: level - zero}).items():
-            if name in found:
-                found[name][start : start + _TOGETHER] = values
-        return level.size
-
-    def count(finished: list[int]) -> None:
-        nonlocal done
-        done += sum(finished)
-        if progress:
-            progress(done, size)
-
-    spread(compute_piece, range(0, size, _TOGETHER), threads, stop, count)
-    variables = {
-        name: variable_of(declared, asked.dims, found[name].reshape(asked.shape))
-        for name, declared in LEVEL_VARIABLES.items()
-    }
+    solver = SolverKeywords(**{"rtol": RTOL, **solver})
+    cells, law, text, title = _cells(cells_or_config, solver)
+    options = Options.of(SolverKeywords(**{**solver, "law": law}))
+    study = LevelStudy(cells, options, _level_of(reference, options))
+    warm_up(law, signals=True)
+    attributes = provenance(text or options.described(), title=title, action="levels of the acceleration")
+    with watched(progress, study.counted, law) as moved:
+        dataset = study.dataset(compute_study(study, moved), attributes)
     if reference is not None:
-        words = ", ".join(f"{name} = {value:g}" for name, value in reference.items())
-        variables[LEVEL.name].attrs |= {
+        dataset[LEVEL.name].attrs |= {
             "long_name": "time-average A-weighted level of the acceleration, dB re a reference cell",
-            "reference_cell": words,
+            "reference_cell": ", ".join(f"{name} = {value:g}" for name, value in reference.items()),
         }
-    attributes = provenance(asked.text, title=asked.title, action="levels of the acceleration")
-    return xr.Dataset(variables, asked.coordinates, attributes)
+    return dataset
+
+
+class LevelStudy(Study):
+    """Levels of cells (dB), its items, over that of a reference."""
+
+    name, counted, weight = "levels", "cells", 4096 // _TOGETHER
+    columns: Mapping[str, np.dtype[Any]] = dict.fromkeys(LEVEL_VARIABLES, np.dtype(np.float64))
+
+    def __init__(self, cells: Cells, options: Options, reference: float) -> None:
+        self._cells, self._reference = cells, reference
+        self.dims, self.shape, self.options = cells.dims, cells.shape, options
+
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+        """The levels of a range of cells."""
+        parts = [self.blank(range(0))]
+        for start in range(items.start, items.stop, _TOGETHER):
+            part = self._cells[start : min(start + _TOGETHER, items.stop)]
+            cells = as_cells({name: part[name] for name in PARAMETERS if name in part})
+            try:
+                results, level = levels_of(cells, self.options, stop)
+            except StoppedError:
+                return Finished({}, False)
+            results[LEVEL.name] = level - self._reference
+            parts.append({name: results[name].astype(np.float64) for name in self.columns})
+            if moved:
+                moved(level.size)
+        return Finished(joined(parts))
+
+    def blank(self, items: range) -> Results:
+        """Cells of which nothing is known."""
+        return {name: np.full(len(items), np.nan) for name in self.columns}
+
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """The levels with the dimensions of the cells."""
+        whole = joined(parts)
+        variables = {
+            name: variable_of(declared, self.dims, whole[name].reshape(self.shape))
+            for name, declared in LEVEL_VARIABLES.items()
+        }
+        return xr.Dataset(variables, grid_coordinates(self._cells), dict(attributes))
 
 
 def _level_of(reference: Mapping[str, float] | None, options: Options) -> float:
@@ -119,46 +135,34 @@ def _level_of(reference: Mapping[str, float] | None, options: Options) -> float:
     return level
 
 
-def _asked(cells_or_config: Asked, law: str) -> _Cells:
-    if isinstance(cells_or_config, str | os.PathLike):
-        cells_or_config = load_config(cells_or_config)
-    if isinstance(cells_or_config, Config):
-        if cells_or_config.uncertain is not None:
+def _cells(given: CellsOrConfig, solver: SolverKeywords) -> tuple[Cells, str, str, str]:
+    """The cells, their friction law, their configuration as text where there is one, and a title."""
+    if is_config(given):
+        config = as_config(given)
+        if config.uncertain is not None:
             raise ValueError("uncertain: levels are those of known cells; leave the section out")
-        config = cells_or_config.model_copy(update=dict.fromkeys(STUDIES))
-        grid = build_grid(config)
-        title, text = f"Levels: {config.title}", config.to_yaml()
-        return _Cells(grid.dims, grid.shape, grid_coordinates(grid), grid.cells, config.friction.law, text, title)
-    if isinstance(cells_or_config, xr.Dataset):
-        return _of_dataset(cells_or_config)
-    full = as_cells(cells_or_config)
-    size, text = full["mass"].size, json.dumps({"friction": {"law": law}})
-    coordinates = cell_coordinates(full, size)
-    return _Cells(("cell",), (size,), coordinates, _taking(full), law, text, "Levels of cells")
+        config = config.model_copy(update=dict.fromkeys(STUDIES))
+        return build_grid(config), config.friction.law, config.to_yaml(), f"Levels: {config.title}"
+    if isinstance(given, xr.Dataset):
+        cells, law = _of_result(given)
+        title = f"Levels: {given.attrs.get('title', 'a map')}"
+        return cells, law, str(given.attrs.get("configuration", "")), title
+    law = Options.of(solver).law
+    return given_cells(cast(Mapping[str, Any], given), law), law, "", "Levels of cells"
 
 
-def _of_dataset(ds: xr.Dataset) -> _Cells:
-    """The cells of a result, or of a part of one: from its coordinates."""
-    recipe = recipe_of(ds, "the dataset")
-    law = recipe.friction.law if isinstance(recipe, Config) else str(recipe["friction"]["law"])
-    regime = ds["regime"]
-    shared = recipe.fixed() if isinstance(recipe, Config) else {}
+def _of_result(ds: xr.Dataset) -> tuple[Cells, str]:
+    """The cells of a result, or of a part of one, from its coordinates; and their friction law."""
+    recipe, regime = recipe_of(ds, "the dataset"), ds["regime"].variable
+    if isinstance(recipe, Config):
+        shared, law = recipe.fixed(), recipe.friction.law
+    else:
+        shared, law = {}, str(recipe["friction"]["law"])
     known = {name: xr.Variable((), value) for name, value in shared.items()}
     known |= {quantity_of(str(name)): values.variable for name, values in ds.coords.items()}
     known = {name: values for name, values in known.items() if name in QUANTITIES}
-
-    def cells(start: int, stop: int) -> Cells:
-        points = np.unravel_index(np.arange(start, stop), regime.shape) if regime.ndim else ()
-        place = dict(zip(regime.dims, points, strict=True))
-        each = {n: c.values[tuple(place[d] for d in c.dims)] * np.ones(stop - start) for n, c in known.items()}
-        return as_cells(parameters_of(each))
-
-    title, text = str(ds.attrs.get("title", "a map")), str(ds.attrs.get("configuration", ""))
-    return _Cells(regime.dims, regime.shape, dict(ds.coords), cells, law, text, f"Levels: {title}")
-
-
-def _taking(cells: Cells) -> Callable[[int, int], Cells]:
-    def some(start: int, stop: int) -> Cells:
-        return {name: values[start:stop] for name, values in cells.items()}
-
-    return some
+    listed = {name: np.ravel(xr.broadcast(xr.DataArray(values), ds["regime"])[0].transpose(*regime.dims).values)
+              for name, values in known.items() if values.ndim}  # fmt: skip
+    fixed = {name: float(values) for name, values in known.items() if not values.ndim}
+    coordinates = {str(name): values.variable for name, values in ds.coords.items()}
+    return Cells(tuple(map(str, regime.dims)), regime.shape, fixed, listed=listed, labelled=lambda: coordinates), law

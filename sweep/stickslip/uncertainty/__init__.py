@@ -1,13 +1,11 @@
 """Inputs that scatter: probabilities of regimes, spread of metrics, and which input decides.
 
-points      scrambled Sobol points, any of them at once       inputs     the cells behind draws
-design      which draw an item of a run is                    sampling   draws computed, as a study
-estimate    sums over draws to numbers with errors            reduction  all draws to what is told of them
-subset      subset simulation of rare events                  rare       that of stick-slip, as a study
-told        what was drawn, in words
+`design.py` says which draw an item of a run is, from scrambled Sobol points, `inputs.py` which cells are behind draws;
+`sampling.py` computes them as a study, and `reduction.py` reduces all draws to numbers with errors. `subset.py` has
+subset simulation of rare events, and that of stick-slip as a study.
 """
 
-from stickslip.uncertainty.rare import RareStudy, rare_study
-from stickslip.uncertainty.sampling import SampleStudy, sample_study
+from stickslip.uncertainty.sampling import SampleStudy
+from stickslip.uncertainty.subset import RareStudy
 
-__all__ = ["RareStudy", "SampleStudy", "rare_study", "sample_study"]
+__all__ = ["RareStudy", "SampleStudy"]

@@ -9,11 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.config.grid import Grid, build_grid, parameters_of
+from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.uncertain import Uncertain
 from stickslip.engine import Computed, Options, StopFlag, blank_results, compute_range
-from stickslip.vocabulary.cells import Cells, impossible
+from stickslip.vocabulary.cell_values import impossible
+from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 
 Floats = NDArray[np.float64]
@@ -33,11 +34,11 @@ class Inputs:
         return self.config.uncertain
 
     @cached_property
-    def grid(self) -> Grid:
+    def grid(self) -> Cells:
         """The cells of its axes, without what is uncertain."""
         return build_grid(self.config)
 
-    def cells(self, numbers: NDArray[np.int64], normals: Floats) -> tuple[Cells, NDArray[np.bool_]]:
+    def cells(self, numbers: NDArray[np.int64], normals: Floats) -> tuple[Parameters, NDArray[np.bool_]]:
         """Parameters of cells of the axes, their uncertain ones drawn; and which of the draws an oscillator can have.
 
         numbers : of cells of the axes, (n,). normals : independent standard normal deviates, (n, quantities).
@@ -45,7 +46,7 @@ class Inputs:
         thousand of them is refused when it is read.
         """
         drawn = self.uncertain.values(normals)
-        cells = parameters_of(self.grid.quantities_at(numbers) | drawn)
+        cells = self.grid.take(numbers, **drawn)
         wrong = impossible(cells)
         if "mu_start" in drawn or "mu_reversal" in drawn:
             wrong |= ~(cells["a3"] > 0)  # mu_reversal is not below mu_start
@@ -61,11 +62,20 @@ class Inputs:
     ) -> Computed:
         """Their results, by the calling thread."""
         cells, possible = self.cells(numbers, normals)
-        chosen = {name: values[possible] for name, values in cells.items()}
-        count = int(possible.sum())
-        found = compute_range(lambda a, b: {n: v[a:b] for n, v in chosen.items()}, 0, count, options, stop, moved)
+        chosen = Cells.of(taken(cells, possible))
+        computed = compute_range(chosen, 0, chosen.size, options, stop, moved)
         results = blank_results(numbers.size, options)
         results["regime"][:] = REGIMES.index("failed")
         for name, values in results.items():
-            values[possible] = found.results[name]
-        return Computed(results, found.done + numbers.size - count)
+            values[possible] = computed.results[name]
+        return Computed(results, computed.done + numbers.size - chosen.size)
+
+    def attributes(self, undecided: float) -> dict[str, str]:
+        """Global attributes of a result: method, quantities, correlation, and the share of undecided draws."""
+        uncertain = self.uncertain
+        return {
+            "uncertain_method": uncertain.method_in_words,
+            "uncertain_quantities": "; ".join(f"{one.name}: {one.in_words}" for one in uncertain.quantities),
+            "uncertain_correlation": uncertain.correlation_in_words,
+            "uncertain_undecided": f"{100 * undecided:.3g} % of all draws were unresolved, failed or not computed",
+        }

@@ -10,15 +10,13 @@ import numpy as np
 import xarray as xr
 
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
 from stickslip.dataset.uncertainty import uncertain_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns
 from stickslip.study import Finished, Moved, Study
 from stickslip.uncertainty.design import Design
 from stickslip.uncertainty.inputs import Inputs
-from stickslip.uncertainty.reduction import STATES, Asked, reduced
-from stickslip.uncertainty.told import told
-from stickslip.vocabulary.cells import Cells
+from stickslip.uncertainty.reduction import STATES, Summary, reduced
+from stickslip.vocabulary.cells import Parameters
 
 
 class SampleStudy(Study):
@@ -28,27 +26,29 @@ class SampleStudy(Study):
 
     def __init__(self, config: Config, options: Options) -> None:
         self.inputs = Inputs(config)
-        said, grid = self.inputs.uncertain, self.inputs.grid
-        self.design = Design(len(said.names), said.draws, said.scramblings, said.seed, bool(said.indices))
+        uncertain, grid = self.inputs.uncertain, self.inputs.grid
+        self.design = Design(
+            len(uncertain.names), uncertain.draws, uncertain.scramblings, uncertain.seed, bool(uncertain.indices)
+        )
         self.dims, self.shape = (*grid.dims, "draw"), (*grid.shape, self.design.per_cell)
-        self.options, kept = options, columns(options)
-        self.columns: Mapping[str, np.dtype[Any]] = {name: kept[name] for name in ("regime", *said.metrics)}
+        self.options, types = options, columns(options)
+        self.columns: Mapping[str, np.dtype[Any]] = {name: types[name] for name in ("regime", *uncertain.metrics)}
 
     @property
     def size(self) -> int:
         """Number of draws, of all cells together."""
         return prod(self.shape)
 
-    def cells(self, start: int, stop: int) -> Cells:
-        """The parameters of draws."""
-        place = self.design.place(start, stop)
+    def __getitem__(self, part: slice) -> Parameters:
+        """The parameters of a range of draws."""
+        place = self.design.place(part.start, part.stop)
         return self.inputs.cells(place.cell, self.design.normals(place))[0]
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The results of draws."""
         place = self.design.place(items.start, items.stop)
-        found = self.inputs.compute(place.cell, self.design.normals(place), self.options, stop, moved)
-        return Finished({name: found.results[name] for name in self.columns}, found.complete)
+        computed = self.inputs.compute(place.cell, self.design.normals(place), self.options, stop, moved)
+        return Finished({name: computed.results[name] for name in self.columns}, computed.complete)
 
     def blank(self, items: range) -> Results:
         """Draws that are "not computed", which the bounds of probabilities carry like others that are not decided."""
@@ -57,13 +57,7 @@ class SampleStudy(Study):
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """Probabilities of the regimes, moments of the metrics and Sobol indices over the axes."""
-        said, grid = self.inputs.uncertain, self.inputs.grid
-        found = reduced(parts, grid.size, self.design, Asked(said.metrics, said.quantiles))
-        undecided = float(found["undecided"].mean())
-        attributes = dict(attributes) | told(said, undecided)
-        return uncertain_dataset(grid, STATES, said.names, said.quantiles, found, attributes)
-
-
-def sample_study(config: Config) -> SampleStudy:
-    """The draws that a configuration asks for."""
-    return SampleStudy(config, options_of(config))
+        uncertain, grid = self.inputs.uncertain, self.inputs.grid
+        results = reduced(parts, grid.size, self.design, Summary(uncertain.metrics, uncertain.quantiles))
+        attributes = dict(attributes) | self.inputs.attributes(float(results["undecided"].mean()))
+        return uncertain_dataset(grid, STATES, uncertain.names, uncertain.quantiles, results, attributes)

@@ -8,7 +8,8 @@ from helpers.unstable_cycle import Cycle, least_slip_speed
 from stickslip.basins import Box, Sampling, find_attractors
 from stickslip.engine import Options, compute_range, stop_flag
 from stickslip.theory import unstable_amplitude
-from stickslip.vocabulary.cells import as_cells, taken
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
@@ -25,9 +26,7 @@ PUBLISHED = np.array([0, 0, 0, 0, 0, 0.018, 0.08, 0.1535, 0.226, 0.298, 0.382, 0
 def find(cells, box=BSTAB_BOX, **options):
     full = as_cells(cells)
     size = full["mass"].size
-    return find_attractors(
-        lambda a, b: taken(full, np.s_[a:b]), range(size), box, Sampling(), Options(**options), stop_flag()
-    )
+    return find_attractors(Cells.of(full), range(size), box, Sampling(), Options(**options), stop_flag())
 
 
 def test_shares_are_those_published_for_bstab_within_three_of_their_standard_errors():
@@ -95,9 +94,7 @@ def test_shocks_just_below_and_above_the_critical_ones_part_what_becomes_of_slid
                 change = sign * share * found[f"critical_{kind}_{way}"]
                 x, v = (steady, change) if kind == "shock" else (steady + change, 0.0 * change)
                 start = cells | {"displacement": x, "velocity": v}
-                regimes = compute_range(
-                    lambda a, b, start=start: taken(start, np.s_[a:b]), 0, 12, Options(rtol=1e-10), stop_flag()
-                ).results["regime"]
+                regimes = compute_range(Cells.of(start), 0, 12, Options(rtol=1e-10), stop_flag()).results["regime"]
                 assert (np.isin(regimes, [REGIMES.index("damped"), REGIMES.index("creep")]) == ends).all()
 
 
@@ -160,9 +157,7 @@ def test_numbers_do_not_depend_on_how_cells_are_cut():
     cells = as_cells(BSTAB | {"belt_speed": np.linspace(1.0, 2.0, 7), "mu_stop": [np.nan, 0.8] * 3 + [np.nan]})
 
     def part(items):
-        return find_attractors(
-            lambda a, b: taken(cells, np.s_[a:b]), items, BSTAB_BOX, Sampling(64), Options(), stop_flag()
-        )
+        return find_attractors(Cells.of(cells), items, BSTAB_BOX, Sampling(64), Options(), stop_flag())
 
     whole, parts = part(range(7)), [part(range(0, 3)), part(range(3, 7))]
     for name, values in whole.items():

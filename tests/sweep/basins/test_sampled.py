@@ -7,7 +7,8 @@ from stickslip.basins import Box, Sampling, find_attractors
 from stickslip.basins.sampled import critical_disturbances, sampled_shares, starting_states
 from stickslip.basins.starts import Work, steady_state
 from stickslip.engine import Options, stop_flag
-from stickslip.vocabulary.cells import as_cells, taken
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells, taken
 from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
@@ -20,7 +21,7 @@ BOX = Box((0.0, 2.0), (-1.0, 1.0))
 def find(cells, sampling=FEW, box=BOX, **options):
     full = as_cells(cells)
     items = range(full["mass"].size)
-    return find_attractors(lambda a, b: taken(full, np.s_[a:b]), items, box, sampling, Options(**options), stop_flag())
+    return find_attractors(Cells.of(full), items, box, sampling, Options(**options), stop_flag())
 
 
 def plain_cells(count):
@@ -49,7 +50,7 @@ def test_searched_disturbances_of_plain_cells_are_those_of_their_unstable_cycle(
     exact, full, work = find(cells), as_cells(cells), Work(Options(rtol=1e-8), stop_flag())
     some = np.isfinite(exact["unstable_period"])
     part = taken(full, some)
-    found = critical_disturbances(part, steady_state(part, "stribeck"), work)
+    found = critical_disturbances(part, steady_state(part, Options()), work)
     for name, values in found.items():
         np.testing.assert_allclose(values, exact[f"critical_{name}"][some], rtol=3e-6)
 
@@ -88,7 +89,7 @@ def test_a_hysteretic_curve_has_its_own_bistable_band():
     found = find(cell)
     assert [REGIMES[found[f"regime_from_{start}"][0]] for start in ("stick", "sliding")] == ["stick_slip", "damped"]
     full, work = as_cells(cell), Work(Options(), stop_flag())
-    steady = steady_state(full, "stribeck")
+    steady = steady_state(full, Options())
     for way, sign in (("along", 1), ("against", -1)):
         shock = sign * found[f"critical_shock_{way}"]
         ends = [REGIMES[work.regimes(full, steady, share * shock)[0]] for share in (0.9999, 1.0001)]

@@ -11,7 +11,7 @@ from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, parse_config
 from stickslip.errors import ConfigError
 from stickslip.rig import load_rig
-from stickslip.rig.simulate.config import is_rig
+from stickslip.rig.config import is_rig
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import synonym_of
 

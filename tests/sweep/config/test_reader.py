@@ -12,7 +12,7 @@ from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, make_config, parse_config
 from stickslip.config.studies import STUDIES
 from stickslip.errors import ConfigError
-from stickslip.rig.simulate.config import is_rig, load_rig, parse_rig
+from stickslip.rig.config import is_rig, load_rig, parse_rig
 from stickslip.vocabulary.suggest import listed
 
 

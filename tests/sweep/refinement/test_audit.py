@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from stickslip.refinement.audit import CONFIDENCE, Audit, density, drawn
 from stickslip.refinement.boxes import Boxes
-from stickslip.refinement.rounds import refine
+from stickslip.refinement.rounds import CONFIDENCE, Audit, density, drawn, refine
 from stickslip.refinement.tiles import Tiles
 
 

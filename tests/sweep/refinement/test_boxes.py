@@ -10,9 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from stickslip.refinement.audit import Audit, density
 from stickslip.refinement.boxes import Boxes
-from stickslip.refinement.rounds import refine
+from stickslip.refinement.rounds import Audit, density, refine
 from stickslip.refinement.tiles import Tiles
 
 

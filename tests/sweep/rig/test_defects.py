@@ -13,11 +13,10 @@ from helpers.rig_signals import record, saw_tooth, times
 from stickslip import rig
 from stickslip.cli import main
 from stickslip.rig import FeatureSettings, feature_table, features
-from stickslip.rig.analysis.hum import subtract_hum
-from stickslip.rig.analysis.sticks import _Rates
-from stickslip.rig.analysis.turning import turning_points
-from stickslip.rig.records.record import force_of, write_record
-from stickslip.rig.records.sampling import evenly
+from stickslip.rig.hum import subtract_hum
+from stickslip.rig.records import force_of, write_record
+from stickslip.rig.signals import evenly, turning_points
+from stickslip.rig.sticks import _Rates
 
 ROOT = Path(__file__).parents[3]
 SHOWN = ("sticks", "static_friction_first", "acceleration_max", "acceleration_integral")

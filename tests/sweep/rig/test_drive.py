@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers.scipy_rig import trapezoidal
-from stickslip.rig.simulate.drive import duration, motion, segments
+from stickslip.rig.apparatus import duration, motion, segments
 
 SPEED, STROKE, RAMP = 0.02, 0.01, 0.05
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from helpers.rig_signals import record, saw_tooth, times, to_and_fro
 from stickslip.rig import FeatureSettings, feature_table, features, find_sticks
-from stickslip.rig.analysis.turning import find_drops, turning_points
-from stickslip.rig.records.sampling import band_limited, noise_of, spectrum_peaks
+from stickslip.rig.signals import band_limited, find_drops, noise_of, spectrum_peaks, turning_points
 
 STICK, SLIP, LOW, HIGH, CYCLES = 0.2, 0.01, 2.0, 5.0, 20
 PERIOD = STICK + SLIP

@@ -9,10 +9,10 @@ from stickslip.errors import PlotError
 from stickslip.plots.page import save
 from stickslip.plots.palette import UNDEFINED_COLOUR
 from stickslip.rig import RPN_NAME
-from stickslip.rig.report.matrix import plot_matrix
-from stickslip.rig.report.traces import LIGHTS
-from stickslip.rig.risk import BANDS, band_of
-from stickslip.rig.words import along, name_of, number, quantity, unit_for
+from stickslip.rig.labels import dimension, number_text, point_name, quantity_text, unit_for
+from stickslip.rig.plots import LIGHTS, plot_matrix
+from stickslip.rig.rpn import BANDS, band_of
+from stickslip.vocabulary.display_units import Unit
 
 COORDINATES = {
     "material": ("material", ["dry", "felt", "fluid $A$"], {"long_name": "material"}),
@@ -80,11 +80,11 @@ def test_a_matrix_of_any_number_of_dimensions_has_a_cell_for_each_test_in_the_or
 
 def test_the_plot_says_whose_number_it_is_and_what_the_bands_mean():
     figure = plot_matrix(matrix("material", "belt_speed"))
-    said = [text.get_text() for text in figure.texts] + [figure.legends[0].get_title().get_text()]
+    said = texts_of(figure) + [figure.axes[0].get_legend().get_title().get_text()]
     assert said.count(RPN_NAME) == 2 and "A $title$" in said
-    bands = [text.get_text() for text in figure.legends[0].texts]
+    bands = [text.get_text() for text in figure.axes[0].get_legend().texts]
     assert [words.split(":")[0] for words in bands] == ["1–3", "4–5", "6–10", "?"]
-    colours = [patch.get_facecolor()[:3] for patch in figure.legends[0].get_patches()]
+    colours = [patch.get_facecolor()[:3] for patch in figure.axes[0].get_legend().get_patches()]
     assert colours == [to_rgb(LIGHTS[name]) for name in ("green", "yellow", "red", "unknown")]
 
 
@@ -99,7 +99,7 @@ def test_labels_and_names_stand_in_the_units_people_use():
 def test_a_number_gets_a_colour_bar_with_its_unit_and_cells_without_one_are_grey():
     ds = matrix("material", "belt_speed")
     figure = plot_matrix(ds, "acceleration_max")
-    assert figure.axes[-1].get_xlabel() == "largest acceleration (m/s²)"
+    assert figure.axes[0].child_axes[0].get_xlabel() == "largest acceleration (m/s²)"
     assert numbers_of(figure, (3, 3)).ravel().tolist()[:3] == ["–", "3.5", "7"]
     painted = mesh_of(figure).to_rgba(mesh_of(figure).get_array())
     assert painted[0, 0, :3] == pytest.approx(to_rgb(UNDEFINED_COLOUR))
@@ -113,7 +113,7 @@ def test_numbers_are_black_on_light_cells_and_white_on_dark_ones():
 
 def test_how_the_integration_ended_is_drawn_as_in_maps():
     figure = plot_matrix(matrix("material"), "status")
-    assert [text.get_text() for text in figure.legends[0].texts] == ["horizon reached"]
+    assert [text.get_text() for text in figure.axes[0].get_legend().texts] == ["horizon reached"]
 
 
 def test_numbers_fit_forty_cells_each_way_and_are_left_out_of_more_which_is_said():
@@ -132,8 +132,8 @@ def test_nothing_overlaps_and_nothing_is_cut_off():
     figure = plot_matrix(ds)
     figure.draw_without_rendering()
     page = figure.bbox
-    boxes = [text.get_window_extent() for text in (*figure.axes[0].texts, *figure.texts)]
-    boxes.append(figure.legends[0].get_window_extent())
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts]
+    boxes.append(figure.axes[0].get_legend().get_window_extent())
     assert all(page.x0 <= b.x0 and b.x1 <= page.x1 and page.y0 <= b.y0 and b.y1 <= page.y1 for b in boxes)
     crossing = [
         (a, b) for i, a in enumerate(boxes) for b in boxes[:i] if a.shrunk(0.9, 0.9).overlaps(b.shrunk(0.9, 0.9))
@@ -159,19 +159,19 @@ def test_what_cannot_be_drawn_is_refused(variable, expected):
 
 
 def test_units_are_those_people_use():
-    assert unit_for("m s-1", [0.001, 0.01]) == ("mm/s", 1e3)
-    assert unit_for("m s-1", [20.0, np.nan]) == ("m/s", 1.0)
-    assert unit_for("m s-2", [0.1]) == ("m/s²", 1.0) and unit_for("1", [0.1]) == ("", 1.0)
-    assert quantity(5000.0, "N m-1") == "5 N/mm" and quantity(0.0, "m") == "0 m"
+    assert unit_for("m s-1", [0.001, 0.01]) == Unit("mm/s", 1e-3)
+    assert unit_for("m s-1", [20.0, np.nan]) == Unit("m/s")
+    assert unit_for("m s-2", [0.1]).printed == "m/s²" and unit_for("1", [0.1]) == Unit()
+    assert quantity_text(5000.0, "N m-1") == "5 N/mm" and quantity_text(0.0, "m") == "0 m"
 
 
 def test_numbers_have_three_digits():
-    found = [number(v) for v in (0.0, 0.01234, 49.97, 12345.6, np.nan, 1e-7)]
+    found = [number_text(v) for v in (0.0, 0.01234, 49.97, 12345.6, np.nan, 1e-7)]
     assert found == ["0", "0.0123", "50", "12346", "–", "1e-7"]
 
 
 def test_tests_are_named_by_their_points():
     ds = matrix("material", "belt_speed").assign_coords(load=("case", [1.0, 2.0]), mass=("case", [1.0, 2.0]))
-    dims = [along(ds, dim) for dim in ("material", "belt_speed", "case")]
-    assert name_of(dims, 17) == "fluid $A$, 10\N{NO-BREAK SPACE}mm/s, case 2"
-    assert name_of([], 0) == ""
+    dims = [dimension(ds, dim) for dim in ("material", "belt_speed", "case")]
+    assert point_name(dims, 17) == "fluid $A$, 10\N{NO-BREAK SPACE}mm/s, case 2"
+    assert point_name([], 0) == ""

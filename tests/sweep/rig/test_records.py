@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from stickslip.errors import ConfigError
 from stickslip.rig import FeatureSettings, RecordSettings, Settings, load_settings, make_record, read_record
-from stickslip.rig.records.record import force_of
-from stickslip.rig.settings import as_text
+from stickslip.rig.records import force_of
 
 GOOD = "time [ms], force [N], acceleration [m/s2]"
 ROWS = [f"{t}, {0.1 * t}, {0.01 * t}" for t in range(20)]
@@ -97,7 +96,7 @@ def test_a_configuration_names_columns_units_and_conditions(tmp_path):
     assert float(found["normal_load"]) == 20.0 and float(found["waiting_time"]) == 60.0
     assert settings.features == FeatureSettings(bandwidth=2000.0, smallest_drop=0.5, subtract_offset=True)
     assert settings.risk.weight_sticks == 1.5 and settings.risk.scale_acceleration_max == 0.5
-    config.write_text(as_text(settings))
+    config.write_text(settings.to_yaml())
     assert load_settings(config) == settings
 
 
@@ -232,7 +231,7 @@ def test_arrays_that_are_no_record_are_refused(time, signals, expected):
 
 def test_records_of_german_and_of_our_headings_are_one_table(tmp_path):
     from stickslip.rig import feature_table
-    from stickslip.rig.records.record import write_record
+    from stickslip.rig.records import write_record
 
     rows = [f"{t};{0.1 * t:.2f};{t % 5};{10};23".replace(".", ",") for t in range(40)]
     heading = (

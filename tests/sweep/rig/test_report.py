@@ -9,11 +9,10 @@ import pytest
 
 from stickslip.errors import StoreError
 from stickslip.rig import RPN_NAME
-from stickslip.rig.report import build as reports
-from stickslip.rig.report.build import report, write_report
-from stickslip.rig.simulate.config import load_rig, make_rig, parse_rig
-from stickslip.rig.simulate.matrix import run_matrix
-from stickslip.rig.simulate.simulation import RigTests
+from stickslip.rig import report as reports
+from stickslip.rig.config import load_rig, make_rig, parse_rig
+from stickslip.rig.report import report, write_report
+from stickslip.rig.simulation import RigTests, run_matrix
 from stickslip.vocabulary.flags import STATUSES
 
 HOSTILE = '<script>alert("1")</script> & $x$'

@@ -96,7 +96,7 @@ def test_an_interrupted_matrix_writes_nothing_and_says_so(tmp_path, config, monk
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("stickslip.rig.simulate.matrix.run_matrix", interrupted)
+    monkeypatch.setattr("stickslip.rig.simulation.run_matrix", interrupted)
     done = invoke("rig", config, "-o", tmp_path / "matrix.nc")
     assert done.exit_code == 1 and "interrupted: nothing more was written" in done.output
     assert not (tmp_path / "matrix.nc").exists()

@@ -13,8 +13,8 @@ from stickslip.cli import main
 from stickslip.cli.rig_features import feature_screen_table
 from stickslip.files import reading
 from stickslip.rig import RPN_NAME, Risk, feature_table, load_settings, read_record
-from stickslip.rig.report.traces import plot_records
-from stickslip.rig.risk import INPUTS
+from stickslip.rig.plots import plot_records
+from stickslip.rig.rpn import INPUTS
 
 
 def invoke(*arguments):

@@ -10,7 +10,7 @@ from stickslip.config.grid import build_grid
 from stickslip.config.reader import load_config, parse_config
 from stickslip.errors import ConfigError
 from stickslip.rig import load_rig, make_rig
-from stickslip.rig.simulate.config import MOST_TESTS, is_rig, parse_rig
+from stickslip.rig.config import MOST_TESTS, is_rig, parse_rig
 
 SYSTEM = "system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}\n"
 FRICTION = "friction: {a1: 0.28, a2: 0, a3: 0.12, a4: 20 mm/s}\n"
@@ -124,7 +124,7 @@ axes:
     made = parse_rig(text)
     grid = build_grid(made.config)
     assert grid.dims == ("dwell", "speed", "waiting_time") and grid.shape == (2, 2, 3)
-    cells = grid.cells(0, grid.size)
+    cells = grid[:]
     assert cells["dwell"].tolist() == [0.0] * 6 + [1.0] * 6
     assert cells["stroke"].tolist() == [0.002] * 3 + [0.02] * 3 + [0.002] * 3 + [0.02] * 3
     assert cells["waiting_time"][:3] == pytest.approx([1, 10, 100])
@@ -152,7 +152,7 @@ def test_everything_of_a_rig_reads_back_equal_when_resolved():
         sensor={"bandwidth": 800.0, "force_noise": 0.1, "seed": 7}, solver={"max_steps": 1e5},
     )  # fmt: skip
     assert parse_rig(made.to_yaml()) == made
-    assert made.features.bandwidth == 100.0 and made.risk.base == 2.0 and made.settings.features.subtract_offset
+    assert made.features.bandwidth == 100.0 and made.risk.base == 2.0 and made.features.subtract_offset
 
 
 def test_what_is_not_said_holds_by_default():

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.rig import RPN_NAME, Risk, calibrate
-from stickslip.rig.analysis.pairs import calibrate_file
-from stickslip.rig.risk import BANDS, INPUTS, band_of, decades, number_of
+from stickslip.rig.pairs import calibrate_file
+from stickslip.rig.rpn import BANDS, INPUTS, band_of, decades, number_of
 from stickslip.rig.settings import load_settings
 
 SIZES = st.floats(0, 1e9)

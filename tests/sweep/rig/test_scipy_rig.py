@@ -7,7 +7,7 @@ import pytest
 
 from helpers.scipy_rig import Rig, trapezoidal
 from stickslip.rig import Risk, features, find_sticks, identify, make_record
-from stickslip.rig.analysis.table import risk_inputs
+from stickslip.rig.evaluation import risk_inputs
 
 MASS, STIFFNESS, LOAD, SPEED = 0.1, 5000.0, 10.0, 0.01
 SIGNALS = ("spring_force", "friction_force", "acceleration", "drive_velocity", "stick")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.config.sections import Sensor
-from stickslip.rig.simulate import sensor as sensors
+from stickslip.rig import apparatus
 
 RATE, OVER = 2000.0, 8
 FINE = RATE * OVER
@@ -23,24 +23,24 @@ def sine(frequency, duration=4.0, over=OVER):
 
 def gain(frequency, **more):
     """Amplitude recorded of a sine of amplitude 1, at whatever frequency it appears."""
-    return float(np.std(sensors.seen(sine(frequency)[0], sensor(**more))[SETTLED])) * np.sqrt(2)
+    return float(np.std(apparatus.sensed(sine(frequency)[0], sensor(**more))[SETTLED])) * np.sqrt(2)
 
 
 def test_what_does_not_change_is_seen_as_it_is():
     for more in ({}, {"bandwidth": 300.0}, {"oversampling": 1}):
-        assert sensors.seen(np.full(9000, -3.7), sensor(**more)) == pytest.approx(-3.7, rel=1e-9)
+        assert apparatus.sensed(np.full(9000, -3.7), sensor(**more)) == pytest.approx(-3.7, rel=1e-9)
 
 
 def test_a_short_record_is_seen_as_well():
     for more in ({}, {"bandwidth": 300.0}):
-        assert sensors.seen(np.full(16 * OVER, 2.0), sensor(**more)) == pytest.approx(np.full(16, 2.0), rel=1e-9)
+        assert apparatus.sensed(np.full(16 * OVER, 2.0), sensor(**more)) == pytest.approx(np.full(16, 2.0), rel=1e-9)
 
 
 @pytest.mark.parametrize("frequency", [1.0, 50.0, 400.0, 800.0])
 def test_slow_sines_are_seen_as_they_are_at_the_times_of_the_record(frequency):
     values, time = sine(frequency)
-    seen = sensors.seen(values, sensor())
-    at = sensors.times(values.size + 1, sensor())
+    seen = apparatus.sensed(values, sensor())
+    at = apparatus.times(values.size + 1, sensor())
     assert at == pytest.approx(time[::OVER], rel=1e-12)
     assert seen[SETTLED] == pytest.approx(np.sin(2 * np.pi * frequency * at)[SETTLED], abs=2e-4)
 
@@ -62,7 +62,7 @@ def test_a_sensor_is_3_db_down_at_its_bandwidth_and_falls_by_24_db_an_octave(ban
 def test_a_sensor_with_a_bandwidth_lags_and_shows_nothing_before_it_happens():
     """But for the last low-pass, whose ringing before a jump ends 32 samples away."""
     step = (np.arange(16_000) >= 8000).astype(float)
-    seen = sensors.seen(step, sensor(bandwidth=50.0))
+    seen = apparatus.sensed(step, sensor(bandwidth=50.0))
     at = 8000 // OVER
     assert np.abs(seen[: at - 32]).max() < 1e-12 and np.abs(seen[:at]).max() < 1e-3
     assert 1.05 < seen.max() < 1.15  # the overshoot of a Butterworth filter of order 4 is 10.8 %
@@ -72,8 +72,8 @@ def test_a_sensor_with_a_bandwidth_lags_and_shows_nothing_before_it_happens():
 
 def test_times_are_evenly_spaced_at_the_rate_and_in_the_middle_of_a_difference():
     for samples in (130, 129, 137, 138):
-        time = sensors.times(samples, sensor())
-        assert time.size == sensors.seen(np.zeros(samples - 1), sensor()).size
+        time = apparatus.times(samples, sensor())
+        assert time.size == apparatus.sensed(np.zeros(samples - 1), sensor()).size
         assert time[0] == 0.5 / FINE
         assert np.diff(time) == pytest.approx(1 / RATE, rel=1e-12)
         assert time[-1] < (samples - 1) / FINE
@@ -82,16 +82,16 @@ def test_times_are_evenly_spaced_at_the_rate_and_in_the_middle_of_a_difference()
 def test_accelerations_add_up_to_the_change_of_the_velocity():
     random = np.random.default_rng(4)
     velocity = np.cumsum(random.normal(size=50_000)) + 100 * (np.arange(50_000) > 20_000)
-    acceleration = sensors.accelerations(velocity, sensor())
+    acceleration = apparatus.accelerations(velocity, sensor())
     assert acceleration.sum() / FINE == pytest.approx(velocity[-1] - velocity[0], rel=1e-12)
-    assert sensors.midway(velocity).size == acceleration.size
+    assert apparatus.midway(velocity).size == acceleration.size
 
 
 def test_a_record_keeps_the_change_of_the_velocity_over_a_jump_of_the_acceleration():
     """The low-pass has the gain 1 for what lasts: the integral of a pulse shorter than a sample is there."""
     velocity = np.where(np.arange(80_001) > 40_003, 0.25, 0.0)
     for more in ({}, {"bandwidth": 300.0}):
-        seen = sensors.seen(sensors.accelerations(velocity, sensor(**more)), sensor(**more))
+        seen = apparatus.sensed(apparatus.accelerations(velocity, sensor(**more)), sensor(**more))
         assert seen.sum() / RATE == pytest.approx(0.25, rel=1e-4)
 
 
@@ -99,7 +99,7 @@ def test_noise_is_white_has_the_standard_deviation_asked_for_and_is_that_of_its_
     values = np.linspace(0, 1, 100_000)
 
     def noise(*seed):
-        return sensors.noisy(values, 0.3, np.random.default_rng(seed)) - values
+        return apparatus.noisy(values, 0.3, np.random.default_rng(seed)) - values
 
     first = noise(1, 0)
     assert np.std(first) == pytest.approx(0.3, rel=0.01) and abs(first.mean()) < 0.005
@@ -107,4 +107,4 @@ def test_noise_is_white_has_the_standard_deviation_asked_for_and_is_that_of_its_
     assert np.array_equal(first, noise(1, 0))
     for other in (noise(1, 1), noise(2, 0)):
         assert abs(np.corrcoef(first, other)[0, 1]) < 0.02
-    assert sensors.noisy(values, 0.0, np.random.default_rng(1)) is values
+    assert apparatus.noisy(values, 0.0, np.random.default_rng(1)) is values

@@ -8,9 +8,8 @@ import pytest
 import stickslip
 from helpers.rig_cases import data, exact, random_data, reference, rig
 from stickslip.config.sections import Sensor
-from stickslip.rig import RigTests, features, make_record, make_rig, run_matrix
+from stickslip.rig import RigTests, apparatus, features, make_record, make_rig, run_matrix
 from stickslip.rig.quantities import EXACT, FEATURES
-from stickslip.rig.simulate import sensor as sensors
 from stickslip.vocabulary.flags import STATUSES
 from stickslip.vocabulary.laws import LAWS
 
@@ -40,12 +39,12 @@ def seen_by(sensor, found, wait):
     _, signals = found.sample(fine)
     first = round(wait * fine)
     x, v, stick = (signals[name][first:] for name in ("displacement", "velocity", "stick"))
-    acceleration, spring = sensors.accelerations(v, sensor), found.stiffness * sensors.midway(x)
-    friction = found.mass * acceleration + found.damping * sensors.midway(v) + spring
-    time = sensors.times(v.size, sensor)
+    acceleration, spring = apparatus.accelerations(v, sensor), found.stiffness * apparatus.midway(x)
+    friction = found.mass * acceleration + found.damping * apparatus.midway(v) + spring
+    time = apparatus.times(v.size, sensor)
     shown = {"spring_force": spring, "friction_force": friction, "acceleration": acceleration}
-    record = {name: sensors.seen(values, sensor)[: time.size] for name, values in shown.items()}
-    record["stick"] = sensors.seen(stick[1:].astype(float), sensor) > 0.5
+    record = {name: apparatus.sensed(values, sensor)[: time.size] for name, values in shown.items()}
+    record["stick"] = apparatus.sensed(stick[1:].astype(float), sensor) > 0.5
     return time, record
 
 
@@ -165,7 +164,7 @@ def test_records_reach_to_the_end_of_the_drive_whatever_the_rate(seed):
     drive |= {"ramp": None} if drive["profile"] == "sine" else {}
     tests = RigTests(rig(drive=drive, sensor={"rate": rate, "oversampling": over}))
     (test,) = tests.tests([0])
-    whole = float(tests.drive(tests._one(0))[:, 0].sum()) - wait
+    whole = float(tests.drive(tests._cell(0))[:, 0].sum()) - wait
     time = test.record["time"].values
     assert np.isfinite(test.record["acceleration"]).all()
     assert whole - 2.0 / rate < time[-1] <= whole

@@ -9,9 +9,8 @@ from helpers.cycles import COULOMB, PAIR, STICKING, SUSTAINED, UNIT, coulomb_har
 from stickslip import sound
 from stickslip.engine import Options, stop_flag
 from stickslip.sound import levels
-from stickslip.sound.loudness import levels_of
-from stickslip.sound.weighting import a_weighting
-from stickslip.vocabulary.cells import as_cells
+from stickslip.sound.loudness import a_weighting, levels_of
+from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.flags import REGIMES
 
 LEVEL = "acceleration_level_a"

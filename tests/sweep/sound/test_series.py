@@ -10,7 +10,7 @@ from helpers.scipy_oscillator import SHAPES
 from stickslip.engine import Options, sampled
 from stickslip.sound.cycles import cycles_of, results_of
 from stickslip.sound.series import Series, samples_for, series_of
-from stickslip.vocabulary.cells import as_cells
+from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.flags import STATUSES
 
 CASES = STICKING | SUSTAINED

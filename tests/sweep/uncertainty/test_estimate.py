@@ -8,7 +8,7 @@ from scipy import stats
 
 from stickslip.theory.distributions import Uniform
 from stickslip.uncertainty.design import Design
-from stickslip.uncertainty.estimate import index_sums, indices_of, ratio
+from stickslip.uncertainty.reduction import index_sums, indices_of, ratio
 
 A, B = 7.0, 0.1  # of the Ishigami function
 

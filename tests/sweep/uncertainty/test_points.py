@@ -14,8 +14,7 @@ from stickslip.theory.distributions import (
     Uniform,
     share_outside,
 )
-from stickslip.uncertainty.design import Design
-from stickslip.uncertainty.points import BITS, SobolPoints
+from stickslip.uncertainty.design import BITS, Design, SobolPoints
 
 Z = np.array([-5.0, -2.0, -0.3, 0.0, 0.7, 3.0, 4.0])
 PAIRS = [  # ours, SciPy's

@@ -9,11 +9,12 @@ import pytest
 from scipy import stats
 
 import stickslip
+from stickslip.config.options import options_of
 from stickslip.config.reader import parse_config
 from stickslip.engine import stop_flag
 from stickslip.uncertainty.design import Design
-from stickslip.uncertainty.reduction import STATES, Asked, reduced
-from stickslip.uncertainty.sampling import sample_study
+from stickslip.uncertainty.reduction import STATES, Summary, reduced
+from stickslip.uncertainty.sampling import SampleStudy
 
 PAD = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 TEXT = """\
@@ -32,7 +33,7 @@ pytestmark = pytest.mark.usefixtures("kernels")
 
 def sample(draws=1024, seed=1, more="", axes="", steps=100_000, text=TEXT):
     config = parse_config(text.format(draws=draws, seed=seed, more=more, axes=axes, steps=steps))
-    return sample_study(config)
+    return SampleStudy(config, options_of(config))
 
 
 def results(of, block=20_000):
@@ -40,7 +41,7 @@ def results(of, block=20_000):
         of.compute(range(start, min(start + block, of.size)), stop_flag()).results for start in range(0, of.size, block)
     ]
     said = of.inputs.uncertain
-    found = reduced(blocks, of.inputs.grid.size, of.design, Asked(said.metrics, said.quantiles))
+    found = reduced(blocks, of.inputs.grid.size, of.design, Summary(said.metrics, said.quantiles))
     return {name: values[0] for name, values in found.items()} if of.inputs.grid.size == 1 else found
 
 
@@ -65,7 +66,7 @@ def test_errors_of_probabilities_are_as_large_as_the_probabilities_are_wrong():
         design = Design(2, 256, 8, seed, False)
         normals = design.normals(design.place(0, design.per_cell))
         regime = np.where(normals @ [0.8, 0.6] < 0.3, 1, 2).astype(np.int8)
-        found = reduced([{"regime": regime}], 1, design, Asked((), ()))
+        found = reduced([{"regime": regime}], 1, design, Summary((), ()))
         off.append((found["probability"][0, 0] - exact) / found["probability_error"][0, 0])
     assert 0.8 < np.std(off) < 1.7  # Student's t with 7 degrees of freedom: 1.18
     assert abs(np.mean(off)) < 0.5
@@ -174,7 +175,7 @@ def test_no_more_than_one_scrambling_is_looked_at_together():
             yield {"regime": np.where(np.arange(size) % 4 == 0, 1, 2).astype(np.int8)}
 
     tracemalloc.start()
-    found = reduced(blocks(), 1, design, Asked((), ()))
+    found = reduced(blocks(), 1, design, Summary((), ()))
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert sum(held) == 2**21 and found["probability"][0, 0] == pytest.approx(0.25, abs=1e-3)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import prod
 from typing import Any
 
 import numpy as np
@@ -12,20 +11,20 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.borders import Limits
+from stickslip.borders.lines import CellsOrConfig
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
 from stickslip.config.studies import Margins
 from stickslip.dataset.build import grid_coordinates, parameter_variable
+from stickslip.dataset.given import given_cells
 from stickslip.dataset.margins import ON_SIDES, SIDES, margin_dataset
 from stickslip.distances.joint import MOST_STEPS, Cheapest, cheapest
 from stickslip.distances.reach import FACTOR, Reach, parameters_of, reach_of, with_measured, within_of
-from stickslip.distances.regimes import Asked, Floats, Labels, codes, decided
-from stickslip.distances.single import Borders, nearest
+from stickslip.distances.single import Borders, Floats, Labels, Search, codes, decided, nearest
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study, joined
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.parameter import NAN
 from stickslip.vocabulary.quantities import MEASURED
 
@@ -78,24 +77,14 @@ class Question:
         return np.array([self.costs.get(name, 1.0) for name in self.parameters])
 
 
-@dataclass(frozen=True, eq=False)
-class Asking:
-    """The cells that are asked about: dims, shape, coordinates, and their parameters from start to stop."""
-
-    dims: tuple[str, ...]
-    shape: tuple[int, ...]
-    coordinates: Mapping[str, xr.Variable]
-    cells: Callable[[int, int], Cells]
-
-
 class MarginStudy(Study):
     """The margins of cells, its items."""
 
     name, counted = "margins", "cells"
 
-    def __init__(self, asking: Asking, question: Question, options: Options) -> None:
-        self._asking, self._question = asking, question
-        self.dims, self.shape = asking.dims, asking.shape
+    def __init__(self, cells: Cells, question: Question, options: Options) -> None:
+        self._cells, self.question = cells, question
+        self.dims, self.shape = cells.dims, cells.shape
         self.options = replace(options, early_stop=True)
         self._measured = bool(set(MEASURED) & set(question.parameters))
         if self._measured and options.law != "stribeck":
@@ -110,20 +99,19 @@ class MarginStudy(Study):
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The margins of a range of cells."""
-        found = []
+        parts = []
         for start in range(items.start, items.stop, _TOGETHER):
-            some = range(start, min(start + _TOGETHER, items.stop))
-            asked = Asked(self._cells(some), self.options, stop, self._question.speeds, moved)
+            cells = self._parameters(start, min(start + _TOGETHER, items.stop))
             try:
-                found.append(_margins(asked, len(some), self._question))
+                parts.append(_margins(Search(cells, self.options, stop, self.question.speeds, moved), self.question))
             except StoppedError:
                 return Finished({}, False)
-        whole = joined(found) if found else self.blank(items)
+        whole = joined(parts) if parts else self.blank(items)
         return Finished({name: whole[name].astype(dtype) for name, dtype in self.columns.items()})
 
-    def _cells(self, some: range) -> Cells:
+    def _parameters(self, start: int, stop: int) -> Parameters:
         """Cells, with what is measured of their curves where that is to change."""
-        cells = self._asking.cells(some.start, some.stop)
+        cells = self._cells[start:stop]
         return with_measured(cells) if self._measured else cells
 
     def blank(self, items: range) -> Results:
@@ -133,28 +121,37 @@ class MarginStudy(Study):
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The margins over the cells, and ``side``."""
-        whole, asking = joined(parts), self._asking
-        coordinates = dict(asking.coordinates)
+        whole, coordinates = joined(parts), grid_coordinates(self._cells)
         if self._measured:
-            cells = self._cells(range(prod(asking.shape)))
-            coordinates |= {name: parameter_variable(name, asking.dims, cells[name].reshape(asking.shape))
+            cells = self._parameters(0, self._cells.size)
+            coordinates |= {name: parameter_variable(name, self.dims, cells[name].reshape(self.shape))
                             for name in MEASURED}  # fmt: skip
-        told = dict(attributes) | _told(self._question, whole, self.options)
-        return margin_dataset(
-            self._question.parameters, asking.dims, asking.shape, coordinates, whole, told
-        )  # fmt: skip
+        attributes = dict(attributes) | _attributes(self.question, whole, self.options)
+        return margin_dataset(self.question.parameters, self.dims, self.shape, coordinates, whole, attributes)
 
 
-def margin_study(config: Config, asked: Margins) -> MarginStudy:
-    """The margins that a section of a configuration asks for. Raises TypeError or ValueError for what cannot be."""
-    grid = build_grid(config)
-    asking = Asking(grid.dims, grid.shape, grid_coordinates(grid), grid.cells)
-    names = asked.parameters or parameters_of(grid.cells(0, grid.size))
+def margin_study(
+    given: CellsOrConfig, section: Margins, options: Options, speeds: tuple[float, ...] = ()
+) -> MarginStudy:
+    """The margins that a section of a configuration asks for; `speeds` as in `Question`.
+
+    Raises TypeError or ValueError for what cannot be.
+    """
+    if isinstance(given, Config) and given.drive is not None:
+        raise ValueError("a configuration with a drive is that of a rig, whose cells have no regime")
+    if isinstance(given, Config) and given.uncertain is not None:
+        raise ValueError("a configuration with uncertain quantities has no single margin; leave uncertain out")
+    limits = Limits(section.scan, section.tolerance)
+    options = limits.applied(options, section.rtol)
+    cells = build_grid(given) if isinstance(given, Config) else given_cells(given, options.law)
+    names = section.parameters
+    if names is None:
+        names = tuple(name for name in parameters_of(cells[:]) if not (speeds and name == "belt_speed"))
     question = Question(
-        names, asked.costs, asked.within, asked.into, asked.scan, asked.tolerance, asked.beyond, asked.joint
-    )
-    rtol = Limits(asked.scan, asked.tolerance).rtol() if asked.rtol is None else asked.rtol
-    return MarginStudy(asking, question, replace(options_of(config), rtol=rtol))
+        names, section.costs, section.within, section.into, section.scan, section.tolerance, section.beyond,
+        section.joint, speeds,
+    )  # fmt: skip
+    return MarginStudy(cells, question, options)
 
 
 def _columns(question: Question) -> Iterator[tuple[str, bool]]:
@@ -170,27 +167,27 @@ def _columns(question: Question) -> Iterator[tuple[str, bool]]:
             yield from ((f"joint{kind}_{name}", False) for kind in ("", "_share", "_proposed"))
 
 
-def _margins(asked: Asked, size: int, question: Question) -> Results:
+def _margins(search: Search, question: Question) -> Results:
     """The columns of some cells. Raises StoppedError."""
-    cells = asked.cells
-    home = asked.regimes(np.arange(size), {})
+    cells, size = search.cells, search.steps.size
+    home = search.regimes(np.arange(size), {})
     into = None if question.into is None else codes(question.into)
     within = within_of(question.within, question.parameters)
     reaches = [reach_of(name, cells, within[name]) for name in question.parameters]
     table: Results = {"regime": home}
     cheapest_single = np.full(size, np.inf)
     for reach, cost in zip(reaches, question.of_each, strict=True):
-        found = nearest(asked, reach, home, into, question.scan, question.tolerance)
-        table |= _single(asked, reach, found, question)
+        found = nearest(search, reach, home, into, question.scan, question.tolerance)
+        table |= _single(search, reach, found, question)
         cheapest_single = np.fmin(cheapest_single, cost * np.fmin(*np.abs(found.change.T)))
     if question.joint:
         tolerance = max(question.tolerance, _OF_JOINT)
-        best = cheapest(asked, reaches, question.of_each, home, into, question.scan, tolerance, cheapest_single)
-        table |= _joint(asked, reaches, best, question)
+        best = cheapest(search, reaches, question.of_each, home, into, question.scan, tolerance, cheapest_single)
+        table |= _joint(search, reaches, best, question)
     return table
 
 
-def _single(asked: Asked, reach: Reach, found: Borders, question: Question) -> Results:
+def _single(search: Search, reach: Reach, found: Borders, question: Question) -> Results:
     """What is said of one parameter: both borders, the nearer of them as distance and as factor, and the checks."""
     size = reach.value.size
     middle = found.low + (found.high - found.low) / 2
@@ -201,7 +198,7 @@ def _single(asked: Asked, reach: Reach, found: Borders, question: Question) -> R
     name = reach.name
     table = {f"margin_{name}": border - reach.value, f"ratio_{name}": ratio}
     for i, side in enumerate(SIDES):
-        regimes, values = _checked(asked, [reach], found.change[:, [i]], question.beyond)
+        regimes, values = _checked(search, [reach], found.change[:, [i]], question.beyond)
         on_side = {
             "border": middle[:, i], "border_width": found.high[:, i] - found.low[:, i], "beyond": found.beyond[:, i],
             "proposed": values[:, 0], "checked": regimes,
@@ -210,7 +207,7 @@ def _single(asked: Asked, reach: Reach, found: Borders, question: Question) -> R
     return table
 
 
-def _joint(asked: Asked, reaches: Sequence[Reach], best: Cheapest, question: Question) -> Results:
+def _joint(search: Search, reaches: Sequence[Reach], best: Cheapest, question: Question) -> Results:
     """What is said of the cheapest joint change."""
     found = {"joint_cost": np.where(np.isfinite(best.cost), best.cost, NAN)}
     everywhere = np.arange(best.cost.size)
@@ -220,12 +217,12 @@ def _joint(asked: Asked, reaches: Sequence[Reach], best: Cheapest, question: Que
         found[f"joint_{reach.name}"] = np.where(known, values, NAN)
         cost = question.of_each[i] * best.changes[:, i]
         found[f"joint_share_{reach.name}"] = np.where(known, (cost / best.cost) ** 2, NAN)
-    regimes, values = _checked(asked, reaches, best.changes, question.beyond)
+    regimes, values = _checked(search, reaches, best.changes, question.beyond)
     found["joint_checked"], found["joint_ended"] = regimes, best.ended
     return found | {f"joint_proposed_{reach.name}": values[:, i] for i, reach in enumerate(reaches)}
 
 
-def _checked(asked: Asked, reaches: Sequence[Reach], changes: Floats, beyond: float) -> tuple[Labels, Floats]:
+def _checked(search: Search, reaches: Sequence[Reach], changes: Floats, beyond: float) -> tuple[Labels, Floats]:
     """Regimes of cells a little past the border, and the values there; 0 and NaN where there is none.
 
     changes : (n, k) up to the border. The length of the change grows by the share `beyond`, or by as much as a single
@@ -240,16 +237,16 @@ def _checked(asked: Asked, reaches: Sequence[Reach], changes: Floats, beyond: fl
     further = changes[there] * (1 + more / np.where(length > 0, length, 1.0))
     for i, reach in enumerate(reaches):
         values[there, i] = reach.at(further[:, i], there)
-    regimes[there] = asked.regimes(there, {reach.name: values[there, i] for i, reach in enumerate(reaches)})
+    regimes[there] = search.regimes(there, {reach.name: values[there, i] for i, reach in enumerate(reaches)})
     return regimes, values
 
 
-def _told(question: Question, table: Mapping[str, NDArray[Any]], options: Options) -> dict[str, str | float]:
+def _attributes(question: Question, table: Mapping[str, NDArray[Any]], options: Options) -> dict[str, str | float]:
     """What was done and what it cannot see, as global attributes."""
     open_cells = int(np.count_nonzero(~decided(table["regime"])))
     none = [name for name in question.parameters if np.isnan(table[f"margin_{name}"]).all()]
     within = within_of(question.within, question.parameters)
-    told: dict[str, str | float] = {
+    attributes: dict[str, str | float] = {
         "margin_within": _all_spelled(within),
         "margin_into": ", ".join(question.into) if question.into else "any other regime",
         "margin_scan": f"{question.scan} places on either side, evenly spaced in the change: what begins and ends "
@@ -261,16 +258,16 @@ def _told(question: Question, table: Mapping[str, NDArray[Any]], options: Option
     }
     if question.speeds:
         low, *_, high = question.speeds
-        told["margin_speeds"] = f"the worst of {len(question.speeds)} belt speeds from {low:g} to {high:g} m/s"
+        attributes["margin_speeds"] = f"the worst of {len(question.speeds)} belt speeds from {low:g} to {high:g} m/s"
     if open_cells:
-        told["margin_undecided"] = f"{open_cells} cells are unresolved or failed and have no margin"
+        attributes["margin_undecided"] = f"{open_cells} cells are unresolved or failed and have no margin"
     if question.joint:
         costs = ", ".join(f"{name}: {cost:g}" for name, cost in zip(question.parameters, question.of_each, strict=True))
         if ended := int(np.count_nonzero(table["joint_ended"])):
-            told["joint_ended"] = f"searches that ended after {MOST_STEPS:,.0f} steps of integration: {ended}; there " \
-                "may be a cheaper joint change"  # fmt: skip
-        told["joint_costs"] = f"{costs}; of a change by the factor e, or by its scale where the value is 0"
-    return told
+            after = f"searches that ended after {MOST_STEPS:,.0f} steps of integration: {ended}"
+            attributes["joint_ended"] = f"{after}; there may be a cheaper joint change"
+        attributes["joint_costs"] = f"{costs}; of a change by the factor e, or by its scale where the value is 0"
+    return attributes
 
 
 def _all_spelled(within: Mapping[str, float | tuple[float, float]]) -> str:

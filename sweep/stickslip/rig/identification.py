@@ -15,7 +15,7 @@ import xarray as xr
 from scipy.optimize import least_squares  # type: ignore[import-untyped]
 
 from stickslip.fit.uncertainty import Floats, Interval, covariance, student
-from stickslip.rig.analysis.table import features
+from stickslip.rig.evaluation import features
 from stickslip.rig.quantities import FORCES
 from stickslip.rig.settings import FeatureSettings
 
@@ -60,15 +60,35 @@ def identify(
     settings: FeatureSettings | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Identification:
-    """The parameters with which `simulate` gives a record with the features of the measured one.
+    """Identify the parameters with which `simulate` gives a record with the features of the measured one.
 
-    start : first guesses, > 0, in SI. bounds : (lowest, highest), > 0, of some. names : the features to compare; those
-    that the measured record does not define are left out. sigma : standard deviations of measured features, from
-    repetitions; 2 % of the feature where none is given, and then the errors are scaled by the residuals of the fit.
-    Simulated records are judged by what the measured one has: no stick flags, for instance, if it has none.
-    progress : called with (records simulated, how many there may be at most).
-    The search goes over logarithms of the parameters. Raises ValueError if there are fewer features than parameters or
-    if the simulated record lacks one of them at the start.
+    The search goes over logarithms of the parameters. Simulated records are evaluated with what the measured one has:
+    without stick flags, for instance, if it has none.
+
+    Parameters
+    ----------
+    simulate
+        Gives the record for parameters by name: `simulator`.
+    record
+        The measured one.
+    start
+        First guesses, > 0, in SI.
+    bounds
+        (lowest, highest), > 0, of some parameters; else a thousandth and a thousand times the start.
+    names
+        The features to compare; those that the measured record does not define are left out.
+    sigma
+        Standard deviations of measured features, from repetitions; 2 % of the feature where none is given, and then
+        the errors are scaled by the residuals of the fit.
+    settings
+        Of the features.
+    progress
+        Called with (records simulated, how many there may be at most).
+
+    Raises
+    ------
+    ValueError
+        Fewer features than parameters, or one of them that the simulated record lacks at the start.
     """
     target = _vector(features(record, settings), names)
     used = [name for name in names if np.isfinite(target[name])]
@@ -81,14 +101,14 @@ def identify(
     largest = np.ones(len(used))  # of residuals: what a feature that a trial record lacks is counted as
 
     def simulated(p: Floats) -> dict[str, float]:
-        found = simulate(dict(zip(keys, np.exp(p).tolist(), strict=True)))
+        trial = simulate(dict(zip(keys, np.exp(p).tolist(), strict=True)))
         if progress:
             progress(next(count), most)
-        return _vector(features(_as_measured(found, record), settings), used)
+        return _vector(features(_as_measured(trial, record), settings), used)
 
     def residuals(p: Floats) -> Floats:
-        found = simulated(p)
-        r = np.array([(found[name] - target[name]) / spread[name] for name in used])
+        trial = simulated(p)
+        r = np.array([(trial[name] - target[name]) / spread[name] for name in used])
         known = np.isfinite(r)
         largest[known] = np.maximum(largest[known], np.abs(r[known]))
         return np.where(known, r, 10.0 * largest)
@@ -106,7 +126,6 @@ def identify(
     scale = 1.0 if sigma is not None else (2.0 * run.cost / freedom if freedom > 0 else np.inf)
     by_log = covariance(run.jac) * scale
     values = np.exp(run.x)
-    found = by_log * np.outer(values, values)
     reach = student(np.inf if sigma is not None else freedom)
     error = np.sqrt(np.diag(by_log))
     ends = [np.exp(np.clip(run.x + side * reach * error, -700, 700)) for side in (-1.0, 1.0)]
@@ -114,7 +133,7 @@ def identify(
         estimates=dict(zip(keys, values.tolist(), strict=True)),
         standard_error=dict(zip(keys, (error * values).tolist(), strict=True)),
         interval={key: (float(a), float(b)) for key, a, b in zip(keys, *ends, strict=True)},
-        covariance=found,
+        covariance=by_log * np.outer(values, values),
         measured={name: target[name] for name in used},
         simulated=simulated(run.x),
         sigma=spread,
@@ -124,23 +143,22 @@ def identify(
     )
 
 
-def _as_measured(found: xr.Dataset, record: xr.Dataset) -> xr.Dataset:
-    """What of a simulated record the measured one has as well: features depend on what is known."""
-    kept = () if any(name in found and name in record for name in FORCES) else FORCES
-    return found.drop_vars([name for name in found.variables if name not in record.variables and name not in kept])
+def _as_measured(trial: xr.Dataset, record: xr.Dataset) -> xr.Dataset:
+    """The part of a simulated record that the measured one has as well: features depend on what is known."""
+    needed = () if any(name in trial and name in record for name in FORCES) else FORCES
+    return trial.drop_vars([name for name in trial.variables if name not in record.variables and name not in needed])
 
 
-def _vector(found: xr.Dataset, names: Sequence[str]) -> dict[str, float]:
-    return {name: float(found[name]) for name in names}
+def _vector(row: xr.Dataset, names: Sequence[str]) -> dict[str, float]:
+    return {name: float(row[name]) for name in names}
 
 
 def _limits(start: Parameters, bounds: Mapping[str, Interval]) -> tuple[Floats, Floats]:
     """Logarithms of the lowest and highest values. Raises ValueError."""
-    for key, value in start.items():
-        low, high = bounds.get(key, (value / _BOUND, value * _BOUND))
+    ends = [bounds.get(key, (value / _BOUND, value * _BOUND)) for key, value in start.items()]
+    for (key, value), (low, high) in zip(start.items(), ends, strict=True):
         if not 0 < low < value < high:
             raise ValueError(
                 f"{key}: got the start {value:g}, expected it between the bounds {low:g} and {high:g} (> 0)"
             )
-    ends = [bounds.get(key, (value / _BOUND, value * _BOUND)) for key, value in start.items()]
     return np.log([low for low, _ in ends]), np.log([high for _, high in ends])

@@ -1,7 +1,13 @@
-"""How the plate of a rig moves: segments of constant acceleration.
+"""The parts of a simulated rig: the plate that moves in segments of constant acceleration, and the sensors.
 
 A segment is (duration in s, speed at its start in m/s, acceleration in m/s2). A test is a hold time (`waiting_time`),
 then reciprocating strokes, each followed by standstill (`dwell`).
+
+Sensors give evenly spaced samples, limited in bandwidth, with noise. The motion is sampled `oversampling` times as
+often as the record, where the acceleration is the mean over the time between two samples (the change of the velocity,
+so no jump of it is missed). There the sensor follows within its bandwidth, if it has one (a causal low-pass,
+Butterworth of order 4), and what is above the Nyquist frequency is removed before decimation: by a symmetric low-pass,
+flat to 0.82 of that frequency and 80 dB down from 0.98 of it on. So nothing is aliased, unless `oversampling` is 1.
 """
 
 from __future__ import annotations
@@ -10,12 +16,19 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy import signal  # type: ignore[import-untyped]
 
-Floats = NDArray[np.float64]
+from stickslip.config.sections import Sensor
+from stickslip.rig.signals import Floats, band_limited
 
 PIECES = 64  # straight pieces of the speed of a sinusoidal stroke
 _SINE_MEAN = 1.0 / (PIECES * math.tan(0.5 * math.pi / PIECES))  # of these pieces, over the top speed
+_HALF_LENGTH = 32  # of the symmetric low-pass, in samples of the record
+_CUTOFF = 0.9  # of half the sampling rate: 6 dB down there
+_ATTENUATION = 80.0  # dB
+
+
+# --- the plate --------------------------------------------------------------------------------------------------------
 
 
 def segments(profile: str, strokes: int, quantities: Mapping[str, float]) -> Floats:
@@ -65,3 +78,41 @@ def motion(drive: Floats, time: Floats) -> tuple[Floats, Floats]:
     since = time - begins[at]
     speed = drive[at, 1] + drive[at, 2] * since
     return speed, (np.cumsum(ways) - ways)[at] + since * 0.5 * (drive[at, 1] + speed)
+
+
+# --- the sensors ------------------------------------------------------------------------------------------------------
+
+
+def times(samples: int, sensor: Sensor) -> Floats:
+    """Times of the samples of a record, s since the first of `samples` samples of the motion."""
+    size = -(-(samples - 1) // sensor.oversampling)
+    return np.asarray((np.arange(size) + 0.5 / sensor.oversampling) / sensor.rate, np.float64)
+
+
+def accelerations(velocity: Floats, sensor: Sensor) -> Floats:
+    """Mean accelerations between the samples of the motion."""
+    return np.asarray(np.diff(velocity) * (sensor.rate * sensor.oversampling))
+
+
+def midway(values: Floats) -> Floats:
+    """Values between the samples of the motion, of something that does not jump."""
+    return np.asarray(0.5 * (values[1:] + values[:-1]))
+
+
+def sensed(values: Floats, sensor: Sensor) -> Floats:
+    """The sensor's record, without noise, of a signal given between the samples of the motion."""
+    fine = sensor.rate * sensor.oversampling
+    if sensor.bandwidth is not None:
+        values = band_limited(values, fine, sensor.bandwidth)
+    if sensor.oversampling == 1:
+        return values
+    half = _HALF_LENGTH * sensor.oversampling
+    window = ("kaiser", signal.kaiser_beta(_ATTENUATION))
+    weights = signal.firwin(2 * half + 1, _CUTOFF / sensor.oversampling, window=window)
+    padded = np.pad(values, half, mode="edge")
+    return np.asarray(signal.oaconvolve(padded, weights, mode="valid")[:: sensor.oversampling])
+
+
+def noisy(values: Floats, deviation: float, noise: np.random.Generator) -> Floats:
+    """Values with white Gaussian noise of a standard deviation."""
+    return values if deviation == 0.0 else values + noise.normal(0.0, deviation, values.size)

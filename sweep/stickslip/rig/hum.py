@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft, interpolate, ndimage, signal, special  # type: ignore[import-untyped]
 
-from stickslip.rig.records.sampling import Floats
+from stickslip.rig.signals import Flags, Floats
 
 LAG = 3e-3  # s, of the second difference: passes 40 to 300 Hz, and hardly what is slower
 _SMOOTH = 0.02  # s, over which the bend is judged quiet: a period of mains
@@ -66,7 +66,7 @@ class _Channel:
     def __init__(self, name: str, values: Floats, lag: int, step: float) -> None:
         self.name, self.values, self._lag, self._step = name, values, lag, step
         self._edges = np.linspace(0, values.size, max(1, round(values.size * step / _BLOCK)) + 1).astype(np.intp)
-        self._within: NDArray[np.bool_] | None = None  # where another channel is quiet
+        self._within: Flags | None = None  # where another channel is quiet
         self._least = _LEAST[name] * float(np.abs(values).max())
         self._look()
 
@@ -81,14 +81,14 @@ class _Channel:
             self.quiet &= self._within
 
     def gain(self, frequency: ArrayLike) -> Floats:
-        """What the bend makes of a sine of the channel; never less than the noise lets be seen."""
+        """Factor by which the bend shows a sine of the channel; never less than the noise lets be seen."""
         angle = np.pi * np.asarray(frequency) * self._step
         gain = -4.0 * np.sin(angle * self._lag) ** 2
         if self.name != "force":
             gain = -gain * (0.5 * self._step / np.sin(np.maximum(angle, 1e-9))) ** 2
         return gain
 
-    def clean(self, other: _Channel, within: NDArray[np.bool_] | None = None) -> list[Tone]:
+    def clean(self, other: _Channel, within: Flags | None = None) -> list[Tone]:
         """Subtract the lines that are no motion; `other` is the channel that would share it."""
         original, frequencies, self._within = self.values, list[float](), within
         self._look()
@@ -149,7 +149,7 @@ class _Channel:
         return None
 
     def _moves(self, own: NDArray[np.complex128], its: NDArray[np.complex128], other: _Channel) -> bool:
-        """Whether two lines are of one motion: the bend of the force is the stiffness times that of the motion."""
+        """True if two lines are of one motion: the bend of the force is the stiffness times that of the motion."""
         force, motion = (self.bend, other.bend) if self.name == "force" else (other.bend, self.bend)
         loud = np.abs(motion) >= np.quantile(np.abs(motion), 0.9)
         stiffness = float(motion[loud] @ force[loud]) / max(float(motion[loud] @ motion[loud]), 1e-300)
@@ -163,12 +163,10 @@ class _Channel:
         time = np.arange(self.values.size, dtype=np.float64)
         return [np.asarray(2.0 * np.pi * f * self._step * time, np.float64) for f in frequencies]
 
-    def _fit(
-        self, bend: Floats, phases: list[Floats], where: NDArray[np.bool_] | None = None
-    ) -> NDArray[np.complex128]:
+    def _fit(self, bend: Floats, phases: list[Floats], where: Flags | None = None) -> NDArray[np.complex128]:
         """Complex amplitudes in each block by least squares over its quiet samples; NaN where they are few."""
         where = self.quiet if where is None else where
-        found = np.full((self._edges.size - 1, len(phases)), np.nan, np.complex128)
+        amplitudes = np.full((self._edges.size - 1, len(phases)), np.nan, np.complex128)
         for k, (start, stop) in enumerate(zip(self._edges[:-1], self._edges[1:], strict=True)):
             at = np.flatnonzero(where[start:stop]) + start
             if at.size < max(0.05 * (stop - start), 8 * len(phases)):
@@ -176,8 +174,8 @@ class _Channel:
             angles = np.stack([phase[at] for phase in phases])
             waves = np.concatenate([np.cos(angles), -np.sin(angles)])
             parts = np.linalg.lstsq(waves @ waves.T, waves @ bend[at], rcond=1e-10)[0]
-            found[k] = parts[: len(phases)] + 1j * parts[len(phases) :]
-        return found
+            amplitudes[k] = parts[: len(phases)] + 1j * parts[len(phases) :]
+        return amplitudes
 
     def _subtract(self, original: Floats, frequencies: list[float]) -> Floats:
         """Make `values` the channel without lines; their median amplitudes.
@@ -206,12 +204,12 @@ class _Channel:
 
 
 def _harmonic(low: float, high: float) -> bool:
-    """Whether one frequency (Hz) is a multiple of the other."""
+    """True if one frequency (Hz) is a multiple of the other."""
     return high > 1.5 * low and abs(high - round(high / low) * low) < 0.5
 
 
 def _persists(row: NDArray[np.complex128], harmonic: bool) -> bool:
-    """Whether phase and amplitude last from block to block; the phase of a harmonic drifts several times as fast."""
+    """True if phase and amplitude last from block to block; the phase of a harmonic drifts several times as fast."""
     if row.size <= _APART:
         return True
     product, size = row[_APART:] * row[:-_APART].conj(), np.abs(row)
@@ -220,7 +218,7 @@ def _persists(row: NDArray[np.complex128], harmonic: bool) -> bool:
 
 
 def _turning(row: NDArray[np.complex128]) -> float:
-    """By how much (rad) the phase turns from block to block; amplitudes of 0 are unknown."""
+    """Angle (rad) by which the phase turns from block to block; amplitudes of 0 are unknown."""
     turns, agreement = np.linspace(-np.pi, np.pi, 401), np.zeros(401)
     for apart in range(1, min(_APART, row.size - 1) + 1):
         agreement += np.real(np.vdot(row[:-apart], row[apart:]) * np.exp(-1j * apart * turns))

@@ -64,13 +64,8 @@ class Risk:
 
     @property
     def is_calibrated(self) -> bool:
-        """Whether the range of the pairs it was calibrated with is known, of any feature."""
+        """True if the range of the pairs it was calibrated with is known, of any feature."""
         return any(name.startswith(("lowest_", "highest_")) for name in self.known)
-
-    @property
-    def weights(self) -> tuple[float, ...]:
-        """In the order of `INPUTS`."""
-        return tuple(getattr(self, f"weight_{name}") for name in INPUTS)
 
     @property
     def scales(self) -> tuple[float, ...]:
@@ -83,8 +78,8 @@ class Risk:
         inputs : by names of `INPUTS`, in SI, >= 0; arrays that broadcast.
         """
         total = np.asarray(self.base, np.float64)
-        for name, weight, scale in zip(INPUTS, self.weights, self.scales, strict=True):
-            total = total + weight * decades(inputs[name], scale)
+        for name, scale in zip(INPUTS, self.scales, strict=True):
+            total = total + getattr(self, f"weight_{name}") * decades(inputs[name], scale)
         return np.asarray(total)
 
     def number(self, inputs: Mapping[str, ArrayLike]) -> NDArray[np.float64]:
@@ -96,12 +91,12 @@ class Risk:
 
         inputs : as for `level`. False where no range is known, or no feature.
         """
-        found = {}
+        outside = {}
         for name in INPUTS:
             low, high = getattr(self, f"lowest_{name}"), getattr(self, f"highest_{name}")
             values = np.asarray(inputs[name], np.float64)
-            found[name] = (values < low * (1.0 - _ROUNDED)) | (values > high * (1.0 + _ROUNDED))
-        return found
+            outside[name] = (values < low * (1.0 - _ROUNDED)) | (values > high * (1.0 + _ROUNDED))
+        return outside
 
 
 def decades(values: ArrayLike, scale: ArrayLike) -> NDArray[np.float64]:
@@ -114,7 +109,7 @@ def number_of(level: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(np.clip(np.floor(np.asarray(level, np.float64) + 0.5), LOWEST, HIGHEST))
 
 
-def number_text(number: float) -> str:
+def rpn_text(number: float) -> str:
     """A number as it is shown: "?" where it is not known, which was 0 in older files."""
     return f"{number:.0f}" if number >= LOWEST else "?"
 

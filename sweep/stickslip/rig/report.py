@@ -18,13 +18,12 @@ import xarray as xr
 
 from stickslip import pages
 from stickslip.pages import Cell, Column, Section
+from stickslip.rig.config import RigConfig
+from stickslip.rig.labels import Dimension, dimension, number_text, point_name, quantity_text
+from stickslip.rig.plots import LIGHTS, MEANINGS, plot_matrix, plot_records
 from stickslip.rig.quantities import FEATURES
-from stickslip.rig.report.matrix import MEANINGS, plot_matrix
-from stickslip.rig.report.traces import LIGHTS, plot_records
-from stickslip.rig.risk import BANDS, RPN_NAME, number_text
-from stickslip.rig.simulate.config import RigConfig
-from stickslip.rig.simulate.simulation import RigTests
-from stickslip.rig.words import Along, along, name_of, number, quantity
+from stickslip.rig.rpn import BANDS, RPN_NAME, rpn_text
+from stickslip.rig.simulation import RigTests
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.quantities import PARAMETERS
 
@@ -32,7 +31,6 @@ MOST_ROWS = 500  # of the table
 _MOST_TOGETHER = 6  # records drawn over each other, as many as there are colours
 _WIDEST_ENTRY = 22  # letters, of a legend
 _MOST_NAMED = 20  # tests that a warning names
-_DOTS = 200  # per inch, of plots without lines
 _LIGHTS_IN_PRINT = """\
 .green, .yellow, .red, .unknown { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
 td.green, td.yellow, td.red, td.unknown { text-align: center; font-weight: 600; }
@@ -62,101 +60,104 @@ _COLUMNS = (
 def write_report(
     path: str | os.PathLike[str], ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: RigConfig
 ) -> Path:
-    """Write the report of a test matrix (`run_matrix`) as one HTML file, replacing `path` only once it is whole.
+    """Write the report of a test matrix as one file, replacing `path` only once it is whole.
 
-    records : those to draw, by name; names that `RigTests.name` gives get their model RPN in the legend. rig : what the
-    matrix was computed from. Raises StoreError.
+    Parameters
+    ----------
+    path
+        HTML, or PDF.
+    ds
+        The matrix (`run_matrix`).
+    records
+        Those to draw, by name; names that `RigTests.name` gives get their model RPN in the legend.
+    rig
+        The configuration the matrix was computed from.
+
+    Raises
+    ------
+    StoreError
+        Where the file cannot be written.
     """
     return pages.write_page(path, report(ds, records, rig))
 
 
 def report(ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: RigConfig) -> str:
     """The text of the file that `write_report` writes."""
-    dims = [along(ds, dim) for dim in ds["model_rpn"].dims]
+    dims = [dimension(ds, dim) for dim in ds["model_rpn"].dims]
     traces = _traces(records, _known(ds, rig)) or pages.paragraph("No traces were asked for.")
     again = pages.paragraph("The full configuration; saved as a file, it gives the same matrix again:")
+    words = Template(_WORDS).substitute(rpn_name=escape(RPN_NAME), meanings=_meanings(ds))
     sections = [
         Section("The matrix", _maps(ds)),
         Section("Traces", traces),
         Section("All tests", f'<p class="legend">RPN: {escape(RPN_NAME)}. {_legend()}</p>\n{_table(ds, dims)}'),
-        Section(
-            "What the numbers mean", Template(_WORDS).substitute(rpn_name=escape(RPN_NAME), meanings=_meanings(ds))
-        ),
-        Section("Equal in all tests", _same(ds, rig)),
+        Section("What the numbers mean", words),
+        Section("Equal in all tests", _constants(ds, rig)),
         Section("Where this comes from", pages.provenance(ds.attrs) + again + pages.configuration(rig.to_yaml())),
     ]
     title = str(ds.attrs.get("title", "")) or rig.config.title
-    return pages.page(title, _summary(ds, dims), sections, warnings=_warnings(ds, dims), style=_style())
-
-
-def _style() -> str:
-    """The colours of the bands."""
-    lights = (f".{name} {{ background: {colour}; color: #000; }}\n" for name, colour in LIGHTS.items())
-    return "".join(lights) + _LIGHTS_IN_PRINT
+    lights = "".join(f".{name} {{ background: {colour}; color: #000; }}\n" for name, colour in LIGHTS.items())
+    style = lights + _LIGHTS_IN_PRINT
+    return pages.page(title, _summary(ds, dims), sections, warnings=_warnings(ds, dims), style=style)
 
 
 # --- words ------------------------------------------------------------------------------------------------------------
 
 
-def _summary(ds: xr.Dataset, dims: list[Along]) -> str:
+def _summary(ds: xr.Dataset, dims: list[Dimension]) -> str:
     """`324 tests: pair (12) × ...` and how many are in which band."""
     sizes = " × ".join(f"{d.name} ({len(d.points)})" for d in dims)
     count = ds["model_rpn"].size
     tests = f"{count} tests: {sizes}" if dims else "One test"
     bands = ds["model_rpn_band"].values.ravel()
-    shares = [f"{int((bands == code).sum())} {name}" for code, name in enumerate(("unknown", *BANDS)) if code in bands]
+    shares = [f"{int((bands == code).sum())} {name}" for code, name in enumerate(LIGHTS) if code in bands]
     return f"{tests}. Bands of the {RPN_NAME}: {', '.join(reversed(shares))}."
 
 
-def _warnings(ds: xr.Dataset, dims: list[Along]) -> list[str]:
+def _warnings(ds: xr.Dataset, dims: list[Dimension]) -> list[str]:
     """Tests that were not integrated to their end, by the reason."""
     status = ds["status"].values.ravel()
-    found = []
+    warnings = []
     for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
         numbers = np.flatnonzero(status == code).tolist()
-        names = "; ".join(name_of(dims, n) or "the only one" for n in numbers[:_MOST_NAMED])
+        names = "; ".join(point_name(dims, n) or "the only one" for n in numbers[:_MOST_NAMED])
         more = f"; and {len(numbers) - _MOST_NAMED} more" if len(numbers) > _MOST_NAMED else ""
         tests = "1 test was" if len(numbers) == 1 else f"{len(numbers)} tests were"
-        said = f"{tests} not integrated to the end: {STATUS_MESSAGES[STATUSES[code]]} ({names}{more})"
-        found.append(pages.warning(said))
-    return found
+        message = f"{tests} not integrated to the end: {STATUS_MESSAGES[STATUSES[code]]} ({names}{more})"
+        warnings.append(pages.warning(message))
+    return warnings
 
 
 def _legend() -> str:
     """The bands, each on its colour."""
-    words = [f"{low}–{high}: {MEANINGS[band]}" for band, (low, high) in BANDS.items()]
-    return " ".join(f'<span class="{band}">{escape(said)}</span>' for band, said in zip(BANDS, words, strict=True))
+    words = ((band, f"{low}–{high}: {MEANINGS[band]}") for band, (low, high) in BANDS.items())
+    return " ".join(f'<span class="{band}">{escape(text)}</span>' for band, text in words)
 
 
-def _same(ds: xr.Dataset, rig: RigConfig) -> str:
-    """What is equal in all tests, and matters: rigs start sticking, and `delta` is for one law only."""
+def _constants(ds: xr.Dataset, rig: RigConfig) -> str:
+    """Quantities that are equal in all tests, and matter: rigs start sticking, and `delta` is for one law only."""
     left_out = {name for name, declared in PARAMETERS.items() if declared.section == "start"}
     left_out |= set() if rig.config.friction.law == "stribeck_delta" else {"delta"}
-    found = []
+    rows = []
     for name, c in ds.coords.items():
         if name not in left_out and not c.dims and c.dtype.kind == "f" and np.isfinite(c):
-            value = quantity(float(c), str(c.attrs.get("units", "1")))
-            found.append((str(c.attrs.get("long_name", name)), value))
-    return pages.terms(found, "two")
-
-
-def _numbers(ds: xr.Dataset) -> str:
-    """What the RPN is, and the columns of the table."""
-    return Template(_WORDS).substitute(rpn_name=escape(RPN_NAME), meanings=_meanings(ds))
+            value = quantity_text(float(c), str(c.attrs.get("units", "1")))
+            rows.append((str(c.attrs.get("long_name", name)), value))
+    return pages.terms(rows, "two")
 
 
 def _meanings(ds: xr.Dataset) -> str:
     """The columns of the table, in words."""
-    said = [(heading, FEATURES[feature].long_name) for feature, heading, _, _ in _COLUMNS]
+    meanings = [(heading, FEATURES[feature].long_name) for feature, heading, _, _ in _COLUMNS]
     if any(_is_limited(ds, feature) for feature, *_ in _COLUMNS):
-        said.append(("limited", "accelerations are those within the bandwidth that the configuration gives"))
-    return pages.terms(said, "short")
+        meanings.append(("limited", "accelerations are those within the bandwidth that the configuration gives"))
+    return pages.terms(meanings, "short")
 
 
 # --- table ------------------------------------------------------------------------------------------------------------
 
 
-def _table(ds: xr.Dataset, dims: list[Along]) -> str:
+def _table(ds: xr.Dataset, dims: list[Dimension]) -> str:
     """All tests, the rows after `MOST_ROWS` left out, which a line below says."""
     size = ds["model_rpn"].size
     columns = [Column("test"), *(Column(d.name, d.unit, d.is_text) for d in dims), Column("RPN")]
@@ -165,17 +166,17 @@ def _table(ds: xr.Dataset, dims: list[Along]) -> str:
     return pages.table(columns, islice(_rows(ds, dims), MOST_ROWS)) + (cut if size > MOST_ROWS else "")
 
 
-def _rows(ds: xr.Dataset, dims: list[Along]) -> Iterator[list[str | Cell]]:
+def _rows(ds: xr.Dataset, dims: list[Dimension]) -> Iterator[list[str | Cell]]:
     """A row for each test."""
     lengths = [len(d.points) for d in dims]
     values = [_best(ds, feature) * factor for feature, _, _, factor in _COLUMNS]
     rpn, bands = ds["model_rpn"].values.ravel().tolist(), ds["model_rpn_band"].values.ravel().tolist()
-    lights = ("unknown", *BANDS)
+    lights = list(LIGHTS)
     for n in range(ds["model_rpn"].size):
         at = np.unravel_index(n, lengths) if dims else ()
         where = (d.points[int(i)] for d, i in zip(dims, at, strict=True))
-        found = (number(float(column[n])) for column in values)
-        yield [str(n), *where, Cell(number_text(rpn[n]), lights[bands[n]]), *found]
+        numbers = (number_text(float(column[n])) for column in values)
+        yield [str(n), *where, Cell(rpn_text(rpn[n]), lights[bands[n]]), *numbers]
 
 
 def _is_limited(ds: xr.Dataset, feature: str) -> bool:
@@ -203,24 +204,24 @@ def _known(ds: xr.Dataset, rig: RigConfig) -> dict[str, tuple[str, float]]:
     tests, rpn = RigTests(rig), ds["model_rpn"].values.ravel().tolist()
     if tests.grid.size != len(rpn):
         return {}
-    dims = [along(ds, dim) for dim in ds["model_rpn"].dims]
-    return {tests.name(n): (name_of(dims, n) or tests.name(n), rpn[n]) for n in range(len(rpn))}
+    dims = [dimension(ds, dim) for dim in ds["model_rpn"].dims]
+    return {tests.name(n): (point_name(dims, n) or tests.name(n), rpn[n]) for n in range(len(rpn))}
 
 
 def _traces(records: Mapping[str, xr.Dataset], known: Mapping[str, tuple[str, float]]) -> str:
     """Records over each other, as many as colours tell apart, and the first stroke in detail."""
-    names, found = list(records), []
+    names, figures = list(records), []
     for first in range(0, len(names), _MOST_TOGETHER):
         chosen = {name: known.get(name, (name, None)) for name in names[first : first + _MOST_TOGETHER]}
-        drawn = {_in_legend(said): records[name] for name, (said, _) in chosen.items()}
-        rpn = {_in_legend(said): number for said, number in chosen.values() if number is not None}
+        drawn = {_in_legend(label): records[name] for name, (label, _) in chosen.items()}
+        rpn = {_in_legend(label): number for label, number in chosen.values() if number is not None}
         end = min(_first_stroke(record) for record in drawn.values())
         whole = plot_records(drawn, numbers=rpn, heading="Whole tests")
         start = plot_records(drawn, numbers=rpn, heading="The first stroke", window=(0.0, end))
-        said = "; ".join(said for said, _ in chosen.values())
-        found.append(pages.embedded(whole, f"Force and acceleration over time: {said}"))
-        found.append(pages.embedded(start, f"The first stroke of the same: {said}"))
-    return "\n".join(found)
+        labels = "; ".join(label for label, _ in chosen.values())
+        figures.append(pages.embedded(whole, f"Force and acceleration over time: {labels}"))
+        figures.append(pages.embedded(start, f"The first stroke of the same: {labels}"))
+    return "\n".join(figures)
 
 
 def _in_legend(name: str) -> str:
@@ -229,7 +230,7 @@ def _in_legend(name: str) -> str:
 
 
 def _first_stroke(record: xr.Dataset) -> float:
-    """When the first stroke ends, s since the start; a tenth of the record where the drive is not known."""
+    """End of the first stroke, s since the start; a tenth of the record where the drive is not known."""
     time = record["time"].values - record["time"].values[0]
     if "drive_velocity" in record:
         moving = record["drive_velocity"].values > 0

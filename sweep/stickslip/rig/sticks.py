@@ -22,14 +22,22 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from stickslip.rig.analysis.turning import Drops, find_drops
-from stickslip.rig.records.record import condition_of, force_of
-from stickslip.rig.records.sampling import Floats, cumulative, evenly, noise_of, sample_rate, slope, slope_noise
+from stickslip.rig.records import condition_of, drive_displacement, force_of
 from stickslip.rig.settings import FeatureSettings
-
-Positions = NDArray[np.intp]
+from stickslip.rig.signals import (
+    Drops,
+    Flags,
+    Floats,
+    Positions,
+    evenly,
+    find_drops,
+    noise_of,
+    runs_of,
+    sample_rate,
+    slope,
+    slope_noise,
+)
 
 _NARROWEST = 5  # samples of a window
 _WIDEST = 1 / 20  # of the record
@@ -55,10 +63,10 @@ class Sticks:
     record: xr.Dataset
     starts: Positions
     ends: Positions
-    broke: NDArray[np.bool_]
+    broke: Flags
     loading: float = np.nan
     expected: float = np.nan
-    unclear: NDArray[np.bool_] | None = None
+    unclear: Flags | None = None
     rest: float = 0.0
 
     @property
@@ -71,8 +79,8 @@ class Sticks:
         """Number of stick phases."""
         return self.starts.size
 
-    def flags(self) -> NDArray[np.bool_]:
-        """Whether the contact sticks, for each sample."""
+    def flags(self) -> Flags:
+        """True if the contact sticks, for each sample."""
         return _within(self.starts, self.ends, self.time.size)
 
     def slips(self) -> tuple[Positions, Positions]:
@@ -92,51 +100,44 @@ class Sticks:
         means = 0.5 * (force[1:] + force[:-1])
         if clear.sum() < _RARE * weights.sum():
             clear = weights
-        whole, sure = (float(means @ w / w.sum()) if w.any() else np.nan for w in (weights, clear))
-        return whole, sure
+        whole, certain = (float(means @ w / w.sum()) if w.any() else np.nan for w in (weights, clear))
+        return whole, certain
 
 
 def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> Sticks:
-    """The stick phases of a record: those of its flag `stick`, or found in the force."""
-    how = settings or FeatureSettings()
+    """Find the stick phases of a record: those of its flag `stick`, else those that its force shows.
+
+    Parameters
+    ----------
+    record
+        As of `read_record` or `make_record`.
+    settings
+        Window, tolerance and smallest drop.
+    """
+    settings = settings or FeatureSettings()
     even, last = evenly(record), record.sizes["time"] - 1
     if "stick" in even:
         starts, ends = runs_of(even["stick"].values > 0)
         return Sticks(even, starts, ends, ends < last)
-    rates, expected = _Rates(even, how), np.nan
+    rates, expected = _Rates(even, settings), np.nan
     if "stiffness" in even.coords and rates.is_known:
-        measured, expected = _Rates(even.drop_vars("stiffness"), how), rates.full_rate()
-        if measured.is_sustained() and abs(np.log(measured.full_rate() / expected)) > np.log1p(how.tolerance):
+        measured, expected = _Rates(even.drop_vars("stiffness"), settings), rates.full_rate()
+        if measured.is_sustained() and abs(np.log(measured.full_rate() / expected)) > np.log1p(settings.tolerance):
             rates = measured
     starts, ends, unclear, rest = rates.phases()
     loading = rates.full_rate() if rates.is_known or rates.is_sustained() else np.nan
     return Sticks(even, starts, ends, ends < last, loading, expected, unclear, rest)
 
 
-def drive_displacement(record: xr.Dataset) -> Floats | None:
-    """Where the drive is (m) at each sample, None where its motion is not known."""
-    if "drive_displacement" in record:
-        return np.asarray(record["drive_displacement"].values, np.float64)
-    if "drive_velocity" not in record:
-        return None
-    return cumulative(record["drive_velocity"].values, record["time"].values)
-
-
-def runs_of(inside: NDArray[np.bool_]) -> tuple[Positions, Positions]:
-    """First and last positions of the intervals in which `inside` holds."""
-    changes = np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8))
-    return np.flatnonzero(changes == 1), np.flatnonzero(changes == -1) - 1
-
-
-def _within(starts: Positions, ends: Positions, size: int) -> NDArray[np.bool_]:
-    """Whether each of `size` samples lies in one of the intervals, which do not overlap."""
+def _within(starts: Positions, ends: Positions, size: int) -> Flags:
+    """True for each of `size` samples that lies in one of the intervals, which do not overlap."""
     changes = np.zeros(size + 1, np.int8)
     changes[starts] = 1
     changes[ends + 1] -= 1
     return np.asarray(np.cumsum(changes[:-1], dtype=np.int8) > 0)
 
 
-def _joined(starts: Positions, ends: Positions, together: NDArray[np.bool_]) -> tuple[Positions, Positions]:
+def _joined(starts: Positions, ends: Positions, together: Flags) -> tuple[Positions, Positions]:
     """Intervals merged across the gaps for which `together` holds; it has one entry fewer than there are intervals."""
     if starts.size < 2:
         return starts, ends
@@ -146,17 +147,17 @@ def _joined(starts: Positions, ends: Positions, together: NDArray[np.bool_]) -> 
 class _Rates:
     """The rate of the force of one record, and what it says."""
 
-    def __init__(self, record: xr.Dataset, how: FeatureSettings) -> None:
-        self._tolerance, self._smallest_drop = how.tolerance, how.smallest_drop
+    def __init__(self, record: xr.Dataset, settings: FeatureSettings) -> None:
+        self._tolerance, self._smallest_drop = settings.tolerance, settings.smallest_drop
         self._force = force_of(record)
         self._step = 1.0 / sample_rate(record["time"].values)
         self._drive = record["drive_velocity"].values if "drive_velocity" in record else None
         self._way = drive_displacement(record)
         self._stiffness, speed = condition_of(record, "stiffness"), condition_of(record, "drive_speed")
         self._known = self._stiffness * speed if self._stiffness and speed else None  # N/s, without direction
-        self._choose_width(how.window)
+        self._choose_width(settings.window)
 
-    def phases(self) -> tuple[Positions, Positions, NDArray[np.bool_] | None, float]:
+    def phases(self) -> tuple[Positions, Positions, Flags | None, float]:
         """First and last positions of the stick phases, the samples that are unclear, and how long (s) the drive rested
         in those phases, as far as it would have loaded the spring more."""
         starts, ends = runs_of(self._sticking())
@@ -207,11 +208,11 @@ class _Rates:
 
     @property
     def is_known(self) -> bool:
-        """Whether stiffness and speed say how fast a stick loads."""
+        """True if stiffness and speed say how fast a stick loads."""
         return bool(self._stiffness) and (self._velocity is not None or self._known is not None)
 
     def is_sustained(self) -> bool:
-        """Whether the force often rises just as fast as it ever does for long: the contact sticks then."""
+        """True if the force often rises just as fast as it ever does for long: the contact sticks then."""
         moving = self._velocity if self._velocity is not None else np.sign(self._force)
         rates = self._rate * np.sign(moving) / max(self.full_rate(), 1e-300)
         rates = rates[np.abs(moving) > 0.95 * np.abs(moving).max()]
@@ -224,29 +225,23 @@ class _Rates:
         """K |u| at the full speed of the drive (N/s)."""
         return self._full * (float(np.abs(self._velocity).max()) if self._velocity is not None else 1.0)
 
-    def _sticking(self) -> NDArray[np.bool_]:
-        """Whether the slip speed is small, for each sample."""
+    def _sticking(self) -> Flags:
+        """True if the slip speed is small, for each sample."""
         if not self._full > 0:
             return np.zeros(self._force.size, np.bool_)
         if self._velocity is not None:
             slip = np.abs(self._velocity - self._rate / self._full)
             return np.asarray(slip <= self._tolerance * np.abs(self._velocity).max())
         slow = np.abs(np.abs(self._rate) / self._full - 1.0) <= self._tolerance
-        return np.asarray(slow & (self._is_loading() | self._falls_through_zero(slow)))
-
-    def _is_loading(self) -> NDArray[np.bool_]:
-        return np.asarray(self._rate * self._force > 0)
-
-    def _falls_through_zero(self, slow: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Whether a sample belongs to an interval of steady change in which the force changes its sign."""
         starts, ends = runs_of(slow)
-        falls = self._force[starts] * self._force[ends] <= 0
-        return _within(starts[falls], ends[falls], slow.size)
+        falls = self._force[starts] * self._force[ends] <= 0  # through zero
+        is_loading = self._rate * self._force > 0
+        return np.asarray(slow & (is_loading | _within(starts[falls], ends[falls], slow.size)))
 
     # --- the phases ---------------------------------------------------------------------------------------------------
 
-    def _turns_while_sticking(self, starts: Positions, ends: Positions) -> NDArray[np.bool_]:
-        """Whether the drive reverses between a phase and the next, for each gap: the contact sticks all the while.
+    def _turns_while_sticking(self, starts: Positions, ends: Positions) -> Flags:
+        """True if the drive reverses between a phase and the next, for each gap: the contact sticks all the while.
 
         Such a gap leads to a phase in which the force falls through zero, is shorter than it, and the force does not
         fall faster in it, as it does in a slip.
@@ -279,9 +274,7 @@ class _Rates:
             sharp_ends[i] = end + int(np.argmax(np.sign(middle) * force[end : high + 1]))
         return sharp_starts, sharp_ends
 
-    def _with_slow_sticks(
-        self, starts: Positions, ends: Positions
-    ) -> tuple[Positions, Positions, NDArray[np.bool_] | None, float]:
+    def _with_slow_sticks(self, starts: Positions, ends: Positions) -> tuple[Positions, Positions, Flags | None, float]:
         """The phases with those under a slow drive or one at rest; for the rest see `phases`."""
         size, force, noise = self._force.size, np.abs(self._force), noise_of(self._force)
         drops = find_drops(self._force, self._smallest_drop)
@@ -312,40 +305,38 @@ class _Rates:
         starts, ends = _joined(starts, ends, together)
         return starts, ends, unclear, self._rest(_within(starts, ends, size))
 
-    def _rest(self, sticking: NDArray[np.bool_]) -> float:
-        """How much less time (s) a drive at full speed would have taken to load the spring as far."""
+    def _rest(self, sticking: Flags) -> float:
+        """Time (s) that a drive at full speed would have saved to load the spring as far."""
         share = np.abs(self._rate) / self._full
         starts, ends = runs_of(sticking & (share < 1.0 - self._tolerance))
         long = ends - starts > 2 * self._width
         return self._step * float(np.sum(1.0 - share[_within(starts[long], ends[long], share.size)]))
 
-    def _follow_drops(
-        self, begins: Positions, drops: Drops, bottoms: Positions, starts: Positions
-    ) -> NDArray[np.bool_]:
-        """Whether what begins at these positions follows, or precedes as the first of a stroke, a drop of usual size:
-        at least half as large as those after which the contact sticks."""
+    def _follow_drops(self, begins: Positions, drops: Drops, bottoms: Positions, starts: Positions) -> Flags:
+        """True for positions that follow a drop of usual size, or precede one as the first of a stroke.
+
+        Usual is at least half the size of those after which the contact sticks.
+        """
         next_stick = np.append(starts, 2 * self._force.size)[np.searchsorted(starts, drops.starts + 1)]
         sticks_again = next_stick - bottoms <= self._width
         if np.count_nonzero(sticks_again) < 2:
             return np.zeros(begins.size, np.bool_)
         usual = drops.sizes >= 0.5 * float(np.median(drops.sizes[sticks_again]))
         stroke, after = self._strokes(), np.searchsorted(drops.starts, begins, "right")
-        own = np.concatenate(
-            [[-1], stroke[drops.starts], [-1]]
-        )  # of each drop, none before the first and after the last
+        own = np.concatenate([[-1], stroke[drops.starts], [-1]])  # none before the first drop and after the last
         usual = np.concatenate([[False], usual, [False]])
         here = stroke[begins]
         before = own[after] == here
         return np.where(before, usual[after], (own[after + 1] == here) & usual[after + 1])
 
-    def _strokes(self) -> NDArray[np.intp]:
+    def _strokes(self) -> Positions:
         """For each sample, how often the force had changed its sign, by more than noise."""
         clear = np.flatnonzero(np.abs(self._force) > _CLEAR * np.abs(self._force).max())
         turns = clear[1:][np.diff(np.sign(self._force[clear])) != 0]
         return np.searchsorted(turns, np.arange(self._force.size), "right")
 
-    def _unclear(self, inside: NDArray[np.bool_], noise: float) -> NDArray[np.bool_]:
-        """Where the force is constant up to a reversal of the drive or the end of the record, and rises after one."""
+    def _unclear(self, inside: Flags, noise: float) -> Flags:
+        """Samples of a constant force up to a reversal of the drive or the end, and of its rise after one."""
         unclear = np.zeros(inside.size, np.bool_)
         turns = np.flatnonzero(np.diff(self._strokes())) + 1
         inside[turns] = False
@@ -374,7 +365,7 @@ def _top(rates: Floats) -> float:
     loading = rates[np.isfinite(rates) & (rates > 0)]
     if not loading.size:
         return 0.0
-    found = float(np.quantile(loading, 0.998))
+    top = float(np.quantile(loading, 0.998))
     for _ in range(3):
-        found = float(np.median(loading[loading > 0.7 * found]))
-    return found
+        top = float(np.median(loading[loading > 0.7 * top]))
+    return top

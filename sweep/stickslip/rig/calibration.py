@@ -6,7 +6,7 @@ standard deviation of one level; a number has the 0.29 of rounding to whole ones
 more. Few pairs, or pairs whose features vary together, thus move the model only along what they determine. A number
 at an end of the scale (1 or 10) says that the level is there or beyond, so levels beyond it are no misfit.
 
-How good it is, is told by leaving out each pair in turn: the others predict it.
+Its quality is that of predictions: each pair is left out in turn, and the others predict it.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 from math import log, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares  # type: ignore[import-untyped]
 
-from stickslip.fit.uncertainty import Floats, Interval, rms, student
-from stickslip.rig.risk import HIGHEST, INPUTS, LOWEST, RPN_NAME, Risk, band_of, decades, number_of
+from stickslip.fit.uncertainty import Flags, Floats, Interval, rms, student
+from stickslip.rig.rpn import HIGHEST, INPUTS, LOWEST, RPN_NAME, Risk, band_of, decades, number_of
 from stickslip.vocabulary import units
 from stickslip.vocabulary.settings import RISK
 
@@ -75,31 +75,30 @@ class Calibration:
 
     @property
     def default_error(self) -> float:
-        """The same of the default model, which is not fitted."""
+        """Error of the default model, which is not fitted."""
         return rms(_misfit(self.default, self.rpn))
 
     @property
     def is_better(self) -> bool:
-        """Whether the calibrated model predicts pairs it has not seen better than the default does."""
+        """True if the calibrated model predicts pairs it has not seen better than the default does."""
         return self.error < self.default_error
 
     def prediction(self) -> str:
-        """How well the model predicts pairs it has not seen, in words."""
+        """The quality of predictions for pairs that the model has not seen, in words."""
         n = self.rpn.size
-        said = f"leave-one-out error {self.error:.2g} levels rms, {self._bands(self.left_out)} of {n} in their band; "
-        said += f"the default model: {self.default_error:.2g}, {self._bands(self.default)} of {n}"
+        text = f"leave-one-out error {self.error:.2g} levels rms, {self._bands(self.left_out)} of {n} in their band; "
+        text += f"the default model: {self.default_error:.2g}, {self._bands(self.default)} of {n}"
         if self.is_better:
-            return said
-        return f"{said}\nThe calibrated model predicts no better than the default one: do not use it"
+            return text
+        return f"{text}\nThe calibrated model predicts no better than the default one: do not use it"
 
     def text(self) -> str:
         """The parameters as a section of a configuration, intervals as comments."""
         lines = [f"# {line}" for line in self.prediction().splitlines()]
         lines.append(f"risk:  # {RPN_NAME}; fitted to {self.rpn.size} pairs")
         for name, value in self.risk.known.items():
-            unit = units.spelled(RISK[name].units)
-            said = f"  {name}: {value:.6g}"
-            lines.append(f"{said:44}# {unit + ', ' if unit else ''}{self._remark(name)}")
+            unit, text = units.spelled(RISK[name].units), f"  {name}: {value:.6g}"
+            lines.append(f"{text:44}# {unit + ', ' if unit else ''}{self._remark(name)}")
         return "\n".join(lines)
 
     def quality(self) -> str:
@@ -107,16 +106,16 @@ class Calibration:
         exact = int(np.sum(self.number == np.floor(self.rpn + 0.5)))
         near = int(np.sum(np.abs(self.number - self.rpn) <= 1.0))
         n = self.rpn.size
-        said = f"{n} pairs: {exact} numbers reproduced, {near} within one, {self._bands(self.level)} in their band; "
-        said += f"residual rms {rms(self.residuals):.2g} (rounding to whole numbers alone gives about 0.29)."
+        text = f"{n} pairs: {exact} numbers reproduced, {near} within one, {self._bands(self.level)} in their band; "
+        text += f"residual rms {rms(self.residuals):.2g} (rounding to whole numbers alone gives about 0.29)."
         if self.unidentified:
             names = ", ".join(self.unidentified)
-            said += f"\nThe pairs do not determine {names}, which stay near their defaults: "
-            said += "add pairs whose features vary independently."
-        return said
+            text += f"\nThe pairs do not determine {names}, which stay near their defaults: "
+            text += "add pairs whose features vary independently."
+        return text
 
     def _bands(self, level: Floats) -> int:
-        """How many pairs come out in their band."""
+        """The number of pairs in their band."""
         numbers = zip(number_of(level).tolist(), number_of(self.rpn).tolist(), strict=True)
         return sum(band_of(a) == band_of(b) for a, b in numbers)
 
@@ -133,7 +132,7 @@ def calibrate(
     inputs: Mapping[str, ArrayLike], rpn: ArrayLike, start: Risk | None = None, scales: bool = False,
     names: Sequence[str] = (),
 ) -> Calibration:  # fmt: skip
-    """The risk model that fits measured numbers best and stays near the default one where they do not determine it.
+    """Fit the risk model to measured numbers; it stays near the default one where they do not determine it.
 
     Parameters
     ----------
@@ -156,22 +155,22 @@ def calibrate(
     begin, measured = start or Risk(), np.atleast_1d(np.asarray(rpn, np.float64))
     columns = np.array([np.broadcast_to(np.asarray(inputs[name], np.float64), measured.shape) for name in INPUTS])
     fitted = (*LINEAR, *SCALES) if scales else LINEAR
-    _check(columns, measured, len(fitted))
+    _check_pairs(columns, measured, len(fitted))
     ends = {f"lowest_{name}": float(column.min()) for name, column in zip(INPUTS, columns, strict=True)}
     ends |= {f"highest_{name}": float(column.max()) for name, column in zip(INPUTS, columns, strict=True)}
     fit = _Ridge(replace(begin, **ends), fitted)
-    best, found, noise, informative = fit.run(columns, measured)
+    best, covariance, noise, informative = fit.run(columns, measured)
     others = ~np.eye(measured.size, dtype=bool)
     left_out = [
         float(fit.level(fit.run(columns[:, rest], measured[rest], best, noise)[0], columns[:, ~rest])[0])
         for rest in others
     ]
-    half = student(np.inf if noise == ROUNDING_SD else informative) * np.sqrt(np.diag(found))
+    half = student(np.inf if noise == ROUNDING_SD else informative) * np.sqrt(np.diag(covariance))
     bounds = {name: fit.interval(i, best[i], half[i]) for i, name in enumerate(fitted)}
-    blank = np.diag(found) > _DETERMINED * fit.spread**2
+    blank = np.diag(covariance) > _DETERMINED * fit.spread**2
     return Calibration(
-        fit.risk(best), fitted, bounds, tuple(n for n, b in zip(fitted, blank, strict=True) if b), found, noise,
-        fit.level(best, columns), np.array(left_out), Risk().level(_by_name(columns)), measured,
+        fit.risk(best), fitted, bounds, tuple(n for n, b in zip(fitted, blank, strict=True) if b), covariance, noise,
+        fit.level(best, columns), np.array(left_out), Risk().level(dict(zip(INPUTS, columns, strict=True))), measured,
         tuple(names) or tuple(str(i + 1) for i in range(measured.size)),
     )  # fmt: skip
 
@@ -232,14 +231,14 @@ class _Ridge:
 
             run = least_squares(residuals, best, slopes, (self._low, self._high), ftol=1e-12, xtol=1e-11, gtol=1e-11)
             best, of_pairs = run.x, run.jac[: rpn.size]
-            found = np.linalg.inv(run.jac.T @ run.jac)  # the prior makes it regular
+            covariance = np.linalg.inv(run.jac.T @ run.jac)  # the prior makes it regular
             informative = int(np.count_nonzero(of_pairs.any(axis=1)))
-            freedom = max(informative - float(np.sum((of_pairs @ found) * of_pairs)), 1.0)
+            freedom = max(informative - float(np.sum((of_pairs @ covariance) * of_pairs)), 1.0)
             misfit = _misfit(self.level(best, columns), rpn)
             before, noise = noise, max(ROUNDING_SD, float(np.sqrt(np.sum(misfit**2) / freedom)))
             if abs(noise - before) < 0.01 * before:
                 break
-        return best, found, noise, informative
+        return best, covariance, noise, informative
 
     def interval(self, i: int, value: float, half: float) -> Interval:
         """An interval of a parameter; that of a weight begins at zero at the lowest."""
@@ -248,12 +247,8 @@ class _Ridge:
         return float(low), float(high)
 
 
-def _by_name(columns: Floats) -> dict[str, Floats]:
-    return dict(zip(INPUTS, columns, strict=True))
-
-
-def _beyond(level: Floats, rpn: Floats) -> NDArray[np.bool_]:
-    """Whether both lie at or beyond the same end of the scale."""
+def _beyond(level: Floats, rpn: Floats) -> Flags:
+    """True if both lie at or beyond the same end of the scale."""
     return ((rpn <= LOWEST) & (level < LOWEST)) | ((rpn >= HIGHEST) & (level > HIGHEST))
 
 
@@ -262,14 +257,11 @@ def _misfit(level: Floats, rpn: Floats) -> Floats:
     return np.where(_beyond(level, rpn), 0.0, level - rpn)
 
 
-def _check(columns: Floats, rpn: Floats, parameters: int) -> None:
+def _check_pairs(columns: Floats, rpn: Floats, parameters: int) -> None:
     for name, values in zip(INPUTS, columns, strict=True):
-        if not (np.isfinite(values) & (values >= 0)).all():
-            i = int(np.argmin(np.isfinite(values) & (values >= 0)))
+        for i in np.flatnonzero(~(np.isfinite(values) & (values >= 0)))[:1]:
             raise ValueError(f"pair {i + 1}: got {name} = {values[i]:g}, expected a finite number >= 0")
-    wrong = ~((rpn >= LOWEST) & (rpn <= HIGHEST))
-    if wrong.any():
-        i = int(np.argmax(wrong))
+    for i in np.flatnonzero(~((rpn >= LOWEST) & (rpn <= HIGHEST)))[:1]:
         raise ValueError(f"pair {i + 1}: got the RPN {rpn[i]:g}, expected {LOWEST} to {HIGHEST}")
     different = len(np.unique(columns, axis=1).T)
     if rpn.ndim != 1 or different <= parameters:

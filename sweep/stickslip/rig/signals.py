@@ -1,8 +1,9 @@
-"""Evenly spaced samples, smoothed slopes and band-limited signals."""
+"""Signals: evenly spaced samples, gaps, smoothed slopes, band limits, spectra, turning points and drops."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -10,11 +11,15 @@ from numpy.typing import NDArray
 from scipy import ndimage, signal  # type: ignore[import-untyped]
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Positions = NDArray[np.intp]
 
 _GAP = 3.0  # times the usual step
 _EVEN = 0.02  # of the mean step: how far a step may differ, as it does when times were rounded
 _SHORT = 128  # samples of a window that are summed directly
 _ORDER = 4  # of the Butterworth filter that stands for a sensor
+_SHARE = 0.02  # of the largest force: the smallest drop that counts unless something else is said
+_NOISES = 10.0  # standard deviations of the noise that a swing must exceed; the range of a million samples
 
 
 def sample_rate(time: Floats) -> float:
@@ -23,12 +28,12 @@ def sample_rate(time: Floats) -> float:
 
 
 def is_even(time: Floats) -> bool:
-    """Whether the samples are evenly spaced, to a fiftieth of the step."""
+    """True if the samples are evenly spaced, to a fiftieth of the step."""
     step = 1.0 / sample_rate(time)
     return bool(np.abs(np.diff(time) - step).max() <= _EVEN * step)
 
 
-def gaps_of(time: Floats) -> NDArray[np.intp]:
+def gaps_of(time: Floats) -> Positions:
     """Positions of the samples before gaps: steps far longer than they usually are, and than those around them."""
     steps = np.diff(time)
     low, high = np.quantile(steps, [0.1, 0.9])
@@ -39,13 +44,19 @@ def gaps_of(time: Floats) -> NDArray[np.intp]:
     return np.asarray(np.flatnonzero((steps > _GAP * usual) & (steps > _GAP * around)))
 
 
-def closed(time: Floats, gaps: NDArray[np.intp]) -> Floats:
+def closed(time: Floats, gaps: Positions) -> Floats:
     """The times as if gaps had the usual step: over these, no integral bridges one."""
     if not gaps.size:
         return time
     steps = np.diff(time)
     steps[gaps] = np.median(steps)
     return np.concatenate([time[:1], time[0] + np.cumsum(steps)])
+
+
+def runs_of(inside: Flags) -> tuple[Positions, Positions]:
+    """First and last positions of the intervals in which `inside` holds."""
+    changes = np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8))
+    return np.flatnonzero(changes == 1), np.flatnonzero(changes == -1) - 1
 
 
 def evenly(record: xr.Dataset) -> xr.Dataset:
@@ -59,16 +70,13 @@ def evenly(record: xr.Dataset) -> xr.Dataset:
     gaps = gaps_of(time)
     lacking = np.rint(np.diff(time)[gaps] / np.median(np.diff(time))).sum() - gaps.size if gaps.size else 0
     even = np.linspace(time[0], time[-1], time.size + int(lacking))
-    signals = {
-        name: (variable.dims, _flag_or_number(np.interp(even, time, variable.values), variable), variable.attrs)
-        for name, variable in record.data_vars.items()
-    }
+    signals = {}
+    for name, variable in record.data_vars.items():
+        values = np.interp(even, time, variable.values)
+        is_flag = variable.dtype.kind in "iub"
+        signals[name] = (variable.dims, np.rint(values).astype(np.int8) if is_flag else values, variable.attrs)
     coordinates = {name: c for name, c in record.coords.items() if name != "time"}
     return xr.Dataset(signals, {"time": ("time", even, record["time"].attrs), **coordinates}, record.attrs)
-
-
-def _flag_or_number(values: Floats, original: xr.DataArray) -> NDArray[np.generic]:
-    return np.rint(values).astype(np.int8) if original.dtype.kind in "iub" else values
 
 
 def cumulative(values: Floats, time: Floats) -> Floats:
@@ -99,7 +107,7 @@ def slope_noise(noise: float, step: float, width: int) -> float:
 
 
 def band_limited(values: Floats, rate: float, bandwidth: float) -> Floats:
-    """What a sensor of a bandwidth (Hz, -3 dB) shows: a causal Butterworth low-pass of order 4.
+    """The record of a sensor of a bandwidth (Hz, -3 dB): a causal Butterworth low-pass of order 4.
 
     rate : samples per second, more than twice the bandwidth. Raises ValueError.
     """
@@ -130,3 +138,80 @@ def spectrum_peaks(values: Floats, rate: float, count: int) -> tuple[Floats, Flo
         frequencies[i] = (peak + shift) * rate / values.size
         amplitudes[i] = math.exp(top - 0.25 * (left - right) * shift)
     return frequencies, amplitudes
+
+
+# --- turning points ---------------------------------------------------------------------------------------------------
+
+
+def turning_points(values: Floats, threshold: float) -> Positions:
+    """Positions of alternating peaks and troughs, each swing between them at least `threshold` high.
+
+    The first and the last position are where the first and the last swing begin and end as far as is seen; the last
+    swing may be unfinished. Empty if no swing is as high.
+    """
+    candidates = _reduced(values, _extrema(values), threshold)
+    turns: list[int] = []
+    low = high = int(candidates[0])
+    rising: bool | None = None
+    for i in candidates.tolist():
+        value = values[i]
+        high = i if value > values[high] else high
+        low = i if value < values[low] else low
+        if rising is not False and values[high] - value >= threshold:
+            turns += [low, high] if rising is None and low < high else [high]
+            rising, low, high = False, i, i
+        elif rising is not True and value - values[low] >= threshold:
+            turns += [high, low] if rising is None and high < low else [low]
+            rising, low, high = True, i, i
+    if rising is None:
+        return np.empty(0, np.intp)
+    return np.array([*turns, high if rising else low], np.intp)
+
+
+def _extrema(values: Floats) -> Positions:
+    """Positions of all local extrema, and both ends."""
+    slopes = np.sign(np.diff(values))
+    moving = np.flatnonzero(slopes)
+    turns = moving[1:][slopes[moving[1:]] != slopes[moving[:-1]]]
+    return np.concatenate([[0], turns, [values.size - 1]]).astype(np.intp)
+
+
+def _reduced(values: Floats, turns: Positions, threshold: float) -> Positions:
+    """Extrema without the swings that are below the threshold and lie within both of their neighbours.
+
+    Such a swing, of a pair of extrema, neither begins nor ends one that counts. With each pair its neighbours grow, so
+    that few passes leave few extrema, however noisy the signal.
+    """
+    while turns.size > 3:
+        swings = np.abs(np.diff(values[turns]))
+        inner = swings[1:-1]
+        within = (inner < threshold) & (inner <= swings[:-2]) & (inner < swings[2:])  # never two beside each other
+        if not within.any():
+            break
+        first = np.flatnonzero(within) + 1
+        turns = np.delete(turns, np.concatenate([first, first + 1]))
+    return turns
+
+
+@dataclass(frozen=True)
+class Drops:
+    """Drops of the friction force: positions of the sample before and of the one after each, and sizes (N)."""
+
+    starts: Positions
+    ends: Positions
+    sizes: Floats
+
+
+def find_drops(force: Floats, smallest: float | None = None) -> Drops:
+    """Every drop of the magnitude of the force from a peak to the next trough.
+
+    smallest : size (N) from which a drop counts; None for a fiftieth of the largest force, or ten standard deviations
+    of the noise if that is more. A drop through zero is a reversal of the drive and not one of friction; nor does one
+    count that does not end within the record.
+    """
+    least = smallest if smallest is not None else max(_SHARE * float(np.abs(force).max()), _NOISES * noise_of(force))
+    turns = turning_points(force, least) if least > 0 else np.empty(0, np.intp)
+    before, after = turns[:-2], turns[1:-1]  # the last swing is unfinished
+    size = np.abs(force[before]) - np.abs(force[after])
+    falls = (size > 0) & (force[before] * force[after] >= 0)
+    return Drops(before[falls], after[falls], size[falls])

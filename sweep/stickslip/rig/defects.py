@@ -1,4 +1,4 @@
-"""What is wrong with a record: where, what it does to which features, and what to do about it.
+"""Defects of a record: where, what they do to which features, and what to do about them.
 
 Each detector looks at arrays and says nothing of a clean record. What can be mended without inventing anything is:
 samples that are none are left out, a force of the wrong sign is turned. Features that cannot survive are named, and
@@ -12,14 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import signal  # type: ignore[import-untyped]
 
-from stickslip.rig.analysis.hum import LAG, Tone, bend_of
-from stickslip.rig.analysis.sticks import Sticks, drive_displacement, runs_of
+from stickslip.rig.hum import LAG, Tone, bend_of
 from stickslip.rig.quantities import FORCES
-from stickslip.rig.records.record import condition_of, force_of
-from stickslip.rig.records.sampling import Floats, cumulative, noise_of
+from stickslip.rig.records import condition_of, drive_displacement, force_of
+from stickslip.rig.signals import Flags, Floats, Positions, cumulative, noise_of, runs_of
+from stickslip.rig.sticks import Sticks
 
 FRICTION = ("static_friction", "static_friction_first", "dynamic_friction")
 FORCE = ("static_force", "static_force_first", "dynamic_force", "drop_mean", "drop_max", "energy_per_stroke", *FRICTION)
@@ -51,7 +50,7 @@ _DIFFERS = 0.05  # of a speed or a way
 
 @dataclass(frozen=True)
 class Defect:
-    """What is wrong: facts in words, a semicolon between them, and the features that do not survive it.
+    """One defect: facts in words, a semicolon between them, and the features that do not survive it.
 
     again : whether only another record has those features.
     """
@@ -82,7 +81,7 @@ def remarks_of(defects: Sequence[Defect]) -> str:
 
 
 def reason_of(remarks: str) -> str:
-    """Why features are not determined, in one line."""
+    """The reason why features are not determined, in one line."""
     return "; ".join(line for line in remarks.splitlines() if not line.startswith("not determined"))
 
 
@@ -92,29 +91,31 @@ def reason_of(remarks: str) -> str:
 def mended(record: xr.Dataset) -> tuple[xr.Dataset, list[Defect]]:
     """The record without samples that are none, its force in the direction of the drive, and what was wrong."""
     force = next(name for name in FORCES if name in record)
-    signals = {name: values.values for name, values in record.data_vars.items() if name != "stick"}
-    found, lost = [], np.zeros(record.sizes["time"], np.bool_)
-    for name, values in signals.items():
-        bad = _markers(values) | (_held(values, signals["acceleration"]) if name == force else False)
+    defects, lost = [], np.zeros(record.sizes["time"], np.bool_)
+    for name in (str(name) for name in record.data_vars if name != "stick"):
+        values = record[name].values
+        bad = _markers(values) | (_held(values, record["acceleration"].values) if name == force else False)
         if bad.any():
             lost |= bad
-            text = f"{name} shows a marker or a value held in {_spans(record, bad)}; those samples are left out"
-            found.append(Defect("dropout", text))
+            text = f"{name} shows a marker or a value held in {_samples(record, bad)}; those samples are left out"
+            defects.append(Defect("dropout", text))
     if lost.any() and lost.mean() < 0.9:
         record = record.isel(time=~lost)
     for name, spoils in ((force, (*FORCE, *COUNTS)), ("acceleration", ACCELERATION)):
         values = record[name].values
         if np.ptp(values) == 0:
-            found.append(
-                Defect("dead channel", f"{name} is {values[0]:g} throughout: is the sensor connected?", spoils, True)
-            )
+            text = f"{name} is {values[0]:g} throughout: is the sensor connected?"
+            defects.append(Defect("dead channel", text, spoils, again=True))
         elif (flat := _flat(values, record["acceleration"].values)).any():
-            text = f"{name} is cut off in {_spans(record, flat)}; its peaks are higher than the range of the sensor"
-            found.append(Defect("saturation", text, spoils, True))
-    return _turned(record, force, found), found
+            text = f"{name} is cut off in {_samples(record, flat)}; its peaks are higher than the range of the sensor"
+            defects.append(Defect("saturation", text, spoils, again=True))
+    if _is_opposite(record, record[force].values):
+        defects.append(Defect("sign", f"{force} is opposite to the motion of the drive; it is turned"))
+        record = record.assign({name: -record[name] for name in FORCES if name in record})
+    return record, defects
 
 
-def _markers(values: Floats) -> NDArray[np.bool_]:
+def _markers(values: Floats) -> Flags:
     """Samples far beyond all others, as -9999 stands for none."""
     bad = np.zeros(values.size, np.bool_)
     for extreme in (values.min(), values.max()):
@@ -124,7 +125,7 @@ def _markers(values: Floats) -> NDArray[np.bool_]:
     return bad
 
 
-def _held(values: Floats, acceleration: Floats) -> NDArray[np.bool_]:
+def _held(values: Floats, acceleration: Floats) -> Flags:
     """Samples of the same value that a jump leads to and from, or a jump back to where the force was going.
 
     A spring force does not jump: its steps beside these samples tell how fast it changes. Where no sample repeats both
@@ -142,9 +143,8 @@ def _held(values: Floats, acceleration: Floats) -> NDArray[np.bool_]:
         before = values[start] - values[max(start - 1, 0)]
         after = values[min(end + 1, last)] - values[end]
         there, back = abs(before) > _JUMP * step, abs(after) > _JUMP * step
-        where_it_went = (
-            start > 5 and abs(after - (values[start] - values[start - 5]) / 5 * (end + 1 - start)) < abs(after) / 2
-        )
+        expected = (values[start] - values[start - 5]) / 5 * (end + 1 - start) if start > 5 else np.nan
+        where_it_went = abs(after - expected) < abs(after) / 2
         if step > 0 and ((there and back) or (back and where_it_went)):
             bad[start : end + 1] = True
     starts, ends = runs_of(np.append(frozen, False))
@@ -153,7 +153,7 @@ def _held(values: Floats, acceleration: Floats) -> NDArray[np.bool_]:
     return bad
 
 
-def _flat(values: Floats, acceleration: Floats) -> NDArray[np.bool_]:
+def _flat(values: Floats, acceleration: Floats) -> Flags:
     """Samples at the top or bottom of a channel that cut off a signal on its way: as steep in front as further off."""
     flat = np.zeros(values.size, np.bool_)
     inner = values[(values > values.min()) & (values < values.max())]
@@ -166,11 +166,8 @@ def _flat(values: Floats, acceleration: Floats) -> NDArray[np.bool_]:
         starts, ends = starts[usable], ends[usable]
         if starts.size < 3 and not (starts.size and longest >= _HELD):
             continue
-        near_in, far_in = (
-            np.abs(values[starts - 3] - values[starts - 1]),
-            np.abs(values[starts - 5] - values[starts - 3]),
-        )
-        near_out, far_out = np.abs(values[ends + 3] - values[ends + 1]), np.abs(values[ends + 5] - values[ends + 3])
+        near_in, far_in = _changes(values, starts - 3, starts - 1), _changes(values, starts - 5, starts - 3)
+        near_out, far_out = _changes(values, ends + 1, ends + 3), _changes(values, ends + 3, ends + 5)
         entry, leave = (near_in + far_in).sum(), (near_out + far_out).sum()
         steep = near_in.sum() > 0.7 * far_in.sum() if entry > leave else near_out.sum() > 0.7 * far_out.sum()
         high = max(entry, leave) / starts.size > max(16.0 * quantum, 1e-6 * np.ptp(values))
@@ -182,30 +179,39 @@ def _flat(values: Floats, acceleration: Floats) -> NDArray[np.bool_]:
     return flat
 
 
-def _turned(record: xr.Dataset, force: str, found: list[Defect]) -> xr.Dataset:
-    """The record with a force that does work on the specimen, not the other way round."""
+def _changes(values: Floats, before: Positions, after: Positions) -> Floats:
+    return np.abs(values[after] - values[before])
+
+
+def _is_opposite(record: xr.Dataset, force: Floats) -> bool:
+    """True if the specimen does work on the drive, not the other way round."""
     way = drive_displacement(record)
     if way is None or not np.ptp(way) > 0:
-        return record
-    values, steps = record[force].values, np.diff(way)
-    work = 0.5 * (values[1:] + values[:-1]) * steps
-    if work.sum() > -0.5 * np.abs(work).sum() or not work.any():
-        return record
-    found.append(Defect("sign", f"{force} is opposite to the motion of the drive; it is turned"))
-    return record.assign({name: -record[name] for name in FORCES if name in record})
+        return False
+    work = 0.5 * (force[1:] + force[:-1]) * np.diff(way)
+    return bool(work.any() and work.sum() <= -0.5 * np.abs(work).sum())
+
+
+def _samples(record: xr.Dataset, inside: Flags) -> str:
+    """The number of samples, and the first spans of time in which they lie."""
+    return f"{int(inside.sum())} samples ({_spans(record['time'].values, *runs_of(inside))})"
+
+
+def _spans(time: Floats, starts: Positions, ends: Positions) -> str:
+    """The first spans of time (s), from position to position."""
+    first = [f"{time[a]:.4g} to {time[b]:.4g} s" for a, b in zip(starts[:3], ends[:3], strict=True)]
+    return ", ".join(first) + (" ..." if starts.size > 3 else "")
 
 
 # --- time -------------------------------------------------------------------------------------------------------------
 
 
-def of_time(time: Floats, gaps: NDArray[np.intp]) -> Iterator[Defect]:
+def of_time(time: Floats, gaps: Positions) -> Iterator[Defect]:
     """Gaps, and a clock whose steps change."""
     steps, duration = np.diff(time), float(time[-1] - time[0])
     if gaps.size:
         missing = float(steps[gaps].sum())
-        where = ", ".join(f"{time[g]:.4g} to {time[g + 1]:.4g} s" for g in gaps[:3])
-        more = " ..." if gaps.size > 3 else ""
-        text = f"{100.0 * missing / duration:.2g} % of the time is missing ({where}{more})"
+        text = f"{100.0 * missing / duration:.2g} % of the time is missing ({_spans(time, gaps, gaps + 1)})"
         if missing < _LOST * duration:
             yield Defect("gap", text + "; counts and integrals are of what was recorded, and at least that")
         else:
@@ -228,11 +234,9 @@ def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Flo
     known = [values[name] for name in FRICTION if np.isfinite(values[name])]
     plausible = bool(known) and _PLAUSIBLE[0] <= max(known) <= _PLAUSIBLE[1]
     if wrong > 1.0:
-        text = (
-            f"the force rises by {sticks.loading:.4g} N/s where it sticks, stiffness times speed are "
-            f"{sticks.expected:.4g} N/s; one of force, stiffness and speed is wrong by a factor of {wrong:.4g}; "
-            "sticks are those of the measured rate"
-        )
+        text = (f"the force rises by {sticks.loading:.4g} N/s where it sticks, stiffness times speed are "
+                f"{sticks.expected:.4g} N/s; one of force, stiffness and speed is wrong by a factor of {wrong:.4g}; "
+                "sticks are those of the measured rate")  # fmt: skip
         spoils: tuple[str, ...] = () if drive_displacement(record) is not None else ("travel", "impulse_rate")
         if wrong > _DECADES and not plausible:
             text, spoils = text + "; is the force in N or mN?", (*FORCE, *spoils)
@@ -249,10 +253,8 @@ def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Flo
     whole, clear = sticks.sliding_forces()
     if not abs(whole - clear) <= SAME_FORCE * clear and np.isfinite(clear):
         low, high = sorted((whole, clear))
-        text = (
-            f"the sliding force is {low:.3g} or {high:.3g} N, depending on whether the drive rests before it reverses; "
-        )
-        text += "a column of its speed or displacement tells"
+        text = (f"the sliding force is {low:.3g} or {high:.3g} N, depending on whether the drive rests before it "
+                "reverses; a column of its speed or displacement tells")  # fmt: skip
         yield Defect("drive", text, ("dynamic_force", "dynamic_friction"))
     late = _lag(force, record["acceleration"].values, 1.0 / float(values["sample_rate"]))
     if late:
@@ -262,7 +264,7 @@ def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Flo
 
 
 def _lag(force: Floats, acceleration: Floats, step: float) -> float:
-    """How much later (s) the acceleration is than the bend of the force; 0 within 2 ms, and where that is unclear."""
+    """Time (s) by which the acceleration is later than the bend of the force; 0 within 2 ms, or where it is unclear."""
     lag, force, acceleration = max(1, round(LAG / step)), force[:_ENOUGH], acceleration[:_ENOUGH]
     own, other = bend_of(force, lag, step, "force"), bend_of(acceleration, lag, step, "acceleration")
     most = min(force.size // 4, round(0.5 / step))
@@ -285,9 +287,7 @@ def _of_sampling(force: Floats, sticks: Sticks, values: dict[str, float | Floats
         yield Defect("sampling", text, (*ACCELERATION, "drop_mean", "drop_max", "time_to_sliding"), True)
     drops = int(values["drops"])
     if drops > 2 * sticks.count + 5 and force.size < _COARSE * drops:
-        text = (
-            f"{drops} drops of the force and {sticks.count} sticks: too few samples for so short sticks; record faster"
-        )
+        text = f"{drops} drops of the force, {sticks.count} sticks: too few samples for so short sticks; record faster"
         spoils = tuple(name for name in (*COUNTS, *FORCE) if not name.startswith("drop"))
         yield Defect("sampling", text, spoils, True)
 
@@ -327,7 +327,7 @@ def of_hum(
     tones: list[Tone], sticks: Sticks, before: dict[str, float | Floats], after: dict[str, float | Floats],
     tolerance: float,
 ) -> Iterator[Defect]:  # fmt: skip
-    """What was subtracted, what each feature moved by, and what the rest of it may still spoil."""
+    """Lines that were subtracted, how features moved by that, and which ones the rest of it may still spoil."""
     for channel, unit, spoils in (("force", "N", (*COUNTS, *FORCE)), ("acceleration", "m/s2", ACCELERATION)):
         own = [tone for tone in tones if tone.channel == channel]
         if not own:
@@ -344,11 +344,3 @@ def of_hum(
         strong = ["it is too strong to be subtracted well enough"] * too_strong
         facts = [f"{lines} in the {channel}, subtracted", f"that changes {', '.join(moved)}" if moved else "", *strong]
         yield Defect("hum", "; ".join(filter(None, facts)), spoils if strong else (), bool(strong))
-
-
-def _spans(record: xr.Dataset, inside: NDArray[np.bool_]) -> str:
-    """How many samples, and when, the first of them."""
-    starts, ends = runs_of(inside)
-    time = record["time"].values
-    first = ", ".join(f"{time[a]:.4g} to {time[b]:.4g} s" for a, b in zip(starts[:3], ends[:3], strict=True))
-    return f"{int(inside.sum())} samples ({first}{' ...' if starts.size > 3 else ''})"

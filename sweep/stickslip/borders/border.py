@@ -11,13 +11,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.borders.lines import Lines, lines_of_config
-from stickslip.borders.search import Brackets, Floats, Integers, Looked, Scan, search_lines
-from stickslip.config.model import Config
-from stickslip.config.options import options_of
+from stickslip.borders.lines import CellsOrConfig, Side, lines_along
+from stickslip.borders.search import Brackets, Floats, Integers, Labels, Looked, search_lines
 from stickslip.config.studies import Border
 from stickslip.dataset.borders import border_dataset
-from stickslip.engine import Options, Results, StopFlag, compute_range
+from stickslip.dataset.build import grid_coordinates
+from stickslip.engine import Options, Results, StopFlag, solve
 from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study, joined
 from stickslip.vocabulary import units
@@ -44,9 +43,10 @@ class Limits:
             if isinstance(value, bool) or row.whole and not isinstance(value, Integral) or not row.allows(value):
                 raise ValueError(f"{name}: got {value!r}, expected {row.expected}")
 
-    def rtol(self) -> float:
-        """A tolerance of the integration that leaves the border its digits."""
-        return float(np.clip(self.tolerance / 100, 1e-12, 1e-6))
+    def applied(self, options: Options, rtol: float | None) -> Options:
+        """How to integrate; `rtol` is None for a tolerance that leaves borders their digits."""
+        rtol = float(np.clip(self.tolerance / 100, 1e-12, 1e-6)) if rtol is None else float(rtol)
+        return replace(options, rtol=rtol, early_stop=True)
 
 
 class BorderStudy(Study):
@@ -59,13 +59,9 @@ class BorderStudy(Study):
         "below": np.dtype(np.int8), "above": np.dtype(np.int8), "guided": np.dtype(np.int8),
     }  # fmt: skip
 
-    def __init__(self, lines: Lines, limits: Limits, options: Options) -> None:
-        low, high = lines.between
-        self._lines, self._limits = lines, limits
-        self._scan = Scan.over(low, high, limits.scan)
-        if lines.spacing is not None:
-            self._scan = Scan(low, high, limits.scan, lines.spacing)
-        self.dims, self.shape = lines.dims, lines.shape
+    def __init__(self, cells: Cells, side: Side, limits: Limits, options: Options) -> None:
+        self._cells, self._side, self._limits = cells, side, limits
+        self.dims, self.shape = cells.dims, cells.shape
         self.cells_each = limits.scan + int(-np.log2(limits.tolerance))
         self.weight = max(limits.scan // _LANES_FED, 1)
         self.options = replace(options, early_stop=True)
@@ -73,76 +69,59 @@ class BorderStudy(Study):
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The borders of a range of lines."""
         try:
-            found, undecided, regime = _search(self._lines, items, self._scan, self._limits, self.options, stop, moved)
+            brackets, undecided, regime = self._search(items, stop, moved)
         except StoppedError:
             return Finished({}, False)
-        counts = np.bincount(found["line"], minlength=len(items))
+        counts = np.bincount(brackets["line"], minlength=len(items))
         throughout = np.where(counts == 0, regime, _OPEN)
         results = {"found": counts, "undecided": undecided, "throughout": throughout} | {
-            name: found[name] for name in ("low", "high", "below", "above", "guided")
+            name: brackets[name] for name in ("low", "high", "below", "above", "guided")
         }
         return Finished({name: results[name].astype(dtype) for name, dtype in self.columns.items()})
+
+    def _search(self, items: range, stop: StopFlag, moved: Moved | None) -> tuple[Brackets, Integers, Labels]:
+        """The brackets of some lines, counted from the first; by line how many places of the scan were undecided, and
+        the regime of the first that was decided. Raises StoppedError.
+        """
+        scanned: list[Looked] = []
+
+        def regimes(line: Integers, place: Floats) -> Looked:
+            cells = self._cells.take(line + items.start, **{self._side.name: place})
+            results = solve(cells, self.options, stop, moved)
+            regime = results["regime"]
+            answer = Looked(regime, ~np.isin(regime, UNDECIDED), results["restick_margin"])
+            if not scanned:
+                scanned.append(answer)
+            return answer
+
+        brackets, undecided = search_lines(len(items), self._side, self._limits.tolerance, regimes)
+        labels, decided = (values.reshape(len(items), self._side.points) for values in scanned[0][:2])
+        first = labels[np.arange(len(items)), np.argmax(decided, axis=1)]
+        return brackets, undecided, np.where(decided.any(axis=1), first, _OPEN).astype(np.int8)
 
     def blank(self, items: range) -> Results:
         """Lines without borders, no place of which was decided."""
         blank = {name: np.zeros(0, dtype) for name, dtype in self.columns.items()}
-        undecided = np.full(len(items), self._scan.points, np.int32)
+        undecided = np.full(len(items), self._side.points, np.int32)
         return blank | {"found": np.zeros(len(items), np.int32), "undecided": undecided,
                         "throughout": np.full(len(items), _OPEN, np.int8)}  # fmt: skip
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The borders with the dimensions of the lines and ``crossing``."""
-        whole, lines = joined(parts), self._lines
-        known = np.where(whole["throughout"] == _OPEN, np.nan, whole["throughout"])
-        results = _table(whole) | {"regime_throughout": known, "scan_undecided": whole["undecided"]}
-        told = dict(attributes) | _told(whole, lines, self._scan, self._limits, self.options)
-        return border_dataset(lines.along, lines.dims, lines.shape, lines.coordinates, results, told, lines.written_in)
+        whole, side = joined(parts), self._side
+        throughout = np.where(whole["throughout"] == _OPEN, np.nan, whole["throughout"])
+        results = _table(whole) | {"regime_throughout": throughout, "scan_undecided": whole["undecided"]}
+        return border_dataset(
+            side.name, self.dims, self.shape, grid_coordinates(self._cells), results,
+            dict(attributes) | _attributes(whole, side, self._limits, self.options), side.written_in,
+        )  # fmt: skip
 
 
-def border_study(config: Config, asked: Border) -> BorderStudy:
-    """The borders that a section of a configuration asks for.
-
-    Raises TypeError or ValueError for what the configuration cannot give.
-    """
-    limits = Limits(asked.scan, asked.tolerance)
-    rtol = limits.rtol() if asked.rtol is None else asked.rtol
-    lines = lines_of_config(config, asked.along, asked.between)
-    return BorderStudy(lines, limits, replace(options_of(config), rtol=rtol, early_stop=True))
-
-
-def _search(
-    lines: Lines,
-    items: range,
-    scan: Scan,
-    limits: Limits,
-    options: Options,
-    stop: StopFlag,
-    moved: Moved | None = None,
-) -> tuple[Brackets, Integers, NDArray[np.int8]]:
-    """The brackets of some lines, counted from the first; by line how many places of the scan were undecided, and
-    the regime of the first that was decided. Raises StoppedError.
-    """
-    others = lines.others(items.start, items.stop)
-    scanned: list[Looked] = []
-
-    def regimes(line: Integers, place: Floats) -> Looked:
-        def cells(start: int, stop: int) -> Cells:
-            taken = {name: values[line[start:stop]] for name, values in others.items()}
-            return lines.complete(taken | {lines.along: place[start:stop]})
-
-        computed = compute_range(cells, 0, line.size, options, stop, moved, often=True)
-        if not computed.complete:
-            raise StoppedError
-        found = computed.results["regime"]
-        answer = Looked(found, ~np.isin(found, UNDECIDED), computed.results["restick_margin"])
-        if not scanned:
-            scanned.append(answer)
-        return answer
-
-    brackets, undecided = search_lines(len(items), scan, limits.tolerance, regimes)
-    labels, decided = (values.reshape(len(items), scan.points) for values in scanned[0][:2])
-    first = labels[np.arange(len(items)), np.argmax(decided, axis=1)]
-    return brackets, undecided, np.where(decided.any(axis=1), first, _OPEN).astype(np.int8)
+def border_study(given: CellsOrConfig, section: Border, options: Options) -> BorderStudy:
+    """The borders that a section of a configuration asks for. Raises TypeError or ValueError for what cannot be."""
+    limits = Limits(section.scan, section.tolerance)
+    options = limits.applied(options, section.rtol)
+    return BorderStudy(*lines_along(given, section.along, section.between, limits.scan, options), limits, options)
 
 
 def _table(found: Results) -> dict[str, NDArray[np.float64]]:
@@ -161,9 +140,9 @@ def _table(found: Results) -> dict[str, NDArray[np.float64]]:
     return tables
 
 
-def _told(found: Results, lines: Lines, scan: Scan, limits: Limits, options: Options) -> dict[str, str | float]:
+def _attributes(found: Results, scan: Side, limits: Limits, options: Options) -> dict[str, str | float]:
     """What was done and what it cannot see, as global attributes."""
-    row = QUANTITIES[lines.along]
+    row = QUANTITIES[scan.name]
     places, unit = scan.places, units.spelled(row.units)
     apart = f"{places[1] - places[0]:.6g} {unit}".rstrip()
     if scan.spacing == "log":
@@ -171,15 +150,15 @@ def _told(found: Results, lines: Lines, scan: Scan, limits: Limits, options: Opt
     low, high = found["low"], found["high"]
     wide = int(np.count_nonzero(high - low > scan.width(limits.tolerance, low, high)))
     undecided = int(found["undecided"].sum(dtype=np.int64))
-    result = f"{low.size} on {np.count_nonzero(found['found'])} of {lines.size} lines"
+    result = f"{low.size} on {np.count_nonzero(found['found'])} of {found['found'].size} lines"
     if not low.size:
-        result = f"none: no change of regime was found on {lines.size} lines"
+        result = f"none: no change of regime was found on {found['found'].size} lines"
     if wide:
         result += f"; {wide} wider than the tolerance, around cells that are undecided or of a third regime"
     if undecided:
         result += f"; {undecided} cells of the scan were unresolved or failed and say nothing"
     return {
-        "border_parameter": lines.along,
+        "border_parameter": scan.name,
         "border_range": f"{scan.low!r} to {scan.high!r} {unit}".rstrip(),
         "border_scan": f"{scan.points} points, {scan.spacing} spacing, {apart} apart: a regime that begins and ends "
         "between two of them can be missed",

@@ -1,0 +1,314 @@
+"""Records of a rig: from CSV files, or from arrays.
+
+    # material: felt
+    # load: 10 N
+    time [ms]; force [N]; acceleration [m/s2]; drive speed [mm/s]
+    0,0; 0,00; 0,01; 10,0
+
+The first line that is not a remark names the columns, in any order, with their units in brackets; a configuration may
+give units and other headings. Without a unit a column is in SI, as everywhere in this program. Remarks of the form
+`# name: value` give conditions of the test.
+
+Time need not be evenly spaced, but must increase. The record holds the samples as they are; `sampling.evenly`
+makes them equidistant.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from stickslip.errors import ConfigError, Problem, QuantityError
+from stickslip.files.atomic import replaced
+from stickslip.files.tables import Table, line_of, numbers, read_table
+from stickslip.fit.columns import load_above
+from stickslip.fit.headings import PURE, RECORD, Heading, heading, with_units_below, words_for
+from stickslip.rig.quantities import COLUMNS, FORCES, MATERIAL, SIGNALS, TIME
+from stickslip.rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
+from stickslip.rig.signals import Floats, cumulative
+from stickslip.vocabulary import units
+from stickslip.vocabulary.column_units import column_unit
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.results import Variable
+from stickslip.vocabulary.settings import CONDITIONS
+from stickslip.vocabulary.suggest import listed, nearest
+
+FEWEST_SAMPLES = 16
+_EXAMPLE = "time [ms], force [N], acceleration [m/s2]"
+_REMARK = re.compile(r"([A-Za-z][A-Za-z _-]{0,30})\s*[:=]\s*(.*)")
+_NO_FILL = {"_FillValue": None}
+
+
+def make_record(time: ArrayLike, signals: Mapping[str, ArrayLike], conditions: Mapping[str, Condition]) -> xr.Dataset:
+    """Make a record from arrays in SI.
+
+    Parameters
+    ----------
+    time
+        s, increasing, at least 16 samples.
+    signals
+        By names of `quantities.SIGNALS`, each as long as `time`; a force and the acceleration there must be.
+    conditions
+        By names of `CONDITIONS` and `material`; they become scalar coordinates.
+
+    Raises
+    ------
+    ValueError
+        Where samples are too few, not finite, not of one length, or not in order.
+    """
+    times = np.asarray(time, np.float64)
+    if times.ndim != 1 or times.size < FEWEST_SAMPLES:
+        raise ValueError(f"time: got the shape {times.shape}, expected at least {FEWEST_SAMPLES} samples in a row")
+    if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+        raise ValueError("time: expected finite numbers that increase")
+    if lacking := _lacking(signals):
+        raise ValueError(f"no {lacking}")
+    variables = {}
+    for name, values in signals.items():
+        array = np.asarray(values, np.int8 if name == "stick" else np.float64)
+        if array.shape != times.shape or not np.isfinite(array).all():
+            raise ValueError(f"{name}: expected {times.size} finite numbers, one for each sample")
+        variables[name] = xr.Variable("time", array, _attributes(SIGNALS[name]))
+    coordinates = {"time": xr.Variable("time", times, _attributes(TIME), _NO_FILL)}
+    for name, value in conditions.items():
+        if name == MATERIAL:
+            coordinates[name] = xr.Variable((), str(value), {"long_name": MATERIAL})
+        else:
+            coordinates[name] = xr.Variable((), float(value), _attributes(CONDITIONS[name]), _NO_FILL)
+    return xr.Dataset(variables, coordinates)
+
+
+def _attributes(declared: Variable | Parameter) -> dict[str, str]:
+    return {"units": declared.units, "long_name": declared.long_name}
+
+
+def read_record(
+    path: str | Path,
+    settings: RecordSettings | None = None,
+    conditions: Mapping[str, Condition] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Read the record in a CSV file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    settings
+        Columns and units where the file does not name them.
+    conditions
+        Those that hold unless the file says otherwise, as for `make_record`; the material is the name of the file
+        unless one of them names it.
+    progress
+        Called with how many bytes of a long file are read, and how many there are.
+
+    Raises
+    ------
+    ConfigError
+        With everything that is wrong, by line and column.
+    """
+    settings = settings or RecordSettings()
+
+    def are_headings(cells: Sequence[str]) -> bool:
+        names = {_signal(heading(cell, RECORD, tuple(COLUMNS)), settings) for cell in cells}
+        return TIME.name in names and bool(names & {*FORCES, "acceleration"})
+
+    table = read_table(Path(path), _EXAMPLE, is_heading=are_headings)
+    headings = [heading(cell.text, RECORD, tuple(COLUMNS)) for cell in table.heading]
+    headings, has_units_below = with_units_below(table, headings, RECORD)
+    table = replace(table, lines=table.lines[has_units_below:])
+    columns = _columns(table, headings, settings)
+    if len(table.lines) < FEWEST_SAMPLES and not table.rest:
+        message = f"{len(table.lines)} samples, expected at least {FEWEST_SAMPLES}"
+        raise ConfigError(table.name, [Problem((), message)])
+    values = numbers(table, [position for position, _ in columns.values()], progress)
+    signals = {name: values[position] * factor for name, (position, factor) in columns.items()}
+    time = signals.pop(TIME.name)
+    _check_time(table, time, columns[TIME.name][0])
+    remarks, load = _remarks(table), load_above(table)
+    above = ({"normal_load": load[0]} if load else {}) | _speed_above(table)
+    known = {MATERIAL: Path(path).stem} | dict(conditions or {}) | above | remarks
+    positions = {position: name for name, (position, _) in columns.items()}
+    units_read = [f"{name} in {headings[i].unit}" if headings[i].unit else name for i, name in positions.items()]
+    return make_record(time, signals, known).assign_attrs(
+        title=str(known[MATERIAL]), record_file=Path(path).name,
+        not_used=[column.text for i, column in enumerate(headings) if i not in positions and column.text],
+        columns=", ".join(units_read),
+    )  # fmt: skip
+
+
+def write_record(record: xr.Dataset, path: Path) -> None:
+    """Write a record as CSV that `read_record` reads: the same signals and conditions, to nine digits; time, whose
+    steps are small, to twelve."""
+    columns = {name: row for name, row in COLUMNS.items() if name in record.variables}
+    heading = ", ".join(name if v.units == "1" else f"{name} [{units.spelled(v.units)}]" for name, v in columns.items())
+    remarks = []
+    if MATERIAL in record.coords:
+        remarks.append(f"# {MATERIAL}: {' '.join(str(record[MATERIAL].item()).split())}")
+    for name, row in CONDITIONS.items():
+        if name in record.coords:
+            remarks.append(f"# {name}: {float(record[name]):.9g} {units.spelled(row.units)}".rstrip())
+    table = np.stack([np.asarray(record[name].values, np.float64) for name in columns], axis=1)
+    header, digits = "\n".join([*remarks, heading]), ["%.12g", *["%.9g"] * (len(columns) - 1)]
+    with replaced(path) as temporary:
+        np.savetxt(temporary, table, digits, delimiter=", ", header=header, comments="", encoding="utf-8")
+
+
+def force_of(record: xr.Dataset) -> Floats:
+    """The force a rig measures (N): that of the spring; where only friction is known, friction minus inertia.
+
+    Without the mass, the friction force itself.
+    """
+    if "spring_force" in record:
+        return np.asarray(record["spring_force"].values, np.float64)
+    friction = np.asarray(record["friction_force"].values, np.float64)
+    if "mass" not in record.coords:
+        return friction
+    return np.asarray(friction - float(record["mass"]) * record["acceleration"].values, np.float64)
+
+
+def condition_of(record: xr.Dataset, name: str) -> float | None:
+    """A condition of the test as a number in SI, None where it is not known."""
+    return float(record[name]) if name in record.coords else None
+
+
+def drive_displacement(record: xr.Dataset) -> Floats | None:
+    """Position of the drive (m) at each sample, None where its motion is not known."""
+    if "drive_displacement" in record:
+        return np.asarray(record["drive_displacement"].values, np.float64)
+    if "drive_velocity" not in record:
+        return None
+    return cumulative(record["drive_velocity"].values, record["time"].values)
+
+
+# --- the heading ------------------------------------------------------------------------------------------------------
+
+
+def _signal(column: Heading, settings: RecordSettings) -> str | None:
+    """The name of a column, by the settings, else by its heading; None if it has none."""
+    if any(word in (column.name, column.text) for word in settings.ignore):
+        return None
+    return next((name for name, word in settings.columns.items() if column.is_called(word)), signal_of(column))
+
+
+def _columns(table: Table, headings: Sequence[Heading], settings: RecordSettings) -> dict[str, tuple[int, float]]:
+    """By name, the position of each column and the factor that converts its numbers to SI. Raises ConfigError."""
+    columns: dict[str, tuple[int, float]] = {}
+    problems = []
+    for position, (cell, column) in enumerate(zip(table.heading, headings, strict=True)):
+        if (name := _signal(column, settings)) is None:
+            continue
+        try:
+            if name in columns:
+                raise QuantityError("it once", "name the other column under record: ignore")
+            columns[name] = (position, _factor(name, column.unit, settings.units.get(name)))
+        except QuantityError as error:
+            message = f"got {cell.text!r}, expected {error.expected}"
+            problems.append(Problem((), message, cell.place, error.hint))
+    if not problems and (lacking := _lacking(columns, TIME.name)):
+        problems = [_missing_column(table, headings, settings, lacking)]
+    if problems:
+        raise ConfigError(table.name, problems)
+    return columns
+
+
+def _lacking(names: Mapping[str, object], *others: str) -> str:
+    """The names that a record lacks of a force, the acceleration and others, in words; nothing if it has all."""
+    lacking = [name for name in others if name not in names]
+    lacking += [] if any(name in names for name in FORCES) else ["force"]
+    lacking += [] if "acceleration" in names else ["acceleration"]
+    return listed(lacking, "and") if lacking else ""
+
+
+def _missing_column(table: Table, headings: Sequence[Heading], settings: RecordSettings, lacking: str) -> Problem:
+    """The problem of a table without some columns, of which one may be misspelt."""
+    for cell, column in zip(table.heading, headings, strict=True):
+        meant = nearest(column.name, words_for(RECORD)) if column.text else None
+        if meant and _signal(column, settings) is None:
+            names = [TIME.name, "force", *(name for name in SIGNALS if name != "spring_force")]
+            message = f"got {cell.text!r}, expected {listed(names)}, with the unit in brackets"
+            hint = f"did you mean {meant!r}? A configuration may say what it is (record: columns)"
+            return Problem((), message, cell.place, hint)
+    hint = f"the first line says, for instance, '{_EXAMPLE}'; a configuration may name others (record: columns)"
+    return Problem((), f"no column is called {lacking}", table.heading[0].place, hint)
+
+
+def _factor(name: str, unit: str, configured: str | None) -> float:
+    """The factor from numbers in a unit to SI. Raises QuantityError."""
+    si = COLUMNS[name].units
+    if configured is not None and unit and unit.translate(units.AS_TYPED) != configured.translate(units.AS_TYPED):
+        raise QuantityError(f"the unit {configured}, as the configuration says", "remove one of the two")
+    unit = configured or unit
+    if si == "1" or not unit:
+        if unit not in PURE:
+            raise QuantityError("no unit", f"{name} is a pure number")
+        return 1.0
+    return units.si_value(f"1 {column_unit(unit, si)}", si)
+
+
+# --- remarks and time -------------------------------------------------------------------------------------------------
+
+
+def _remarks(table: Table) -> dict[str, Condition]:
+    """Conditions that remarks give. Raises ConfigError for those that cannot be understood."""
+    conditions: dict[str, Condition] = {}
+    problems = []
+    for remark in table.remarks:
+        if not (match := _REMARK.fullmatch(remark.text)):
+            continue
+        word, text = match.groups()
+        try:
+            if (name := condition_name(word)) is not None:
+                conditions[name] = condition(name, text if name == MATERIAL else _number_or_text(text))
+            elif near := nearest(word.strip(), (MATERIAL, *CONDITIONS)):  # which would be missed silently
+                raise QuantityError(listed((MATERIAL, *CONDITIONS)), f"did you mean {near!r}?")
+        except QuantityError as error:
+            message = f"got {remark.text!r}, expected {error.expected}"
+            problems.append(Problem((), message, remark.place, error.hint))
+    if problems:
+        raise ConfigError(table.name, problems)
+    return conditions
+
+
+def _number_or_text(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _speed_above(table: Table) -> dict[str, Condition]:
+    """The speed of the drive that lines above the heading give, `Geschwindigkeit;10;mm/s`. Raises ConfigError."""
+    speeds: dict[str, Condition] = {}
+    for line in table.above:
+        words = [cell.text for cell in line if cell.text]
+        column = heading(words[0].strip(" :=")) if len(words) > 1 else None
+        if column is None or column.kind != "speed" or column.label or not words[1][:1].isdigit():
+            continue
+        try:
+            number = words[1].replace(",", ".")
+            speed = condition("drive_speed", f"{number} {' '.join(words[2:]) or column.unit}".strip())
+            if speeds.setdefault("drive_speed", speed) != speed:
+                raise QuantityError("one speed")
+        except QuantityError as error:
+            message = f"got {' '.join(words)!r}, expected {error.expected}"
+            raise ConfigError(table.name, [Problem((), message, line[0].place, error.hint)]) from None
+    return speeds
+
+
+def _check_time(table: Table, time: Floats, column: int) -> None:
+    """Raises ConfigError at the first sample that is not later than the one before."""
+    falling = np.flatnonzero(np.diff(time) <= 0)
+    if not falling.size:
+        return
+    row = int(falling[0]) + 1
+    line, heading = line_of(table, row), table.heading[column]
+    message = f"got {time[row]:.9g} s after {time[row - 1]:.9g} s, expected time to increase"
+    hint = "sort the samples; if times are rounded, write more digits"
+    raise ConfigError(table.name, [Problem((heading.text,), message, heading.place._replace(line=line), hint)])

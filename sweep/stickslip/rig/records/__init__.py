@@ -1,1 +1,0 @@
-"""Records of a rig: read from files, or made from arrays; their samples."""

@@ -1,1 +1,0 @@
-"""Plots of records and of test matrices, and the report page."""

@@ -1,1 +1,0 @@
-"""Simulated rigs: configurations with a drive in, records and tables of features out."""
