@@ -12,8 +12,9 @@ import pytest
 from click.testing import CliRunner
 
 from helpers.configs import write_config
-from stickslip.cli import SECTIONS, main, manual
-from stickslip.cli.rig import feature_screen_table
+from stickslip.cli import SECTIONS, main
+from stickslip.cli import help as manual
+from stickslip.cli.rig_features import feature_screen_table
 
 ROOT = Path(__file__).parents[2]
 

@@ -14,7 +14,7 @@ import stickslip
 from helpers.configs import write_config
 from stickslip import plots, sound
 from stickslip.cli import main
-from stickslip.cli.trajectory_words import CYCLES, look_at
+from stickslip.cli.simulate import CYCLES, time_span
 from stickslip.errors import PlotError
 
 STICKS = ("--at", "stiffness=1", "--at", "belt_speed=0.1")
@@ -105,7 +105,7 @@ def test_every_regime_has_a_duration():
     kinds = {stickslip.vocabulary.flags.REGIMES[i] for i in found["regime"].values}
     assert kinds == {"stick_slip", "damped", "stuck", "sustained", "creep"}
     for i in range(5):
-        look = look_at(found.isel(cell=[i]))
+        look = time_span(found.isel(cell=[i]))
         assert 0.0 < look.duration < 1e4 and 2001 <= look.samples <= 40_001 and look.why
 
 

@@ -124,9 +124,9 @@ def test_what_is_said_of_the_best_material_limits_the_decision_first(ten, monkey
 
 
 def test_a_workbook_has_margins_as_numbers_and_labels_as_texts(ten, tmp_path):
-    from stickslip.cli.tables import write_table
+    from stickslip.cli.outputs import save_table
 
-    write_table(ten, tmp_path / "ranks.xlsx")
+    save_table(ten, tmp_path / "ranks.xlsx")
     rows = list(load_workbook(tmp_path / "ranks.xlsx")["ranks"].iter_rows())
     column = next(i for i, cell in enumerate(rows[0]) if str(cell.value).startswith("margin"))
     assert [row[column].value for row in rows[1:11]] == pytest.approx(ten["margin"].values, rel=5e-3)

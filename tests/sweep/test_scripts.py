@@ -18,7 +18,7 @@ import stickslip
 from helpers.configs import write_config
 from stickslip import progress
 from stickslip.cli import main, screen
-from stickslip.cli.progress import progress_bar
+from stickslip.cli.screen import progress_bar
 from stickslip.config.reader import parse_config
 from stickslip.errors import UnitWarning
 from stickslip.files import writing

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stickslip.cli import fits as command
+from stickslip.cli import fit as command
 from stickslip.cli import main
 from stickslip.errors import ConfigError
 from stickslip.fit import AGEING_COLUMNS, CURVE_COLUMNS, Wanted, fit_materials, read_materials, read_points
@@ -174,7 +174,7 @@ def test_the_printed_yaml_is_a_configuration_of_the_fitted_curves(points):
 
 
 def test_somebody_at_a_terminal_is_asked_for_a_unit_that_is_missing(points, monkeypatch):
-    monkeypatch.setattr(command, "_somebody_sits_there", lambda: True)
+    monkeypatch.setattr(command, "_is_interactive", lambda: True)
     done = CliRunner().invoke(main, ["fit", "a/bare.csv"], input="mm/s\n")
     assert "gives no unit of speed; it goes from 0.5 to 400." in done.stdout
     assert "0.03 m/s" in done.stdout and "were read in m/s" not in done.stdout

@@ -12,40 +12,36 @@ import click
 
 from stickslip._version import __version__
 from stickslip.cli import (
-    advice,
-    attractors,
-    borders,
-    comparing,
+    advise,
+    compare,
     configs,
-    contours,
     explore,
-    exporting,
-    fits,
-    inspection,
+    fit,
+    help,
     listen,
-    maps,
-    planning,
+    plan,
+    plot,
     results,
-    rigs,
+    rig,
+    run,
     screen,
-    steps,
+    simulate,
     stores,
-    topics,
-    trajectories,
+    studies,
 )
-from stickslip.cli.common import EXIT_CODES, next_step
-from stickslip.cli.completion import complete_names
-from stickslip.cli.grouped import SectionedGroup
+from stickslip.cli.exits import EXIT_CODES
+from stickslip.cli.groups import SectionedGroup, complete_names
+from stickslip.cli.params import next_step
 
 SECTIONS = {  # of the help: a new command is one word here
-    "To begin": (configs.init, configs.validate, configs.schema, topics.help_command),
-    "Maps": (planning.plan, maps.run, results.plot, inspection.inspect, explore.explore, exporting.export),
+    "To begin": (configs.init, configs.validate, configs.schema, help.help_command),
+    "Maps": (plan.plan, run.run, plot.plot, results.inspect, explore.explore, results.export),
     "One cell, and what a designer asks": (
-        *(trajectories.simulate, listen.listen, borders.border, contours.contours, advice.advise),
-        *(attractors.attractors, attractors.ramp),
+        *(simulate.simulate, listen.listen, studies.border, studies.contours, advise.advise),
+        *(studies.attractors, studies.ramp),
     ),
-    "Friction curves and materials": (fits.fit, comparing.compare, steps.points),
-    "Test rigs": (rigs.rig,),
+    "Friction curves and materials": (fit.fit, compare.compare, fit.points),
+    "Test rigs": (rig.rig,),
     "Long runs and clusters": (stores.status, stores.collect, stores.retry_failed),
 }
 
@@ -53,7 +49,7 @@ SECTIONS = {  # of the help: a new command is one word here
 @click.group(
     cls=SectionedGroup,
     sections=SECTIONS,
-    old=rigs.OLD,
+    old=rig.OLD,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog=EXIT_CODES,
@@ -74,7 +70,7 @@ def main(context: click.Context) -> None:
       stickslip simulate my.yaml ...    one cell over time
       stickslip help                    what there is to read; each command has --help
     """
-    warnings.showwarning = lambda message, *_: screen.echo(f"warning: {message}", err=True)
+    warnings.showwarning = lambda message, *_: screen.notice(f"warning: {message}")
     if context.invoked_subcommand is None:
         screen.echo(context.get_help())
         screen.echo(f"\n{next_step()}")

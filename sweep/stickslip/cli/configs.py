@@ -7,79 +7,66 @@ import shlex
 import sys
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from stickslip.cli import screen, shown
-from stickslip.cli.common import (
-    DONE,
-    JSON,
-    SET,
-    WRONG_INPUT,
-    ConfigPath,
-    config_file,
-    configuration,
-    fail,
-    settings,
-    tell_json,
-)
-
-if TYPE_CHECKING:
-    from stickslip.config.describe import Row
-    from stickslip.errors import Problem
+from stickslip.cli import params, screen
+from stickslip.cli.exits import DONE, JSON, WRONG_INPUT, fail, is_for_programs, print_json, reports_errors
+from stickslip.cli.outputs import plot_limits
+from stickslip.errors import ConfigError, Problem, dotted
 
 
 @click.command()
-@click.argument("configs", type=ConfigPath(), nargs=-1, required=True)
-@SET
+@click.argument("configs", type=params.ConfigPath(), nargs=-1, required=True)
+@params.SET
 @JSON
-def validate(configs: tuple[Path, ...], as_json: bool) -> None:
+@reports_errors
+def validate(configs: tuple[Path, ...]) -> None:
     """Check configurations without computing anything.
 
     Every mistake of every file is listed, with its line and column. For valid ones it shows what was understood: every
     quantity in SI and in customary units, what they come to (natural frequency, static deflection), every axis with
     its points. Values that are legal and implausible are asked about.
     """
+    answers = [_validated(path) for path in map(params.config_file, configs)]
+    print_json({"files": answers})
+    sys.exit(DONE if all(answer["valid"] for answer in answers) else WRONG_INPUT)
+
+
+def _validated(path: Path) -> dict[str, Any]:
+    """Check one configuration and print what was understood; for programs, too."""
     from stickslip.config.describe import describe
-    from stickslip.errors import ConfigError
     from stickslip.rig.config import is_rig, load_rig
     from stickslip.runs.work import study_of
 
-    answers = []
-    for path in map(config_file, configs):
-        answer: dict[str, Any] = {"file": str(path), "valid": True, "problems": []}
-        answers.append(answer)
-        try:
-            with warnings.catch_warnings(record=True) as asked:
-                warnings.simplefilter("always")
-                config = load_rig(path, settings()).config if is_rig(path) else configuration(path)
-        except ConfigError as error:
-            answer |= {"valid": False, "problems": [_problem(problem) for problem in error.problems]}
-            if not as_json:
-                screen.echo(str(error), err=True)
-            continue
-        rows = list(describe(config))
-        answer["warnings"] = [str(warning.message) for warning in asked]
-        if not is_rig(path) and config.output.plot is not None and (part := shown.will_be_drawn(config)):
-            answer["warnings"].append(f"output.plot: {part}")
-        answer["computes"] = study_of(config).described()
-        answer["understood"] = [row._asdict() for row in rows]
-        answer["configuration"] = config.resolved()
-        if not as_json:
-            for text in answer["warnings"]:
-                screen.echo(f"warning: {text}", err=True)
-            screen.echo(f"{path}: valid, {answer['computes']}")
-            _show(rows)
-    if as_json:
-        tell_json({"files": answers})
-    sys.exit(DONE if all(answer["valid"] for answer in answers) else WRONG_INPUT)
+    answer: dict[str, Any] = {"file": str(path), "valid": True, "problems": []}
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            config = load_rig(path, params.settings()).config if is_rig(path) else params.configuration(path)
+    except ConfigError as error:
+        if not is_for_programs():
+            screen.notice(str(error))
+        return answer | {"valid": False, "problems": [_problem(problem) for problem in error.problems]}
+    rows, computes = list(describe(config)), study_of(config).described()
+    texts = [str(warning.message) for warning in caught]
+    if not is_rig(path) and config.output.plot is not None and (part := plot_limits(config)):
+        texts.append(f"output.plot: {part}")
+    for text in texts if not is_for_programs() else ():
+        screen.notice(f"warning: {text}")
+    screen.echo(f"{path}: valid, {computes}")
+    screen.print_rows([(row.name, row.value, row.meaning) for row in rows], indent="  ")
+    return answer | {
+        "warnings": texts,
+        "computes": computes,
+        "understood": [row._asdict() for row in rows],
+        "configuration": config.resolved(),
+    }
 
 
 def _problem(problem: Problem) -> dict[str, Any]:
     """A problem for programs."""
-    from stickslip.errors import dotted
-
     line, column, option = problem.place or (None, None, "")
     return {
         "line": line or None,  # what an option gave has none
@@ -89,13 +76,6 @@ def _problem(problem: Problem) -> dict[str, Any]:
         "message": problem.message,
         "hint": problem.hint,
     }
-
-
-def _show(rows: list[Row]) -> None:
-    """What was understood, in three columns."""
-    name, value = (max(map(len, column)) for column in list(zip(*rows, strict=True))[:2])
-    for row in rows:
-        screen.echo(f"  {row.name:{name}}  {row.value:{value}}  {row.meaning}".rstrip())
 
 
 @click.command(
@@ -113,9 +93,23 @@ def init(file: Path, name: str | None, listing: bool) -> None:
 
     FILE is stickslip.yaml unless given; a file that exists is never overwritten.
     """
+    from stickslip.config.examples import config_names, config_path
+    from stickslip.config.template import TEMPLATE
+    from stickslip.config.yaml import read_yaml
+    from stickslip.rig.config import is_rig
+
     if listing:
-        return _list()
-    text, command = _beginning(name)
+        for each in config_names():
+            data = read_yaml(config_path(each)).data
+            screen.echo(f"stickslip {'rig' if 'drive' in data else 'run'} {each:20} {data['title']}")
+        return
+    text, command = TEMPLATE, "run"
+    try:
+        if name is not None:
+            source = config_path(name)
+            text, command = source.read_text(encoding="utf-8"), "rig" if is_rig(source) else "run"
+    except FileNotFoundError as error:
+        fail(f"--from: {error}")
     try:
         with file.open("x", encoding="utf-8") as target:
             target.write(text)
@@ -124,31 +118,6 @@ def init(file: Path, name: str | None, listing: bool) -> None:
     except OSError as error:
         fail(f"{file}: {error.strerror}")
     screen.echo(f"wrote {file}; next: {shlex.join(['stickslip', command, str(file)])}")
-
-
-def _beginning(name: str | None) -> tuple[str, str]:
-    """The text to start from, and the command that computes it."""
-    from stickslip.config.examples import config_path
-    from stickslip.config.template import TEMPLATE
-    from stickslip.rig.config import is_rig
-
-    if name is None:
-        return TEMPLATE, "run"
-    try:
-        source = config_path(name)
-    except FileNotFoundError as error:
-        fail(f"--from: {error}")
-    return source.read_text(encoding="utf-8"), "rig" if is_rig(source) else "run"
-
-
-def _list() -> None:
-    """The configurations that come with the package, by the command that computes them."""
-    from stickslip.config.examples import config_names, config_path
-    from stickslip.config.yaml import read_yaml
-
-    for name in config_names():
-        data = read_yaml(config_path(name)).data
-        screen.echo(f"stickslip {'rig' if 'drive' in data else 'run'} {name:20} {data['title']}")
 
 
 @click.command()

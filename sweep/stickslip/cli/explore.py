@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import screen
-from stickslip.cli.common import CONFIG_OR_RESULT, Target, fail, prepare_kernels, reports_wrong_input, settings
+from stickslip.cli import params, screen
+from stickslip.cli.exits import fail, reports_errors
+from stickslip.cli.outputs import show_file
 
 if TYPE_CHECKING:
     from stickslip.explore import Source
     from stickslip.files.locations import Location
-
-_EXTRA = "the page is drawn by Bokeh, which is not installed\nhint: pip install 'stickslip[explore]'"
 
 
 @click.command(
@@ -24,16 +23,16 @@ Examples:
   stickslip explore quickstart.nc --port 8123 --no-browser
   stickslip explore quickstart.nc --static quickstart.html     # a page to send to someone"""
 )
-@CONFIG_OR_RESULT
+@params.CONFIG_OR_RESULT
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: any that is free]")
 @click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
 @click.option(
     "--static",
-    type=Target("page", "folder"),
+    type=params.Target("page", "folder"),
     metavar="PAGE",
     help="Write one page that needs no server: FILE.html, or a folder to put it in.",
 )
-@reports_wrong_input
+@reports_errors
 def explore(config: Location, port: int, no_browser: bool, static: Path | None) -> None:
     """Explore a map in the browser.
 
@@ -45,14 +44,15 @@ def explore(config: Location, port: int, no_browser: bool, static: Path | None) 
     try:
         import bokeh  # noqa: F401
     except ImportError:
-        fail(_EXTRA)
+        fail("the page is drawn by Bokeh, which is not installed\nhint: pip install 'stickslip[explore]'")
+    from stickslip import engine
     from stickslip.explore import open_source
 
-    source = open_source(config, settings())  # type: ignore[arg-type]
-    prepare_kernels(source.options.law)
-    prepare_kernels(source.options.law, signals=True)
+    source = open_source(config, params.settings())  # type: ignore[arg-type]
+    for signals in (False, True):
+        engine.warm_up(source.options.law, signals)
     for note in source.notes:
-        screen.echo(f"note: {note}", err=True)
+        screen.notice(f"note: {note}")
     if static is not None:
         return _write(source, static)
     _serve(source, port, no_browser)
@@ -66,7 +66,7 @@ def _serve(source: Source, port: int, no_browser: bool) -> None:
     except OSError as error:
         fail(f"port {port}: {error.strerror}\nhint: leave --port out for any that is free")
 
-    def tell() -> None:
+    def show_address() -> None:
         screen.echo(f"The page is at\n  {explorer.address}\nCtrl-C ends it.")
         if not no_browser:
             import webbrowser
@@ -74,15 +74,14 @@ def _serve(source: Source, port: int, no_browser: bool) -> None:
             webbrowser.open(explorer.address)
 
     try:
-        explorer.run(tell)
+        explorer.run(show_address)
     except KeyboardInterrupt:
-        screen.echo("\nended", err=True)
+        screen.notice("\nended")
 
 
 def _write(source: Source, static: Path) -> None:
     from stickslip.explore.static import left_out, write_page
 
     for note in left_out(source):
-        screen.echo(f"note: {note}", err=True)
-    target = write_page(source, static)
-    screen.echo(f"page  {target} ({screen.size_of(target)})")
+        screen.notice(f"note: {note}")
+    show_file("page", write_page(source, static))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from contextlib import nullcontext
 from math import isfinite
 from pathlib import Path
@@ -10,21 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import screen
-from stickslip.cli.common import (
-    CONFIG_OR_RESULT,
-    JSON,
-    THREADS,
-    Target,
-    fail,
-    incomplete,
-    prepare_kernels,
-    reports_wrong_input,
-    tell_json,
-)
-from stickslip.cli.progress import progress_bar
-from stickslip.cli.trajectories import recipe_in
-from stickslip.cli.trajectory_words import titled
+from stickslip.cli import params, screen
+from stickslip.cli.exits import JSON, fail, refuses_bad_input, reports_errors
+from stickslip.cli.outputs import save_plot, save_result, show_file
+from stickslip.cli.simulate import cell_title
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,8 +24,8 @@ if TYPE_CHECKING:
 
 _BETWEEN = re.compile(r",\s*(?=[^,=]+=)")  # of several NAME=VALUE in a text
 _ALIKE = 0.05  # dB
-LONGEST = 600.0  # s of sound
-FASTEST = 1e6  # times slower, or faster
+_LONGEST = 600.0  # s of sound
+_FASTEST = 1e6  # times slower, or faster
 
 
 @click.command(
@@ -48,12 +38,12 @@ Examples:
   stickslip listen quickstart.nc --at stiffness="5 N/mm" --at belt_speed=1 -o decay.wav
   stickslip listen configs/lubricants.yaml --level -o levels.nc   # how loud every cell is"""
 )
-@CONFIG_OR_RESULT
-@click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
+@params.CONFIG_OR_RESULT
+@params.AT
 @click.option(
     "-o",
     "--output",
-    type=Target("sound", "result"),
+    type=params.Target("sound", "result"),
     help="Sound to write, .wav; with --level the levels, .nc or .zarr.",
 )
 @click.option("--seconds", default="3", show_default=True, metavar="TIME", help='How long: seconds, or "500 ms".')
@@ -65,20 +55,19 @@ Examples:
 @click.option("--transient", is_flag=True, help="The motion from its start, where it has a cycle as well.")
 @click.option("--rate", type=click.IntRange(8000, 192_000), default=44_100, show_default=True, help="Samples a second.")
 @click.option("--float", "floating", is_flag=True, help="32-bit numbers in the file instead of 16-bit integers.")
-@click.option("--plot", type=Target("plot"), help="Spectrogram to write: .png, .svg or .pdf.")
+@params.plot_option("Spectrogram to write: .png, .svg or .pdf.")
 @click.option("--level", is_flag=True, help="How loud every cell is, or the one at --at, instead of a sound.")
 @click.option(
     "--reference", multiple=True, metavar="NAME=VALUE,...",
     help="With --level: the cell that has 0 dB, by what differs from --at.",
 )  # fmt: skip
-@THREADS
+@params.THREADS
 @JSON
-@reports_wrong_input
+@reports_errors
 def listen(
     config: Location, at: tuple[str, ...], output: Location | None, seconds: str, slow: float, full_scale: str,
     transient: bool, rate: int, floating: bool, plot: Path | None, level: bool, reference: tuple[str, ...],
-    as_json: bool,
-) -> None:  # fmt: skip
+) -> dict[str, Any]:  # fmt: skip
     """Hear a cell: its acceleration as a sound file.
 
     CONFIG is a YAML file, or a result (.nc, .zarr), which holds its configuration. The axes need a value each (--at).
@@ -89,167 +78,130 @@ def listen(
     if level:
         if plot is not None or transient or floating:
             fail("--level gives numbers: leave out --plot, --transient and --float")
-        return _levels(config, at, output, reference, as_json)
+        return _levels(config, at, output, reference)
     if reference:
         fail("--reference is the cell that has 0 dB: give --level as well")
-    _check(output, slow)
-    heard, cell_level, title = _sound(config, at, seconds, slow, full_scale, transient, rate)
-    if output is not None:
-        save_sound(heard, Path(str(output)), floating)
-    if plot is not None:
-        _draw(heard, title, plot)
-    if as_json:
-        return tell_json(_as_json(heard, cell_level, output, plot))
-    screen.echo(heard.told())
-    if not isfinite(heard.frequency) or cell_level == cell_level:
-        screen.echo(f"level    {level_text(cell_level)}")
-    for line in heard.remarks():
-        screen.echo(line)
-    if output is not None:
-        tell_file(heard, Path(str(output)), floating)
-    if plot is not None:
-        screen.echo(f"plot     {plot}")
-    if output is None and plot is None:
-        screen.echo("nothing was written: name a file (-o squeak.wav), a plot (--plot spectrogram.png), or both")
-
-
-def _check(output: Location | None, slow: float) -> None:
-    """End before anything is computed if the file is no sound, or the pace is none."""
     if output is not None and output.suffix.lower() != ".wav":
         fail(f"{output}: sounds end in .wav")
-    if not 1.0 / FASTEST <= slow <= FASTEST:
+    if not 1.0 / _FASTEST <= slow <= _FASTEST:
         fail(f"--slow: got {slow:g}, expected a number from 1e-6 to 1e6, such as 10, or 0.1 for ten times faster")
+    loudest = params.si_quantity("--full-scale", full_scale, "m s-2", "an acceleration > 0, such as '100 m/s2'")
+    how = {"rate": rate, "slow": slow, "full_scale": loudest, "transient": transient}
+    sound, cell_level, title = _sound(config, at, seconds, how)
+    screen.echo(sound.told())
+    if not isfinite(sound.frequency) or cell_level == cell_level:
+        screen.echo(f"level    {_level_text(cell_level)}")
+    for line in sound.remarks():
+        screen.echo(line)
+    if isinstance(output, Path):
+        save_sound(sound, output, floating)
+        bits = "32-bit floating" if floating else "16 bit"
+        show_file("sound", output, f"{sound.seconds:.3g} s, {bits}, full scale {sound.full_scale:g} m/s2")
+    if plot is not None:
+        with refuses_bad_input(plot):
+            from stickslip import plots
+
+            save_plot(plots.plot_sound(sound.acceleration, sound.rate, title=title, slow=sound.slow), plot)
+    if output is None and plot is None:
+        screen.echo("nothing was written: name a file (-o squeak.wav), a plot (--plot spectrogram.png), or both")
+    names = ("regime", "frequency", "repeats", "seconds", "slow", "rate", "full_scale", "clips")
+    return {name: getattr(sound, name) for name in names} | {
+        "acceleration_max": sound.peak, "acceleration_level_a": cell_level, "remarks": sound.remarks(),
+        "output": output, "plot": plot,
+    }  # fmt: skip
 
 
-def save_sound(heard: Sound, path: Path, floating: bool = False) -> None:
-    """Write a WAV file, whole or not at all. Raises StoreError."""
-    from stickslip.files import atomic
-
-    with atomic.replaced(path) as temporary:
-        temporary.write_bytes(heard.wav(floating))
-
-
-def tell_file(heard: Sound, path: Path, floating: bool = False) -> None:
-    """What was written where."""
-    kind = f"{heard.seconds:.3g} s, {'32-bit floating' if floating else '16 bit'}, full scale {heard.full_scale:g} m/s2"
-    screen.echo(f"sound    {path} ({kind}, {screen.size_of(path)})")
-
-
-def level_text(level: float) -> str:
-    """A level in words."""
-    if level != level:
-        return "none: there is no cycle"
-    return f"{level:.1f} dB(A) re 1e-6 m/s2" if isfinite(level) else "none: nothing of it is heard"
-
-
-def acceleration(text: str, option: str) -> float:
-    """An acceleration > 0 on the command line, in SI. Raises ConfigError."""
-    from stickslip.errors import ConfigError, Problem, QuantityError
-    from stickslip.vocabulary import units
-
-    try:
-        try:
-            value = float(text)
-        except ValueError:
-            value = units.si_value(text, "m s-2")
-        if value > 0.0 and isfinite(value):
-            return value
-        raise QuantityError("an acceleration > 0, such as '100 m/s2'")
-    except QuantityError as error:
-        raise ConfigError(option, [Problem((), f"got {text!r}, {error}")]) from None
-
-
-def _sound(
-    config: Location, at: tuple[str, ...], seconds: str, slow: float, full_scale: str, transient: bool, rate: int
-) -> tuple[Sound, float, str]:
+def _sound(config: Location, at: tuple[str, ...], seconds: str, how: dict[str, Any]) -> tuple[Sound, float, str]:
     """The sound of the cell, its level (dB), and its title."""
     from stickslip import sound
     from stickslip.config.select import cell_of, config_at
     from stickslip.config.select import seconds as time_of
     from stickslip.vocabulary.results import LEVEL
 
-    one = config_at(recipe_in(config), at)
-    loudest, length, law = acceleration(full_scale, "--full-scale"), time_of(seconds, "--seconds"), one.friction.law
-    if length > LONGEST:
-        fail(f"--seconds: got {seconds!r}, expected at most {LONGEST:g} s")
-    prepare_kernels(law)
-    prepare_kernels(law, signals=True)
-    cell, title = cell_of(one), titled(one.title, at)
-    heard = sound.of(
-        cell, length, law=law, rate=rate, slow=slow, full_scale=loudest, transient=transient,
-        max_steps=one.solver.max_steps, title=title,
-    )  # fmt: skip
-    return heard, float(sound.levels(cell, law=law)[LEVEL.name][0]), title
+    loaded = config_at(params.recipe_in(config), at)
+    law, length = loaded.friction.law, time_of(seconds, "--seconds")
+    if length > _LONGEST:
+        fail(f"--seconds: got {seconds!r}, expected at most {_LONGEST:g} s")
+    cell, title = cell_of(loaded), cell_title(loaded.title, at)
+    made = sound.of(cell, length, law=law, max_steps=loaded.solver.max_steps, title=title, **how)
+    return made, float(sound.levels(cell, law=law)[LEVEL.name][0]), title
 
 
-def _draw(heard: Sound, title: str, plot: Path) -> None:
-    from stickslip import plots
-    from stickslip.errors import PlotError
-
-    try:
-        plots.save(plots.plot_sound(heard.acceleration, heard.rate, title=title, slow=heard.slow), plot)
-    except PlotError as error:
-        fail(f"{plot}: {error}")
+def _level_text(level: float) -> str:
+    """A level in words."""
+    if level != level:
+        return "none: there is no cycle"
+    return f"{level:.1f} dB(A) re 1e-6 m/s2" if isfinite(level) else "none: nothing of it is heard"
 
 
-def _as_json(heard: Sound, level: float, output: Location | None, plot: Path | None) -> dict[str, Any]:
-    return {
-        "regime": heard.regime, "frequency": heard.frequency, "repeats": heard.repeats, "acceleration_max": heard.peak,
-        "acceleration_level_a": level, "seconds": heard.seconds, "slow": heard.slow, "rate": heard.rate,
-        "full_scale": heard.full_scale, "clips": heard.clips, "remarks": heard.remarks(), "output": output,
-        "plot": plot,
-    }  # fmt: skip
+# --- files, also for tests of rigs ------------------------------------------------------------------------------------
+
+
+def save_sound(sound: Sound, path: Path, floating: bool = False) -> None:
+    """Write a WAV file, whole or not at all. Raises StoreError."""
+    from stickslip.files import atomic
+
+    with atomic.replaced(path) as temporary:
+        temporary.write_bytes(sound.wav(floating))
+
+
+def save_sounds(target: Path, sounds: Iterable[tuple[str, Sound]]) -> None:
+    """Write named sounds of one scale, a file each, into a folder; or the one there is."""
+    single = target.suffix.lower() == ".wav"
+    written, clipping, loudest, full_scale = 0, 0, 0.0, 0.0
+    for name, sound in sounds:
+        save_sound(sound, target if single else target / f"{name}.wav")
+        full_scale, loudest = sound.full_scale, max(loudest, sound.peak)
+        written, clipping = written + 1, clipping + sound.clips
+    if not written:
+        return screen.echo("sounds   none: no test was integrated to its end")
+    screen.echo(f"sounds   {target if single else target / '*.wav'} (full scale {full_scale:g} m/s2)")
+    if clipping:
+        screen.echo(f"{clipping:,} of {written:,} clip, with peaks of up to {loudest:.3g} m/s2: softly compressed")
+
+
+def check_sounds(target: Path | None, count: int) -> None:
+    """End if so many sounds cannot be written there."""
+    if target is not None and target.suffix.lower() == ".wav" and count != 1:
+        fail(f"{target}: {count:,} tests have a WAV file each: name a folder")
 
 
 # --- levels -----------------------------------------------------------------------------------------------------------
 
 
 def _levels(
-    config: Location, at: tuple[str, ...], output: Location | None, reference: tuple[str, ...], as_json: bool
-) -> None:
+    config: Location, at: tuple[str, ...], output: Location | None, reference: tuple[str, ...]
+) -> dict[str, Any]:
     """The levels of all cells of a configuration, or of the one at `at`."""
     from stickslip import sound
     from stickslip.config.grid import build_grid
     from stickslip.config.select import cell_of, config_at
-    from stickslip.errors import ConfigError
-    from stickslip.files import writing
 
-    recipe = recipe_in(config)
-    one: Any = config_at(recipe, at) if at else recipe
-    if not hasattr(one, "friction"):  # the recipe of a list of cells
+    recipe = params.recipe_in(config)
+    loaded: Any = config_at(recipe, at) if at else recipe
+    if not hasattr(loaded, "friction"):  # the recipe of a list of cells
         fail(f"{config}: a list of cells: in Python, stickslip.sound.levels takes it; here name a cell (--at)")
     if output is not None and output.suffix.lower() == ".wav":
         fail(f"{output}: levels are results, which end in .nc or .zarr")
-    asked = [one for text in reference for one in _BETWEEN.split(text)]
-    zero = cell_of(config_at(recipe, [*at, *asked], "--reference")) if asked else None
-    law, threads, size = one.friction.law, one.execution.threads, build_grid(one).size
-    prepare_kernels(law)
-    prepare_kernels(law, signals=True)
-    try:
-        with progress_bar(size) if size > 1 else nullcontext() as moved:
-            ds = sound.levels(one, zero, max_steps=one.solver.max_steps, threads=threads, progress=moved)
-    except KeyboardInterrupt:
-        incomplete("interrupted: nothing was written")
-    except ConfigError:
-        raise
-    except ValueError as error:
-        fail(f"{config}: {error}")
+    changes = [change for text in reference for change in _BETWEEN.split(text)]
+    zero = cell_of(config_at(recipe, [*at, *changes], "--reference")) if changes else None
+    threads, size = loaded.execution.threads, build_grid(loaded).size
+    with refuses_bad_input(config), screen.progress_bar(size) if size > 1 else nullcontext() as move:
+        ds = sound.levels(loaded, zero, max_steps=loaded.solver.max_steps, threads=threads, progress=move)
+    summary = _summary(ds)
+    _show_levels(ds, summary)
+    if changes and ds["regime"].size == 1:
+        screen.echo(_comparison(float(ds["acceleration_level_a"].values.item()), ", ".join(changes)))
     if output is not None:
-        writing.write(ds, output)
-    if as_json:
-        return tell_json(_summary(ds) | {"output": output})
-    _tell_levels(ds)
-    if asked and ds["regime"].size == 1:
-        screen.echo(_compared(float(ds["acceleration_level_a"].values.item()), ", ".join(asked)))
-    if output is not None:
-        screen.echo(f"levels   {output} ({screen.size_of(output)})")
+        save_result(ds, output, "levels")
         screen.echo(f"next:    stickslip plot {output}")
     elif ds["regime"].ndim:
         screen.echo("nothing was written: name a file (-o levels.nc)")
+    return summary | {"output": output}
 
 
 def _summary(ds: xr.Dataset) -> dict[str, Any]:
-    """How many cells have a level, and between which values."""
+    """Numbers of cells with and without a level, and the range of levels."""
     import numpy as np
 
     level = ds["acceleration_level_a"]
@@ -262,24 +214,25 @@ def _summary(ds: xr.Dataset) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _tell_levels(ds: xr.Dataset) -> None:
-    found = _summary(ds)
-    if found["cells"] == 1:
-        screen.echo(f"level    {_one_level(ds)}")
-        return
-    screen.echo(f"{found['long_name']}:")
-    if found["with_level"]:
+def _show_levels(ds: xr.Dataset, summary: dict[str, Any]) -> None:
+    if summary["cells"] == 1:
+        text = _level_text(float(ds["acceleration_level_a"].values.item()))
+        if "reference_cell" in ds["acceleration_level_a"].attrs:
+            text = text.replace("re 1e-6 m/s2", "re the reference")
+        return screen.echo(f"level    {text}")
+    screen.echo(f"{summary['long_name']}:")
+    if summary["with_level"]:
         screen.echo(
-            f"{found['with_level']:,} of {found['cells']:,} cells: {found['lowest']:.1f} to {found['highest']:.1f}, "
-            f"half of them above {found['median']:.1f}"
+            f"{summary['with_level']:,} of {summary['cells']:,} cells: {summary['lowest']:.1f} to "
+            f"{summary['highest']:.1f}, half of them above {summary['median']:.1f}"
         )
-    if found["without_cycle"]:
-        screen.echo(f"{_cells(found['without_cycle'])} no cycle, and no level: settled, stuck, or undecided")
-    if found["not_heard"]:
-        screen.echo(f"{_cells(found['not_heard'])} a cycle of which nothing is heard")
+    if summary["without_cycle"]:
+        screen.echo(f"{_cells(summary['without_cycle'])} no cycle, and no level: settled, stuck, or undecided")
+    if summary["not_heard"]:
+        screen.echo(f"{_cells(summary['not_heard'])} a cycle of which nothing is heard")
 
 
-def _compared(level: float, reference: str) -> str:
+def _comparison(level: float, reference: str) -> str:
     """`2.6 dB louder than the reference: stiffness=12 N/mm`."""
     if not isfinite(level):
         return f"nothing to compare with the reference: {reference}"
@@ -290,9 +243,3 @@ def _compared(level: float, reference: str) -> str:
 
 def _cells(number: int) -> str:
     return "1 cell has" if number == 1 else f"{number:,} cells have"
-
-
-def _one_level(ds: xr.Dataset) -> str:
-    level = ds["acceleration_level_a"]
-    text = level_text(float(level.values.item()))
-    return text.replace("re 1e-6 m/s2", "re the reference") if "reference_cell" in level.attrs else text

@@ -1,131 +1,131 @@
-"""`plot`: what is in the file of a result, as a picture or as a page."""
+"""`inspect` and `export`: a result in words, its cells one by one, and as a table."""
 
 from __future__ import annotations
 
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import screen, shown
-from stickslip.cli.backdrop import MAP, Extras
-from stickslip.cli.common import PAGES, WHERE, Target, fail, pairs, prepare_kernels, reports_wrong_input
-from stickslip.cli.picture import Picture, free_name
+from stickslip.cli import compare, params, screen
+from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, reports_errors
+from stickslip.cli.outputs import save_table
+from stickslip.cli.summary import printer_for
+from stickslip.vocabulary.flags import STATUS_MESSAGES, flag_label
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-
+    from stickslip.dataset.survey import Survey
     from stickslip.files.locations import Location
+
+_UNDECIDED = ("failed", "unresolved")
 
 
 @click.command(
     epilog="""\b
 Examples:
-  stickslip plot quickstart.nc
-  stickslip plot quickstart.nc --variable spring_force_max -o force.svg
-  stickslip plot map.nc --lines borders.nc -o map-with-borders.png
-  stickslip plot map.nc --select damping=0.1 --select stiffness="5 N/mm"
-  stickslip plot map.nc --variable period --log period --limits "period=1..100 ms"
-  stickslip plot map.nc --mark "pump: stiffness=5 N/mm, belt_speed=20 mm/s" --size "16 cm x 9 cm"
-  stickslip plot map.nc -o map.html"""
+  stickslip inspect map.nc
+  stickslip inspect map.nc --regime sustained --limit 5
+  stickslip inspect map.zarr --status step_limit"""
 )
-@click.argument("file", type=WHERE)
-@click.option("--variable", help="Variable to plot.  [default: regime, or what a result is about]")
-@click.option(
-    "--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension at the cell with this value, or label."
-)
-@click.option("--lines", type=WHERE, help="File of borders or contours to draw over the map.")
-@MAP
-@click.option("--no-borders", is_flag=True, help="Leave out the borders of linear theory.")
-@click.option("--title", help="Title of the picture.  [default: that of the result, and what is selected]")
-@click.option("--size", metavar="WxH", help="Size: '16 cm x 9 cm', '1920 px x 1080 px'.")
-@click.option("--dpi", type=click.IntRange(20, 1200), help="Dots per inch of a PNG.  [default: 150]")
-@click.option("--units", multiple=True, metavar="NAME=UNIT,...", help="Units to show: 'period=ms, belt_speed=mm/s'.")
-@click.option("--log", multiple=True, metavar="NAME,...", help="Logarithmic axes, or colours of a variable.")
-@click.option(
-    "--limits", multiple=True, metavar="NAME=LOW..HIGH", help="Limits of an axis or of colours: 'period=0.1..2 s'."
-)
-@click.option(
-    "--mark", "marks", multiple=True, metavar="[LABEL:]NAME=VALUE,...", help="Operating point to draw; may be repeated."
-)
-@click.option(
-    "--marks", "marks_file", type=click.Path(path_type=Path, exists=True, dir_okay=False), metavar="FILE",
-    help="Table of operating points to draw: a column 'label', and one for each axis; coloured by their regimes.",
-)  # fmt: skip
-@click.option("--no-hatch", is_flag=True, help="Leave out the hatching that tells regimes apart without colours.")
-@click.option("--no-note", is_flag=True, help="Leave out the note of what is held fixed.")
-@click.option(
-    "-o",
-    "--output",
-    type=Target("plot", "page"),
-    help="Picture to write, .png, .svg or .pdf, or page, .html.  [default: FILE.png, with the names of --variable and "
-    "--select in it, in this folder if FILE is a URL; a number if another picture has that name]",
-)
-@reports_wrong_input
-def plot(
-    file: Location, variable: str | None, select: tuple[str, ...], lines: Location | None,
-    map_file: Location | None, no_borders: bool, output: Path | None, **wishes: Any,
-) -> None:  # fmt: skip
-    """Plot a result, whatever its kind.
+@click.argument("file", type=params.Place())
+@click.option("--regime", "regimes", multiple=True, metavar="NAME", help="List cells of this regime.")
+@click.option("--status", "statuses", multiple=True, metavar="NAME", help="List cells of this status.")
+@click.option("--limit", type=click.IntRange(0), default=20, show_default=True, help="Largest number of cells to list.")
+@JSON
+@reports_errors
+def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...], limit: int) -> Answer:
+    """Count the cells of a result, and list problem cells.
 
-    Numbers are shown in the units in which the configuration was written; the file is SI.
+    These are cells that failed, are unresolved or were not computed, unless --regime or --status say which to list.
+    Each is listed as a command that computes it over time, ready to paste. Of results that are no maps it
+    says what was found.
     """
-    from stickslip import plots
+    from stickslip.config.select import recipe_of
+    from stickslip.dataset import survey as inspection
+    from stickslip.files import reading
+
+    ds = reading.look_into(file)
+    if "quiet_above" in ds:
+        return compare.show(ds)
+    if "status" not in ds and (printer := printer_for(ds)):
+        if regimes or statuses or is_for_programs():
+            fail(f"{file}: --regime, --status and --json tell of the cells of a map; this file holds none")
+        return printer(ds)
+    survey = inspection.survey(ds, recipe_of(ds, str(file)), regimes=regimes, statuses=statuses, limit=limit)
+    table = screen.new_table("regime", "status", numbers=("cells", "share"))
+    total = sum(survey.counts.values())
+    for (regime, status), cells in survey.counts.items():
+        table.add_row(flag_label(regime), status, f"{cells:,}", screen.share_text(cells / max(1, total)))
+    screen.print_table(table)
+    what = "such cells" if regimes or statuses else "cells failed, are unresolved or were not computed"
+    first = f"The first {len(survey.cells):,} of " if 0 < len(survey.cells) < survey.wanted else ""
+    screen.echo(f"\n{first}{survey.wanted:,} {what}{':' if survey.cells else ''}")
+    _list_cells(survey, str(file))
+    return {
+        "file": str(file),
+        "cells": total,
+        "counts": [
+            {"regime": regime, "status": status, "cells": cells} for (regime, status), cells in survey.counts.items()
+        ],
+        "wanted": survey.wanted,
+        "listed": [
+            {name: getattr(cell, name) for name in ("number", "position", "regime", "status")}
+            | {"at": list(cell.settings), "command": cell.command(str(file))}
+            for cell in survey.cells
+        ],
+    }
+
+
+def _list_cells(survey: Survey, file: str) -> None:
+    """Print a command for each cell, under its regime and status."""
+    from stickslip.dataset.survey import NOT_KEPT
+
+    by_fate = sorted(survey.cells, key=lambda cell: (cell.regime, cell.status))
+    for (regime, status), cells in groupby(by_fate, key=lambda cell: (cell.regime, cell.status)):
+        message = f", {status}: {STATUS_MESSAGES.get(status, 'a code that this version does not know')}"
+        if status == NOT_KEPT:  # a regime that was found needs no reason
+            message = ", for a reason that is in status, which output.variables leaves out" * (regime in _UNDECIDED)
+            message += ": no run has computed these cells" * (regime == "not_computed")
+        screen.echo(f"\n{regime}{message}")
+        for cell in cells:
+            screen.echo(cell.command(file))
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip export quickstart.nc -o quickstart.csv
+  stickslip export quickstart.nc --variable regime --variable period -o periods.xlsx
+  stickslip export map.nc --select stiffness="5 N/mm" -o line.csv --decimal-comma"""
+)
+@click.argument("file", type=params.Place())
+@click.option("-o", "--output", type=params.Target("table"), help="Table to write, .csv or .xlsx.  [default: FILE.csv]")
+@click.option("--variable", "variables", multiple=True, metavar="NAME", help="Variable to write.  [default: all]")
+@click.option(
+    "--select", multiple=True, metavar="DIM=VALUE", help="Take only cells with this value, or label, of a dimension."
+)
+@click.option("--decimal-comma", is_flag=True, help="Write decimal commas, and semicolons between columns.")
+@reports_errors
+def export(
+    file: Location, output: Path | None, variables: tuple[str, ...], select: tuple[str, ...], decimal_comma: bool
+) -> None:
+    """Write a result as a table, CSV or Excel: one row a cell.
+
+    Headings carry units, flags are words, what is not defined is empty. FILE may be larger than memory. A sheet of
+    Excel holds 1,048,575 cells. (pip install "stickslip[excel]")
+    """
     from stickslip.dataset import selection
-    from stickslip.dataset.summary import why_absent
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
-    ds, picture = reading.look_into(file), Picture(**wishes)
-    if output is not None and output.suffix.lower() in PAGES:
-        of_pictures = {"--variable": variable, "--select": select, "--lines": lines, "--size": picture.size,
-                       "--dpi": picture.dpi}  # fmt: skip
-        if given := [name for name, value in of_pictures.items() if value]:
-            fail(f"{', '.join(given)}: for a picture; a page shows the whole result")
+    target = output or params.checked(Path(file.name).with_suffix(".csv"), "table")
+    with reading.look_into(file) as ds:
+        places = params.pairs(select)
         try:
-            return shown.write_page(ds, output, Extras(map_file), picture)
+            part = selection.selected(ds, places)[0] if places else ds
         except PlotError as error:
             fail(f"{file}: {error}")
-    places = pairs(select) if "time" not in ds.dims else {}
-    try:
-        ds = picture.prepared(ds)
-        if plots.is_over_map(ds):
-            figure = _over_map(ds, file, map_file, picture)
-        else:
-            over = None if lines is None else reading.look_into(lines)
-            figure = plots.plot_result(ds, variable, select=places, title=picture.title, look=picture.look(ds),
-                                       borders=not no_borders, lines=over)  # fmt: skip
-            told = {name: at for name, at in places.items() if name != "state"}
-            for point in selection.points_taken(ds, told):
-                screen.echo(f"drawn    {point}")
-        request = _words({**picture.request(), "variable": variable, "select": select, "lines": lines,
-                          "map": map_file, "no_borders": no_borders})  # fmt: skip
-        named = None if variable == plots.subject(ds) else variable
-        target = output or free_name(_here(file), named, places, request)
-        picture.save(figure, target, request)
-    except PlotError as error:
-        fail(f"{file}: {error}")
-    if not no_borders and "quiet_above" not in ds and (absent := why_absent(ds, "damping_ratio")):
-        screen.echo(f"{file}: no borders of linear theory are drawn: the map {absent}", err=True)
-    screen.echo(f"plot     {target}")
-
-
-def _over_map(ds: xr.Dataset, file: Location, map_file: Location | None, picture: Picture) -> Figure:
-    """Borders over the map they lie in: that of a file, or a coarse one that is computed."""
-    from stickslip.config.reader import parse_config
-
-    if map_file is None:
-        prepare_kernels(parse_config(str(ds.attrs["configuration"]), str(file)).friction.law)
-    return shown.figure(ds, Extras(map_file), picture)
-
-
-def _here(file: Location) -> Path:
-    """The file without suffix, in this folder if it is behind a URL."""
-    return (file if isinstance(file, Path) else Path(file.name)).with_suffix("")
-
-
-def _words(asked: dict[str, Any]) -> str:
-    """What is asked of a picture as one text, nothing for a picture without any wishes."""
-    found = {name: ", ".join(value) if isinstance(value, tuple) else value for name, value in asked.items() if value}
-    return "; ".join(f"{name}: {value}" for name, value in sorted(found.items()))
+        for point in selection.points_taken(ds, places) if places else ():
+            screen.echo(f"taken    {point}")
+        save_table(part, target, variables, decimal_comma)

@@ -1,338 +1,188 @@
-"""`rig features`: records of a test rig."""
+"""`rig`: a test matrix on a simulated rig, and the commands for records of measured ones."""
 
 from __future__ import annotations
 
-import math
-import warnings
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from time import perf_counter
+from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import rig_sounds, screen
-from stickslip.cli.common import JSON, Target, fail, reports_wrong_input, tell_json
-from stickslip.cli.progress import progress_bar
-from stickslip.cli.tables import tell_table, write_table
-from stickslip.errors import visible
+from stickslip.cli import params, rig_features, rig_fits, screen
+from stickslip.cli.exits import fail, reports_errors
+from stickslip.cli.groups import GroupWithDefault, renamed
+from stickslip.cli.listen import check_sounds, save_sounds
+from stickslip.cli.outputs import save_plot, save_result, show_file
+from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 
 if TYPE_CHECKING:
     import xarray as xr
-    from rich.console import Group
-    from rich.table import Table
+    from matplotlib.figure import Figure
 
     from stickslip.files.locations import Location
-    from stickslip.rig.rpn import Risk
-    from stickslip.rig.settings import Settings
-    from stickslip.vocabulary.parameter import Parameter
+    from stickslip.rig.config import RigConfig
+    from stickslip.rig.simulation import RigTests
+    from stickslip.sound import Sound
 
-CONFIG_OPTION = click.option(
-    "-c", "--config", type=click.Path(path_type=Path), help="YAML: columns, units, conditions, features, risk."
-)
-# Of the table on screen: feature, heading, factor from SI, and how it is written.
-_COLUMNS = (
-    ("sticks", "sticks", 1.0, ".0f"),
-    ("acceleration_max", "max |a|\nm/s2", 1.0, ".3g"),
-    ("acceleration_integral", "int |a|\nm/s", 1.0, ".3g"),
-    ("drops", "drops", 1.0, ".0f"),
-    ("drop_mean", "drop\nN", 1.0, ".3g"),
-    ("impulse_rate", "slips\nper mm", 1e-3, ".3g"),
-    ("static_friction_first", "mu_s\nfirst", 1.0, ".3f"),
-    ("static_friction", "mu_s", 1.0, ".3f"),
-    ("dynamic_friction", "mu_d", 1.0, ".3f"),
-)
-_FASTEST = {"drive_speed": 1.0}  # SI; a plate moves no faster, and what does so lacks its unit
-_NEEDED = {"normal_load": "no normal_load (no friction coefficients)", "drive_speed": "no drive_speed"}
-_MOST_NAMES = 5  # of records in a warning
-_COLUMN_WIDTH = 9  # characters with the gap, at most
-_COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "white on red", "unknown": ""}
-
-
-class RowOption(click.Option):
-    """An option that is a row of the vocabulary, which is loaded on demand."""
-
-    def __init__(self, *args: Any, row: str, **given: Any) -> None:
-        super().__init__(*args, **given)
-        self._row, self._use = row, self.help
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """What the row is, what the option is for, and how it is written."""
-        from stickslip.vocabulary import units
-
-        row = _rows()[self._row]
-        self.help = f'{row.long_name.capitalize()}, {self._use} ("{units.example(row.units)}").'
-        return super().get_help_record(ctx)
-
-
-def CONDITIONS(command: Callable[..., None]) -> Callable[..., None]:  # noqa: N802, a decorator as `CONFIG_OPTION`
-    """The options `--load`, `--speed` and `--bandwidth`; `record_settings` reads them."""
-    for name, row, use, unit in (
-        ("--bandwidth", "bandwidth", "limits what is used", "FREQUENCY"),
-        ("--speed", "drive_speed", "where files do not record it", "SPEED"),
-        ("--load", "normal_load", "for friction coefficients", "FORCE"),
-    ):
-        command = click.option(name, cls=RowOption, row=row, help=use, metavar=unit)(command)
-    return command
+_MOST_TRACES = 6  # drawn over each other
+_MOST_ROWS = 60  # on screen
+_FINE, _COARSE = 8, 2  # samples computed per sample of sound: of short tests, and of long ones, which take much memory
+_SHORT = 20.0  # s
 
 
 @click.command(
-    "rig-features",
     epilog="""\b
 Examples:
-  stickslip rig features felt.csv fluid.csv
-  stickslip rig features *.csv -c rig.yaml --plot traces.png --beside -o features.nc
-  stickslip rig features *.csv -o features.csv    # with a column rpn, for stickslip rig calibrate
-  stickslip rig features dry.csv --bandwidth "2 kHz" --plot start.png --from 0 --to "2 s" """,
+  stickslip rig run configs/rig/materials.yaml
+  stickslip rig run configs/rig/materials.yaml --test 0 --test 1 --from 0 --to "0.5 s"
+  stickslip rig run configs/rig/test_matrix.yaml --report matrix.html
+  stickslip rig run my.yaml --records signals       # CSV files, as a rig would write them"""
 )
-@click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
-@CONFIG_OPTION
-@CONDITIONS
-@click.option("--plot", type=Target("plot"), help="Plot to write: .png, .svg or .pdf.")
-@click.option("--sound", type=Target("sound", "folder"), help="Folder for the sounds, a WAV file for each record.")
-@click.option("--beside", is_flag=True, help="Plot records beside each other instead of over each other.")
-@click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each record on.")
-@click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each record.")
+@params.CONFIG
 @click.option(
-    "-o", "--output", type=Target("table", "result"), help="File to write the features to: .csv, .xlsx, .nc or .zarr."
-)
-@JSON
-@reports_wrong_input
-def rig_features(
-    files: tuple[Path, ...],
-    config: Path | None,
-    load: str | None,
-    speed: str | None,
-    bandwidth: str | None,
-    plot: Path | None,
-    sound: Path | None,
-    beside: bool,
-    begin: str | None,
-    end: str | None,
-    output: Location | None,
-    as_json: bool,
-) -> None:
-    """Compute features and a risk number of rig records.
+    "-o", "--output", type=params.Target("result"),
+    help="File of features to write, .nc or .zarr, or the URL of a .zarr.",
+)  # fmt: skip
+@params.plot_option("Plot: signals of up to six tests, else a heat map.")
+@click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): maps, traces, table.")
+@click.option("--records", type=params.Target("folder"), help="Folder for the signals, a CSV file for each test.")
+@click.option("--sound", type=params.Target("sound", "folder"), help="Folder for the sounds, a WAV file for each test.")
+@click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
+@click.option("--beside", is_flag=True, help="Plot signals beside each other instead of over each other.")
+@click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each test on.")
+@click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each test.")
+@reports_errors
+def run(
+    config: Path, output: Location | None, plot: Path | None, report: Path | None, records: Path | None,
+    sound: Path | None, chosen: tuple[int, ...], beside: bool, begin: str | None, end: str | None,
+) -> None:  # fmt: skip
+    """Compute a test matrix on a simulated rig.
 
-    Each FILE is a CSV with the columns time, force and acceleration, and, if known, drive_velocity or
-    drive_displacement; units are given in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.
+    A specimen on a flat spring, a reciprocating plate, sensors: CONFIG is that of a map with a drive. Prints
+    features and model RPN (not the rig maker's) of every test. Times count from the first stroke.
     """
-    from stickslip import rig
-    from stickslip.files import writing
-    from stickslip.files.targets import KINDS
-    from stickslip.rig.evaluation import as_columns
-    from stickslip.rig.rpn import band_of
+    from stickslip import engine
+    from stickslip.rig.config import load_rig
+    from stickslip.rig.simulation import RigTests, run_matrix
 
-    settings = record_settings(config, {"normal_load": load, "drive_speed": speed}, bandwidth)
-    is_table = output is not None and output.suffix.lower() in KINDS["table"].suffixes
-    if sound is not None:
-        rig_sounds.check(sound, len(files))
-    window = time_window(begin, end)
-    records: dict[str, xr.Dataset] = {}
-    given = {name: text for name, text in (("normal_load", load), ("drive_speed", speed)) if text is not None}
-    for name, file in zip(_names(files), files, strict=True):
-        with progress_bar(1, " read", "bytes") as move:  # which only moves for long records
-            record = rig.read_record(file, settings.record, settings.conditions, move)
-        _tell_overruled(file, record, given, settings)
-        if left := record.attrs["not_used"]:
-            screen.echo(f"note      {file}: columns not used: {', '.join(map(repr, left))}")
-        records[_called(name, file, record, records)] = record
-    try:
-        found = rig.feature_table(records, settings)
-    except ValueError as error:
-        fail(f"{', '.join(map(str, files))}: {error}")
-    console = screen.terminal()
-    console.print(feature_screen_table(found, console.width))
-    console.print(f"RPN: {rig.RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.", markup=False)
-    _tell_understood(records)
-    warn_of_extrapolation(found, settings.risk)
-    for name, remarks in zip(records, found["remarks"].values.tolist(), strict=True):
-        if remarks:
-            screen.echo(f"{name}: " + remarks.replace("\n", "\n  "))
+    loaded = load_rig(config, params.settings())
+    output = output or params.configured_target(loaded.config.output.file, "result")
+    plot = plot or params.configured_target(loaded.config.output.plot, "plot")
+    tests, window = RigTests(loaded), rig_features.time_window(begin, end)
+    grid, size = tests.grid, tests.grid.size
+    for number in chosen:
+        if not 0 <= number < size:
+            fail(f"--test {number}: tests are numbered from 0 to {size - 1}")
+    if chosen and plot is None and report is None:
+        fail("--test says what is plotted: name a plot with --plot, or a page with --report")
+    check_sounds(sound, size)
+    engine.warm_up(loaded.config.friction.law, signals=True)
+    along = " x ".join(f"{dim} ({length})" for dim, length in zip(grid.dims, grid.shape, strict=True))
+    screen.echo(f"{loaded.config.title}\n{f'{size:,} tests: {along}' if along else 'one test'}")
+    began = perf_counter()
+    with screen.progress_bar(size, of="tests") as move:
+        ds = run_matrix(loaded, move)
+    _show(ds, tests, perf_counter() - began)
+    drawn = list(chosen) or (list(range(size)) if size <= _MOST_TRACES else [])
     if plot is not None:
-        from stickslip import plots
-        from stickslip.rig.plots import plot_records
-
-        numbers = dict(zip(records, found["model_rpn"].values.tolist(), strict=True))
-        plots.save(plot_records(records, beside=beside, numbers=numbers, window=window), plot)
-        screen.echo(f"plot      {plot}")
+        save_plot(_figure(ds, tests, drawn, beside, window), plot)
+    save_result(ds, output, "features")
+    if records is not None:
+        _save_records(records, tests)
     if sound is not None:
-        rig_sounds.write_records(sound, records)
-    found = _with_provenance(found, settings, files)
-    if isinstance(output, Path) and is_table:
-        tell_table(write_table(as_columns(found), output), output)
-    elif output is not None:
-        writing.write(found, output)
-        screen.echo(f"features  {output} ({screen.size_of(output)})")
-    if as_json:
-        rows = as_columns(found).to_dataframe().reset_index().to_dict("records")
-        words = [
-            {"file": f, **row, "model_rpn_band": band_of(row["model_rpn"])} for f, row in zip(files, rows, strict=True)
-        ]
-        tell_json({"rpn": rig.RPN_NAME, "records": words, "output": output, "plot": plot})
+        save_sounds(sound, _sounds(loaded))
+    if report is not None:
+        from stickslip.rig.report import write_report
+
+        write_report(report, ds, _records(tests, drawn or list(range(min(size, _MOST_TRACES)))), loaded)
+        show_file("report", report)
 
 
-# --- what the options say ---------------------------------------------------------------------------------------------
-
-
-def record_settings(config: Path | None, conditions: Mapping[str, str | None], bandwidth: str | None) -> Settings:
-    """The settings of a configuration, with those of the options in their place."""
-    from stickslip.rig.settings import Settings, load_settings
-
-    settings = load_settings(config) if config is not None else Settings()
-    given = {name: _quantity(name, text) for name, text in conditions.items() if text is not None}
-    settings = replace(settings, conditions=dict(settings.conditions) | given)
-    if bandwidth is None:
-        return settings
-    return replace(settings, features=replace(settings.features, bandwidth=_quantity("bandwidth", bandwidth)))
-
-
-def _rows() -> dict[str, Parameter]:
-    """What options may give."""
-    from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS
-
-    return CONDITIONS | FEATURE_SETTINGS
-
-
-def _quantity(name: str, text: str) -> float:
-    """An option in SI."""
-    from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning
-
-    try:
-        try:
-            value: float | str = float(text)
-        except ValueError:
-            value = text
-        found = _rows()[name].read(value)
-        if isinstance(value, float) and found > _FASTEST.get(name, math.inf):
-            warnings.warn(f"{name}: {text} is read as {text} m/s; did you mean {text} mm/s?", UnitWarning, stacklevel=2)
-        return found
-    except QuantityError as error:
-        problem = Problem((name,), f"got {text!r}, expected {error.expected}", hint=error.hint)
-        raise ConfigError("options", [problem]) from None
-
-
-def time_window(begin: str | None, end: str | None) -> tuple[float, float] | None:
-    """The part of a record that two options ask for, in s."""
-    from stickslip.config.select import seconds
-
-    if begin is None and end is None:
-        return None
-    start = 0.0 if begin is None or begin == "0" else seconds(begin, "--from")
-    stop = float("inf") if end is None else seconds(end, "--to")
-    if start >= stop:
-        fail(f"--from {begin} --to {end}: expected an end after the start")
-    return start, stop
-
-
-def _names(files: tuple[Path, ...]) -> list[str]:
-    """A name for each file: its stem, with the folder before it where stems repeat, or all of its path."""
-    if len(set(files)) < len(files):
-        fail("a file is named twice")
-    for parts in (1, 2):
-        names = ["/".join(file.with_suffix("").parts[-parts:]) for file in files]
-        if len(set(names)) == len(names):
-            return names
-    return list(map(str, files))
-
-
-def _called(name: str, file: Path, record: xr.Dataset, others: Collection[str]) -> str:
-    """What a record is called: its material, where the file names one and no other record has it, else `name`."""
-    material = str(record["material"].item()) if "material" in record.coords else file.stem
-    if material == file.stem:
-        return name
-    return material if material not in others else f"{material} ({name})"
-
-
-def _tell_overruled(file: Path, record: xr.Dataset, given: Mapping[str, str], settings: Settings) -> None:
-    """Say which conditions the file gives otherwise than the options do: those of the file hold."""
-    from stickslip.vocabulary import units
-    from stickslip.vocabulary.settings import CONDITIONS
-
-    for name, text in given.items():
-        held = float(record[name])
-        if held != settings.conditions[name]:
-            unit = units.spelled(CONDITIONS[name].units)
-            screen.echo(f"{file}: its remark {name} = {held:g} {unit} holds, not the {text} of the option", err=True)
-
-
-def _tell_understood(records: Mapping[str, xr.Dataset]) -> None:
-    """Say which conditions and columns were understood, once for all records in which they are the same."""
-    from stickslip.rig.labels import quantity_text
-    from stickslip.vocabulary.settings import CONDITIONS
-
-    names: dict[str, list[str]] = {}
-    for name, record in records.items():
-        known = [f"{c} {quantity_text(float(record[c]), row.units)}" for c, row in CONDITIONS.items()
-                 if c in record.coords]  # fmt: skip
-        lacking = [word for c, word in _NEEDED.items() if c not in record.coords]
-        names.setdefault("\n          ".join([", ".join(known + lacking), record.attrs["columns"]]), []).append(name)
-    for understood, some in names.items():
-        more = f" and {len(some) - _MOST_NAMES:,} more" * (len(some) > _MOST_NAMES)
-        screen.echo(f"read      {', '.join(some[:_MOST_NAMES])}{more}: {understood}")
-
-
-def warn_of_extrapolation(found: xr.Dataset, risk: Risk) -> None:
-    """Say which records (dimension `record`) have features outside the pairs of the calibration."""
-    from stickslip.rig.evaluation import risk_inputs
-
-    inputs = risk_inputs(found)
-    for feature, outside in risk.outside(inputs).items():
-        some = [f"{name} ({value:.4g})" for name, value in zip(found["record"].values[outside].tolist(),
-                                                               inputs[feature][outside], strict=True)]  # fmt: skip
-        if some:
-            names = ", ".join(some[:_MOST_NAMES]) + f" and {len(some) - _MOST_NAMES:,} more" * (len(some) > _MOST_NAMES)
-            low, high = getattr(risk, f"lowest_{feature}"), getattr(risk, f"highest_{feature}")
-            screen.echo(f"warning: {feature} of {names}: outside {low:.4g} to {high:.4g}, the range of the pairs of "
-                       "the calibration, so that the RPN is an extrapolation", err=True)  # fmt: skip
-
-
-def _with_provenance(found: xr.Dataset, settings: Settings, files: tuple[Path, ...]) -> xr.Dataset:
-    from stickslip.dataset.provenance import provenance
-
-    action = f"rig-features {' '.join(map(str, files))}"
-    return found.assign_attrs(provenance(settings.to_yaml(), title="Features of rig records", action=action))
-
-
-def feature_screen_table(found: xr.Dataset, width: int) -> Group:
-    """Features of records (dimension `record`) for the screen, the risk number in the colour of its band.
-
-    width : of the screen, characters. Columns that do not fit beside the names are in further tables below.
-    """
-    from rich.console import Group
-
-    longest = max(6, *(len(str(name)) for name in found["record"].values.tolist()))
-    name_width = min(longest, max(width // 3, 12))
-    fit = max(1, (width - name_width - 6) // _COLUMN_WIDTH)
-    parts = [_COLUMNS[first : first + fit] for first in range(0, len(_COLUMNS), fit)]
-    return Group(*(_feature_table(found, part, name_width) for part in parts))
-
-
-def _feature_table(found: xr.Dataset, columns: Sequence[tuple[str, str, float, str]], name_width: int) -> Table:
-    """Some features of all records, beside name and risk number."""
+def _show(ds: xr.Dataset, tests: RigTests, seconds: float) -> None:
+    """Print the table, tests that were not integrated to their end, and how long it took."""
     import numpy as np
-    from rich.table import Table
-    from rich.text import Text
 
-    from stickslip.rig.rpn import band_of, rpn_text
+    from stickslip.rig.simulation import as_table
 
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("record", overflow="fold", max_width=name_width)
-    table.add_column("RPN", justify="right", no_wrap=True)
-    for _, heading, _, _ in columns:
-        table.add_column(heading, justify="right", no_wrap=True)
-    for i, name in enumerate(map(str, found["record"].values.tolist())):
-        row = found.isel(record=i)
-        number = float(row["model_rpn"])
-        cells = [Text(visible(name)), Text(f" {rpn_text(number)} ", style=_COLOURS[band_of(number)])]
-        for feature, _, factor, form in columns:
-            value = float(_best(row, feature)) * factor
-            cells.append(Text("-" if np.isnan(value) else format(value, form)))
-        table.add_row(*cells)
-    return table
+    size = tests.grid.size
+    table = as_table(ds, [tests.name(n) for n in range(min(size, _MOST_ROWS))])
+    rig_features.show_features(table, f"... and {size - _MOST_ROWS:,} more" if size > _MOST_ROWS else "")
+    rig_features.warn_of_extrapolation(table, tests.rig.risk)
+    status = ds["status"].values
+    for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
+        number, message = int((status == code).sum()), STATUS_MESSAGES[STATUSES[code]]
+        many = "1 test was" if number == 1 else f"{number:,} tests were"
+        screen.notice(f"warning: {many} not integrated to the end: {message}")
+    screen.echo(f"{size:,} tests in {screen.duration_text(seconds)}")
 
 
-def _best(row: xr.Dataset, feature: str) -> xr.DataArray:
-    """The band-limited value where there is one: the one that the risk number uses."""
-    limited = row.get(f"{feature}_limited")
-    return row[feature] if limited is None or limited.isnull() else limited
+def _figure(
+    ds: xr.Dataset, tests: RigTests, drawn: list[int], beside: bool, window: tuple[float, float] | None
+) -> Figure:
+    """Signals where some were chosen or there are few tests, else the matrix."""
+    from stickslip.rig.plots import plot_matrix, plot_records
+
+    records = _records(tests, drawn)
+    if not records:
+        return plot_matrix(ds)
+    rpn = ds["model_rpn"].values.ravel()
+    numbers = {tests.name(n): float(rpn[n]) for n in drawn}
+    return plot_records(records, beside=beside, numbers=numbers, window=window, heading=tests.rig.config.title)
+
+
+def _records(tests: RigTests, numbers: list[int]) -> dict[str, xr.Dataset]:
+    """Records by name, of the tests that were integrated to their end."""
+    return {test.name: test.record for test in tests.tests(numbers) if test.record is not None}
+
+
+def _save_records(folder: Path, tests: RigTests) -> None:
+    from stickslip.rig.records import write_record
+
+    for test in tests.tests(range(tests.grid.size)):
+        if test.record is not None:
+            write_record(test.record, folder / f"{_file_name(tests, test.number)}.csv")
+    screen.echo(f"records  {folder}/test*.csv; stickslip rig features reads them")
+
+
+def _file_name(tests: RigTests, number: int) -> str:
+    return f"test{number:0{len(str(tests.grid.size - 1))}d}"
+
+
+def _sounds(loaded: RigConfig) -> Iterator[tuple[str, Sound]]:
+    """Names and sounds of tests integrated to their end, from the first stroke on: of the acceleration itself, not of
+    what a sensor shows."""
+    from stickslip import sound
+    from stickslip.rig.simulation import RigTests
+
+    tests = RigTests(loaded)
+    for number in range(tests.grid.size):
+        cell = {name: float(values[0]) for name, values in tests.grid[number : number + 1].items()}
+        seconds = float(tests.drive(cell)[:, 0].sum()) - cell["waiting_time"]
+        changes = {
+            "rate": float(sound.RATE), "bandwidth": None, "force_noise": 0.0, "acceleration_noise": 0.0,
+            "oversampling": _FINE if seconds <= _SHORT else _COARSE,
+        }  # fmt: skip
+        sensor = loaded.sensor.model_copy(update=changes)
+        ideal = replace(loaded, config=loaded.config.model_copy(update={"sensor": sensor}))
+        (test,) = RigTests(ideal).tests([number])
+        if test.record is not None:
+            values, title = test.record["acceleration"].values, f"{loaded.config.title}: {test.name}"
+            yield _file_name(tests, number), sound.of_record(values, sensor.rate, title=title)
+
+
+rig = GroupWithDefault(
+    "rig",
+    default="run",
+    sections={"Commands": (run, rig_features.features, rig_fits.calibrate, rig_fits.identify)},
+    help="""Test rigs: simulated ones, records of measured ones, and the risk number.
+
+    `stickslip rig my_rig.yaml` is short for `stickslip rig run my_rig.yaml`.""",
+    short_help="Simulate a test rig, or evaluate records of one.",
+    no_args_is_help=True,
+)
+OLD = (  # spellings of earlier versions, which go on working
+    renamed(rig_features.features, "rig-features", hidden=True),
+    renamed(rig_fits.calibrate, "calibrate", hidden=True),
+)

@@ -1,4 +1,4 @@
-"""What the command says on screen: numbers for people, the summary of a run.
+"""Text on the screen: lines, tables, numbers for people, progress.
 
 Rich is imported when it is needed, so that `--help` answers at once.
 """
@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -15,23 +16,52 @@ import click
 
 from stickslip.errors import visible
 from stickslip.progress import duration_text as duration_text
+from stickslip.progress import on_console
 
 if TYPE_CHECKING:
-    import xarray as xr
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    from stickslip.engine import Options
     from stickslip.files.locations import Location
 
-QUIET = "stickslip.quiet"  # in what click knows of a call
 _WIDE = 1000  # characters, wider than any table
 
 
 def echo(text: object = "", *, err: bool = False, file: IO[str] | None = None) -> None:
     """Print a line, with control characters written out: titles, labels and names of files may come from anybody."""
     click.echo(visible(str(text)), err=err, file=file)
+
+
+def notice(text: str) -> None:
+    """Print something worth knowing on standard error."""
+    echo(text, err=True)
+
+
+def info(text: str) -> None:
+    """Print what is no warning on standard error, unless the call is quiet."""
+    if not is_quiet():
+        notice(text)
+
+
+def remembered_option(*names: str, **attributes: Any) -> Callable[[Any], Any]:
+    """An option that no command takes as an argument: `remembered` gives its value."""
+    return click.option(*names, expose_value=False, callback=_remember, **attributes)
+
+
+def _remember(context: click.Context, option: click.Parameter, value: Any) -> None:
+    context.meta[f"stickslip.{option.name}"] = value
+
+
+def remembered(name: str) -> Any:
+    """The value of a `remembered_option` of this call, None outside a call."""
+    context = click.get_current_context(silent=True)
+    return context and context.meta.get(f"stickslip.{name}")
+
+
+def is_quiet() -> bool:
+    """True if nothing but warnings and errors is to be printed."""
+    return bool(remembered("quiet"))
 
 
 def terminal(stderr: bool = False) -> Console:
@@ -59,11 +89,29 @@ def terminal(stderr: bool = False) -> Console:
     )
 
 
-def print_table(table: Table, console: Console | None = None) -> None:
+def new_table(*names: str, numbers: Sequence[str] = ()) -> Table:
+    """An empty table with columns of names, and of numbers to the right."""
+    from rich.table import Table
+
+    table = Table(*names, box=None, pad_edge=False, header_style="bold")
+    for heading in numbers:
+        table.add_column(heading, justify="right")
+    return table
+
+
+def print_table(table: Table) -> None:
     """Print a table with all it says: on a screen that is too narrow its lines run on, and no number is cut."""
-    console = console or terminal()
+    console = terminal()
     needed = console.measure(table, options=console.options.update(width=_WIDE)).maximum
     console.print(table, width=max(needed, min(console.width, _WIDE)), crop=False)
+
+
+def print_rows(rows: Sequence[tuple[str, ...]], indent: str = "") -> None:
+    """Print rows of texts as columns; the last is as wide as it is."""
+    widths = [max(map(len, column)) for column in list(zip(*rows, strict=True))[:-1]]
+    for *cells, last in rows:
+        padded = (f"{cell:{width}}  " for cell, width in zip(cells, widths, strict=True))
+        echo(f"{indent}{''.join(padded)}{last}".rstrip())
 
 
 def size_of(path: Location) -> str:
@@ -88,56 +136,15 @@ def share_text(fraction: float) -> str:
     return "<0.1%" if 0.0 < fraction < 0.0005 else f"{fraction:.1%}"
 
 
-def is_quiet() -> bool:
-    """Whether nothing but warnings and errors is to be printed."""
-    context = click.get_current_context(silent=True)
-    return bool(context and context.meta.get(QUIET))
+@contextmanager
+def progress_bar(total: int, doing: str = "", of: str = "cells") -> Iterator[Callable[[float, int], None]]:
+    """A bar of cells, or what else is counted, with the rate and the time left; gives the function that moves it.
 
-
-def threads(options: Options) -> str:
-    """`2 threads`: what a computation with these options runs on."""
-    from stickslip import engine
-
-    count = options.threads or engine.processors()
-    return f"{count} thread{'s' if count != 1 else ''}"
-
-
-@dataclass(frozen=True)
-class Done:
-    """How many items a run computed, what they are called, in how many seconds, and on which machines."""
-
-    computed: int
-    counted: str
-    seconds: float
-    machines: str
-
-
-def rate(done: Done) -> str:
-    """`57,600 cells in 0.1 s, 576,000 cells/s on 2 threads`."""
-    per_second = done.computed / max(done.seconds, 1e-9)
-    each = f"{per_second:,.0f} {done.counted}/s" if per_second >= 10.0 else f"{per_second:.2g} {done.counted}/s"
-    counted = done.counted if done.computed != 1 else done.counted.removesuffix("s")
-    return f"{done.computed:,} {counted} in {duration_text(done.seconds)}, {each} on {done.machines}"
-
-
-def show_map(ds: xr.Dataset, output: Location | None) -> None:
-    """The regimes of a map, and remarks on cells that have none."""
-    from rich.table import Table
-
-    from stickslip.dataset.summary import one_regime_remark, remark, step_limit_remark, summary
-    from stickslip.vocabulary.flags import flag_label
-
-    found = summary(ds)
-    table = Table("regime", box=None, pad_edge=False, header_style="bold")
-    table.add_column("cells", justify="right")
-    table.add_column("share", justify="right")
-    for name, share in found.items():
-        table.add_row(flag_label(name), f"{share.cells:,}", share_text(share.fraction))
-    console = terminal()
-    print_table(table, console)
-    if words := remark(found, None if output is None else str(output)):
-        console.print(words, markup=False)
-    if words := one_regime_remark(ds, found):
-        console.print(words, markup=False)
-    if words := step_limit_remark(ds, None if output is None else str(output)):
-        console.print(words, markup=False)
+    It is shown once it moves. What is done by then was found finished, and does not count for the rate. Where standard
+    error is no terminal there are lines instead of a bar.
+    """
+    bar = on_console(terminal(stderr=True), total, doing, of)
+    try:
+        yield (lambda _done, _total: None) if is_quiet() else bar.move
+    finally:
+        bar.end()

@@ -3,40 +3,29 @@
 from __future__ import annotations
 
 import shlex
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import asdict, replace
+from math import prod
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import answers, screen
-from stickslip.cli.carried import carried_out, notice, report
-from stickslip.cli.common import (
-    DASK,
-    JSON,
-    OUTPUT,
-    QUIET,
-    SET,
-    THREADS,
-    Command,
-    fail,
-    incomplete,
-    reports_wrong_input,
-    settings,
-    tell_json,
-    write_table_asked_for,
-)
+from stickslip.cli import params, screen
+from stickslip.cli.exits import JSON, QUIET, fail, incomplete, print_json, reports_errors
+from stickslip.cli.outputs import Outputs, save_table, show_file
+from stickslip.cli.run import execute, report_result, study_answer
 
 if TYPE_CHECKING:
+    from stickslip.config.model import Config
     from stickslip.files.locations import Location
-    from stickslip.runs.collecting import Status
+    from stickslip.runs.collecting import Collected, Status
     from stickslip.runs.request import Request
 
-STORE = click.option("--store", metavar="PATH_OR_URL", help="Store of the configuration, if it is not OUTPUT.parts.")
 
-
-def PLACE(command: Command) -> Command:  # noqa: N802, a decorator
-    """The argument `config_or_store`, and `--set` for the former."""
-    return click.argument("config_or_store")(SET(command))
+def STORE(command: params.Command) -> params.Command:  # noqa: N802, a decorator
+    """The argument `config_or_store` with the option `--set` for the former, and the option `--store`."""
+    text = "Store of the configuration, if it is not OUTPUT.parts."
+    option = click.option("--store", metavar="PATH_OR_URL", help=text)
+    return params.decorated(command, click.argument("config_or_store"), params.SET, option)
 
 
 @click.command(
@@ -45,24 +34,25 @@ Examples:
   stickslip collect my.yaml
   stickslip collect map.nc.parts -o so_far.nc"""
 )
-@PLACE
 @STORE
-@OUTPUT
-@click.option("--keep-parts", is_flag=True, help="Leave the finished blocks where they are.")
+@params.OUTPUT
+@params.KEEP_PARTS
 @QUIET
 @JSON
-@reports_wrong_input
-def collect(config_or_store: str, store: str | None, output: Location | None, keep_parts: bool, as_json: bool) -> None:
+@reports_errors
+def collect(config_or_store: str, store: str | None, output: Location | None, keep_parts: bool) -> dict[str, Any]:
     """Write the map from the blocks that are finished.
 
     Shards are merged; cells of blocks that are missing are "not computed", and those blocks can still be computed
     later: then the exit code is 1. Names a configuration, or the folder or URL of a store.
     """
     from stickslip.errors import StoreError
+    from stickslip.files import reading
     from stickslip.runs import collecting
     from stickslip.runs.request import request_for
 
-    request = replace(request_for(config_or_store, output, store, settings()), keep=keep_parts, notice=notice)
+    request = request_for(config_or_store, output, store, params.settings())
+    request = replace(request, keep=keep_parts, notice=screen.notice)
     try:
         collected = collecting.collect(request)
     except StoreError as error:
@@ -71,17 +61,20 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
     if collected.up_to_date:
         screen.echo(f"{study.name:8} {collected.output} is complete already, and there is no store beside it")
     else:
-        screen.echo(f"{study.name:8} {collected.output} ({screen.size_of(collected.output)})")
+        show_file(study.name, collected.output)
     if collected.where:
         screen.echo(f"blocks   kept in {collected.where}")
-    if as_json:
-        tell_json(answers.of_collected(request, collected))
+    if table := params.requested_table():
+        with reading.look_into(collected.output) as ds:
+            save_table(ds, table)
+    answer = _collected_answer(request, collected)
     if collected.missing:
-        write_table_asked_for({"output": output})
+        print_json(answer)
         incomplete(
             f"{collected.output}: incomplete: {collected.missing:,} of {collected.cells:,} {study.counted} are not "
             "computed; stickslip run computes them"
         )
+    return answer
 
 
 def _where_blocks_are(request: Request, named: str) -> str:
@@ -99,11 +92,10 @@ def _where_blocks_are(request: Request, named: str) -> str:
 
 
 @click.command()
-@PLACE
 @STORE
 @JSON
-@reports_wrong_input
-def status(config_or_store: str, store: str | None, as_json: bool) -> None:
+@reports_errors
+def status(config_or_store: str, store: str | None) -> dict[str, Any]:
     """Show the progress of a run, and who works on it.
 
     Names a configuration, or the folder or URL of a store.
@@ -112,60 +104,49 @@ def status(config_or_store: str, store: str | None, as_json: bool) -> None:
     from stickslip.runs.request import request_for
     from stickslip.runs.workdir.block_store import is_empty
 
-    request = request_for(config_or_store, None, store, settings())
+    request = request_for(config_or_store, None, store, params.settings())
     output = request.output if request.place is None else None
     if output is not None and output.exists() and is_empty(request.folder()):
         screen.echo(f"map      {output} is there, and no unfinished run beside it")
-        if as_json:
-            tell_json(answers.of_finished(request.config, output))
-        return
-    found = collecting.status(request)
-    _show(found)
-    if as_json:
-        tell_json(answers.of_status(found))
+        return _finished_answer(request.config, output)
+    progress = collecting.status(request)
+    _show(progress)
+    return _status_answer(progress)
 
 
-def _show(found: Status) -> None:
-    missing = found.blocks - found.blocks_finished - len(found.failures)
-    share = f"{found.cells_finished:,} of {found.cells:,} {found.counted}"
-    share += f" ({found.cells_finished / max(found.cells, 1):.1%})"
-    screen.echo(found.title)
-    begun = f"{found.begun} by stickslip {found.version}"
-    screen.echo(f"store     {found.where} ({screen.memory(found.size)}), begun {begun}")
-    screen.echo(f"finished  {share}")
-    screen.echo(
-        f"blocks    {found.blocks_finished:,} finished, {missing:,} missing, {len(found.failures):,} failed, "
-        f"of {found.blocks:,}"
-    )
-    for one in found.shards:
-        who = (
-            "its process has died" + ": submit it again" * bool(one.missing)
-            if one.holder is None
-            else f"held by {one.holder}"
-        )
-        screen.echo(f"shard     {one.shard}: {len(one.missing):,} of {one.blocks:,} blocks missing; {who}")
-    of_shards = [one.holder for one in found.shards]
-    for holder in found.holders:
+def _show(progress: Status) -> None:
+    failures, blocks, finished = progress.failures, progress.blocks, progress.blocks_finished
+    share = f"{progress.cells_finished / max(progress.cells, 1):.1%}"
+    begun = f"{progress.begun} by stickslip {progress.version}"
+    screen.echo(progress.title)
+    screen.echo(f"store     {progress.where} ({screen.memory(progress.size)}), begun {begun}")
+    screen.echo(f"finished  {progress.cells_finished:,} of {progress.cells:,} {progress.counted} ({share})")
+    missing = blocks - finished - len(failures)
+    screen.echo(f"blocks    {finished:,} finished, {missing:,} missing, {len(failures):,} failed, of {blocks:,}")
+    for shard in progress.shards:
+        died = "its process has died" + ": submit it again" * bool(shard.missing)
+        state = died if shard.holder is None else f"held by {shard.holder}"
+        screen.echo(f"shard     {shard.shard}: {len(shard.missing):,} of {shard.blocks:,} blocks missing; {state}")
+    of_shards = [shard.holder for shard in progress.shards]
+    for holder in progress.holders:
         if holder not in of_shards:
             screen.echo(f"held      by {holder}")
-    if not found.holders:
-        whole = found.blocks_finished == found.blocks
-        screen.echo(f"held      by no process: stickslip {'collect writes the result' if whole else 'run resumes it'}")
-    for failure in found.failures:
+    if not progress.holders:
+        next_command = "collect writes the result" if finished == blocks else "run resumes it"
+        screen.echo(f"held      by no process: stickslip {next_command}")
+    for failure in failures:
         screen.echo(f"failed    block {failure.block}: {failure.message}")
-    if found.failures and found.failures[0].traceback:
-        lines = found.failures[0].traceback.splitlines()
-        screen.echo("\n".join([f"\nWhat happened in block {found.failures[0].block}:", *lines]))
+    if failures and failures[0].traceback:
+        screen.echo(f"\nWhat happened in block {failures[0].block}:\n{failures[0].traceback.rstrip()}")
 
 
 @click.command("retry-failed")
-@PLACE
 @STORE
-@OUTPUT
-@DASK
-@THREADS
+@params.OUTPUT
+@params.DASK
+@params.THREADS
 @QUIET
-@reports_wrong_input
+@reports_errors
 def retry_failed(config_or_store: str, store: str | None, output: Location | None, dask: str | None) -> None:
     """Retry the blocks that failed.
 
@@ -175,10 +156,64 @@ def retry_failed(config_or_store: str, store: str | None, output: Location | Non
     from stickslip.runs.request import request_for
     from stickslip.runs.work import study_of
 
-    request = replace(request_for(config_or_store, output, store, settings()), dask=dask)
+    request = replace(request_for(config_or_store, output, store, params.settings()), dask=dask)
     study = study_of(request.config)
-    outcome, seconds = carried_out(session.retry_failed, request, study)
+    outcome, seconds = execute(session.retry_failed, request, study)
     if outcome.output is not None:
-        report(outcome, seconds, request, None)
+        report_result(outcome, seconds, request, Outputs())
     else:
         screen.echo(f"blocks   {outcome.computed:,} {study.counted} computed into {outcome.where}")
+
+
+# --- for programs -----------------------------------------------------------------------------------------------------
+
+
+def _collected_answer(request: Request, collected: Collected) -> dict[str, Any]:
+    return {
+        **study_answer(request.config.title, collected.study, collected.cells),
+        "items_finished": collected.cells - collected.missing,
+        "items_missing": collected.missing,
+        "up_to_date": collected.up_to_date,
+        "output": collected.output,
+        "store": collected.where,
+    }
+
+
+_STATUS_KEYS = (
+    *("title", "store", "counted", "items", "items_finished", "blocks", "blocks_finished", "blocks_failed", "failures"),
+    *("holders", "shards", "begun", "version", "bytes", "output", "finished"),
+)
+
+
+def _finished_answer(config: Config, output: Location) -> dict[str, Any]:
+    from stickslip.dataset.summary import summary
+    from stickslip.files import reading
+    from stickslip.runs.work import study_of
+
+    study = study_of(config)
+    with reading.look_into(output) as ds:
+        missing = summary(ds).get("not_computed") if "regime" in ds else None
+    items = prod(study.shape)
+    known = {"counted": study.counted, "items": items, "items_finished": items - (missing.cells if missing else 0)}
+    return {**dict.fromkeys(_STATUS_KEYS), **known, "title": config.title, "output": output, "finished": True}
+
+
+def _status_answer(progress: Status) -> dict[str, Any]:
+    alike = ("title", "counted", "blocks", "blocks_finished", "begun", "version")
+    of_holder = ("user", "host", "pid", "since", "seen")
+    return {
+        **{name: getattr(progress, name) for name in alike},
+        "store": progress.where,
+        "items": progress.cells,
+        "items_finished": progress.cells_finished,
+        "blocks_failed": len(progress.failures),
+        "failures": [asdict(failure) for failure in progress.failures],
+        "holders": [{name: getattr(holder, name) for name in of_holder} for holder in progress.holders],
+        "shards": [
+            {"shard": shard.shard, "blocks": shard.blocks, "missing": shard.missing, "held": shard.holder is not None}
+            for shard in progress.shards
+        ],
+        "bytes": progress.size,
+        "output": None,
+        "finished": False,
+    }

@@ -15,7 +15,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from time import strftime
+from time import perf_counter, strftime
 from typing import IO
 
 from stickslip_kernels import objects
@@ -80,7 +80,10 @@ def _cached(path: Path, signals: bool) -> Object | None:
 
 
 def _compile(name: str, signals: bool) -> Object:
+    began = perf_counter()
+    _log.info("Compiling the kernels for this machine, once ...")
     done = _python(f"from stickslip_kernels.building import main; main({str(name)!r}, {signals})")
+    _log.info("Compiled the kernels in %.0f s.", perf_counter() - began)
     if made := objects.unpacked(objects.name_of(name, signals), done.stdout):
         return made
     end = f"killed by signal {-done.returncode}" if done.returncode < 0 else done.stderr.decode(errors="replace")

@@ -82,7 +82,7 @@ def test_records_read_back_with_the_features_of_the_matrix(tmp_path, config):
 
 def test_a_page_shows_the_matrix_and_its_size_is_said(tmp_path, config):
     done = invoke("rig", config, "--report", tmp_path / "matrix.html")
-    assert done.exit_code == 0 and f"report    {tmp_path / 'matrix.html'} (" in done.output
+    assert done.exit_code == 0 and f"report   {tmp_path / 'matrix.html'} (" in done.output
     assert "Three loads" in (tmp_path / "matrix.html").read_text(encoding="utf-8")
 
 
@@ -98,7 +98,7 @@ def test_an_interrupted_matrix_writes_nothing_and_says_so(tmp_path, config, monk
 
     monkeypatch.setattr("stickslip.rig.simulation.run_matrix", interrupted)
     done = invoke("rig", config, "-o", tmp_path / "matrix.nc")
-    assert done.exit_code == 1 and "interrupted: nothing was written" in done.output
+    assert done.exit_code == 1 and "interrupted: nothing more was written" in done.output
     assert not (tmp_path / "matrix.nc").exists()
 
 

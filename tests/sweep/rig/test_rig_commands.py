@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from helpers.rig_signals import record, saw_tooth, times
 from stickslip.cli import main
-from stickslip.cli.rig import feature_screen_table
+from stickslip.cli.rig_features import feature_screen_table
 from stickslip.files import reading
 from stickslip.rig import RPN_NAME, Risk, feature_table, load_settings, read_record
 from stickslip.rig.plots import plot_records

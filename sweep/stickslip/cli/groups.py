@@ -1,12 +1,14 @@
-"""Groups of commands: listed in sections, and forgiving where a file is named instead of a command."""
+"""Groups of commands: listed in sections, forgiving where a file is named instead of a command; names to complete."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 Sections = Mapping[str, Sequence[click.Command]]
 _COMMANDS_FOR = {
@@ -54,10 +56,10 @@ class SectionedGroup(click.Group):
             if known:
                 lines = "\n".join(f"  {ctx.command_path} {command} {name}" for command in known)
                 ctx.fail(f"{name!r} is a file, not a command. What takes it:\n{lines}")
-        found = super().resolve_command(ctx, args)
-        if found[1] is not None:
-            _refuse_repeated(found[1], ctx, found[2])
-        return found
+        resolved = super().resolve_command(ctx, args)
+        if resolved[1] is not None:
+            _refuse_repeated(resolved[1], ctx, resolved[2])
+        return resolved
 
 
 def _refuse_repeated(command: click.Command, ctx: click.Context, args: Sequence[str]) -> None:
@@ -67,11 +69,11 @@ def _refuse_repeated(command: click.Command, ctx: click.Context, args: Sequence[
         given = command.make_parser(own).parse_args(list(args))[2]
     except click.UsageError:
         return
-    for one in given:
-        single = isinstance(one, click.Option) and not (one.is_flag or one.multiple or one.count)
-        if single and given.count(one) > 1:
-            name = max(one.opts, key=len)
-            raise click.UsageError(f"{name} is given {given.count(one)} times, and takes one value", own)
+    for option in given:
+        single = isinstance(option, click.Option) and not (option.is_flag or option.multiple or option.count)
+        if single and given.count(option) > 1:
+            name = max(option.opts, key=len)
+            raise click.UsageError(f"{name} is given {given.count(option)} times, and takes one value", own)
 
 
 class GroupWithDefault(SectionedGroup):
@@ -87,17 +89,45 @@ class GroupWithDefault(SectionedGroup):
             args = [self._default, *args]  # here already, since options may come first
         return super().parse_args(ctx, args)
 
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that is named, else the default one with all arguments."""
-        return super().resolve_command(ctx, args if args[0] in self.commands else [self._default, *args])
-
 
 def renamed(command: click.Command, name: str, hidden: bool = False) -> click.Command:
-    """The same command under another name."""
-    same = click.Command(
+    """A command under another name."""
+    return click.Command(
         name, callback=command.callback, params=command.params, help=command.help, epilog=command.epilog,
         hidden=hidden, context_settings=command.context_settings,
     )  # fmt: skip
-    return same
+
+
+# --- names that shells propose after an option ------------------------------------------------------------------------
+
+_NAMES = {  # by option, in whatever command it is: the table of the vocabulary
+    "--variable": ("results", "MAP_VARIABLES"), "--along": ("quantities", "SEARCHABLE"),
+    "--at": ("quantities", "PARAMETERS"), "--select": ("quantities", "PARAMETERS"),
+    "--mark": ("quantities", "PARAMETERS"), "--regime": ("flags", "REGIMES"), "--status": ("flags", "STATUSES"),
+}  # fmt: skip
+
+
+def complete_names(command: click.Command) -> None:
+    """Let the shell complete the names that options of a command, and of the commands in it, take."""
+    for parameter in command.params:
+        if isinstance(parameter, click.Option) and parameter.metavar != "TIME":
+            for option in parameter.opts:
+                if option in _NAMES or (command.name, option) == ("init", "--from"):
+                    setattr(parameter, "shell_complete", _proposing(option))  # noqa: B010 - a method of click's, replaced
+    for inner in command.commands.values() if isinstance(command, click.Group) else ():
+        complete_names(inner)
+
+
+def _proposing(option: str) -> Callable[[click.Context, str], list[CompletionItem]]:
+    """A function for click: the names that begin with what was typed so far."""
+    return lambda _context, typed: [CompletionItem(name) for name in _names(option) if name.startswith(typed)]
+
+
+def _names(option: str) -> Iterable[str]:
+    if option == "--from":
+        from stickslip.config.examples import config_names
+
+        return config_names()
+    module, table = _NAMES[option]
+    names: Iterable[str] = getattr(import_module(f"stickslip.vocabulary.{module}"), table)
+    return [f"{name}=" for name in names] if table == "PARAMETERS" else names

@@ -1,0 +1,201 @@
+"""`fit` and `points`: friction curves and ageing from measured points, and points from records."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from stickslip.cli import params, screen
+from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, reports_errors
+from stickslip.cli.outputs import save_plot
+from stickslip.errors import UnitWarning
+from stickslip.vocabulary import units
+from stickslip.vocabulary.laws import LAWS
+
+if TYPE_CHECKING:
+    from stickslip.fit import MaterialFit, Wanted
+
+
+def COLUMNS(command: params.Command) -> params.Command:  # noqa: N802, a decorator
+    """The options that say what the columns of a table are; `column_choice` takes them."""
+    return params.decorated(
+        command,
+        click.option("--unit", metavar="UNIT", help="Of the speeds or times, such as mm/s, where a header names none."),
+        click.option("--speed-column", metavar="NAME",
+                     help="Heading of the column of speeds, if it is none of the usual."),
+        click.option("--friction-column", metavar="NAME", multiple=True,
+                     help="Heading of a column of friction coefficients; several give a fit each."),
+        click.option("--same", metavar="PATTERN", multiple=True,
+                     help='Names of repeats of one material ("grease A*"), which are fitted as one; repeatable.'),
+    )  # fmt: skip
+
+
+def column_choice(
+    unit: str | None, speed_column: str | None, friction_column: tuple[str, ...], time_column: str | None = None,
+    load: str | None = None,
+) -> Wanted:  # fmt: skip
+    """The columns that these options choose."""
+    from stickslip.fit import Wanted
+
+    return Wanted(unit or "", speed_column or "", time_column or "", friction_column, load)
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip fit configs/measured/dry.csv --plot dry.png    # columns: speed [mm/s], mu
+  stickslip fit configs/measured/table.csv       # with several columns of friction: a fit of each
+  stickslip fit configs/measured/dry.csv --law best        # of all laws that one fits best (AICc)
+  stickslip fit bare.csv --unit mm/s                       # yours; columns: speed, mu
+  stickslip fit odd.csv --speed-column "Motor 1" --friction-column "Signal B"
+  stickslip fit greaseA.csv greaseB.csv --at "5 min"       # columns: time [s], mu"""
+)
+@params.RECORDS
+@click.option(
+    "--at", default="300", metavar="TIME", show_default=True, help="Hold time at which lubricants are ranked."
+)
+@COLUMNS
+@click.option("--time-column", metavar="NAME", help="Heading of the column of waiting times.")
+@click.option("--load", help='Normal load that divides friction forces, where a file names none ("10 N").')
+@click.option(
+    "--law",
+    type=click.Choice((*LAWS, "best")),
+    default="stribeck",
+    show_default=True,
+    help="Of the curve; best: that of the lowest AICc. stribeck_delta is Gaussian here.",
+)
+@params.plot_option("Plot of points, curves and their 95 % bands.")
+@JSON
+@reports_errors
+def fit(
+    files: tuple[Path, ...], at: str, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
+    same: tuple[str, ...], time_column: str | None, load: str | None, law: str, plot: Path | None,
+) -> Answer:  # fmt: skip
+    """Fit friction curves, or ageing, to measured points.
+
+    Points of (speed, mu) give a1 to a4 of the Stribeck curve, as YAML to paste; points of (time, mu) the growth of
+    static friction with the waiting time (hold time), and several of these are ranked. Files are CSV as instruments and
+    Excel write it: commas, semicolons or tabs, decimal points or commas. The header of each names columns and units; a
+    table with several columns of friction, one a material, gives a fit of each.
+    """
+    from stickslip.config.select import seconds
+    from stickslip.config.unit_warnings import friction_question_of_fit
+    from stickslip.fit import report
+    from stickslip.fit.columns import newtons
+
+    if load is not None:
+        newtons(load)
+    if same and law != "stribeck":
+        fail(f"--same goes with the law stribeck, got --law {law}")
+    fits = fit_files(files, column_choice(unit, speed_column, friction_column, time_column, load), same, law)
+    for each in fits:
+        if each.curve and (question := friction_question_of_fit(each.curve.mu_start, each.points.get("mu"))):
+            warnings.warn(f"{each.name}: {question}", UnitWarning, stacklevel=1)
+    ageing = {each.name: each.ageing for each in fits if each.ageing}
+    show_columns(fits)
+    for each in fits:
+        screen.echo(f"{each.name}\n{report.describe(each)}\n")
+    if len(ageing) > 1:
+        screen.echo(report.describe_ranking(ageing, seconds(at)))
+    if len(ageing) < len(fits):
+        screen.echo(f"to paste into a configuration\n{report.as_yaml(fits)}")
+    if plot is not None:
+        from stickslip import plots
+
+        save_plot(plots.plot_fits(fits), plot)
+    return lambda: _answer(fits, ageing, seconds(at), plot)
+
+
+def fit_files(
+    files: Sequence[Path], choice: Wanted, same: Sequence[str] = (), law: str = "stribeck"
+) -> list[MaterialFit]:
+    """The fits of files; where a header names no unit and somebody sits at the terminal, the unit is asked for."""
+    from stickslip.fit import fit_materials
+
+    files = [params.points_file(file) for file in files]
+    fits = fit_materials(files, choice, same=same, law=law)
+    bare = [each for each in fits if each.points.assumed]
+    if not bare or is_for_programs() or not _is_interactive():
+        return fits
+    (column, *_), points = bare[0].points.assumed, bare[0].points[bare[0].points.assumed[0].name]
+    names = ", ".join(dict.fromkeys(str(each.path) for each in bare))
+    span = f"it goes from {points.min():g} to {points.max():g}"
+    screen.echo(f"{names}: the header gives no unit of {column.name}; {span}.")
+    usual = units.example(column.units).split(" ", 1)[1]
+    unit = click.prompt(f"Unit of {column.name}, such as {usual}", default=units.spelled(column.units))
+    return fit_materials(files, replace(choice, unit=unit.strip()), same=same, law=law)
+
+
+def _is_interactive() -> bool:
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def show_columns(fits: Sequence[MaterialFit]) -> None:
+    """Say what the columns of each file were taken for, where they are not plainly called so; of files alike once."""
+    from stickslip.fit import report
+
+    parts = [part for each in fits for part in each.repeats or (each,)]
+    alike: dict[str, list[str]] = {}
+    for path in dict.fromkeys(part.path for part in parts):
+        of_file = [part for part in parts if part.path == path]
+        if not all(map(report.is_plain, of_file)):
+            alike.setdefault(report.describe_columns(of_file), []).append(str(path))
+    for text, paths in alike.items():
+        screen.echo(f"{', '.join(paths)}: {text}\n")
+
+
+def _answer(fits: Sequence[MaterialFit], ageing: dict[str, Any], at: float, plot: Path | None) -> dict[str, Any]:
+    """The fits for programs."""
+    from stickslip.fit import rank, report
+
+    answer: dict[str, Any] = {"fits": [report.as_plain(each) for each in fits]}
+    if len(ageing) > 1:
+        order = rank(ageing, at)
+        names = {by: [place.name for place in getattr(order, by)] for by in ("by_level", "by_slope")}
+        answer["ranking"] = {"at": order.at, **names}
+    if len(ageing) < len(fits):
+        answer["yaml"] = report.as_yaml(fits)
+    return answer | ({"plot": str(plot)} if plot else {})
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip points disc.csv -o points.csv     # columns: time, speed, force, load
+  stickslip points disc.csv -o points.csv --radius "20 mm" --load "10 N"
+  stickslip points cof.csv -o points.csv --plan plan.csv    # begin, end, speed, load
+  stickslip fit points.csv"""
+)
+@click.argument("record", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=params.Target("points"), required=True, help="Table of points to write: .csv.")
+@click.option("--plan", type=click.Path(path_type=Path), help="Table of steps: begin, end, speed, load.")
+@click.option("--radius", metavar="LENGTH", help='Of the track ("20 mm"), where speeds are those of rotation.')
+@click.option("--load", metavar="FORCE", help='Normal load ("10 N"), where no column tells it.')
+@click.option("--settle", metavar="TIME", help="Left out at the beginning of each step.  [default: what runs in]")
+@reports_errors
+def points(
+    record: Path, output: Path, plan: Path | None, radius: str | None, load: str | None, settle: str | None
+) -> None:
+    """Points of friction from a record at steps of speed and load.
+
+    RECORD is a CSV file of a pin-on-disc or block-on-ring test: time, speed, and friction or its force. Each step gives
+    a point: the mean friction behind running-in, with the standard deviation that samples which follow each other
+    leave. `stickslip fit` and `stickslip compare` read what is written.
+    """
+    from stickslip.fit import read_steps, write_points
+    from stickslip.fit.report import describe_steps
+
+    length, force, time = (
+        None if text is None else params.si_quantity(option, text, unit, "a value above 0", or_zero=unit == "s")
+        for option, text, unit in (("--radius", radius, "m"), ("--load", load, "N"), ("--settle", settle, "s"))
+    )
+    steps = read_steps(record, plan, radius=length, load=force, settle=time)
+    write_points(steps, output)
+    screen.echo(describe_steps(steps))
+    screen.echo(f"points   {output}")

@@ -1,0 +1,324 @@
+"""Arguments and options that commands share, and the configuration they name."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.shell_completion import CompletionItem
+
+from stickslip.cli import screen
+from stickslip.cli.exits import fail
+
+if TYPE_CHECKING:
+    from stickslip.config.model import Config
+    from stickslip.config.overrides import Setting
+    from stickslip.config.select import Recipe
+    from stickslip.files.locations import Location
+
+Command = Callable[..., Any]
+PAGES = (".html", ".htm")
+_TABLE = "stickslip.table"  # of a call
+_RESUMING = ("run", "border", "contours", "attractors", "collect", "retry-failed")  # know their own result
+
+# --- places -----------------------------------------------------------------------------------------------------------
+
+
+class Place(click.ParamType):  # type: ignore[type-arg]
+    """A file, or the URL of a Zarr store, which a `Path` would spoil.
+
+    expected : what is named where it is missing, a `result` or a `configuration`.
+    """
+
+    name = "path_or_url"
+
+    def __init__(self, expected: str = "result") -> None:
+        self._expected = expected
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
+        """The place that a text names."""
+        from stickslip.files.locations import location
+
+        return location(value)
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Files, as the shell finds them."""
+        return [CompletionItem(incomplete, type="file")]
+
+    def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
+        """Files of this folder that could have been named."""
+        from stickslip.files.sniff import RESULTS, names_in
+
+        if self._expected == "configuration":
+            return next_step()
+        here = names_in(Path(), RESULTS)
+        return f"Results in this folder: {', '.join(here)}" if here else "No result (.nc, .zarr) is in this folder."
+
+
+class ConfigPath(Place):
+    """The file of a configuration."""
+
+    name = "configuration"
+
+    def __init__(self) -> None:
+        super().__init__("configuration")
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """The path that a text names."""
+        return Path(value)
+
+
+class Target(Place):
+    """A file to be written (`targets.check_target`), refused before anything is computed if it cannot be."""
+
+    name = "path"
+
+    def __init__(self, *kinds: str) -> None:
+        super().__init__()
+        self._kinds = kinds
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
+        """The place that a text names."""
+        from stickslip.files.targets import KINDS
+
+        place = super().convert(value, param, ctx)
+        ends = [end for kind in self._kinds if kind in KINDS for end in KINDS[kind].suffixes]
+        there = place.suffix.lower() in ends and os.path.isfile(str(place))
+        if ctx is not None and not ctx.resilient_parsing and not (there and ctx.info_name == "run"):
+            checked(place, *self._kinds)
+        return place  # if there, maybe of a finished run, which writes nothing; else a run looks itself
+
+
+def checked(place: Location, *kinds: str) -> Any:
+    """The place itself; ends the command if no file of these kinds can be written there."""
+    from stickslip.errors import StoreError
+    from stickslip.files import targets
+
+    try:
+        targets.check_target(place, *kinds)
+    except StoreError as error:
+        fail(error)
+    return place
+
+
+def configured_target(name: str | None, *kinds: str) -> Any:
+    """A name in a configuration as the place of a file to be written, of these kinds, for a run (`Target`)."""
+    return None if name is None else Target(*kinds).convert(name, None, click.get_current_context())
+
+
+def _result_beside(context: click.Context, output: Location | None) -> Location | None:
+    """The output or, of a table, the netCDF file beside it, which can be resumed and read again."""
+    if not isinstance(output, Path) or output.suffix.lower() not in (".csv", ".xlsx"):
+        return output
+    result: Path = checked(output.with_suffix(".nc"), "result")
+    if context.command.name not in _RESUMING and result.exists():
+        fail(f"{output}: its numbers are kept in {result}, which exists: choose another name, or remove that file")
+    context.meta[_TABLE] = output
+    return result
+
+
+def requested_table() -> Path | None:
+    """The table that `--output` names instead of a result."""
+    return click.get_current_context().meta.get(_TABLE)
+
+
+def next_step() -> str:
+    """Text on the next thing to do in this folder."""
+    from stickslip.files.sniff import CONFIGURATIONS, names_in
+
+    if here := names_in(Path(), CONFIGURATIONS):
+        return f"Configurations in this folder: {', '.join(here)}"
+    return "No configuration is in this folder; `stickslip init my.yaml` writes one to start from."
+
+
+# --- options ----------------------------------------------------------------------------------------------------------
+
+
+class _Setting(click.ParamType):  # type: ignore[type-arg]
+    """A setting of a key of a configuration."""
+
+    name = "setting"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Setting:
+        """The setting in a text."""
+        from stickslip.config.overrides import setting
+
+        try:
+            return setting(value)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+class _Threads(click.IntRange):
+    """A number of threads, or auto."""
+
+    name = "threads"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """A number, or auto as it is."""
+        return value if value == "auto" else super().convert(value, param, ctx)
+
+
+def _scheduler(value: str | None) -> str | None:
+    from stickslip.config.sections import ADDRESS, is_address
+
+    if value is not None and not is_address(value):
+        raise click.BadParameter(f"got {value!r}, expected {ADDRESS}")
+    return value
+
+
+SET = screen.remembered_option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="KEY=VALUE",
+    type=_Setting(),
+    help="Set a key of CONFIG, as axes.belt_speed.num=50 or 'system.mass=200 g'; KEY= removes it. Repeatable.",
+)
+THREADS = screen.remembered_option(
+    "--threads",
+    type=_Threads(1),
+    metavar="N|auto",
+    help="Threads to compute on, whatever CONFIG says.  [default: one per processor]",
+)
+OUTPUT = click.option(
+    "-o",
+    "--output",
+    type=Target("result", "table"),
+    callback=lambda context, _option, output: _result_beside(context, output),
+    help="File to write, .nc or .zarr, or the URL of a .zarr; .csv or .xlsx writes the .nc and a table made of it.",
+)
+DASK = click.option(
+    "--dask",
+    metavar="ADDRESS",
+    callback=lambda _context, _option, value: _scheduler(value),
+    help="Dask scheduler that computes blocks, its file, local (processes here), or none.",
+)
+AT = click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
+MAP = click.option(
+    "--map", "map_file", type=Place(),
+    help="Map to draw the borders over, of the same cells.  [default: a coarse one is computed]",
+)  # fmt: skip
+KEEP_PARTS = click.option("--keep-parts", is_flag=True, help="Leave the finished blocks where they are.")
+RECORDS = click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
+
+
+def plot_option(text: str = "Plot to write: .png, .svg or .pdf.") -> Callable[[Command], Command]:
+    """The option `--plot`."""
+    return click.option("--plot", type=Target("plot"), help=text)
+
+
+def decorated(command: Command, *options: Callable[[Command], Command]) -> Command:
+    """A command with several options, in this order."""
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def CONFIG(command: Command) -> Command:  # noqa: N802, a decorator as those above
+    """The argument `config`, and `--set` with it; `configuration` reads both."""
+    path = click.argument("config", type=ConfigPath(), callback=lambda _context, _parameter, path: config_file(path))
+    return decorated(command, path, SET)
+
+
+def CONFIG_OR_RESULT(command: Command) -> Command:  # noqa: N802
+    """The argument `config` where a result, which holds its configuration, will do as well; `recipe_in` reads both."""
+    place = click.argument(
+        "config",
+        type=Place("configuration"),
+        callback=lambda _context, _parameter, path: config_file(path) if isinstance(path, Path) else path,
+    )
+    return decorated(command, place, SET)
+
+
+# --- what they name ---------------------------------------------------------------------------------------------------
+
+
+def config_file(path: Path) -> Path:
+    """The file of a configuration: the one named or, with a notice, the one of the package that is called so."""
+    from stickslip.config.examples import existing_config
+
+    return _noticed(path, existing_config(path))
+
+
+def points_file(path: Path) -> Path:
+    """A table of measured points: the file named or, with a notice, the one of the package that is called so."""
+    from stickslip.config.examples import points_path
+
+    return _noticed(path, points_path(path))
+
+
+def _noticed(path: Path, file: Path) -> Path:
+    if file != path:
+        screen.notice(f"{path}: no such file here, taken from those that come with stickslip: {file}")
+    return file
+
+
+def configuration(path: Path) -> Config:
+    """The configuration in a file, with `--set` and `--threads` put in. Raises ConfigError."""
+    from stickslip.config.reader import load_config
+
+    return load_config(path, settings())
+
+
+def recipe_in(path: Location) -> Recipe:
+    """The configuration in a YAML file, or the one in a result. Raises ConfigError, StoreError."""
+    from stickslip.config.sections import OUTPUT_SUFFIXES
+    from stickslip.config.select import recipe_of
+    from stickslip.files import reading
+
+    if path.suffix.lower() not in OUTPUT_SUFFIXES:
+        return configuration(path)  # type: ignore[arg-type]
+    with reading.look_into(path) as ds:
+        return recipe_of(ds, str(path), settings())
+
+
+def settings() -> tuple[Setting, ...]:
+    """Settings of the configuration that `--set` and `--threads` of this call give."""
+    from stickslip.config.overrides import Setting
+
+    threads = screen.remembered("threads")
+    of_threads = [] if threads is None else [Setting(f"--threads {threads}", "execution.threads", str(threads))]
+    return (*(screen.remembered("settings") or ()), *of_threads)
+
+
+def settings_again() -> list[str]:
+    """The words of `--set` and `--threads`, for a command that is to be called in the same way."""
+    return [word for given in settings() for word in given.option.split(" ", 1)]
+
+
+def pairs(texts: tuple[str, ...]) -> dict[str, str]:
+    """NAME=VALUE texts as a mapping."""
+    values = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals:
+            fail(f"got {text!r}, expected NAME=VALUE")
+        values[name.strip()] = value.strip()
+    return values
+
+
+def interval(name: str, ends: tuple[str, str], option: str = "--between") -> tuple[float, float]:
+    """Two values of a parameter, in SI. Raises ConfigError."""
+    from stickslip.config.select import value_of
+
+    low, high = (value_of(name, end, option) for end in ends)
+    return low, high
+
+
+def si_quantity(option: str, text: str, unit: str, expected: str, or_zero: bool = False) -> float:
+    """A quantity above 0 with or without its unit, in SI. Raises ConfigError, which says what is `expected`."""
+    from stickslip.errors import ConfigError, Problem, QuantityError
+    from stickslip.files.tables import NUMBER
+    from stickslip.vocabulary import units
+
+    try:
+        value = units.si_value(float(text) if NUMBER.fullmatch(text) else text, unit)
+        if value < 0 or (value == 0 and not or_zero):
+            raise QuantityError(expected)
+    except QuantityError as error:
+        raise ConfigError(option, [Problem((), f"got {text!r}, {error}")]) from None
+    return value

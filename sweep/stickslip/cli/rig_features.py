@@ -1,0 +1,332 @@
+"""`rig features`: records of a test rig."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from stickslip.cli import params, screen
+from stickslip.cli.exits import JSON, Answer, fail, refuses_bad_input, reports_errors
+from stickslip.cli.listen import check_sounds, save_sounds
+from stickslip.cli.outputs import NO_FILE_NAME, save_plot, save_result, save_table
+from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning, visible
+from stickslip.vocabulary import units
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.console import Group
+    from rich.table import Table
+
+    from stickslip.files.locations import Location
+    from stickslip.rig.rpn import Risk
+    from stickslip.rig.settings import Settings
+    from stickslip.sound import Sound
+    from stickslip.vocabulary.parameter import Parameter
+
+CONFIG_OPTION = click.option(
+    "-c", "--config", type=click.Path(path_type=Path), help="YAML: columns, units, conditions, features, risk."
+)
+# Of the table on screen: feature, heading, factor from SI, and how it is written.
+_COLUMNS = (
+    ("sticks", "sticks", 1.0, ".0f"),
+    ("acceleration_max", "max |a|\nm/s2", 1.0, ".3g"),
+    ("acceleration_integral", "int |a|\nm/s", 1.0, ".3g"),
+    ("drops", "drops", 1.0, ".0f"),
+    ("drop_mean", "drop\nN", 1.0, ".3g"),
+    ("impulse_rate", "slips\nper mm", 1e-3, ".3g"),
+    ("static_friction_first", "mu_s\nfirst", 1.0, ".3f"),
+    ("static_friction", "mu_s", 1.0, ".3f"),
+    ("dynamic_friction", "mu_d", 1.0, ".3f"),
+)
+_FASTEST = {"drive_speed": 1.0}  # SI; a plate moves no faster, and what does so lacks its unit
+_NEEDED = {"normal_load": "no normal_load (no friction coefficients)", "drive_speed": "no drive_speed"}
+_MOST_NAMES = 5  # of records in a warning
+_COLUMN_WIDTH = 9  # characters with the gap, at most
+_COLOURS = {"green": "black on green", "yellow": "black on yellow", "red": "white on red", "unknown": ""}
+
+
+def CONDITIONS(command: params.Command) -> params.Command:  # noqa: N802, a decorator as `CONFIG_OPTION`
+    """The options `--load`, `--speed` and `--bandwidth`; `record_settings` reads them."""
+    return params.decorated(
+        command,
+        click.option("--load", metavar="FORCE", help='Normal load, for friction coefficients ("10 N").'),
+        click.option("--speed", metavar="SPEED", help='Of the drive, where files do not record it ("10 mm/s").'),
+        click.option("--bandwidth", metavar="FREQUENCY", help='Of the acceleration, limits what is used ("2 kHz").'),
+    )
+
+
+@click.command(
+    "features",
+    epilog="""\b
+Examples:
+  stickslip rig features felt.csv fluid.csv
+  stickslip rig features *.csv -c rig.yaml --plot traces.png --beside -o features.nc
+  stickslip rig features *.csv -o features.csv    # with a column rpn, for stickslip rig calibrate
+  stickslip rig features dry.csv --bandwidth "2 kHz" --plot start.png --from 0 --to "2 s" """,
+)
+@params.RECORDS
+@CONFIG_OPTION
+@CONDITIONS
+@params.plot_option()
+@click.option(
+    "--sound", type=params.Target("sound", "folder"), help="Folder for the sounds, a WAV file for each record."
+)
+@click.option("--beside", is_flag=True, help="Plot records beside each other instead of over each other.")
+@click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each record on.")
+@click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each record.")
+@click.option(
+    "-o", "--output", type=params.Target("table", "result"),
+    help="File to write the features to: .csv, .xlsx, .nc or .zarr.",
+)  # fmt: skip
+@JSON
+@reports_errors
+def features(
+    files: tuple[Path, ...], config: Path | None, load: str | None, speed: str | None, bandwidth: str | None,
+    plot: Path | None, sound: Path | None, beside: bool, begin: str | None, end: str | None, output: Location | None,
+) -> Answer:  # fmt: skip
+    """Compute features and a risk number of rig records.
+
+    Each FILE is a CSV with the columns time, force and acceleration, and, if known, drive_velocity or
+    drive_displacement; units are given in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.
+    """
+    from stickslip import rig
+    from stickslip.files.targets import KINDS
+    from stickslip.rig.evaluation import as_columns
+    from stickslip.rig.rpn import band_of
+
+    settings = record_settings(config, load, speed, bandwidth)
+    check_sounds(sound, len(files))
+    window = time_window(begin, end)
+    records: dict[str, xr.Dataset] = {}
+    given = {name: text for name, text in (("normal_load", load), ("drive_speed", speed)) if text is not None}
+    for name, file in zip(_names(files), files, strict=True):
+        with screen.progress_bar(1, " read", "bytes") as move:  # which only moves for long records
+            record = rig.read_record(file, settings.record, settings.conditions, move)
+        _show_overruled(file, record, given, settings)
+        if left := record.attrs["not_used"]:
+            screen.echo(f"note     {file}: columns not used: {', '.join(map(repr, left))}")
+        records[_title(name, file, record, records)] = record
+    with refuses_bad_input(", ".join(map(str, files))):
+        ds = rig.feature_table(records, settings)
+    show_features(ds)
+    _show_conditions(records)
+    warn_of_extrapolation(ds, settings.risk)
+    for name, remarks in zip(records, ds["remarks"].values.tolist(), strict=True):
+        if remarks:
+            screen.echo(f"{name}: " + remarks.replace("\n", "\n  "))
+    if plot is not None:
+        from stickslip.rig.plots import plot_records
+
+        numbers = dict(zip(records, ds["model_rpn"].values.tolist(), strict=True))
+        save_plot(plot_records(records, beside=beside, numbers=numbers, window=window), plot)
+    if sound is not None:
+        save_sounds(sound, _sounds(records))
+    ds = _with_provenance(ds, settings, files)
+    if isinstance(output, Path) and output.suffix.lower() in KINDS["table"].suffixes:
+        save_table(as_columns(ds), output)
+    else:
+        save_result(ds, output, "features")
+
+    def answer() -> dict[str, Any]:
+        rows = as_columns(ds).to_dataframe().reset_index().to_dict("records")
+        for file, row in zip(files, rows, strict=True):
+            row |= {"file": file, "model_rpn_band": band_of(row["model_rpn"])}
+        return {"rpn": rig.RPN_NAME, "records": rows, "output": output, "plot": plot}
+
+    return answer
+
+
+def _names(files: tuple[Path, ...]) -> list[str]:
+    """A name for each file: its stem, with the folder before it where stems repeat, or all of its path."""
+    if len(set(files)) < len(files):
+        fail("a file is named twice")
+    for parts in (1, 2):
+        names = ["/".join(file.with_suffix("").parts[-parts:]) for file in files]
+        if len(set(names)) == len(names):
+            return names
+    return list(map(str, files))
+
+
+def _title(name: str, file: Path, record: xr.Dataset, others: Collection[str]) -> str:
+    """The name of a record: its material, where the file names one and no other record has it, else `name`."""
+    material = str(record["material"].item()) if "material" in record.coords else file.stem
+    if material == file.stem:
+        return name
+    return material if material not in others else f"{material} ({name})"
+
+
+def _sounds(records: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, Sound]]:
+    """Names of files and the sound of every record, as its sensor shows it."""
+    from stickslip import sound
+    from stickslip.rig.signals import evenly, sample_rate
+
+    for name, record in records.items():
+        even = evenly(record)
+        rate = sample_rate(even["time"].values)
+        yield NO_FILE_NAME.sub("_", name), sound.of_record(even["acceleration"].values, rate, title=name)
+
+
+def _with_provenance(ds: xr.Dataset, settings: Settings, files: tuple[Path, ...]) -> xr.Dataset:
+    from stickslip.dataset.provenance import provenance
+
+    action = f"rig-features {' '.join(map(str, files))}"
+    return ds.assign_attrs(provenance(settings.to_yaml(), title="Features of rig records", action=action))
+
+
+# --- what the options say ---------------------------------------------------------------------------------------------
+
+
+def record_settings(config: Path | None, load: str | None, speed: str | None, bandwidth: str | None) -> Settings:
+    """The settings of a configuration, with those of the options in their place."""
+    from stickslip.rig.settings import Settings, load_settings
+
+    settings = load_settings(config) if config is not None else Settings()
+    conditions = {"normal_load": load, "drive_speed": speed}
+    given = {name: _quantity(name, text) for name, text in conditions.items() if text is not None}
+    settings = replace(settings, conditions=dict(settings.conditions) | given)
+    if bandwidth is None:
+        return settings
+    return replace(settings, features=replace(settings.features, bandwidth=_quantity("bandwidth", bandwidth)))
+
+
+def _rows() -> dict[str, Parameter]:
+    """Rows of the vocabulary that options may give."""
+    from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS
+
+    return CONDITIONS | FEATURE_SETTINGS
+
+
+def number_or_text(text: str) -> float | str:
+    """A number, if the text is one."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _quantity(name: str, text: str) -> float:
+    """An option in SI."""
+    try:
+        given = number_or_text(text)
+        value = _rows()[name].read(given)
+    except QuantityError as error:
+        problem = Problem((name,), f"got {text!r}, expected {error.expected}", hint=error.hint)
+        raise ConfigError("options", [problem]) from None
+    if isinstance(given, float) and value > _FASTEST.get(name, math.inf):
+        warnings.warn(f"{name}: {text} is read as {text} m/s; did you mean {text} mm/s?", UnitWarning, stacklevel=2)
+    return value
+
+
+def time_window(begin: str | None, end: str | None) -> tuple[float, float] | None:
+    """The part of a record that two options ask for, in s."""
+    from stickslip.config.select import seconds
+
+    if begin is None and end is None:
+        return None
+    start = 0.0 if begin is None or begin == "0" else seconds(begin, "--from")
+    stop = float("inf") if end is None else seconds(end, "--to")
+    if start >= stop:
+        fail(f"--from {begin} --to {end}: expected an end after the start")
+    return start, stop
+
+
+# --- on screen --------------------------------------------------------------------------------------------------------
+
+
+def _show_overruled(file: Path, record: xr.Dataset, given: Mapping[str, str], settings: Settings) -> None:
+    """Say which conditions the file gives otherwise than the options do: those of the file hold."""
+    for name, text in given.items():
+        value = float(record[name])
+        if value != settings.conditions[name]:
+            unit = units.spelled(_rows()[name].units)
+            screen.notice(f"{file}: its remark {name} = {value:g} {unit} holds, not the {text} of the option")
+
+
+def _show_conditions(records: Mapping[str, xr.Dataset]) -> None:
+    """Say which conditions and columns were understood, once for all records in which they are the same."""
+    from stickslip.rig.labels import quantity_text
+    from stickslip.vocabulary.settings import CONDITIONS
+
+    names: dict[str, list[str]] = {}
+    for name, record in records.items():
+        given = {c: row for c, row in CONDITIONS.items() if c in record.coords}
+        known = [f"{c} {quantity_text(float(record[c]), row.units)}" for c, row in given.items()]
+        missing = [text for c, text in _NEEDED.items() if c not in record.coords]
+        names.setdefault("\n         ".join([", ".join(known + missing), record.attrs["columns"]]), []).append(name)
+    for understood, alike in names.items():
+        screen.echo(f"read     {_first(alike)}: {understood}")
+
+
+def _first(names: Sequence[str]) -> str:
+    """The first of some names, and how many more there are."""
+    more = f" and {len(names) - _MOST_NAMES:,} more" * (len(names) > _MOST_NAMES)
+    return ", ".join(names[:_MOST_NAMES]) + more
+
+
+def warn_of_extrapolation(ds: xr.Dataset, risk: Risk) -> None:
+    """Say which records (dimension `record`) have features outside the pairs of the calibration."""
+    from stickslip.rig.evaluation import risk_inputs
+
+    inputs = risk_inputs(ds)
+    for feature, outside in risk.outside(inputs).items():
+        values = zip(ds["record"].values[outside].tolist(), inputs[feature][outside], strict=True)
+        if names := [f"{name} ({value:.4g})" for name, value in values]:
+            low, high = getattr(risk, f"lowest_{feature}"), getattr(risk, f"highest_{feature}")
+            screen.notice(
+                f"warning: {feature} of {_first(names)}: outside {low:.4g} to {high:.4g}, the range of the pairs of "
+                "the calibration, so that the RPN is an extrapolation"
+            )
+
+
+def show_features(ds: xr.Dataset, more: str = "") -> None:
+    """Print the features of records, and what the colours of the risk number mean. more : what is not in the table."""
+    from stickslip.rig import RPN_NAME
+
+    console = screen.terminal()
+    console.print(feature_screen_table(ds, console.width))
+    if more:
+        screen.echo(more)
+    screen.echo(f"RPN: {RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10.")
+
+
+def feature_screen_table(ds: xr.Dataset, width: int) -> Group:
+    """Features of records (dimension `record`) for the screen, the risk number in the colour of its band.
+
+    width : of the screen, characters. Columns that do not fit beside the names are in further tables below.
+    """
+    from rich.console import Group
+
+    longest = max(6, *(len(str(name)) for name in ds["record"].values.tolist()))
+    name_width = min(longest, max(width // 3, 12))
+    fit = max(1, (width - name_width - 6) // _COLUMN_WIDTH)
+    parts = [_COLUMNS[first : first + fit] for first in range(0, len(_COLUMNS), fit)]
+    return Group(*(_feature_table(ds, part, name_width) for part in parts))
+
+
+def _feature_table(ds: xr.Dataset, columns: Sequence[tuple[str, str, float, str]], name_width: int) -> Table:
+    """Some features of all records, beside name and risk number."""
+    import numpy as np
+    from rich.text import Text
+
+    from stickslip.rig.rpn import band_of, rpn_text
+
+    table = screen.new_table()
+    table.add_column("record", overflow="fold", max_width=name_width)
+    for heading in ("RPN", *(heading for _, heading, _, _ in columns)):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for i, name in enumerate(map(str, ds["record"].values.tolist())):
+        row = ds.isel(record=i)
+        number = float(row["model_rpn"])
+        cells = [Text(visible(name)), Text(f" {rpn_text(number)} ", style=_COLOURS[band_of(number)])]
+        for feature, _, factor, form in columns:
+            limited = row.get(f"{feature}_limited")  # the value that the risk number uses, where there is one
+            value = float(row[feature] if limited is None or limited.isnull() else limited) * factor
+            cells.append(Text("-" if np.isnan(value) else format(value, form)))
+        table.add_row(*cells)
+    return table

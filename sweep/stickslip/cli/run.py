@@ -1,0 +1,269 @@
+"""`run`: compute what a configuration asks for; runs of all commands, with a bar and a summary."""
+
+from __future__ import annotations
+
+import shlex
+import signal
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from importlib import import_module
+from math import prod
+from pathlib import Path
+from threading import Thread
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, Literal
+
+import click
+
+from stickslip.cli import params, screen
+from stickslip.cli.exits import EXIT_CODES, JSON, QUIET, fail, reports_errors
+from stickslip.cli.outputs import Outputs, plot_limits, save_table, show_file
+from stickslip.cli.summary import rate_text, show_result, threads_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from stickslip.files.locations import Location
+    from stickslip.runs.blocks import Shard
+    from stickslip.runs.request import Outcome, Request
+    from stickslip.study import Study
+
+_LONG = 300_000  # cells that take so long that something can be done beside; with fewer, all else would wait as long
+FRESH = click.option("--fresh", is_flag=True, help="Start over, and replace a result of another configuration.")
+
+
+@click.command(
+    epilog=f"""\b
+Examples:
+  stickslip run configs/quickstart.yaml
+  stickslip run my.yaml --output results/map.zarr --no-plot
+  stickslip run my.yaml -o s3://bucket/map.zarr
+  stickslip run my.yaml --set axes.belt_speed.num=50 --set "system.mass=200 g"
+  stickslip run my.yaml --shard 3/40        # 1/40 to 40/40; then: stickslip collect my.yaml
+  stickslip run my.yaml --dask tcp://login1:8786
+\n{EXIT_CODES}"""
+)
+@params.CONFIG
+@params.OUTPUT
+@params.plot_option()
+@click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): plots, shares, meanings.")
+@click.option("--no-plot", is_flag=True, help="Write no plot.")
+@click.option("--store", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]")
+@click.option("--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no map.")
+@FRESH
+@params.KEEP_PARTS
+@click.option(
+    "--on-error",
+    type=click.Choice(["continue", "stop"]),
+    default="continue",
+    show_default=True,
+    help="Whether a block that fails ends the run.",
+)
+@params.DASK
+@params.THREADS
+@QUIET
+@JSON
+@reports_errors
+def run(
+    config: Path, output: Location | None, plot: Path | None, report: Path | None, no_plot: bool, store: str | None,
+    shard: str | None, fresh: bool, keep_parts: bool, on_error: Literal["continue", "stop"], dask: str | None,
+) -> dict[str, Any]:  # fmt: skip
+    """Compute the map a configuration asks for.
+
+    Writes the file and the plot named in its `output` section, or by the options. Finished blocks are kept in
+    OUTPUT.parts until the map is written: whatever stops a run, the same command resumes from there. Without an
+    output the map is counted, plotted if a plot is asked for, and not kept.
+    """
+    from stickslip.runs.request import Request
+
+    loaded = params.configuration(config)
+    if shard and isinstance(output, Path) and not output.absolute().parent.is_dir():
+        fail(f"{output}: no folder {output.parent}, which all shards need to see; make it first, or correct its name")
+    output = output or params.configured_target(loaded.output.file, "result")
+    target = None if no_plot or shard else plot or params.configured_target(loaded.output.plot, "plot")
+    request = Request(loaded, output, store, _shard(shard, fresh), fresh, keep_parts, on_error, dask=dask)
+    keep = ["run", str(config), "-o", f"{config.stem}.nc"]
+    return run_request(request, keep, Outputs(target, page=None if shard else report))
+
+
+def _shard(text: str | None, fresh: bool) -> Shard | None:
+    from stickslip.runs.blocks import parse_shard
+
+    if text is None:
+        return None
+    if fresh:
+        fail("--fresh --shard: other shards share the store; remove it first, or start over without --shard")
+    try:
+        return parse_shard(text)
+    except ValueError as error:
+        fail(f"--shard: {error}")
+
+
+# --- for all commands that compute studies ----------------------------------------------------------------------------
+
+
+def run_request(request: Request, keep: list[str], outputs: Outputs) -> dict[str, Any]:
+    """Carry out a run, or compute in memory what has no place to be kept, and tell the outcome; for programs, too.
+
+    keep : the words of the command that writes such a result to a file.
+    """
+    from stickslip.runs import session
+    from stickslip.runs.work import Work
+
+    study = Work(request.config).study
+    if (outputs.plot or outputs.page) and request.shard is None and (part := plot_limits(request.config)):
+        screen.notice(f"plot: {part}")
+    screen.echo(f"{request.config.title}\n{study.described()}" + (f"\nshard {request.shard}" if request.shard else ""))
+    if request.output is None and request.place is None:
+        if request.shard is not None:
+            fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")
+        return _run_in_memory(request, study, resume_command(keep), outputs)
+    outcome, seconds = execute(session.run, request, study, will_draw=outputs.plot is not None)
+    answer = _outcome_answer(request, study, outcome, seconds)
+    if outcome.output is not None:
+        return answer | report_result(outcome, seconds, request, outputs)
+    of = f"shard {request.shard}: " if request.shard else ""
+    place = str(outcome.where)  # the store itself: what the configuration names may not be what was asked for
+    # `collect` can tell where the result goes if the store is beside it, and named after it
+    named = [] if request.place is None else ["-o", str(request.output or "map.nc")]
+    screen.echo(f"blocks   {of}{outcome.computed:,} {study.counted} computed into {place}")
+    screen.echo(f"next     {shlex.join(['stickslip', 'status', place])}    # progress of the {study.name}")
+    screen.echo(f"         {shlex.join(['stickslip', 'collect', place, *named])}    # writes it")
+    return answer
+
+
+def resume_command(words: list[str]) -> str:
+    """A command with the settings of this call, to paste into a shell."""
+    return shlex.join(["stickslip", *words, *params.settings_again()])
+
+
+def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) -> dict[str, Any]:
+    """A run that writes no file, and says so; `keep` is the command that does."""
+    from stickslip import api, engine
+    from stickslip.runs.request import Outcome
+
+    api.check_in_memory(request.config, request.dask)
+    them, size = "it" if study.name == "map" else "them", prod(study.shape)
+    screen.notice(f"no output is named: the {study.name} will be shown and then discarded; to keep {them}: {keep}")
+    for law in study.kernels:
+        engine.warm_up(law)
+    results = []
+
+    def compute(request: Request) -> Outcome:
+        results.append(api.run(request.config, progress=request.progress, dask=request.dask))
+        return Outcome(size, computed=size)
+
+    outcome, seconds = execute(compute, request, study)
+    (ds,) = results
+    show_result(ds)
+    screen.echo(rate_text(size, study.counted, seconds, threads_text(study.options)))
+    plot = outputs.save(ds)
+    screen.info(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep {them}: {keep}")
+    return _outcome_answer(request, study, outcome, seconds) | _result_answer(ds, plot)
+
+
+def execute(
+    action: Callable[[Request], Outcome], request: Request, study: Study, will_draw: bool = False
+) -> tuple[Outcome, float]:
+    """The outcome of `action`, and the seconds it computed. Ctrl-C and SIGTERM end the command.
+
+    will_draw : whether a plot will follow.
+    """
+    from stickslip import engine
+
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # what schedulers send before they kill
+    began = finished = perf_counter()
+    moving = False
+
+    def prepare(law: str) -> None:
+        nonlocal began, finished
+        engine.warm_up(law)
+        if size * study.cells_each >= _LONG:
+            Thread(target=_import_what_follows, args=(request.output, will_draw)).start()
+        began = finished = perf_counter()
+
+    size, of = prod(study.shape), study.counted
+    with screen.progress_bar(size, of=of) as move, screen.progress_bar(size, " written") as write:
+
+        def note(done: float, of: int) -> None:
+            nonlocal began, finished, moving
+            finished = perf_counter()
+            if not moving and request.cluster is not None:
+                began = finished  # connecting is not computing
+            moving = True
+            move(done, of)
+
+        outcome = action(
+            replace(request, progress=note, assembling=write, notice=screen.notice, news=screen.info, prepare=prepare)
+        )
+    return outcome, finished - began
+
+
+def _import_what_follows(output: Location | None, will_draw: bool) -> None:
+    """Import the modules that write and draw while the kernels compute: half a second."""
+    writer = "zarr_chunks" if output is not None and output.suffix == ".zarr" else "netcdf_chunks"
+    with suppress(ImportError):  # whoever needs it will say so
+        import_module(f"stickslip.files.{writer}")
+        if will_draw:
+            import_module("stickslip.plots")
+
+
+def report_result(outcome: Outcome, seconds: float, request: Request, outputs: Outputs) -> dict[str, Any]:
+    """Print the summary of a run that wrote its result, and write what is made of it; for programs, too.
+
+    Of a run that had nothing to do a missing plot is drawn.
+    """
+    from stickslip.files import reading
+    from stickslip.runs.work import study_of
+
+    assert outcome.output is not None
+    study = study_of(request.config)
+    with reading.look_into(outcome.output) as ds:
+        if outcome.up_to_date:
+            screen.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
+            if not outputs.is_lacking():
+                save_table(ds, params.requested_table())
+                return _result_answer(ds, outputs.plot)
+            return _result_answer(ds, outputs.save(ds))
+        show_result(ds, outcome.output)
+        machines = outcome.machines or threads_text(study.options)
+        screen.echo(rate_text(outcome.computed, study.counted, seconds, machines))
+        show_file("map" if "regime" in ds else "written", outcome.output)
+        answer = _result_answer(ds, outputs.save(ds))
+    if outcome.reused:
+        screen.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
+    if outcome.where:
+        screen.echo(f"blocks   kept in {outcome.where}")
+    return answer
+
+
+# --- for programs: keys that stay, in SI; the page about long runs lists them -----------------------------------------
+
+
+def study_answer(title: str, study: Study, size: int) -> dict[str, Any]:
+    """Title, kind and size of a study."""
+    shape = dict(zip(study.dims, study.shape, strict=True))
+    return {"title": title, "study": study.name, "counted": study.counted, "items": size, "shape": shape}
+
+
+def _outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: float) -> dict[str, Any]:
+    """The end of a run."""
+    names = ("computed", "found", "reused", "machines", "up_to_date", "output")
+    return {
+        **study_answer(request.config.title, study, outcome.cells),
+        **{name: getattr(outcome, name) for name in names},
+        "seconds": seconds,
+        "shard": str(request.shard) if request.shard else None,
+        "store": outcome.where,
+        "plot": None,
+        "regimes": None,
+    }
+
+
+def _result_answer(ds: xr.Dataset, plot: Path | None) -> dict[str, Any]:
+    """The plot of a run, and the cells of each regime, if it is a map."""
+    from stickslip.dataset.summary import summary
+
+    regimes = {name: share.cells for name, share in summary(ds).items()} if "regime" in ds else None
+    return {"plot": plot, "regimes": regimes}
