@@ -18,7 +18,7 @@ from pathlib import Path
 
 from bokeh.events import Tap
 
-from stickslip.explore import open_subject
+from stickslip.explore import open_source
 from stickslip.explore.server import Explorer
 from stickslip.explore.session import Session
 
@@ -37,7 +37,7 @@ sys.stdin.read()
 
 def main(tabs: int, clicks: int, rounds: int, seed: int) -> None:
     """Run the rounds; ends with 1 where a click had no answer, or memory or threads grew."""
-    explorer, started = Explorer(open_subject(ROOT / "configs" / "quickstart.yaml")), threading.Event()
+    explorer, started = Explorer(open_source(ROOT / "configs" / "quickstart.yaml")), threading.Event()
     threading.Thread(target=explorer.run, args=(started.set,), daemon=True).start()
     started.wait(PATIENCE)
     random.seed(seed)
@@ -68,10 +68,10 @@ def one_round(explorer: Explorer, tabs: int, clicks: int, name: str) -> tuple[fl
 
 def click(explorer: Explorer, session: Session) -> float:
     """Seconds from a click at a random place to what it shows."""
-    plot, before, began = session.page.map.plot, session._now.cell, time.perf_counter()
+    plot, before, began = session.page.map.plot, session._state.cell, time.perf_counter()
     tap = Tap(plot, x=random.uniform(0.02, 1.19), y=random.uniform(0.1, 3.9))
     explorer._loop.call_soon_threadsafe(plot._trigger_event, tap)
-    until(lambda: session._now.cell is not before)
+    until(lambda: session._state.cell is not before)
     return time.perf_counter() - began
 
 

@@ -39,8 +39,9 @@ INNER_FLOORS = {
         {"report"},
     ),
     "runs": (
-        {"blocks", "regions", "settings", "reuse", "maps", "work", "memory"}, {"workdir"},
-        {"request", "earlier", "probe"}, {"estimate", "compute"}, {"assembly"}, {"session", "collecting"},
+        {"blocks", "settings", "known_cells", "maps", "work", "memory"}, {"workdir"},
+        {"request", "existing_output", "probe"}, {"estimate", "threads"}, {"dask", "assembly"},
+        {"session", "collecting"},
     ),
 }  # fmt: skip
 MOST_LINES = 400  # of a file

@@ -13,7 +13,7 @@ from article.recipe import STICK_SLIP, Findings, Floats, Made, cell, configurati
 from stickslip.api import run
 from stickslip.config.model import Config
 from stickslip.plots import plot_attractors, plot_map
-from stickslip.plots.figure import Figure as Plot
+from stickslip.plots.layout import Figure as Plot
 from stickslip.plots.palette import BLACK
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit
 

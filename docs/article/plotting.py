@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.dataset.axis import title
 from stickslip.dataset.display import si_unit
-from stickslip.plots.figure import Figure as Plot
+from stickslip.plots.layout import Figure as Plot
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 from stickslip.vocabulary.flags import MODES
 

@@ -21,7 +21,7 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.reader import load_config
 from stickslip.dataset.provenance import provenance
-from stickslip.plots.figure import Figure as Plot
+from stickslip.plots.layout import Figure as Plot
 from stickslip.studies import border as find_border
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.quantities import PARAMETERS

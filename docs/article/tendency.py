@@ -26,7 +26,7 @@ from article.recipe import (
     stick_slip_border,
 )
 from stickslip.api import evaluate, run
-from stickslip.plots.figure import Figure as Plot
+from stickslip.plots.layout import Figure as Plot
 from stickslip.plots.palette import BLACK, paint
 from stickslip.theory import tendency
 from stickslip.vocabulary.flags import REGIMES

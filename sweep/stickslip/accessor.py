@@ -15,7 +15,7 @@ from stickslip.vocabulary.suggest import listed, suggest
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
-    from stickslip.plots.figure import Figure
+    from stickslip.plots.layout import Figure
     from stickslip.sound import Sound
 
 __all__ = ["StickslipAccessor"]
@@ -74,15 +74,21 @@ class StickslipAccessor:
     def plot(self, variable: str | None = None, **how: Any) -> Figure:
         """The plot that `stickslip plot` draws of this result.
 
-        variable : what to draw; None for what this kind of result is about. how : arguments of `plots.plot_result`
-            (select, title, look, ...). Borders and contours lie over a coarse map, which is computed; how : arguments
-            of `plots.plot_map`. Raises PlotError for what cannot be drawn.
+        Parameters
+        ----------
+        variable : what to draw; None for what this kind of result is about.
+        how : arguments of `plots.plot_result` (select, title, look, ...). Borders and contours lie over a coarse map,
+            which is computed unless it is given (`behind`).
+
+        Raises
+        ------
+        PlotError
+            for what cannot be drawn.
         """
         from stickslip import plots
 
-        if variable is None and plots.is_over_map(self._ds):
-            how = {"title": str(self._ds.attrs.get("title", ""))} | how
-            return plots.plot_map(map_behind(self._ds), lines=self._ds, **how)
+        if variable is None and "behind" not in how and plots.is_over_map(self._ds):
+            how["behind"] = map_behind(self._ds)
         return plots.plot_result(self._ds, variable, **how)
 
     # --- cells --------------------------------------------------------------------------------------------------------
@@ -95,7 +101,7 @@ class StickslipAccessor:
             (an axis after `sel`, a parameter that is equal in all cells) need not be given.
         Raises ValueError for what is missing or unknown.
         """
-        from stickslip.dataset.one_cell import one_cell
+        from stickslip.dataset.selection import one_cell
 
         return one_cell(self._ds, at)
 
@@ -107,7 +113,7 @@ class StickslipAccessor:
         """
         from stickslip import api
         from stickslip.config.select import shared_by
-        from stickslip.dataset.inspect import duration_of
+        from stickslip.dataset.survey import duration_of
 
         cell, how = self.cell(**at), shared_by(self._ds)
         if duration is None:
@@ -146,14 +152,18 @@ class StickslipAccessor:
 
 
 def map_behind(ds: xr.Dataset) -> xr.Dataset:
-    """The map over which borders or contours that have a configuration are drawn, computed with few cells."""
+    """The map over which borders or contours that have a configuration are drawn, computed with few cells.
+
+    Its title is theirs.
+    """
     from stickslip import api
     from stickslip.config.reader import parse_config
     from stickslip.studies import coarse_map
     from stickslip.vocabulary.display_units import units_shown
 
     config = parse_config(str(ds.attrs["configuration"]), "the configuration of the borders")
-    return api.run(coarse_map(config).shown_in(units_shown(ds)))
+    found = api.run(coarse_map(config).shown_in(units_shown(ds)))
+    return found.assign_attrs(title=ds.attrs.get("title", ""))
 
 
 def register() -> None:

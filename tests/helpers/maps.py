@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
-from stickslip.dataset.build import map_dataset
+from stickslip.dataset.build import cell_coordinates, evaluated_dataset, map_dataset, variable_of
 from stickslip.dataset.provenance import provenance
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import VARIABLES
 
 FIXED = {"mass": 1.0, "damping": 0.05, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1,
          "mu_stop": float("nan"), "mu_static": float("nan"), "displacement": 0.0, "velocity": float("nan")}  # fmt: skip
@@ -36,6 +37,7 @@ class Grid:
     coords: list[Coordinate]
     fixed: dict[str, float] = field(default_factory=dict)
     written_in: dict[str, str] = field(default_factory=dict)
+    labelled: None = None
 
     @property
     def dims(self):
@@ -100,3 +102,13 @@ def plane(rows=6, columns=8, **fixed: float) -> xr.Dataset:
         axis("belt_speed", np.linspace(0.02, 0.6, columns)),
         **fixed,
     )
+
+
+def cell_dataset(cells, results, attributes):
+    """A list of cells along ``cell``, as `evaluate` makes it, of numbers and lists."""
+    columns = {
+        name: variable_of(VARIABLES[name], ("cell",), np.asarray(values).reshape(-1)).values
+        for name, values in results.items()
+    }
+    size = next(iter(columns.values())).size
+    return evaluated_dataset(("cell",), (size,), cell_coordinates(cells, size), columns, attributes)

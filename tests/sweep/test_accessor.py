@@ -9,11 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from click.testing import CliRunner
+from matplotlib.image import imread
 
 import stickslip
 from stickslip import plots, progress, sound
+from stickslip.cli import main
+from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, PlotError
-from stickslip.plots.figure import Figure
+from stickslip.files import writing
+from stickslip.plots.layout import Figure
 from stickslip.vocabulary.flags import REGIMES
 
 ROOT = Path(__file__).parents[2]
@@ -108,20 +113,63 @@ def test_cells_are_masked_by_the_names_of_flags(ds):
         ds.stickslip.mask("squeaks")
 
 
-def test_each_kind_of_result_is_drawn_as_what_it_is(ds):
-    box = {"displacement": (0.0, 1.5), "velocity": (-0.5, 0.5)}
-    cells = PAIR | {"belt_speed": np.linspace(0.1, 1.0, 4)}
-    drawn = {
-        "map": ds.isel(grease=0).stickslip.plot(),
-        "variable": ds.isel(grease=0, mu_stop_case=0).stickslip.plot("period"),
-        "ramp": stickslip.ramp(PAIR, "belt_speed", (0.1, 1.0), 4).stickslip.plot(),
-        "attractors": stickslip.attractors(cells, box, samples=64).stickslip.plot(),
-        "trajectory": stickslip.simulate(duration=10.0, **PAIR).stickslip.plot(title="one cell"),
-    }  # fmt: skip
-    for name, figure in drawn.items():
-        assert isinstance(figure, Figure), name
+CELL = {name: value for name, value in PAIR.items() if name != "belt_speed"}
+BOX = {"displacement": (0.0, 1.5), "velocity": (-0.5, 0.5)}
+SPEEDS = np.linspace(0.1, 1.0, 4)
+CONFIG = """
+title: small
+system: {mass: 1, normal_load: 1 N, damping: 0, belt_speed: 0.5 m/s}
+friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 100 mm/s}
+axes: {stiffness: {start: 0.1, stop: 100, num: 4, spacing: log}}
+"""
+PLANE = CONFIG.replace(", belt_speed: 0.5 m/s", "").replace(
+    "axes: {", "axes: {belt_speed: {start: 20 mm/s, stop: 1 m/s, num: 5}, "
+)
+SCATTER = "uncertain: {quantities: {belt_speed: {uniform: {low: 0.2, high: 1}}}, draws: 64}"
+KINDS = {
+    "map": lambda: stickslip.run(parse_config(PLANE)),
+    "levels": lambda: sound.levels(parse_config(PLANE)),
+    "borders": lambda: stickslip.run(parse_config(CONFIG + "border: {along: belt_speed, between: [0.05, 2]}")),
+    "contours": lambda: stickslip.run(parse_config(PLANE + "contours: {points: 8, scan: 8}")),
+    "margins": lambda: stickslip.run(parse_config(PLANE + "margins: {parameters: [stiffness]}")),
+    "refined": lambda: stickslip.run(parse_config(PLANE + "refine: {depth: 1}")),
+    "attractors": lambda: stickslip.attractors(PAIR | {"belt_speed": SPEEDS}, BOX, samples=64),
+    "probability": lambda: stickslip.run(parse_config(CONFIG.replace(", belt_speed: 0.5 m/s", "") + SCATTER)),
+    "ramp": lambda: stickslip.ramp(CELL, "belt_speed", (0.1, 1.0), 4),
+    "trajectory": lambda: stickslip.simulate(duration=10.0, **PAIR),
+    "cells": lambda: stickslip.evaluate(PAIR | {"stiffness": [1.0, 10.0]}),
+    "comparison": lambda: stickslip.compare(
+        [ROOT / "configs" / "measured" / "dry.csv"], mass=0.1, stiffness=5e3, normal_load=10.0, draws=0
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_accessor_draws_what_the_command_draws(kind, tmp_path):
+    ds = KINDS[kind]()
+    writing.write(ds, tmp_path / "result.nc")
+    done = CliRunner().invoke(main, ["plot", str(tmp_path / "result.nc"), "-o", str(tmp_path / "command.png")])
+    assert done.exit_code == 0, done.output
+    figure = stickslip.open(tmp_path / "result.nc").stickslip.plot()
+    assert isinstance(figure, Figure)
+    plots.save(figure, tmp_path / "accessor.png")
+    pictures = [imread(tmp_path / f"{name}.png") for name in ("command", "accessor")]
+    np.testing.assert_array_equal(*pictures)
+    expected = {"margins": "map", "refined": "map", "cells": "map", "levels": "map"}.get(kind, kind)
+    assert plots.kind_of(ds) == expected
+
+
+def test_what_has_no_plot_is_refused_with_the_reason(ds):
     with pytest.raises(PlotError, match="no variable 'perid'"):
         ds.stickslip.plot("perid")
+    borders = stickslip.border(CELL, "belt_speed", (0.05, 2.0))
+    with pytest.raises(PlotError, match="single lines"):
+        borders.stickslip.plot()
+    contours = stickslip.run(parse_config(PLANE + "contours: {points: 8, scan: 8}"))
+    with pytest.raises(PlotError, match="over a map, which is missing"):
+        plots.plot_result(contours)
+    with pytest.raises(PlotError, match="scales, limits and marks are for maps"):
+        plots.plot_result(KINDS["trajectory"](), look=plots.Look(log=frozenset({"time"})))
 
 
 # --- where it comes from ----------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers.maps import plane
-from stickslip.files import filters, netcdf_chunks, reading, writing
+from stickslip.files import netcdf_chunks, packing, reading, writing
 from stickslip.files.netcdf_chunks import NetcdfChunks
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.seal import NOBODY_WROTE
@@ -88,7 +88,7 @@ def test_a_checksum_is_that_of_the_plain_sums(data):
     for high, low in zip(data[::2], data[1::2] + b"\0", strict=False):
         simple = _folded(simple + (high << 8 | low))
         double = _folded(double + simple)
-    assert filters.fletcher32(np.frombuffer(data, np.uint8)) == double << 16 | simple
+    assert packing.fletcher32(np.frombuffer(data, np.uint8)) == double << 16 | simple
 
 
 def _folded(total):

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.dataset import coarse
-from stickslip.dataset.chunks import chunks, cut
+from stickslip.dataset.coarse import chunks, cut
 
 
 def array(values) -> xr.DataArray:

@@ -14,7 +14,7 @@ from stickslip.borders import ContourStudy, Limits, contours, plane_over
 from stickslip.borders.tracing import Crossing, Segment, chained, joined, meeting_points
 from stickslip.borders.walk import Points, border_cells
 from stickslip.config.reader import parse_config
-from stickslip.dataset.contours import polylines
+from stickslip.dataset.polylines import polylines
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
 from stickslip.files import writing

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from helpers.maps import FIXED, axis, make_grid, make_map, make_results, plane
+from helpers.maps import FIXED, axis, cell_dataset, make_grid, make_map, make_results, plane
 from stickslip.dataset import provenance as made_by
-from stickslip.dataset.build import cell_dataset, map_dataset, trace_dataset
+from stickslip.dataset.build import map_dataset, trace_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.plots.palette import FLAG_COLOURS
 from stickslip.vocabulary.flags import FLAGS, MODES, REGIMES, STATUSES

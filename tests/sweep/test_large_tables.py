@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.errors import ConfigError
-from stickslip.files import blocks, limits, tables, texts
+from stickslip.files import blocks, tables, texts
 from stickslip.fit import CURVE_COLUMNS, read_points
 from stickslip.rig.records import read_record
 
@@ -219,7 +219,7 @@ def test_a_pipe_a_device_and_a_folder_are_no_tables(tmp_path):
 def test_a_file_beyond_the_limit_is_not_read(tmp_path, monkeypatch):
     path = tmp_path / "huge.csv"
     with path.open("wb") as file:
-        file.truncate(limits.LARGEST_TEXT + 1)  # takes no room on the disk
+        file.truncate(texts.LARGEST_TEXT + 1)  # takes no room on the disk
     with pytest.raises(ConfigError, match="expected at most"):
         read_points(path, CURVE_COLUMNS)
 

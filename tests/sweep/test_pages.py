@@ -11,8 +11,8 @@ from helpers.maps import axis, make_map, plane
 from stickslip import pages
 from stickslip.config.reader import parse_config
 from stickslip.errors import StoreError
-from stickslip.pages.result import Drawn, drawn_of, result_page
-from stickslip.plots.held import held_fixed
+from stickslip.pages.result import Picture, pictures_of, result_page
+from stickslip.plots.fixed_values import fixed_values
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 
 HOSTILE = '<script>alert("1")</script> & $x$'
@@ -58,7 +58,7 @@ def page_of(ds):
 
 def test_a_page_of_a_map_loads_nothing_and_escapes_what_users_wrote():
     ds = make_map(axis("stiffness", [1.0, 10.0, 100.0], "log"), axis("belt_speed", [0.02, 0.3, 0.6]), title=HOSTILE)
-    text = result_page(ds, drawn_of(ds))
+    text = result_page(ds, pictures_of(ds))
     page = Page(text)
     assert {"script", "link", "iframe"}.isdisjoint(tag for tag, _ in page.elements)
     assert not re.search(r"@import|url\(|https?://", re.sub(r"base64,[^\"]*", "", text))
@@ -96,9 +96,9 @@ def test_a_picture_that_cannot_be_drawn_is_replaced_by_the_reason():
     ds = plane()
     ds["regime"][:] = REGIMES.index("damped")
     ds["period"][:] = np.nan
-    said = [one.said for one in drawn_of(ds) if one.figure is None]
+    said = [one.caption for one in pictures_of(ds) if one.figure is None]
     assert len(said) == 1 and "no cell stick-slips, so there is no period" in said[0]
-    assert "the reason" in Page(result_page(ds, [Drawn("the reason")])).sections["The picture"]
+    assert "the reason" in Page(result_page(ds, [Picture("the reason")])).sections["The picture"]
 
 
 def test_results_that_are_no_maps_have_pages():
@@ -119,7 +119,7 @@ friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 100 mm/s}
         + ("uncertain: {quantities: {damping: {uniform: {low: 0, high: 1}}}, draws: 64}\n")
     )
     ds = stickslip.run(parse_config(uncertain.replace(", damping: 0, belt_speed: 1", "")))
-    page = Page(result_page(ds, drawn_of(ds)))
+    page = Page(result_page(ds, pictures_of(ds)))
     assert len(page.images()) == 1 and "probability of a regime" in page.sections["What the words mean"]
     assert "1 N/mm" in page.sections["What varies, and what is held fixed"]
 
@@ -133,18 +133,18 @@ def test_a_page_promises_only_what_holds_for_its_result():
 
 def test_a_title_may_be_given():
     assert "<h1>Mine &amp; yours</h1>" in result_page(plane(), [], title="Mine & yours")
-    drawn = drawn_of(plane().drop_vars("period"), title="Mine")
+    drawn = pictures_of(plane().drop_vars("period"), title="Mine")
     assert [one.figure.axes[0].get_title() for one in drawn] == ["Mine"] * len(drawn) and drawn
     assert "<figcaption>linear damping ratio" in result_page(plane(), drawn)
 
 
-def test_a_curve_is_held_fixed_as_it_was_written():
+def test_a_curve_is_fixed_values_as_it_was_written():
     text = """
 system: {mass: 1, normal_load: 1 N, damping: 0, belt_speed: 50 mm/s}
 friction: {mu_start: 0.4, mu_reversal: 0.3, v_reversal: 100 mm/s, a4: 20 mm/s}
 axes: {stiffness: [1 N/mm, 2 N/mm]}
 """
-    told = dict(held_fixed(stickslip.run(parse_config(text))))
+    told = dict(fixed_values(stickslip.run(parse_config(text))))
     assert told["mu_start"] == "0.4 falling to 0.3 at 100 mm/s" and "a1" not in told
     assert told["damping"].startswith("0 ")
 

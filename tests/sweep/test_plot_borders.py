@@ -5,9 +5,9 @@ import pytest
 
 from helpers.maps import axis, make_map, plane
 from helpers.plotted import legend_of, panels_of, speeds, stiffnesses
-from stickslip.dataset.borders import border_dataset
-from stickslip.dataset.build import _axis as axis_variable
+from stickslip.dataset.build import axis_variable
 from stickslip.dataset.polylines import joined_crossings, matched
+from stickslip.dataset.studies import border_dataset
 from stickslip.errors import PlotError
 from stickslip.plots.maps import plot_map
 

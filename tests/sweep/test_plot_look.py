@@ -9,10 +9,10 @@ from helpers.maps import axis, make_map, plane
 from helpers.plotted import LUBRICANTS, legend_of, lubricants, notes_of, panels_of, speeds, stiffnesses
 from stickslip.dataset.display import with_units
 from stickslip.errors import PlotError
-from stickslip.plots.hatching import rectangles
-from stickslip.plots.look import Look
+from stickslip.plots.layout import request_of, resize, save
 from stickslip.plots.maps import plot_map
-from stickslip.plots.page import request_of, resize, save
+from stickslip.plots.options import Look
+from stickslip.plots.painting import rectangles
 from stickslip.plots.palette import paint
 from stickslip.vocabulary.flags import REGIMES
 

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from matplotlib.colors import LogNorm, to_rgb
 
-from helpers.maps import axis, make_map, plane
+from helpers.maps import axis, cell_dataset, make_map, plane
 from helpers.plotted import LUBRICANTS, legend_of, lubricants, panels_of, speeds, stiffnesses
 from stickslip.dataset.axis import MapAxis, title
-from stickslip.dataset.build import cell_dataset, trace_dataset
-from stickslip.dataset.select import selected
+from stickslip.dataset.build import trace_dataset
+from stickslip.dataset.selection import selected
 from stickslip.errors import PlotError
-from stickslip.plots import page, traces
+from stickslip.plots import layout
 from stickslip.plots.maps import plot_map
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR
 from stickslip.plots.traces import plot_trace
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.flags import MODES, REGIMES
 
 # --- colours and legend -----------------------------------------------------------------------------------------------
 
@@ -296,7 +296,10 @@ def test_stick_phases_are_shaded_from_re_stick_to_break_away():
 
 
 def test_a_phase_that_lasts_to_the_end_is_shaded_to_the_end():
-    assert list(traces._spans(np.arange(3.0), np.array([False, True, True]))) == [(1.0, 2.0)]
+    ds = made_up_trace()
+    ds["mode"][-2:] = MODES.index("stick")
+    span = plot_trace(ds).axes[0].patches[-1]
+    assert span.get_x() + span.get_width() == ds["time"][-1]
 
 
 def test_the_phase_portrait_shows_the_belt_speed_if_it_is_constant():
@@ -315,14 +318,14 @@ def test_a_map_is_no_trajectory():
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_plots_are_written_in_the_format_of_their_name(suffix, tmp_path):
     path = tmp_path / f"map{suffix}"
-    page.save(plot_map(plane()), path, dpi=60)
+    layout.save(plot_map(plane()), path, dpi=60)
     assert path.read_bytes()[:4] in (b"\x89PNG", b"<?xm", b"%PDF")
 
 
 @pytest.mark.parametrize("name", ["map.sketch", "absent/map.png"])
 def test_plots_that_cannot_be_written_are_named(name, tmp_path):
     with pytest.raises(PlotError, match=name):
-        page.save(plot_map(plane()), tmp_path / name)
+        layout.save(plot_map(plane()), tmp_path / name)
 
 
 def test_plotting_needs_no_pyplot():

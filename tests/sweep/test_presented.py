@@ -15,9 +15,9 @@ from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files.targets import check_target
 from stickslip.materials.page import material_page
-from stickslip.plots.curves import look_of
-from stickslip.plots.look import marks_in
-from stickslip.plots.page import ROW, fit, resize
+from stickslip.plots.layout import ROW, fit, resize
+from stickslip.plots.materials import look_of
+from stickslip.plots.options import marks_in
 
 NAMES = [
     "Fett A (lithiumverseift, Öl ISO VG 68)", "Gleitlack Größe 2 – äußere Führung Süd", "PTFE", "Trocken", "Wachs $1$",
@@ -189,7 +189,7 @@ def test_marks_in_python_come_from_the_same_table(folder):
 
 def test_levels_are_drawn_as_levels_by_command_page_and_python(tmp_path):
     from stickslip.files import writing
-    from stickslip.pages.result import drawn_of
+    from stickslip.pages.result import pictures_of
 
     coordinates = {"stiffness": [1.0, 2.0], "belt_speed": [0.1, 0.2, 0.3]}
     ds = stickslip.sweep(
@@ -206,7 +206,7 @@ def test_levels_are_drawn_as_levels_by_command_page_and_python(tmp_path):
     assert done.exit_code == 0 and (tmp_path / "levels.png").exists()
     assert call("plot", tmp_path / "levels.nc", "--variable", "regime").exit_code == 0
     assert (tmp_path / "levels-regime.png").exists()
-    assert [one.said for one in drawn_of(ds)][:2] == ["level, dB", "regime of motion"]
+    assert [one.caption for one in pictures_of(ds)][:2] == ["level, dB", "regime of motion"]
 
 
 def test_borders_and_comparisons_are_drawn_from_python_as_by_the_command(ten):

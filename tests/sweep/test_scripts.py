@@ -22,7 +22,7 @@ from stickslip.cli.screen import progress_bar
 from stickslip.config.reader import parse_config
 from stickslip.errors import UnitWarning
 from stickslip.files import writing
-from stickslip.files.machine import processors
+from stickslip.files.process import processors
 from stickslip.runs import blocks, collecting
 from stickslip.runs.estimate import Nodes
 

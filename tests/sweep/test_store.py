@@ -13,9 +13,9 @@ import pytest
 import xarray as xr
 
 import stickslip
-from helpers.maps import axis, make_map, plane
+from helpers.maps import axis, cell_dataset, make_map, plane
 from stickslip.config.reader import parse_config
-from stickslip.dataset.build import cell_dataset, trace_dataset
+from stickslip.dataset.build import trace_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.errors import StoreError
 from stickslip.files import atomic, reading, writing

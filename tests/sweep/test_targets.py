@@ -200,7 +200,7 @@ def test_a_run_whose_picture_fails_ends_with_1_says_so_and_keeps_the_map(here, m
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(plots.figure.Figure, "savefig", full)
+    monkeypatch.setattr(plots.layout.Figure, "savefig", full)
     done = call("run", config, "-o", "map.nc", "--plot", "map.png")
     assert done.exit_code == 1 and "map.png: not drawn" in done.stderr and "No space left" in done.stderr
     assert isinstance(stickslip.open("map.nc"), xr.Dataset) and not list(here.glob("*.png"))

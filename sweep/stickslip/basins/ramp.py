@@ -14,8 +14,8 @@ from stickslip.basins.box import Box
 from stickslip.basins.exact import exact_results
 from stickslip.basins.starts import DISTURBANCE, SETTLED, Work, settled, unloaded
 from stickslip.borders.lines import CellsOrConfig, Side, lines_along
-from stickslip.dataset.attractors import ramp_dataset
 from stickslip.dataset.build import grid_coordinates
+from stickslip.dataset.studies import ramp_dataset
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study, joined

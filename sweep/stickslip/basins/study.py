@@ -21,9 +21,9 @@ from stickslip.config.checks import STATES_IN_BOX, state_axes
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.studies import Attractors
-from stickslip.dataset.attractors import attractor_dataset
 from stickslip.dataset.build import grid_coordinates
 from stickslip.dataset.given import given_cells
+from stickslip.dataset.studies import attractor_dataset
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError
 from stickslip.study import Finished, Moved, Study, joined

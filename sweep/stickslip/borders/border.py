@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from stickslip.borders.lines import CellsOrConfig, Side, lines_along
 from stickslip.borders.search import Brackets, Floats, Integers, Labels, Looked, search_lines
 from stickslip.config.studies import Border
-from stickslip.dataset.borders import border_dataset
 from stickslip.dataset.build import grid_coordinates
+from stickslip.dataset.studies import border_dataset
 from stickslip.engine import Options, Results, StopFlag, solve
 from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study, joined

@@ -17,7 +17,7 @@ from stickslip.borders.tracing import Chain, Crossing, Segment, chained, joined,
 from stickslip.borders.walk import Points, border_cells, corner_labels
 from stickslip.config.studies import Contours
 from stickslip.dataset.build import grid_coordinates
-from stickslip.dataset.contours import contour_dataset
+from stickslip.dataset.studies import contour_dataset
 from stickslip.engine import Options, Results, StopFlag, solve
 from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study

@@ -153,12 +153,12 @@ class Change:
 
     def words(self) -> str:
         """`belt speed above 0.83 m/s (+66 %)`; parameters without unit by name."""
-        text = f"{_spoken(self.name)} {self.side} {self.unit.told(self.border, _DIGITS)}"
+        text = f"{_spoken(self.name)} {self.side} {self.unit.text(self.border, _DIGITS)}"
         return f"{text} ({_by(self.value, self.border, self.unit)})"
 
     def row(self) -> tuple[str, ...]:
         """The change as a row of a table."""
-        border = f"{self.side} {self.unit.told(self.border, 9)}"
+        border = f"{self.side} {self.unit.text(self.border, 9)}"
         if self.width > 1e-6 * abs(self.border):
             border += f" (undecided over {self.unit.of(self.width):.2g})"
         past = self.checked if self.holds else f"{self.checked}: does not hold"
@@ -181,7 +181,7 @@ class JointChange:
     def words(self) -> str:
         """`belt_speed 0.6 m/s (+20 %) and damping 0.1 N s/m`."""
         *texts, last = [
-            f"{_spoken(name)} {self.units[name].told(new, _DIGITS)} ({_by(old, new, self.units[name])})"
+            f"{_spoken(name)} {self.units[name].text(new, _DIGITS)} ({_by(old, new, self.units[name])})"
             for name, (old, new) in self.values.items()
         ]
         return f"{', '.join(texts)} and {last}" if texts else last
@@ -202,7 +202,7 @@ def _by(value: float, border: float, unit: Unit) -> str:
 def _single_changes(ds: xr.Dataset, goals: Sequence[str]) -> list[Change]:
     """Every border along a single parameter, by how large the change is; those of parameters at 0 last."""
     from stickslip.dataset.display import unit_of
-    from stickslip.dataset.margins import SIDES
+    from stickslip.dataset.studies import SIDES
 
     cell, changes = _cell(ds), []
     for name in _parameters(ds):

@@ -12,7 +12,7 @@ from stickslip.cli.exits import fail, reports_errors
 from stickslip.cli.outputs import show_file
 
 if TYPE_CHECKING:
-    from stickslip.explore import Subject
+    from stickslip.explore import Source
     from stickslip.files.locations import Location
 
 
@@ -46,23 +46,23 @@ def explore(config: Location, port: int, no_browser: bool, static: Path | None) 
     except ImportError:
         fail("the page is drawn by Bokeh, which is not installed\nhint: pip install 'stickslip[explore]'")
     from stickslip import engine
-    from stickslip.explore import open_subject
+    from stickslip.explore import open_source
 
-    subject = open_subject(config, params.settings())  # type: ignore[arg-type]
+    source = open_source(config, params.settings())  # type: ignore[arg-type]
     for signals in (False, True):
-        engine.warm_up(subject.options.law, signals)
-    for note in subject.notes:
+        engine.warm_up(source.options.law, signals)
+    for note in source.notes:
         screen.notice(f"note: {note}")
     if static is not None:
-        return _write(subject, static)
-    _serve(subject, port, no_browser)
+        return _write(source, static)
+    _serve(source, port, no_browser)
 
 
-def _serve(subject: Subject, port: int, no_browser: bool) -> None:
+def _serve(source: Source, port: int, no_browser: bool) -> None:
     from stickslip.explore.server import Explorer
 
     try:
-        explorer = Explorer(subject, port)
+        explorer = Explorer(source, port)
     except OSError as error:
         fail(f"port {port}: {error.strerror}\nhint: leave --port out for any that is free")
 
@@ -79,9 +79,9 @@ def _serve(subject: Subject, port: int, no_browser: bool) -> None:
         screen.notice("\nended")
 
 
-def _write(subject: Subject, static: Path) -> None:
+def _write(source: Source, static: Path) -> None:
     from stickslip.explore.static import left_out, write_page
 
-    for note in left_out(subject):
+    for note in left_out(source):
         screen.notice(f"note: {note}")
-    show_file("page", write_page(subject, static))
+    show_file("page", write_page(source, static))

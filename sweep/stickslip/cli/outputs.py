@@ -75,7 +75,7 @@ def save_table(
         table = export.write_table(ds, target, variables, decimal=decimal, front=front)
     else:
         with screen.progress_bar(rows, " written", "rows") as move:
-            table = export.write_table(ds, target, variables, decimal=decimal, moved=move)
+            table = export.write_table(ds, target, variables, decimal=decimal, progress=move)
     show_file("table", target, f"{table.rows:,} rows, {len(table.columns)} columns")
     if table.left_out:
         names = ", ".join(table.left_out)
@@ -131,7 +131,7 @@ class Picture:
     def with_units(self, ds: xr.Dataset) -> xr.Dataset:
         """The dataset, to be shown in the units that are asked for, or that limits have. Raises PlotError."""
         from stickslip.dataset.display import with_units
-        from stickslip.plots.look import pairs
+        from stickslip.plots.options import pairs
         from stickslip.vocabulary import units
 
         ends = [end for text in self.limits for end in pairs(text, "LOW..HIGH with a unit")]
@@ -150,7 +150,7 @@ class Picture:
     def save(self, figure: Figure, target: Path, request: str = "") -> None:
         """Write a figure in the size and at the resolution that are asked for. Raises PlotError."""
         from stickslip import plots
-        from stickslip.plots.page import resize
+        from stickslip.plots.layout import resize
 
         if self.size is not None:
             resize(figure, *_inches(self.size, self.dpi or plots.DPI))
@@ -168,8 +168,8 @@ def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     """The operating points of a file, which say their regimes: computed there, not those of the cells around."""
     from stickslip import api
     from stickslip.config.select import shared_by
-    from stickslip.dataset.one_cell import one_cell
-    from stickslip.plots.look import marks_in
+    from stickslip.dataset.selection import one_cell
+    from stickslip.plots.options import marks_in
     from stickslip.vocabulary.flags import REGIMES, flag_label
 
     points = [*marks_in(ds, path)]
@@ -251,8 +251,7 @@ def result_figure(ds: xr.Dataset, map_file: Location | None = None, picture: Pic
         return plots.plot_result(part_that_fits(ds))
     behind = picture.with_units(_map_behind(ds, map_file))
     behind = part_that_fits(behind.assign_attrs(title=ds.attrs.get("title", "")))
-    title = str(behind.attrs["title"]) if picture.title is None else picture.title
-    return plots.plot_map(behind, lines=ds, title=title, look=picture.look(behind))
+    return plots.plot_result(ds, behind=behind, title=picture.title, look=picture.look(behind))
 
 
 def _map_behind(ds: xr.Dataset, map_file: Location | None) -> xr.Dataset:
@@ -267,10 +266,10 @@ def _map_behind(ds: xr.Dataset, map_file: Location | None) -> xr.Dataset:
 
 def part_that_fits(ds: xr.Dataset) -> xr.Dataset:
     """The part of a result that fits on a picture, said on screen where it is not the whole."""
-    from stickslip.dataset import panels
+    from stickslip.dataset import selection
 
     name = next((name for name in ("probability", "settling_share", "regime") if name in ds), None)
-    part, places = (ds, []) if name is None else panels.part_that_fits(ds, ds[name].dims)
+    part, places = (ds, []) if name is None else selection.part_that_fits(ds, ds[name].dims)
     for place in places:
         screen.echo(f"drawn    {place}; others with stickslip plot --select")
     return part
@@ -279,18 +278,19 @@ def part_that_fits(ds: xr.Dataset) -> xr.Dataset:
 def plot_limits(config: Config) -> str | None:
     """Text on what the plot of a configuration will leave out; None for nothing."""
     from stickslip.config.grid import build_grid
-    from stickslip.dataset.panels import told_of
+    from stickslip.dataset.selection import left_out
     from stickslip.studies import coarse_map
 
     grid = build_grid(coarse_map(config))
-    return told_of(dict(zip(grid.dims, grid.shape, strict=True)))
+    return left_out(dict(zip(grid.dims, grid.shape, strict=True)))
 
 
 def save_page(ds: xr.Dataset, target: Path, map_file: Location | None = None, picture: Picture = PLAIN) -> None:
     """Write the page of a result: its plots, what was held fixed, what the words mean, how exact it is."""
     from stickslip import pages, plots
     from stickslip.errors import PlotError
-    from stickslip.pages.result import Drawn, drawn_of, result_page
+    from stickslip.pages.result import Picture as PagePicture
+    from stickslip.pages.result import pictures_of, result_page
 
     if "quiet_above" in ds:
         from stickslip.materials.page import material_page
@@ -298,13 +298,15 @@ def save_page(ds: xr.Dataset, target: Path, map_file: Location | None = None, pi
         text = material_page(picture.with_units(ds), title=picture.title)
     elif plots.is_over_map(ds):
         try:
-            drawn = [Drawn("borders between regimes", result_figure(ds, map_file, picture))]
+            drawn = [PagePicture("borders between regimes", result_figure(ds, map_file, picture))]
         except PlotError as error:
-            drawn = [Drawn(str(error))]
+            drawn = [PagePicture(str(error))]
         text = result_page(ds, drawn, picture.title)
     else:
         ds = picture.with_units(ds)
         part = part_that_fits(ds) if is_drawn(ds) else None
-        text = result_page(ds, [] if part is None else drawn_of(part, picture.look(part), picture.title), picture.title)
+        text = result_page(
+            ds, [] if part is None else pictures_of(part, picture.look(part), picture.title), picture.title
+        )
     pages.write_page(target, text)
     show_file("page", target)

@@ -50,11 +50,11 @@ class Place(click.ParamType):  # type: ignore[type-arg]
 
     def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
         """Files of this folder that could have been named."""
-        from stickslip.files.mistaken import RESULTS_HERE, names_in
+        from stickslip.files.sniff import RESULTS, names_in
 
         if self._expected == "configuration":
             return next_step()
-        here = names_in(Path(), RESULTS_HERE)
+        here = names_in(Path(), RESULTS)
         return f"Results in this folder: {', '.join(here)}" if here else "No result (.nc, .zarr) is in this folder."
 
 
@@ -127,9 +127,9 @@ def requested_table() -> Path | None:
 
 def next_step() -> str:
     """Text on the next thing to do in this folder."""
-    from stickslip.files.mistaken import CONFIGURATIONS_HERE, names_in
+    from stickslip.files.sniff import CONFIGURATIONS, names_in
 
-    if here := names_in(Path(), CONFIGURATIONS_HERE):
+    if here := names_in(Path(), CONFIGURATIONS):
         return f"Configurations in this folder: {', '.join(here)}"
     return "No configuration is in this folder; `stickslip init my.yaml` writes one to start from."
 

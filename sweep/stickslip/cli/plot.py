@@ -68,8 +68,8 @@ def plot(
     Numbers are shown in the units in which the configuration was written; the file is SI.
     """
     from stickslip import plots
-    from stickslip.dataset import select as selection
-    from stickslip.dataset.kept import why_absent
+    from stickslip.dataset import selection
+    from stickslip.dataset.summary import why_absent
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
@@ -89,7 +89,7 @@ def plot(
             over = None if lines is None else reading.look_into(lines)
             figure = plots.plot_result(ds, variable, select=places, title=picture.title, look=picture.look(ds),
                                        borders=not no_borders, lines=over)  # fmt: skip
-            for point in selection.told(ds, {name: at for name, at in places.items() if name != "state"}):
+            for point in selection.points_taken(ds, {name: at for name, at in places.items() if name != "state"}):
                 screen.echo(f"drawn    {point}")
         request = _request_text({**picture.given(), "variable": variable, "select": select, "lines": lines,
                                  "map": map_file, "no_borders": no_borders})  # fmt: skip

@@ -15,7 +15,7 @@ from stickslip.cli.summary import printer_for
 from stickslip.vocabulary.flags import STATUS_MESSAGES, flag_label
 
 if TYPE_CHECKING:
-    from stickslip.dataset.inspect import Survey
+    from stickslip.dataset.survey import Survey
     from stickslip.files.locations import Location
 
 _UNDECIDED = ("failed", "unresolved")
@@ -42,7 +42,7 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     says what was found.
     """
     from stickslip.config.select import recipe_of
-    from stickslip.dataset import inspect as inspection
+    from stickslip.dataset import survey as inspection
     from stickslip.files import reading
 
     ds = reading.look_into(file)
@@ -79,7 +79,7 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
 
 def _list_cells(survey: Survey, file: str) -> None:
     """Print a command for each cell, under its regime and status."""
-    from stickslip.dataset.inspect import NOT_KEPT
+    from stickslip.dataset.survey import NOT_KEPT
 
     by_fate = sorted(survey.cells, key=lambda cell: (cell.regime, cell.status))
     for (regime, status), cells in groupby(by_fate, key=lambda cell: (cell.regime, cell.status)):
@@ -115,7 +115,7 @@ def export(
     Headings carry units, flags are words, what is not defined is empty. FILE may be larger than memory. A sheet of
     Excel holds 1,048,575 cells. (pip install "stickslip[excel]")
     """
-    from stickslip.dataset import select as selection
+    from stickslip.dataset import selection
     from stickslip.errors import PlotError
     from stickslip.files import reading
 
@@ -126,6 +126,6 @@ def export(
             part = selection.selected(ds, places)[0] if places else ds
         except PlotError as error:
             fail(f"{file}: {error}")
-        for point in selection.told(ds, places) if places else ():
+        for point in selection.points_taken(ds, places) if places else ():
             screen.echo(f"taken    {point}")
         save_table(part, target, variables, decimal_comma)

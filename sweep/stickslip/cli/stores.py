@@ -102,7 +102,7 @@ def status(config_or_store: str, store: str | None) -> dict[str, Any]:
     """
     from stickslip.runs import collecting
     from stickslip.runs.request import request_for
-    from stickslip.runs.workdir.parts import is_empty
+    from stickslip.runs.workdir.block_store import is_empty
 
     request = request_for(config_or_store, None, store, params.settings())
     output = request.output if request.place is None else None

@@ -119,7 +119,7 @@ def _borders(ds: xr.Dataset) -> Iterator[str]:
             border = line.isel(crossing=crossing)
             below, above = (REGIMES[int(border[name])] for name in ("regime_below", "regime_above"))
             how = f"width {unit.of(float(border['border_width'])):.2g}, by {METHODS[int(border['method'])]}"
-            yield f"{where}{below} -> {above} at {unit.told(float(border['border']), 12)} ({how})"
+            yield f"{where}{below} -> {above} at {unit.text(float(border['border']), 12)} ({how})"
 
 
 def _show_contours(ds: xr.Dataset) -> None:
@@ -131,8 +131,8 @@ def _show_contours(ds: xr.Dataset) -> None:
 
 def _contours(ds: xr.Dataset) -> Iterator[str]:
     """A line of text per contour."""
-    from stickslip.dataset.contours import plane_names, polylines
     from stickslip.dataset.display import unit_of
+    from stickslip.dataset.polylines import plane_names, polylines
 
     names = plane_names(ds)
     units = [unit_of(ds[name]) for name in names]
@@ -140,7 +140,7 @@ def _contours(ds: xr.Dataset) -> Iterator[str]:
     for number, line in enumerate(polylines(ds)):
         where = ", ".join(f"{name} = {ds[name].values[number]}" for name in panels)
         ranges = ", ".join(
-            f"{name} {unit.of(values.min()):.6g} to {unit.told(values.max())}"
+            f"{name} {unit.of(values.min()):.6g} to {unit.text(values.max())}"
             for name, values, unit in zip(names, (line.x, line.y), units, strict=True)
         )
         kind = "loop" if line.closed else "line"
@@ -205,7 +205,7 @@ def _shock(cell: xr.Dataset) -> str:
         return "critical shock unknown"
     if shock == float("inf"):
         return "no shock ends sliding"
-    return f"critical shock {unit_of(cell['critical_shock']).told(shock)}" if shock else "any shock ends sliding"
+    return f"critical shock {unit_of(cell['critical_shock']).text(shock)}" if shock else "any shock ends sliding"
 
 
 def show_ramp(ds: xr.Dataset) -> None:

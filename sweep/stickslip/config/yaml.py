@@ -29,7 +29,7 @@ from ruamel.yaml.reader import ReaderError
 
 from stickslip.config import examples
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem
-from stickslip.files.mistaken import CONFIGURATIONS_HERE, names_in, no_configuration
+from stickslip.files.sniff import CONFIGURATIONS, names_in, wrong_file_type
 from stickslip.vocabulary.suggest import nearest
 
 _LARGEST = 1_000_000  # bytes, which take seconds to read; a configuration has a few hundred
@@ -62,9 +62,9 @@ class Document:
 def read_yaml(path: FilePath) -> Document:
     """The document in a file. Raises ConfigError if the file cannot be read or is not YAML."""
     name = str(path)
-    if mistaken := no_configuration(path):
-        what = f"this is {mistaken.what}, expected a configuration in YAML"
-        raise ConfigError(name, [Problem((), what, hint=mistaken.hint)])
+    if kind := wrong_file_type(path, CONFIGURATIONS):
+        message = f"this is {kind.name}, expected a configuration in YAML"
+        raise ConfigError(name, [Problem((), message, hint=kind.hint)])
     try:
         with path.open("rb") as file:
             raw = file.read(_LARGEST + 1)
@@ -106,7 +106,7 @@ def _neighbours(path: FilePath) -> str | None:
         if path.parts[:1] == ("configs",):
             return "`stickslip init --list` names the configurations that come with stickslip"
         return f"there is no folder {path.parent}"
-    names = names_in(path.parent, CONFIGURATIONS_HERE)
+    names = names_in(path.parent, CONFIGURATIONS)
     where = "this folder" if path.parent == FilePath() else str(path.parent)
     stems = {FilePath(name).stem: name for name in names}
     if meant := nearest(path.stem, stems):

@@ -1,12 +1,13 @@
 """Arrays in, labelled datasets out; and what is said and selected of a dataset.
 
-What is where:
-
-    build       variables, coordinates and attributes from arrays     provenance  what made them
-    axis        a dimension as an axis        select   a part of a map        summary, inspect   what a dataset holds
-    chunks      arrays larger than memory, read in parts              coarse      maps with more cells than pixels
+build       maps, cells, trajectories     studies     borders, contours, margins, attractors, probabilities
+materials   materials compared            provenance  the global attributes
+axis        a dimension as an axis        display     units in which people see values
+selection   parts of a dataset            polylines   borders as lines
+coarse      maps in chunks, and in pixels summary, survey   regimes of a map, cells that need attention
+export      tables for other programs     given       cells that people give
 """
 
-from stickslip.files.duck_arrays import import_no_more
+from stickslip.files.lazy_duck_arrays import wait_for_imports
 
-import_no_more()
+wait_for_imports()

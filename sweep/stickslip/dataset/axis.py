@@ -18,7 +18,7 @@ _SYMBOLS = ("mu_", "v_")  # how names begin that are symbols, not words
 
 
 class MapAxis:
-    """One dimension of a map, ready to be drawn or told.
+    """One dimension of a map, ready to be drawn or named.
 
     Numeric if the dimension has a numeric index, laid out as its `axis_spacing` says. Otherwise (named points,
     parameters that vary together) the points are placed side by side under their labels.
@@ -28,8 +28,7 @@ class MapAxis:
     """
 
     def __init__(self, ds: xr.Dataset, dim: Hashable, plain: bool = False, log: bool = False) -> None:
-        self._quantity = _plain_quantity if plain else _quantity
-        self._log = log
+        self._plain, self._log = plain, log
         self.dim = dim
         self.length = ds.sizes[dim]
         self._index = ds[dim] if dim in ds.coords else None
@@ -43,7 +42,7 @@ class MapAxis:
 
     @cached_property
     def title(self) -> str:
-        """What the axis shows, with its unit."""
+        """The quantity that the axis shows, with its unit."""
         if self._index is not None:
             return title(self._index)
         return title(self._beside[0]) if len(self._beside) == 1 else str(self.dim).replace("_", " ")
@@ -70,7 +69,7 @@ class MapAxis:
 
     @cached_property
     def is_log(self) -> bool:
-        """Whether the axis is logarithmic."""
+        """Tell whether the axis is logarithmic."""
         spacing = None if self._index is None else self._index.attrs.get("axis_spacing")
         return self.is_numeric and (self._log or spacing == "log") and bool((self.centres > 0).all())
 
@@ -84,6 +83,10 @@ class MapAxis:
         if 1 < len(self._beside) <= _MOST_BESIDE:
             return ", ".join(f"{short_name(c)} = {self._quantity(c, c.values[i])}" for c in self._beside)
         return str(i)
+
+    def _quantity(self, array: xr.DataArray, value: float) -> str:
+        unit = unit_of(array)
+        return unit.text(value) if self._plain else f"{unit.of(value):.4g} {unit.printed}".rstrip()
 
     def heading(self, i: int) -> str:
         """Point `i` with the name of what it is a point of, short enough for the title of a panel."""
@@ -111,17 +114,6 @@ def title(array: xr.DataArray, unit: Unit | None = None) -> str:
     name = str(array.attrs.get("long_name", array.name)).replace("_", " ")
     printed = (unit or unit_of(array)).printed
     return f"{name} ({printed})" if printed else name
-
-
-def _quantity(array: xr.DataArray, value: float) -> str:
-    """A value with its unit."""
-    unit = unit_of(array)
-    return f"{unit.of(value):.4g} {unit.printed}".rstrip()
-
-
-def _plain_quantity(array: xr.DataArray, value: float) -> str:
-    """A value with its unit, without mathematical print."""
-    return unit_of(array).told(value)
 
 
 def _midpoints(centres: NDArray[np.float64]) -> NDArray[np.float64]:

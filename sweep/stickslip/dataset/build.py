@@ -1,8 +1,8 @@
 """Arrays in, labelled datasets out.
 
-Three shapes of result: a map over a grid, a list of cells, one trajectory. Every variable and coordinate gets its units
-and long name from the vocabulary; flags become int8 with their meanings beside them, so that the dataset
-is self-describing. `provenance` gives the global attributes.
+Three shapes of result: a map over a grid, cells one by one, one trajectory (`studies.py` has the others). Every
+variable and coordinate gets its units and long name from the vocabulary; flags become int8 with their meanings beside
+them, so that the dataset is self-describing. `provenance` gives the global attributes.
 
 The conventions are CF. They shape two things here: neither flags nor coordinates have a `_FillValue` (on flags it would
 also make xarray read floats), and attributes are text, numbers or arrays of one type.
@@ -27,17 +27,9 @@ from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABL
 if TYPE_CHECKING:
     from stickslip.vocabulary.cells import Cells, Coordinate
 
-
-_COUNTS = (
-    "steps",
-    "scan_undecided",
-    "node_count",
-    "rank",
-    "points",
-    "draws_used",
-    "fit_good",
-)  # whole numbers defined in every cell; other counts are NaN where nothing was counted
-_NO_FILL = {"_FillValue": None}
+NO_FILL = {"_FillValue": None}
+_COUNTS = ("steps", "scan_undecided", "node_count", "rank", "points", "draws_used", "fit_good")
+# whole numbers defined in every cell; other counts are NaN where nothing was counted
 _AS_KNOWN = {slot for kind in xr.Variable.__mro__ for slot in getattr(kind, "__slots__", ())} == {
     "_attrs", "_data", "_dims", "_encoding",
 }  # fmt: skip
@@ -55,29 +47,9 @@ def map_dataset(grid: Cells, results: Mapping[str, ArrayLike], attributes: Mappi
     """
     variables = {
         variable.name: variable_of(variable, grid.dims, np.asarray(results[variable.name]).reshape(grid.shape))
-        for variable in _known(results, MAP_VARIABLES)
+        for variable in _declared(results, MAP_VARIABLES)
     }
     return xr.Dataset(variables, grid_coordinates(grid), dict(attributes))
-
-
-def grid_coordinates(grid: Cells) -> dict[str, xr.Variable]:
-    """What varies, the labels of points, and what is equal in every cell."""
-    if grid.labelled is not None:
-        return grid.labelled()
-    coordinates = {c.name: shown_in(_axis(c), grid.written_in.get(quantity_of(c.name))) for c in grid.coords}
-    for c in grid.coords:
-        if c.labels is not None:
-            coordinates.setdefault(c.dim, _labels(grid, c.dim, c.labels))
-    for name, value in grid.fixed.items():
-        coordinates[name] = shown_in(parameter_variable(name, (), value), grid.written_in.get(name))
-    return coordinates
-
-
-def shown_in(variable: xr.Variable, unit: str | None) -> xr.Variable:
-    """The variable, which is in SI, with the unit in which it is shown (`display.py`), if there is one."""
-    if unit is not None:
-        variable.attrs[DISPLAY] = unit
-    return variable
 
 
 def map_template(grid: Cells, columns: Mapping[str, np.dtype[Any]], attributes: Mapping[str, Any]) -> xr.Dataset:
@@ -85,51 +57,26 @@ def map_template(grid: Cells, columns: Mapping[str, np.dtype[Any]], attributes: 
 
     columns : names of `MAP_VARIABLES` and their types.
     """
-    whole = {}
-    for variable in _known(columns, MAP_VARIABLES):
-        one = variable_of(variable, (), np.zeros((), columns[variable.name]))
-        whole[variable.name] = xr.Variable(
-            grid.dims, np.broadcast_to(one.values, grid.shape), one.attrs, one.encoding, fastpath=True
-        )
-    return xr.Dataset(whole, grid_coordinates(grid), dict(attributes))
-
-
-def cell_dataset(
-    cells: Mapping[str, ArrayLike], results: Mapping[str, ArrayLike], attributes: Mapping[str, Any]
-) -> xr.Dataset:
-    """A list of cells along the dimension ``cell``.
-
-    cells : by names of `PARAMETERS`, each a number or of length n; they become coordinates along ``cell``.
-    results : by names of `VARIABLES`, each of length n.
-    """
-    columns = {
-        v.name: variable_of(v, ("cell",), np.asarray(results[v.name]).reshape(-1)).values
-        for v in _known(results, VARIABLES)
-    }
-    size = next(iter(columns.values())).size
-    return evaluated_dataset(("cell",), (size,), cell_coordinates(cells, size), columns, attributes)
+    zeros = {name: np.broadcast_to(np.zeros((), dtype), grid.size) for name, dtype in columns.items()}
+    return map_dataset(grid, zeros, attributes)
 
 
 def evaluated_dataset(
-    dims: tuple[str, ...],
-    shape: tuple[int, ...],
-    coordinates: dict[str, xr.Variable],
-    results: Mapping[str, NDArray[Any]],
-    attributes: Mapping[str, Any],
-) -> xr.Dataset:
+    dims: tuple[str, ...], shape: tuple[int, ...], coordinates: dict[str, xr.Variable],
+    results: Mapping[str, NDArray[Any]], attributes: Mapping[str, Any],
+) -> xr.Dataset:  # fmt: skip
     """Cells evaluated one by one, over any dimensions.
 
     dims, shape, coordinates : of the cells.
     results : by names of `VARIABLES`, each flat, of the types that `engine.columns` says.
     """
-    flat = len(shape) == 1
     variables = {
-        name: _variable(dims, results[name] if flat else results[name].reshape(shape), dict(attrs), encoding)
-        for name, attrs, encoding in _told()
+        name: _variable(dims, results[name] if len(shape) == 1 else results[name].reshape(shape), dict(attrs), encoding)
+        for name, attrs, encoding in _declarations()
         if name in results
     }
-    # Merging and aligning 40 variables, all of them over `cell` and none an index, takes xarray half a millisecond,
-    # ten times as long as a few cells take. So, where this xarray has it, straight to the dataset.
+    # Merging and aligning 40 variables, all of them over `cell` and none an index, takes xarray a millisecond, ten
+    # times as long as a few cells take. So, where this xarray has it, straight to the dataset.
     direct = getattr(xr.Dataset, "_construct_direct", None)
     if direct and dims == ("cell",) and dims[0] not in coordinates:
         return direct(variables | coordinates, set(coordinates), {"cell": shape[0]}, dict(attributes))  # type: ignore[no-any-return]
@@ -137,21 +84,10 @@ def evaluated_dataset(
 
 
 @cache
-def _told() -> list[tuple[str, dict[str, Any], Mapping[str, Any] | None]]:
-    """What is told of each result of a cell: its name, attributes and encoding."""
+def _declarations() -> list[tuple[str, dict[str, Any], Mapping[str, Any] | None]]:
+    """Name, attributes and encoding of each result of a cell."""
     whole = (*FLAGS, *_COUNTS)
-    return [(name, _attributes_of(v), _NO_FILL if name in whole else None) for name, v in VARIABLES.items()]
-
-
-def cell_coordinates(cells: Mapping[str, ArrayLike], size: int) -> dict[str, xr.Variable]:
-    """The parameters of a list of cells, each a number or of length `size`; arrays that are whole are not copied."""
-    found = {}
-    for name, given in cells.items():
-        values = np.asarray(given, np.float64)
-        if values.shape != (size,) or not values.flags.writeable:
-            values = np.array(np.broadcast_to(values, size))
-        found[name] = _variable(("cell",), values, dict(_attributes_of_parameter(name)), _NO_FILL)
-    return found
+    return [(name, attributes_of(v), NO_FILL if name in whole else None) for name, v in VARIABLES.items()]
 
 
 def trace_dataset(
@@ -164,57 +100,115 @@ def trace_dataset(
     ``displacement_start`` and ``velocity_start``, because the trajectory itself owns the plain names.
     CF wants a date in a coordinate called time; ours counts from the start, so a trajectory does not claim CF.
     """
-    attributes_of_time = {"units": "s", "long_name": "time since the start"}
-    coordinates = {"time": xr.Variable("time", np.asarray(time, np.float64), attributes_of_time, _NO_FILL)}
+    since = {"units": "s", "long_name": "time since the start"}
+    coordinates = {"time": xr.Variable("time", np.asarray(time, np.float64), since, NO_FILL)}
     for name, value in cell.items():
         coordinates[f"{name}_start" if name in TRACE_VARIABLES else name] = parameter_variable(name, (), value)
     variables = {
-        v.name: variable_of(v, ("time",), np.asarray(samples[v.name])) for v in _known(samples, TRACE_VARIABLES)
+        v.name: variable_of(v, ("time",), np.asarray(samples[v.name])) for v in _declared(samples, TRACE_VARIABLES)
     }
-    without_claim = {name: value for name, value in attributes.items() if name != "Conventions"}
-    return xr.Dataset(variables, coordinates, without_claim)
+    return xr.Dataset(variables, coordinates, {k: value for k, value in attributes.items() if k != "Conventions"})
 
 
-def _known(results: Mapping[str, Any], table: Mapping[str, Variable]) -> list[Variable]:
+def _declared(results: Mapping[str, Any], table: Mapping[str, Variable]) -> list[Variable]:
     """The declarations of `results`, in the order of `table`. A name without declaration is a bug."""
     if unknown := set(results) - set(table):
         raise KeyError(f"not declared in vocabulary/results.py: {', '.join(sorted(unknown))}")
     return [variable for name, variable in table.items() if name in results]
 
 
-def variable_of(declared: Variable, dims: Sequence[Hashable], values: NDArray[Any]) -> xr.Variable:
-    """A data variable of its final type: int8 flags, int32 counts (NaN: 0), float64 the rest."""
-    attributes = dict(_attributes_of(declared))
-    if declared.name in FLAGS:
-        return _variable(dims, _whole(values, np.int8), attributes, _NO_FILL)
-    if declared.name in _COUNTS:
-        return _variable(dims, _whole(values, np.int32), attributes, _NO_FILL)
-    return _variable(dims, np.asarray(values, np.float64), attributes)
+# --- coordinates ------------------------------------------------------------------------------------------------------
 
 
-def _whole(values: NDArray[Any], kind: type[np.integer[Any]]) -> NDArray[Any]:
-    return values if values.dtype == kind else np.nan_to_num(values).astype(kind)
+def grid_coordinates(grid: Cells) -> dict[str, xr.Variable]:
+    """Coordinates: axes, labels of points, and what is equal in every cell."""
+    if grid.labelled is not None:
+        return grid.labelled()
+    coordinates = {c.name: shown_in(axis_variable(c), grid.written_in.get(quantity_of(c.name))) for c in grid.coords}
+    for c in grid.coords:
+        if c.labels is not None and c.dim not in coordinates:  # values of one quantity, or points of a group
+            names = [other.long_name for other in grid.coords if other.dim == c.dim]
+            long_name = names[0] if len(names) == 1 else c.dim.replace("_", " ")
+            coordinates[c.dim] = xr.Variable((c.dim,), np.asarray(c.labels, str), {"long_name": long_name})
+    for name, value in grid.fixed.items():
+        coordinates[name] = shown_in(parameter_variable(name, (), value), grid.written_in.get(name))
+    return coordinates
+
+
+def cell_coordinates(cells: Mapping[str, ArrayLike], size: int) -> dict[str, xr.Variable]:
+    """The parameters of a list of cells, each a number or of length `size`; arrays that are whole are not copied."""
+    coordinates = {}
+    for name, given in cells.items():
+        values = np.asarray(given, np.float64)
+        if values.shape != (size,) or not values.flags.writeable:
+            values = np.array(np.broadcast_to(values, size))
+        coordinates[name] = _variable(("cell",), values, dict(_attributes_of_parameter(name)), NO_FILL)
+    return coordinates
+
+
+def axis_variable(c: Coordinate) -> xr.Variable:
+    """A coordinate of a grid; `axis_spacing` tells a plot how the values were laid out."""
+    attributes = {"units": c.units, "long_name": c.long_name, "axis_spacing": c.spacing} | _comment(c.name)
+    return xr.Variable((c.dim,), np.asarray(c.values, np.float64), attributes, NO_FILL)
+
+
+def parameter_variable(name: str, dims: Sequence[Hashable], values: ArrayLike) -> xr.Variable:
+    """A coordinate that holds a parameter."""
+    return _variable(dims, np.array(values, np.float64), dict(_attributes_of_parameter(name)), NO_FILL)
 
 
 @cache
-def _attributes_of(declared: Variable) -> dict[str, Any]:
+def _attributes_of_parameter(name: str) -> dict[str, Any]:
+    declared = QUANTITIES[name]
+    return {"units": declared.units, "long_name": declared.long_name} | _comment(name)
+
+
+def _comment(name: str) -> dict[str, str]:
+    """The meaning of NaN, where it has one."""
+    declared = PARAMETERS.get(name)
+    return {"comment": f"NaN: {declared.absent}"} if declared and declared.absent else {}
+
+
+def shown_in(variable: xr.Variable, unit: str | None) -> xr.Variable:
+    """The variable, which is in SI, with the unit in which it is shown (`display.py`), if there is one."""
+    if unit is not None:
+        variable.attrs[DISPLAY] = unit
+    return variable
+
+
+# --- variables --------------------------------------------------------------------------------------------------------
+
+
+def variable_of(declared: Variable, dims: Sequence[Hashable], values: NDArray[Any]) -> xr.Variable:
+    """A data variable of its final type: int8 flags, int32 counts (NaN: 0), float64 the rest."""
+    attributes = dict(attributes_of(declared))
+    if declared.name not in FLAGS and declared.name not in _COUNTS:
+        return _variable(dims, np.asarray(values, np.float64), attributes)
+    kind = np.int8 if declared.name in FLAGS else np.int32
+    whole = values if values.dtype == kind else np.nan_to_num(values).astype(kind)
+    return _variable(dims, whole, attributes, NO_FILL)
+
+
+@cache
+def attributes_of(declared: Variable, meanings: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Units, long name and comment of a variable; of a flag its meanings. meanings : of a flag of one dataset alone."""
     attributes: dict[str, Any] = {"units": declared.units, "long_name": declared.long_name}
     if declared.comment:
         attributes["comment"] = declared.comment
-    if messages := FLAGS.get(declared.name):
-        attributes["flag_values"] = np.arange(len(messages), dtype=np.int8)
+    messages = FLAGS.get(declared.name, {})
+    if names := meanings or tuple(messages):
+        attributes["flag_values"] = np.arange(len(names), dtype=np.int8)
         attributes["flag_values"].flags.writeable = False  # all datasets have it in common
-        attributes["flag_meanings"] = " ".join(messages)
+        attributes["flag_meanings"] = " ".join(names)
+    if messages:
         attributes["comment"] = "; ".join(f"{name}: {message}" for name, message in messages.items())
     return attributes
 
 
 def _variable(
-    dims: Sequence[Hashable],
-    values: NDArray[Any],
-    attributes: dict[str, Any],
+    dims: Sequence[Hashable], values: NDArray[Any], attributes: dict[str, Any],
     encoding: Mapping[str, Any] | None = None,
-) -> xr.Variable:
+) -> xr.Variable:  # fmt: skip
     """A variable of an array that needs no conversion.
 
     xarray takes 1.5 us to find that out, a third of what it takes to evaluate a few cells; so, where its variables
@@ -226,36 +220,3 @@ def _variable(
     variable._dims, variable._data, variable._attrs = tuple(dims), values, attributes
     variable._encoding = None if encoding is None else dict(encoding)
     return variable
-
-
-def parameter_variable(name: str, dims: Sequence[Hashable], values: ArrayLike) -> xr.Variable:
-    """A coordinate that holds a parameter."""
-    return _variable(dims, np.array(values, np.float64), dict(_attributes_of_parameter(name)), _NO_FILL)
-
-
-@cache
-def _attributes_of_parameter(name: str) -> dict[str, Any]:
-    declared = QUANTITIES[name]
-    return {"units": declared.units, "long_name": declared.long_name} | _comment(name)
-
-
-def _comment(name: str) -> dict[str, str]:
-    """What NaN means, where it means something."""
-    declared = PARAMETERS.get(name)
-    return {"comment": f"NaN: {declared.absent}"} if declared and declared.absent else {}
-
-
-def _axis(c: Coordinate) -> xr.Variable:
-    """A coordinate of a grid; `axis_spacing` tells a plot how the values were laid out."""
-    attributes = {"units": c.units, "long_name": c.long_name, "axis_spacing": c.spacing} | _comment(c.name)
-    return xr.Variable((c.dim,), np.asarray(c.values, np.float64), attributes, _NO_FILL)
-
-
-def _labels(grid: Cells, dim: str, labels: Sequence[str]) -> xr.Variable:
-    """The index of a dimension whose points have names: values of one quantity, or points of a group."""
-    names = [c.long_name for c in grid.coords if c.dim == dim]
-    long_name = names[0] if len(names) == 1 else dim.replace("_", " ")
-    return xr.Variable((dim,), np.asarray(labels, str), {"long_name": long_name})
-
-
-# --- provenance -------------------------------------------------------------------------------------------------------

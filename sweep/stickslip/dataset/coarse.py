@@ -1,23 +1,27 @@
-"""Maps with more cells than a plot has pixels, reduced to pixels.
+"""Maps larger than memory, or than a plot: read chunk by chunk, and reduced to pixels.
+
+A chunk read here is whole along the last dimensions, like those our files are stored in, and consists of whole stored
+chunks of a lazy array where that is possible, so that none of them is read twice.
 
 A pixel of n x m cells has one value that stands for all of them: the most frequent flag, with a mark where the
 pixel holds others as well, or the mean of the cells that have a value. Nothing is skipped, so a thin regime shows at
-least as a mark; and cells are read chunk by chunk, so any map can be plotted in little memory.
+least as a mark.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil
+from itertools import product
+from math import ceil, prod
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.dataset.chunks import MOST_VALUES, Chunk, cut
-
+MOST_VALUES = 2**21  # of a chunk: 16 MiB of float64
+Chunk = dict[Hashable, slice]
 Pixel = tuple[int, int]  # rows and columns of cells
 _LEFT_OUT = -1  # where `where` left a flag out; no flag has this code
 
@@ -52,7 +56,7 @@ def flags(array: xr.DataArray, pixel: Pixel) -> Coarse:
     if pixel == (1, 1):
         cells = array.values
         return Coarse(cells, None, tuple(np.unique(cells).tolist()))
-    found: set[int] = set()
+    codes: set[int] = set()
     values, mixed = _blank(array.shape, pixel, array.dtype), _blank(array.shape, pixel, np.dtype(np.bool_))
     for place, cells in _chunks(array, pixel):
         present = np.unique(cells)
@@ -63,8 +67,8 @@ def flags(array: xr.DataArray, pixel: Pixel) -> Coarse:
         counts = np.stack([_sums(cells == code, pixel, np.int32) for code in present])
         values[place] = np.where(counts.any(axis=0), present[counts.argmax(axis=0)], _LEFT_OUT)
         mixed[place] = np.count_nonzero(counts, axis=0) > 1
-        found |= set(present.tolist())
-    return Coarse(values, mixed, tuple(sorted(found)))
+        codes |= set(present.tolist())
+    return Coarse(values, mixed, tuple(sorted(codes)))
 
 
 def _flags_with_gaps(array: xr.DataArray, pixel: Pixel) -> Coarse:
@@ -116,15 +120,15 @@ def between(array: xr.DataArray, pixel: Pixel, box: int) -> NDArray[np.float64]:
 
     known = [np.unique(np.append(np.arange(0, n, box if n > box else 1), n - 1)) for n in array.shape]
     values = picked(array, *known)
-    wanted = [middles(n, step) for n, step in zip(array.shape, pixel, strict=True)]
+    points = [middles(n, step) for n, step in zip(array.shape, pixel, strict=True)]
     if not np.isfinite(values).all():
-        return np.full([along.size for along in wanted], np.nan)
+        return np.full([along.size for along in points], np.nan)
     orders = [min(3, along.size - 1) for along in known]
-    return np.asarray(RectBivariateSpline(*known, values, kx=orders[0], ky=orders[1])(*wanted), np.float64)
+    return np.asarray(RectBivariateSpline(*known, values, kx=orders[0], ky=orders[1])(*points), np.float64)
 
 
 def middles(length: int, step: int) -> NDArray[np.intp]:
-    """Which cell lies in the middle of each pixel along an axis; the last pixel may be short."""
+    """The number of the cell in the middle of each pixel along an axis; the last pixel may be short."""
     starts = np.arange(0, length, step)
     return (starts + np.minimum(starts + step, length)) // 2
 
@@ -135,16 +139,13 @@ def _blank(shape: tuple[int, ...], pixel: Pixel, dtype: np.dtype[Any]) -> NDArra
 
 
 def _chunks(array: xr.DataArray, pixel: Pixel) -> Iterator[tuple[tuple[slice, ...], NDArray[Any]]]:
-    """Where among the pixels each chunk belongs, and its cells. A chunk is made of whole pixels."""
+    """Slices of pixels and the cells of each chunk, which is made of whole pixels."""
     across = max(1, MOST_VALUES // pixel[0] // pixel[1]) * pixel[1]
     down = max(1, MOST_VALUES // pixel[0] // min(across, array.shape[1])) * pixel[0]
     for chunk in cut(array.sizes, dict(zip(array.dims, (down, across), strict=True))):
-        yield _place(chunk, pixel), array.isel(chunk).values
-
-
-def _place(chunk: Chunk, pixel: Pixel) -> tuple[slice, ...]:
-    steps = zip(chunk.values(), pixel, strict=True)
-    return tuple(slice(part.start // step, ceil(part.stop / step)) for part, step in steps)
+        steps = zip(chunk.values(), pixel, strict=True)
+        place = tuple(slice(part.start // step, ceil(part.stop / step)) for part, step in steps)
+        yield place, array.isel(chunk).values
 
 
 def _sums(cells: NDArray[Any], pixel: Pixel, dtype: type[np.generic]) -> NDArray[Any]:
@@ -156,3 +157,36 @@ def _sums(cells: NDArray[Any], pixel: Pixel, dtype: type[np.generic]) -> NDArray
         cells = whole
     columnwise = cells.reshape(down, rows, across * columns).sum(axis=1, dtype=dtype)  # first down: the sum is shorter
     return np.asarray(columnwise.reshape(down, across, columns).sum(axis=2))
+
+
+# --- chunks -----------------------------------------------------------------------------------------------------------
+
+
+def chunks(array: xr.DataArray, most: int = MOST_VALUES) -> Iterator[Chunk]:
+    """Chunks of at most `most` values (or of one stored chunk) that make up the array, in the order of its cells."""
+    stored = {dim: max(lengths) for dim, lengths in array.chunksizes.items()}
+    stored = stored or array.encoding.get("preferred_chunks", {})  # of a file that is read without dask
+    steps = _steps(array.dims, array.sizes, stored, most)
+    return cut(array.sizes, dict(zip(array.dims, steps, strict=True)))
+
+
+def cut(lengths: Mapping[Hashable, int], steps: Mapping[Hashable, int]) -> Iterator[Chunk]:
+    """Ranges of `steps` points along each dimension, the last ones shorter; the last dimension runs fastest."""
+    starts = (range(0, length, steps[dim]) for dim, length in lengths.items())
+    for corner in product(*starts):
+        places = zip(lengths.items(), corner, strict=True)
+        yield {dim: slice(start, min(start + steps[dim], length)) for (dim, length), start in places}
+
+
+def _steps(
+    dims: Sequence[Hashable], lengths: Mapping[Hashable, int], stored: Mapping[Hashable, int], most: int
+) -> list[int]:
+    """Points per chunk along each dimension: a stored chunk, and more from the last dimension on if there is room."""
+    steps = [min(stored.get(dim, 1), max(1, lengths[dim])) for dim in dims]
+    for i in reversed(range(len(dims))):
+        length = max(1, lengths[dims[i]])
+        room = most // prod(steps[:i] + steps[i + 1 :])
+        steps[i] = length if room >= length else max(steps[i], room // steps[i] * steps[i])
+        if steps[i] < length:
+            break
+    return steps

@@ -15,7 +15,7 @@ Files and Python stay SI.
 from __future__ import annotations
 
 import re
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,9 +52,9 @@ class Unit:
     @property
     def printed(self) -> str:
         """The name for plots: powers are raised."""
-        return _POWER.sub(lambda found: found[1].translate(_RAISED), self.name.replace("*", " "))
+        return _POWER.sub(lambda power: power[1].translate(_RAISED), self.name.replace("*", " "))
 
-    def told(self, value: float, digits: int = 6) -> str:
+    def text(self, value: float, digits: int = 6) -> str:
         """A value in SI as text, with the unit as people type it."""
         return f"{self.of(value):.{digits}g} {self.name}".rstrip()
 
@@ -64,15 +64,13 @@ def unit_of(array: xr.DataArray, values: NDArray[Any] | None = None) -> Unit:
 
     values : those that are shown, where they are not all; of times, their size decides.
     """
-    si, asked = str(array.attrs.get("units", "1")), array.attrs.get(DISPLAY)
+    si, name = str(array.attrs.get("units", "1")), array.attrs.get(DISPLAY)
     if si == "1":
         return Unit()
-    if asked is None:
-        asked = _following(array, si) or _of_time(array, si, values)
-    if not asked:
-        return si_unit(array)
+    if name is None:
+        name = _unit_of_leader(array, si) or _unit_of_time(array, si, values)
     try:
-        return Unit(str(asked), units.factor(str(asked), si))
+        return Unit(str(name), units.factor(str(name), si)) if name else si_unit(array)
     except QuantityError:  # not in a file of ours
         return si_unit(array)
 
@@ -89,10 +87,10 @@ def displayed(array: xr.DataArray) -> tuple[NDArray[np.float64], str]:
     return unit.of(values), unit.name
 
 
-def with_units(ds: xr.Dataset, wanted: Mapping[str, str]) -> xr.Dataset:
+def with_units(ds: xr.Dataset, chosen: Mapping[str, str]) -> xr.Dataset:
     """The dataset, whose named variables and coordinates are shown in other units. Raises PlotError."""
     ds = ds.copy()
-    for name, unit in wanted.items():
+    for name, unit in chosen.items():
         if name not in ds.variables:
             raise PlotError(f"no {name!r} to show in {unit}; there are {', '.join(map(str, ds.variables))}")
         si = str(ds[name].attrs.get("units", "1"))
@@ -121,21 +119,21 @@ def _expected(si: str) -> str:
         return f"a unit like {units.spelled(si)}"
 
 
-def _following(array: xr.DataArray, si: str) -> str | None:
+def _unit_of_leader(array: xr.DataArray, si: str) -> str | None:
     """The unit of the coordinate that quantities of this kind follow."""
-    found = _asked_of(array.coords, _LEADERS.get(si, ()))
-    if found is None and si == "m":
-        speed = _SPEED.fullmatch(_asked_of(array.coords, _LEADERS["m s-1"]) or "")
-        found = speed[1] if speed else None
-    return found
+
+    def first(names: tuple[str, ...]) -> str | None:
+        known = (array.coords[name].attrs.get(DISPLAY) for name in names if name in array.coords)
+        return next((unit for unit in known if unit is not None), None)
+
+    unit = first(_LEADERS.get(si, ()))
+    if unit is None and si == "m":
+        speed = _SPEED.fullmatch(first(_LEADERS["m s-1"]) or "")
+        return speed[1] if speed else None
+    return unit
 
 
-def _asked_of(coords: Mapping[Hashable, xr.DataArray], names: tuple[str, ...]) -> str | None:
-    return next((coords[name].attrs[DISPLAY] for name in names
-                 if name in coords and DISPLAY in coords[name].attrs), None)  # fmt: skip
-
-
-def _of_time(array: xr.DataArray, si: str, values: NDArray[Any] | None) -> str | None:
+def _unit_of_time(array: xr.DataArray, si: str, values: NDArray[Any] | None) -> str | None:
     """Seconds, or a part of them, by the largest; a rate in Hz."""
     if si == "s-1":
         return "Hz"

@@ -20,12 +20,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.dataset.chunks import Chunk, chunks
+from stickslip.dataset.coarse import Chunk, chunks
 from stickslip.dataset.display import Unit, unit_of
 from stickslip.errors import StoreError, visible
 from stickslip.files.atomic import replaced
-from stickslip.files.formulas import inert, is_live
 from stickslip.files.targets import check_target
+from stickslip.files.texts import inert, is_live
 from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.flags import QUIET_STATES
 from stickslip.vocabulary.suggest import listed, nearest
@@ -38,12 +38,13 @@ _MOST_ROWS = 2**17  # put together at once
 _LONGEST_CELL = 32_767  # characters of a cell of Excel
 _DIGITS, _ALL_DIGITS = 6, 17  # of numbers; more where neighbours on an axis would be the same number
 _OF_BORDERS = ("regime_below", "regime_above", "regime_throughout", "method")
+Progress = Callable[[int, int], None]
 _ABOUT = ("title", "source", "history", "date_created", "references", "configuration")
 
 
 @dataclass(frozen=True)
 class Table:
-    """What becomes a table. dims, shape : of its rows, the last dimension running fastest.
+    """Columns of a result that become a table. dims, shape : of its rows, the last dimension running fastest.
 
     columns : coordinates first; none has other dimensions. left_out : variables that have, and are in no column.
     """
@@ -55,7 +56,7 @@ class Table:
 
     @property
     def rows(self) -> int:
-        """How many rows, without the headings."""
+        """The number of rows, without the headings."""
         return prod(self.shape)
 
     @cached_property
@@ -78,9 +79,6 @@ class Sheet:
     heading: Sequence[str]
     rows: Sequence[Sequence[str | float]]
     below: Sequence[Sequence[str]] = ()
-
-
-Move = Callable[[int, int], None]
 
 
 def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
@@ -108,11 +106,11 @@ def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
 
 def write_table(
     ds: xr.Dataset, path: str | os.PathLike[str], variables: Sequence[str] = (), *, decimal: str = ".",
-    moved: Move | None = None, front: Sheet | None = None,
+    progress: Progress | None = None, front: Sheet | None = None,
 ) -> Table:  # fmt: skip
     """Write a result as CSV or Excel, by the suffix of the path, replacing the file only once the new one is whole.
 
-    decimal : "," writes decimal commas and semicolons into CSV, for programs that expect these. moved : called with
+    decimal : "," writes decimal commas and semicolons into CSV, for programs that expect these. progress : called with
     (rows done, rows in all) from time to time. front : of a workbook, the sheet before all others. Returns the table,
     which knows what was left out. Raises StoreError.
     """
@@ -126,19 +124,19 @@ def write_table(
                 "hint: write .csv, or a part of the result (stickslip export --select)"
             )
         with replaced(target) as temporary:
-            _write_excel(ds, table, temporary, moved, front)
+            _write_excel(ds, table, temporary, progress, front)
         return table
     with replaced(target) as temporary:
-        _write_csv(table, temporary, decimal, moved)
+        _write_csv(table, temporary, decimal, progress)
     return table
 
 
-def _write_csv(table: Table, path: Path, decimal: str, moved: Move | None) -> None:
+def _write_csv(table: Table, path: Path, decimal: str, progress: Progress | None) -> None:
     import pandas as pd
 
     separator = ";" if decimal == "," else ","
     with path.open("w", encoding="utf-8-sig", newline="") as file:  # without the mark Excel reads Windows-1252
-        for number, frame in enumerate(_frames(table, moved)):
+        for number, frame in enumerate(_frames(table, progress)):
             if decimal == "," and "fit_quality" in frame:  # sentences with numbers
                 frame["fit_quality"] = frame["fit_quality"].str.replace(r"(?<=\d)\.(?=\d)", ",", regex=True)
             for place in (i for i, kind in enumerate(frame.dtypes) if kind.kind not in "biuf"):
@@ -148,23 +146,23 @@ def _write_csv(table: Table, path: Path, decimal: str, moved: Move | None) -> No
             frame.to_csv(file, header=number == 0, index=False, sep=separator, decimal=decimal, lineterminator="\n")
 
 
-def _write_excel(ds: xr.Dataset, table: Table, path: Path, moved: Move | None, front: Sheet | None) -> None:
+def _write_excel(ds: xr.Dataset, table: Table, path: Path, progress: Progress | None, front: Sheet | None) -> None:
     """The table in one sheet, and where it comes from in another; before both the one for people."""
     import pandas as pd
 
-    told = [(name, visible(str(ds.attrs[name]))[:_LONGEST_CELL]) for name in _ABOUT if name in ds.attrs]
-    told += [(str(name), unit_of(one).told(one.item()) if one.dtype.kind in "fiu" else str(one.item()))
-             for name, one in ds.coords.items() if not one.ndim]  # fmt: skip
+    about = [(name, visible(str(ds.attrs[name]))[:_LONGEST_CELL]) for name in _ABOUT if name in ds.attrs]
+    about += [(str(name), unit_of(c).text(c.item()) if c.dtype.kind in "fiu" else str(c.item()))
+              for name, c in ds.coords.items() if not c.ndim]  # fmt: skip
     with path.open("wb") as file, pd.ExcelWriter(file, engine="openpyxl") as writer:
         if front is not None:
             _write_front(writer.book.create_sheet(front.name), front)
-        whole = pd.concat(list(_frames(table, moved)), ignore_index=True)
+        whole = pd.concat(list(_frames(table, progress)), ignore_index=True)
         whole.to_excel(writer, sheet_name="data", index=False, freeze_panes=(1, 0))
         sheet = writer.sheets["data"]
         for number, name in enumerate(whole.columns, 1):
             letter = sheet.cell(1, number).column_letter
             sheet.column_dimensions[letter].width = min(max(len(str(name)) + 2, 10), 40)
-        pd.DataFrame(told, columns=["what", "value"]).to_excel(writer, sheet_name="about", index=False)
+        pd.DataFrame(about, columns=["what", "value"]).to_excel(writer, sheet_name="about", index=False)
         writer.sheets["about"].column_dimensions["A"].width = 30
         writer.sheets["about"].column_dimensions["B"].width = 100
         for name in writer.sheets:
@@ -207,7 +205,7 @@ def _embolden(cell: Any) -> None:
 # --- rows -------------------------------------------------------------------------------------------------------------
 
 
-def _frames(table: Table, moved: Move | None) -> Iterator[pd.DataFrame]:
+def _frames(table: Table, progress: Progress | None) -> Iterator[pd.DataFrame]:
     """The rows, a chunk of cells at a time, in the order of the cells."""
     import pandas as pd
 
@@ -222,8 +220,8 @@ def _frames(table: Table, moved: Move | None) -> Iterator[pd.DataFrame]:
         frame = pd.DataFrame(columns)
         yield frame
         done += len(frame)
-        if moved:
-            moved(done, table.rows)
+        if progress:
+            progress(done, table.rows)
 
 
 def _column(array: xr.DataArray, table: Table, chunk: Chunk) -> NDArray[Any]:
@@ -249,8 +247,8 @@ def _words(codes: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[Any]:
         names = {code: " + ".join(word for mask, word in masks.items() if code & mask) for code in range(256)}
     else:
         names = dict(zip(np.atleast_1d(attributes["flag_values"]).tolist(), meanings, strict=True))
-    found, place = np.unique(codes, return_inverse=True)
-    return np.array([names.get(code, str(code)) for code in found.tolist()], object)[place.reshape(codes.shape)]
+    present, place = np.unique(codes, return_inverse=True)
+    return np.array([names.get(code, str(code)) for code in present.tolist()], object)[place.reshape(codes.shape)]
 
 
 def _unit(array: xr.DataArray) -> Unit:
@@ -266,7 +264,7 @@ def _unit(array: xr.DataArray) -> Unit:
 
 
 def _digits(array: xr.DataArray) -> int:
-    """How many digits the numbers of a column have: six, more where neighbours on an axis lie closer."""
+    """The number of digits of a column: six, more where neighbours on an axis lie closer."""
     if array.dims != (array.name,) or array.dtype.kind != "f" or array.size < 2:
         return _DIGITS
     step = float(np.min(np.abs(np.diff(array.values)), where=np.diff(array.values) != 0, initial=np.inf))
@@ -288,7 +286,7 @@ def _rounded(values: NDArray[Any], digits: int) -> NDArray[np.float64]:
 
 
 def _coordinates(ds: xr.Dataset, dims: tuple[str, ...]) -> Iterator[tuple[str, xr.DataArray]]:
-    """What tells the rows apart: for each dimension its index, or a number, and what varies along it."""
+    """Columns that tell rows apart: for each dimension its index, or a number, and coordinates along it."""
     for dim in dims:
         beside = [str(name) for name in ds.coords if ds[name].dims == (dim,) and name != dim]
         if dim in ds.coords:
@@ -324,11 +322,11 @@ def _usual(ds: xr.Dataset) -> list[str]:
 def _by_node(ds: xr.Dataset) -> xr.Dataset:
     """Contours with what is known of lines at each of their nodes, and the number of the line."""
     times = ds["node_count"].values
-    of_line = {name: one for name, one in ds.variables.items() if one.dims == ("line",)}
-    repeated = {name: xr.Variable("node", np.repeat(one.values, times), one.attrs) for name, one in of_line.items()}
+    of_lines = {name: variable for name, variable in ds.variables.items() if variable.dims == ("line",)}
+    repeated = {name: xr.Variable("node", np.repeat(v.values, times), v.attrs) for name, v in of_lines.items()}
     number = xr.Variable("node", np.repeat(np.arange(times.size), times), {"long_name": "number of the line"})
-    coordinates = {name: one for name, one in repeated.items() if name in ds.coords}
-    variables = {name: one for name, one in repeated.items() if name not in ds.coords and name != "node_count"}
+    coordinates = {name: variable for name, variable in repeated.items() if name in ds.coords}
+    variables = {name: v for name, v in repeated.items() if name not in ds.coords and name != "node_count"}
     return ds.drop_dims("line").assign_coords({"line": number, **coordinates}).assign(variables)
 
 
@@ -337,13 +335,13 @@ def _without_bounds(ds: xr.Dataset) -> xr.Dataset:
     of the range that was searched have columns of their own. Ends of intervals that are open are empty too."""
     speed = {name: ds["quiet_above"].attrs[name] for name in ("units", DISPLAY) if name in ds["quiet_above"].attrs}
     known = ds["quiet_state"] == QUIET_STATES.index("border")
-    found = {str(name): one.where(np.isfinite(one)) for name, one in ds.data_vars.items()
-             if one.dtype.kind == "f" and one.dims[:1] == ("material",)}  # fmt: skip
+    changed = {str(name): v.where(np.isfinite(v)) for name, v in ds.data_vars.items()
+               if v.dtype.kind == "f" and v.dims[:1] == ("material",)}  # fmt: skip
     for name in ("a1", "a2", "a3", "a4", "mu_start") if "a1_low" in ds else ():  # from 0 to inf: not determined
-        found[f"{name}_low"] = ds[f"{name}_low"].where(np.isfinite(ds[f"{name}_high"]))
-    found |= {name: ds[name].where(known) for name in ("quiet_above", "margin") if name in ds}
+        changed[f"{name}_low"] = ds[f"{name}_low"].where(np.isfinite(ds[f"{name}_high"]))
+    changed |= {name: ds[name].where(known) for name in ("quiet_above", "margin") if name in ds}
     for name in ("searched_from", "searched_to"):
         ends = np.full(ds.sizes["material"], float(ds.attrs[name]))
-        told = f"{'slowest' if name.endswith('from') else 'fastest'} belt speed searched"
-        found[name] = xr.DataArray(ends, dims="material", attrs=speed | {"long_name": told})
-    return ds.assign(found)
+        long_name = f"{'slowest' if name.endswith('from') else 'fastest'} belt speed searched"
+        changed[name] = xr.DataArray(ends, dims="material", attrs=speed | {"long_name": long_name})
+    return ds.assign(changed)

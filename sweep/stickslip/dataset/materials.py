@@ -11,19 +11,19 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.dataset.build import parameter_variable, variable_of
-from stickslip.fit import MaterialFit
+from stickslip.dataset.build import NO_FILL, parameter_variable, variable_of
+from stickslip.fit import CurveFit, MaterialFit
+from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import MATERIAL_VARIABLES
 
 _CURVE_POINTS = 120
-_NO_FILL = {"_FillValue": None}
 _COEFFICIENTS = ("a1", "a2", "a3", "a4", "mu_start")
 
 
 @dataclass(frozen=True)
 class Material:
-    """One material: its fit, and what was found, by names of MATERIAL_VARIABLES; an array at several belt speeds.
+    """One material: its fit, and its results by names of MATERIAL_VARIABLES; arrays at several belt speeds.
 
     reason : why it is not ranked, beyond what the fit says of itself.
     """
@@ -44,7 +44,9 @@ def material_dataset(
     speeds : the belt speeds at which numbers are told, a dimension if there are several. over : by quantity its values,
     and quiet_above (material, values) there.
     """
-    rows = [one.values | _of_fit(one.fit) for one in materials]
+    rows = [material.values | _of_fit(material.fit) for material in materials]
+    fits = [material.fit for material in materials]
+    known = [fit.curve for fit in fits if fit.curve is not None]
     variables = {
         name: variable_of(declared, ("material", "belt_speed")[: array.ndim], array)
         for name, declared in MATERIAL_VARIABLES.items()
@@ -56,31 +58,31 @@ def material_dataset(
     for name in (*_COEFFICIENTS, "quiet_above"):
         variables[name].attrs["ancillary_variables"] = f"{name}_low {name}_high"
     for name in _COEFFICIENTS:
-        unit = variables[name].attrs["units"]
-        for end, which in enumerate(("low", "high")):
-            values = np.array([one.fit.curve.interval[name][end] for one in materials if one.fit.curve is not None])
-            told = {"units": unit, "long_name": f"{('lower', 'upper')[end]} end of the 95 % interval of {name}"}
-            variables[f"{name}_{which}"] = xr.Variable("material", values, told)
+        for end, (which, adjective) in enumerate({"low": "lower", "high": "upper"}.items()):
+            about = {
+                "units": variables[name].attrs["units"],
+                "long_name": f"{adjective} end of the 95 % interval of {name}",
+            }
+            variables[f"{name}_{which}"] = xr.Variable("material", [c.interval[name][end] for c in known], about)
     if "quiet_above_low" not in variables:
         del variables["quiet_above"].attrs["ancillary_variables"]
-    names = np.array([one.fit.name for one in materials], str)
-    variables["fit_quality"] = _text(
-        [f"{one.reason} {one.fit.curve.quality}".strip() for one in materials if one.fit.curve], "quality of the fit"
-    )
-    if any(one.fit.repeats for one in materials):
-        counts = np.array([max(len(one.fit.repeats), 1) for one in materials], np.int32)
+    names = np.array([fit.name for fit in fits], str)
+    qualities = [f"{material.reason} {curve.quality}".strip() for material, curve in zip(materials, known, strict=True)]
+    variables["fit_quality"] = _text(qualities, "quality of the fit")
+    if any(fit.repeats for fit in fits):
+        counts = np.array([max(len(fit.repeats), 1) for fit in fits], np.int32)
         variables["repeats"] = xr.Variable("material", counts, {"units": "1", "long_name": "repeats of the material"})
-        texts = ["; ".join(each.name for each in one.fit.repeats) for one in materials]
+        texts = ["; ".join(repeat.name for repeat in fit.repeats) for fit in fits]
         variables["repeat_names"] = _text(texts, "names of the repeats")
-    files = [dict.fromkeys(str(each.path) for each in one.fit.repeats or (one.fit,)) for one in materials]
+    files = [dict.fromkeys(str(repeat.path) for repeat in fit.repeats or (fit,)) for fit in fits]
     variables["file"] = _text(["; ".join(paths) for paths in files], "files of the measured points")
-    curves, grid = _curves(materials)
-    points, coordinates = _points(materials, names)
+    curves, grid = _curves(known)
+    points, coordinates = _points([fit.points for fit in fits], names)
     coordinates |= {
         "material": xr.Variable("material", names, {"long_name": "material"}),
-        "slip_speed": xr.Variable("slip_speed", grid, {"units": "m s-1", "long_name": "slip speed"}, _NO_FILL),
+        "slip_speed": xr.Variable("slip_speed", grid, {"units": "m s-1", "long_name": "slip speed"}, NO_FILL),
     }
-    if any(one.dims[-1:] == ("belt_speed",) for one in variables.values()):
+    if any(variable.dims[-1:] == ("belt_speed",) for variable in variables.values()):
         coordinates["belt_speed"] = parameter_variable("belt_speed", ("belt_speed",), speeds)
     for name, (places, borders) in (over or {}).items():
         variables[f"quiet_above_over_{name}"] = variable_of(
@@ -89,14 +91,19 @@ def material_dataset(
         coordinates[name] = (
             parameter_variable(name, (name,), places)
             if name in PARAMETERS
-            else xr.Variable(name, np.array(places), {"units": "1", "long_name": "scale of friction"}, _NO_FILL)
+            else xr.Variable(name, np.array(places), {"units": "1", "long_name": "scale of friction"}, NO_FILL)
         )
     ds = xr.Dataset(variables | curves | points, coordinates, dict(attributes))
-    return _with_display_units(ds, materials)
+    unit = next((fit.points.units["speed"] for fit in fits if "speed" in fit.points.units), None)
+    if unit is not None:  # that in which the first file has speeds
+        for variable in ds.variables.values():
+            if variable.attrs.get("units") == "m s-1":
+                variable.attrs[DISPLAY] = unit
+    return ds
 
 
 def speeds_of(ds: xr.Dataset) -> list[float]:
-    """The belt speeds (m/s) that a comparison was asked about; of a range its ends."""
+    """The belt speeds (m/s) of a comparison; of a range its ends."""
     if "belt_speed" in ds.coords:
         return [float(speed) for speed in ds["belt_speed"].values]
     return [float(ds.attrs[n]) for n in ("belt_speed", "speed_range_from", "speed_range_to") if n in ds.attrs]
@@ -105,9 +112,8 @@ def speeds_of(ds: xr.Dataset) -> list[float]:
 def _of_fit(fit: MaterialFit) -> dict[str, float]:
     curve = fit.curve
     assert curve is not None
-    found = {name: float(getattr(curve, name)) for name in _COEFFICIENTS}
     slowest, fastest = curve.speeds
-    return found | {
+    return {name: float(getattr(curve, name)) for name in _COEFFICIENTS} | {
         "residual_rms": curve.residual_rms, "points": curve.points, "slowest_point": slowest, "fastest_point": fastest,
         "fit_good": float(curve.good),
     }  # fmt: skip
@@ -117,52 +123,37 @@ def _text(values: Sequence[str], long_name: str) -> xr.Variable:
     return xr.Variable("material", np.array(values, object), {"long_name": long_name})  # Zarr has no other texts
 
 
-def _curves(materials: Sequence[Material]) -> tuple[dict[str, xr.Variable], NDArray[np.float64]]:
+def _curves(curves: Sequence[CurveFit]) -> tuple[dict[str, xr.Variable], NDArray[np.float64]]:
     """The fitted curves over a common grid, each between its slowest and its fastest point; NaN elsewhere."""
-    curves = [one.fit.curve for one in materials if one.fit.curve is not None]
-    slowest, fastest = min(one.speeds[0] for one in curves), max(one.speeds[1] for one in curves)
-    ends = [speed for one in curves for speed in one.speeds]
-    begin = min(speed for speed in [*ends, *(one.searched[0] * 10 for one in curves)] if speed > 0)
-    grid = np.unique(np.concatenate([np.geomspace(begin, fastest, _CURVE_POINTS), ends, [slowest]]))
-    found = {}
-    bands = [one.band(grid) for one in curves]
-    columns = {
-        "friction": [one.predict(grid) for one in curves], "friction_low": [band[0] for band in bands],
-        "friction_high": [band[1] for band in bands],
-    }  # fmt: skip
-    outside = np.array([(grid < one.speeds[0]) | (grid > one.speeds[1]) for one in curves])
-    for name, values in columns.items():
-        shown = np.where(outside, np.nan, np.array(values))
-        found[name] = variable_of(MATERIAL_VARIABLES[name], ("material", "slip_speed"), shown)
-    return found, grid
+    ends = [speed for curve in curves for speed in curve.speeds]
+    begin = min(speed for speed in [*ends, *(curve.searched[0] * 10 for curve in curves)] if speed > 0)
+    grid = np.unique(np.concatenate([np.geomspace(begin, max(ends), _CURVE_POINTS), ends]))
+    outside = np.array([(grid < curve.speeds[0]) | (grid > curve.speeds[1]) for curve in curves])
+    low, high = zip(*(curve.band(grid) for curve in curves), strict=True)
+    columns = {"friction": [c.predict(grid) for c in curves], "friction_low": low, "friction_high": high}
+    return {
+        name: variable_of(
+            MATERIAL_VARIABLES[name], ("material", "slip_speed"), np.where(outside, np.nan, np.array(values))
+        )
+        for name, values in columns.items()
+    }, grid
 
 
 def _points(
-    materials: Sequence[Material], names: NDArray[np.str_]
+    points: Sequence[Mapping[str, NDArray[np.float64]]], names: NDArray[np.str_]
 ) -> tuple[dict[str, xr.Variable], dict[str, xr.Variable]]:
-    """What was measured, one material after the other."""
-    points = [one.fit.points for one in materials]
-    sizes = [one["mu"].size if "mu" in one else 0 for one in points]
+    """The measured points, one material after the other, and their coordinates."""
     nothing = np.zeros(0)
-    sigma = [one.get("sigma", np.full(size, np.nan)) for one, size in zip(points, sizes, strict=True)]
-    friction = np.concatenate([one.get("mu", nothing) for one in points])
+    sizes = [table.get("mu", nothing).size for table in points]
+    sigma = [table.get("sigma", np.full(size, np.nan)) for table, size in zip(points, sizes, strict=True)]
+    friction = np.concatenate([table.get("mu", nothing) for table in points])
     variables = {"point_friction": variable_of(MATERIAL_VARIABLES["point_friction"], ("point",), friction)}
-    if any("sigma" in one for one in points):
+    if any("sigma" in table for table in points):
         variables["point_sigma"] = variable_of(MATERIAL_VARIABLES["point_sigma"], ("point",), np.concatenate(sigma))
-    speeds = np.concatenate([one.get("speed", nothing) for one in points])
+    speeds = np.concatenate([table.get("speed", nothing) for table in points])
     owner = np.repeat(names, sizes).astype(object)
     coordinates = {
-        "point_speed": xr.Variable("point", speeds, {"units": "m s-1", "long_name": "measured slip speed"}, _NO_FILL),
+        "point_speed": xr.Variable("point", speeds, {"units": "m s-1", "long_name": "measured slip speed"}, NO_FILL),
         "point_material": xr.Variable("point", owner, {"long_name": "material of the point"}),
     }
     return variables, coordinates
-
-
-def _with_display_units(ds: xr.Dataset, materials: Sequence[Material]) -> xr.Dataset:
-    """The dataset; speeds know the unit in which the first file wrote them."""
-    written = next((one.fit.points.units["speed"] for one in materials if "speed" in one.fit.points.units), None)
-    if written is not None:
-        for variable in ds.variables.values():
-            if variable.attrs.get("units") == "m s-1":
-                variable.attrs["display_units"] = written
-    return ds

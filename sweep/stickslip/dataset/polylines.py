@@ -1,4 +1,4 @@
-"""Borders of lines side by side as polylines: which crossing of a line goes on as which of the next.
+"""Borders as polylines: the lines of contours, and crossings of lines side by side, joined.
 
 A crossing goes on where the neighbouring line has one with the same regimes below and above, in the same order; where a
 line has more of a kind than its neighbour, those are taken that lie nearest. Where nothing agrees there is a gap.
@@ -7,16 +7,45 @@ line has more of a kind than its neighbour, those are taken that lie nearest. Wh
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.contours import Polyline, is_contours, plane_names, polylines
+from stickslip.dataset.studies import CONTAINER
 
 Floats = NDArray[np.float64]
 Kind = tuple[int, int]  # regimes below and above
+
+
+@dataclass(frozen=True, eq=False)
+class Polyline:
+    """One line: its nodes (n,), and the flags of the regimes to its left and right as x and y grow to right and up."""
+
+    x: Floats
+    y: Floats
+    left: int
+    right: int
+    closed: bool
+
+
+def plane_names(ds: xr.Dataset) -> tuple[str, str]:
+    """The two parameters of the plane of contours, x and y."""
+    x, y = str(ds[CONTAINER].attrs["node_coordinates"]).split()
+    return x, y
+
+
+def polylines(ds: xr.Dataset, chosen: NDArray[np.bool_] | None = None) -> Iterator[Polyline]:
+    """The lines of contours, or those of them that `chosen` (lines,) marks."""
+    x, y = (ds[name].values for name in plane_names(ds))
+    stops = np.cumsum(ds["node_count"].values)
+    columns = [ds[name].values for name in ("node_count", "regime_left", "regime_right", "closed")]
+    for i, (stop, count, left, right, closed) in enumerate(zip(stops, *columns, strict=True)):
+        if chosen is None or chosen[i]:
+            nodes = slice(int(stop) - int(count), int(stop))
+            yield Polyline(x[nodes], y[nodes], int(left), int(right), bool(closed))
 
 
 def border_lines(ds: xr.Dataset, x: MapAxis, y: MapAxis, at: Mapping[Hashable, object]) -> Iterator[Polyline]:
@@ -25,7 +54,7 @@ def border_lines(ds: xr.Dataset, x: MapAxis, y: MapAxis, at: Mapping[Hashable, o
     at : values of the other dimensions of the map in the panel that is drawn. Nothing where the dataset says nothing of
     such a map.
     """
-    if is_contours(ds):
+    if CONTAINER in ds.variables and "node_coordinates" in ds[CONTAINER].attrs:
         if {x.dim, y.dim} == set(plane_names(ds)):
             yield from _contours(ds, x, at)
         return
@@ -33,13 +62,12 @@ def border_lines(ds: xr.Dataset, x: MapAxis, y: MapAxis, at: Mapping[Hashable, o
     across = next((axis for axis in (x, y) if axis.dim != along), x)
     if {x.dim, y.dim} != {along, across.dim} or across.dim not in ds["border"].dims or not across.is_numeric:
         return
-    one = _panel(ds, [dim for dim in ds["border"].dims if dim not in (across.dim, "crossing")], at)
-    if one is None:
+    panel = _panel(ds, [dim for dim in ds["border"].dims if dim not in (across.dim, "crossing")], at)
+    if panel is None:
         return
-    one = one.transpose(across.dim, ...).sortby(across.dim)
-    for places, values, (below, above) in joined_crossings(
-        one[across.dim].values, one["border"].values, one["regime_below"].values, one["regime_above"].values
-    ):
+    panel = panel.transpose(across.dim, ...).sortby(across.dim)
+    columns = (panel[name].values for name in (across.dim, "border", "regime_below", "regime_above"))
+    for places, values, (below, above) in joined_crossings(*columns):
         # x grows to the right and y upwards: what is above a horizontal run of a line is to its left
         if across is x:
             yield Polyline(places, values, above, below, False)
@@ -58,11 +86,10 @@ def joined_crossings(
     growing: list[tuple[Kind, list[tuple[float, float]]]] = []
     for place, row, low, high in zip(places, border, below, above, strict=True):
         new = [((int(b), int(a)), float(v)) for v, b, a in zip(row, low, high, strict=True) if not np.isnan(v)]
-        kept = matched([kind for kind, _ in growing], [points[-1][1] for _, points in growing],
-                       [kind for kind, _ in new], [value for _, value in new])  # fmt: skip
-        going_on = dict(kept)
-        following = {j: growing[i] for i, j in going_on.items()}
-        finished += [line for i, line in enumerate(growing) if i not in going_on]
+        pairs = dict(matched([kind for kind, _ in growing], [points[-1][1] for _, points in growing],
+                             [kind for kind, _ in new], [value for _, value in new]))  # fmt: skip
+        following = {j: growing[i] for i, j in pairs.items()}
+        finished += [line for i, line in enumerate(growing) if i not in pairs]
         growing = []
         for j, (kind, value) in enumerate(new):
             line = following.get(j, (kind, []))
@@ -85,33 +112,33 @@ def matched(
             if kinds[i] == next_kinds[j]:
                 count, away, pairs = best[i + 1, j + 1]
                 choices.append((count + 1, away + abs(values[i] - next_values[j]), [(i, j), *pairs]))
-            best[i, j] = max(choices, key=lambda one: (one[0], -one[1]))
+            best[i, j] = max(choices, key=lambda choice: (choice[0], -choice[1]))
     return best[0, 0][2]
 
 
 def other_cells(ds: xr.Dataset, at: Mapping[Hashable, object]) -> str | None:
-    """What a dataset of borders and a map of other cells differ in, in words; None if they may belong together."""
+    """The difference between the cells of borders and of a map, in words; None if they may belong together."""
     for name, value in at.items():
         if name in ds.coords and not ds[name].dims and not _equal(ds[name].values, value):
             return f"{name} is {ds[name].values} there and {value} in the map"
     return None
 
 
-def _equal(one: NDArray[np.generic], other: object) -> NDArray[np.bool_]:
-    """Whether values are the same; NaN, which stands for a word, is the same as itself."""
-    theirs = np.asarray(other)
-    if one.dtype.kind in "fiu" and theirs.dtype.kind in "fiu":
-        return np.asarray(np.isclose(one, theirs, rtol=1e-12, atol=0.0, equal_nan=True))
-    return np.asarray(one == theirs)
+def _equal(values: NDArray[np.generic], other: object) -> NDArray[np.bool_]:
+    """Flags of equal values; NaN, which stands for a word, equals itself."""
+    others = np.asarray(other)
+    if values.dtype.kind in "fiu" and others.dtype.kind in "fiu":
+        return np.asarray(np.isclose(values, others, rtol=1e-12, atol=0.0, equal_nan=True))
+    return np.asarray(values == others)
 
 
 def _contours(ds: xr.Dataset, x: MapAxis, at: Mapping[Hashable, object]) -> Iterator[Polyline]:
     """The lines of one panel, with the axes of the map."""
-    wanted = np.ones(ds.sizes["line"], np.bool_)
+    chosen = np.ones(ds.sizes["line"], np.bool_)
     for name, value in at.items():
         if name in ds.coords and ds[name].dims == ("line",):
-            wanted &= _equal(ds[name].values, value)
-    for line in polylines(ds, wanted):
+            chosen &= _equal(ds[name].values, value)
+    for line in polylines(ds, chosen):
         if plane_names(ds)[0] == x.dim:
             yield line
         else:  # what was to the left is to the right in a mirror
@@ -123,8 +150,8 @@ def _panel(ds: xr.Dataset, dims: Sequence[Hashable], at: Mapping[Hashable, objec
     for dim in dims:
         if dim not in at or dim not in ds.coords:
             return None
-        found = np.flatnonzero(_equal(ds[dim].values, at[dim]))
-        if not found.size:
+        places = np.flatnonzero(_equal(ds[dim].values, at[dim]))
+        if not places.size:
             return None
-        ds = ds.isel({dim: int(found[0])})
+        ds = ds.isel({dim: int(places[0])})
     return ds

@@ -1,4 +1,4 @@
-"""What made these numbers, from what, when: the global attributes of a dataset."""
+"""The global attributes of a dataset: what made its numbers, from what, when."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 import platform
 import subprocess
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -30,7 +31,7 @@ def provenance(
     institution: str | None = None,
     more: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
-    """Global attributes: what made these numbers, from what, when.
+    """The global attributes of a dataset.
 
     configuration : the resolved configuration as text, everything needed to compute the dataset again.
     action : what was done, for the history line (a command, say).
@@ -80,10 +81,8 @@ def _revision(root: Path) -> str | None:
 @cache  # read from the files of the packages, a millisecond
 def software() -> str:
     """Versions of what the numbers depend on, and the kind of machine."""
-    found = [f"Python {platform.python_version()}"]
+    versions = [f"Python {platform.python_version()}"]
     for package in _REPORTED_PACKAGES:
-        try:
-            found.append(f"{package} {version(package)}")
-        except PackageNotFoundError:
-            continue
-    return ", ".join([*found, f"{platform.system()} {platform.machine()}"])
+        with suppress(PackageNotFoundError):
+            versions.append(f"{package} {version(package)}")
+    return ", ".join([*versions, f"{platform.system()} {platform.machine()}"])

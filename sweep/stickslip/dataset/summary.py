@@ -1,4 +1,4 @@
-"""Shares of the regimes in a map, and how many cells need attention."""
+"""Shares of the regimes in a map, how many cells need attention, and which variables it does not hold."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from stickslip.config.reader import parse_config
 from stickslip.config.unit_warnings import one_regime_question
-from stickslip.dataset.chunks import chunks
+from stickslip.dataset.coarse import chunks
 from stickslip.vocabulary.flags import FLAGS, REGIMES, flag_label
+from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.suggest import listed
 
 BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact
 _CODES = 256  # what fits in the byte of a flag
@@ -64,29 +66,29 @@ def named(counts: NDArray[np.int64], flag: str) -> dict[str, int]:
     return known | {f"code_{code}": int(counts[code]) for code in unknown}
 
 
-def remark(found: Mapping[str, Share], file: str | None = None, bad: Collection[str] = BAD_REGIMES) -> str | None:
-    """What to tell of cells without a result; None if there are none.
+def remark(parts: Mapping[str, Share], file: str | None = None, bad: Collection[str] = BAD_REGIMES) -> str | None:
+    """A line about cells without a result; None if there are none.
 
-    found : what `summary` gives. file : of the map, for the command that lists them.
+    parts : as `summary` gives them. file : of the map, for the command that lists them.
     """
-    counts = [f"{found[name].cells:,} {name.replace('_', ' ')}" for name in REGIMES if name in bad and name in found]
+    counts = [f"{parts[name].cells:,} {name.replace('_', ' ')}" for name in REGIMES if name in bad and name in parts]
     if not counts:
         return None
-    cells = sum(found[name].cells for name in bad if name in found)
-    text = f"{' and '.join([', '.join(counts[:-1]), counts[-1]] if counts[:-1] else counts)} cell{'s' * (cells != 1)}"
+    cells = sum(parts[name].cells for name in bad if name in parts)
+    text = f"{listed(counts, 'and')} cell{'s' * (cells != 1)}"
     return text if file is None else f"{text}: stickslip inspect {shlex.quote(file)}"
 
 
-def one_regime_remark(ds: xr.Dataset, found: Mapping[str, Share]) -> str | None:
-    """What to ask about a map whose cells all have one regime, if a value in its configuration is implausible."""
+def one_regime_remark(ds: xr.Dataset, parts: Mapping[str, Share]) -> str | None:
+    """A question about a map whose cells all have one regime, if a value in its configuration is implausible."""
     text = str(ds.attrs.get("configuration", ""))
-    if len(found) != 1 or "axes:" not in text:  # cells computed one by one have no configuration
+    if len(parts) != 1 or "axes:" not in text:  # cells computed one by one have no configuration
         return None
-    return one_regime_question(parse_config(text), flag_label(next(iter(found))))
+    return one_regime_question(parse_config(text), flag_label(next(iter(parts))))
 
 
 def step_limit_remark(ds: xr.Dataset, file: str | None = None) -> str | None:
-    """What to tell of cells that ran out of steps; None if there are none. file : as for `remark`.
+    """A line about cells that ran out of steps; None if there are none. file : as for `remark`.
 
     Of a map that does not keep `status`, that it could tell why cells are unresolved.
     """
@@ -98,3 +100,27 @@ def step_limit_remark(ds: xr.Dataset, file: str | None = None) -> str | None:
         return None
     text = f"{limited:,} cell{'s' * (limited != 1)} ended at the step limit; solver: {{max_steps: ...}} raises it"
     return text if file is None else f"{text}: stickslip inspect {shlex.quote(file)} --status step_limit"
+
+
+def why_absent(ds: xr.Dataset, *names: str) -> str | None:
+    """The reason why a map lacks the variables `names`, and how to get them; None if it holds them or never would.
+
+    Two lines: `holds no damping_ratio, ...` and the hint. `output: {variables: [...]}` may leave variables out; a map
+    to the horizon (early_stop: false) has some that no other has.
+    """
+    there = [str(name) for name in ds.data_vars if name in VARIABLES]
+    absent = [name for name in names if name in VARIABLES and name not in there]
+    if not absent or "regime" not in there:
+        return None
+    to_horizon = [name for name in absent if VARIABLES[name].when == "full"]
+    if to_horizon and VARIABLES.keys() - set(there) == {v.name for v in VARIABLES.values() if v.when == "full"}:
+        return (
+            f"holds no {listed(absent, 'and')}, which only a run to a horizon defines\n"
+            "hint: solver: {early_stop: false, horizon: ...} computes to a horizon"
+        )
+    variables = ", ".join(name for name in VARIABLES if name in there or name in absent)
+    return (
+        f"holds no {listed(absent, 'and')}, since output.variables kept {listed(there, 'and')} alone\n"
+        f"hint: stickslip run CONFIG --set 'output.variables=[{variables}]' -o other.nc computes the map with "
+        f"{'it' if len(absent) == 1 else 'them'}"
+    )

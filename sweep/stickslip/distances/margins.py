@@ -17,7 +17,7 @@ from stickslip.config.model import Config
 from stickslip.config.studies import Margins
 from stickslip.dataset.build import grid_coordinates, parameter_variable
 from stickslip.dataset.given import given_cells
-from stickslip.dataset.margins import ON_SIDES, SIDES, margin_dataset
+from stickslip.dataset.studies import ON_SIDES, SIDES, margin_dataset
 from stickslip.distances.joint import MOST_STEPS, Cheapest, cheapest
 from stickslip.distances.reach import FACTOR, Reach, parameters_of, reach_of, with_measured, within_of
 from stickslip.distances.single import Borders, Floats, Labels, Search, codes, decided, nearest

@@ -14,7 +14,7 @@ from stickslip.engine.scales import Scales, to_kernel, to_si
 from stickslip.engine.threads import in_order, spread, stop_flag
 from stickslip.engine.traces import flows, sampled, trajectory
 from stickslip.errors import NotReachedError
-from stickslip.files.machine import processors
+from stickslip.files.process import processors
 
 __all__ = [
     "Computed", "NotReachedError", "Options", "Progress", "Results", "RigRuns", "Sampling", "Scales",

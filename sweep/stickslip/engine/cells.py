@@ -18,7 +18,7 @@ from stickslip.engine.options import Computed, Options, Progress, Results, StopF
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import spread, stop_flag
 from stickslip.errors import StoppedError
-from stickslip.files.machine import processors
+from stickslip.files.process import processors
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.results import VARIABLES
 from stickslip_kernels import layout

@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from stickslip.engine.options import StopFlag
-from stickslip.files.machine import processors
+from stickslip.files.process import processors
 
 T = TypeVar("T")
 Item = TypeVar("Item")

@@ -1,65 +1,72 @@
-"""The widgets beside the map: its sides, its variable, and a slider for every other quantity."""
+"""The widgets beside the map (sides, variable, sliders) and below it (pins, sound, files, what reproduces it)."""
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from math import isnan
 from typing import Any
 
-from bokeh.models import Button, Checkbox, Column, Row, Select, Slider, UIElement
+from bokeh.models import Button, Checkbox, Column, ColumnDataSource, CustomJS, Row, Select, Slider, UIElement
 
+from stickslip import sound
 from stickslip.dataset.axis import spoken
-from stickslip.explore.axes import words_of
-from stickslip.explore.knobs import Knob, is_listed, knobs_of, picker_of
-from stickslip.explore.page import WIDGETS
-from stickslip.explore.subject import Subject
-from stickslip.explore.view import View, sides, start_value
+from stickslip.explore import page
+from stickslip.explore.figures import place_format
+from stickslip.explore.html import part
+from stickslip.explore.motions import CellMotions
+from stickslip.explore.page import WIDGETS, words
+from stickslip.explore.source import Source
+from stickslip.explore.view import SliderRange, View, is_listed, labels_of, sides, sliders_of, start_value
 from stickslip.vocabulary.parameter import NAN
 
 _STEPS = 400  # of a slider
 _ROUNDING = 1e-6  # of a step: what the browser makes of zero, adding up steps
-
-Changed = Callable[[str, float], None]
-Picked = Callable[[str, int], None]
-Sided = Callable[[str, str], None]
+_PACES = (
+    ("0.01", "100 times faster (slow 0.01)"),
+    ("0.1", "10 times faster (slow 0.1)"),
+    ("1", "true pitch"),
+    ("10", "10 times slower (slow 10)"),
+    ("100", "100 times slower (slow 100)"),
+)
+_SECONDS = 2.0
+_LOUDEST = 0.9  # of full scale, where a sound is made as loud as may be
+_WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", "stylesheets": [WIDGETS]}
 
 
 class Controls:
-    """The widgets, which are made anew where the sides of the map change.
+    """The widgets beside the map, which are made anew where its sides change.
 
     Calls `changed` with a quantity and its value in SI (NaN: absent), `picked` with a listed axis and a position,
     `sided` with both sides, `varied` with a variable, `reset` with nothing.
     """
 
     def __init__(
-        self, subject: Subject, *, changed: Changed, picked: Picked, sided: Sided, varied: Callable[[str], None],
-        reset: Callable[[], None],
+        self, source: Source, *, changed: Callable[[str, float], None], picked: Callable[[str, int], None],
+        sided: Callable[[str, str], None], varied: Callable[[str], None], reset: Callable[[], None],
     ) -> None:  # fmt: skip
-        self._subject, self._changed, self._picked, self._sided = subject, changed, picked, sided
+        self._source, self._changed, self._picked, self._sided = source, changed, picked, sided
         self.column = Column(name="controls", sizing_mode="stretch_width", spacing=2)
-        self.variable = _select("colours show", [("regime", "regime of motion")], "regime", "variable")
-        self.variable.on_change("value", lambda _a, _o, new: varied(new))
-        self._reset = Button(
-            label="Reset to the file", name="reset", sizing_mode="stretch_width", stylesheets=[WIDGETS]
-        )
+        self.variable = _select("colours show", [("regime", "regime of motion")], "regime", "variable", varied)
+        self._reset = Button(label="Reset to the file", name="reset", **_WIDE)
         self._reset.on_click(reset)
 
     def show(self, view: View) -> None:
         """Make the widgets of a view."""
-        subject = self._subject
-        offered = [(name, spoken(name)) for name in sides(subject)]
-        y = _select("up", offered, view.y, "side_y")
-        x = _select("to the right", offered, view.x, "side_x")
-        y.on_change("value", lambda _a, _o, new: self._sided(new, view.x))
-        x.on_change("value", lambda _a, _o, new: self._sided(view.y, new))
-        pickers: list[UIElement] = [
-            self._picker(name, view)
-            for name, axis in subject.axes.items()
-            if is_listed(axis) and name not in view.plane
-        ]
-        knobs = list(knobs_of(subject, view.plane))
-        common = [self._knob(knob, view) for knob in knobs if not knob.rare]
-        rare = Column(children=[self._knob(knob, view) for knob in knobs if knob.rare], visible=False,
+        source = self._source
+        offered = [(name, spoken(name)) for name in sides(source)]
+        y = _select("up", offered, view.y, "side_y", lambda new: self._sided(new, view.x))
+        x = _select("to the right", offered, view.x, "side_x", lambda new: self._sided(view.y, new))
+        pickers = [
+            _select(spoken(name), [(str(i), label) for i, label in enumerate(labels_of(source, axis))],
+                    str(view.points.get(name, 0)), f"pick_{name}", partial(self._pick, name))
+            for name, axis in source.axes.items() if is_listed(axis) and name not in view.plane
+        ]  # fmt: skip
+        ranges = list(sliders_of(source, view.plane))
+        common = [self._slider(one, view) for one in ranges if not one.rare]
+        rare = Column(children=[self._slider(one, view) for one in ranges if one.rare], visible=False,
                       sizing_mode="stretch_width", spacing=2)  # fmt: skip
         more = Checkbox(label="ageing and start", name="more", stylesheets=[WIDGETS])
         more.on_change("active", lambda _a, _o, new: setattr(rare, "visible", new))
@@ -67,61 +74,157 @@ class Controls:
         self.column.children = [self.variable, beside, *pickers, *common, more, rare, self._reset]
 
     def offer(self, variables: list[tuple[str, str]]) -> None:
-        """The variables that can be drawn."""
+        """Offer the variables that can be drawn."""
         if variables != self.variable.options:
             self.variable.options = variables
 
-    def _picker(self, name: str, view: View) -> Select:
-        axis: Any = self._subject.axes[name]
-        labels = picker_of(axis).labels
-        options = [(str(i), label) for i, label in enumerate(labels)]
-        select = _select(spoken(name), options, str(view.points.get(name, 0)), f"pick_{name}")
-        select.on_change("value", lambda _a, _o, new: self._picked(name, int(new)))
-        return select
+    def _pick(self, name: str, point: str) -> None:
+        self._picked(name, int(point))
 
-    def _knob(self, knob: Knob, view: View) -> UIElement:
+    def _slider(self, limits: SliderRange, view: View) -> UIElement:
         """The slider of a quantity, with a box that switches it on where it may be absent."""
-        value = view.values.get(knob.name, start_value(self._subject, view, knob.name))
-        slider = _slider(knob, knob.otherwise if isnan(value) else value)
-        if not knob.may_be_absent:
-            slider.on_change("value", lambda _a, _o, new: self._changed(knob.name, _si(knob, new)))
+        name, label = limits.name, spoken(limits.name)
+        value = view.values.get(name, start_value(self._source, name))
+        slider = _slider(limits, label, limits.otherwise if isnan(value) else value)
+        if not limits.may_be_absent:
+            slider.on_change("value", lambda _a, _o, new: self._changed(name, _si(limits, new)))
             return slider
-        slider.disabled, slider.title = isnan(value), _title(knob, not isnan(value))
-        switch = Checkbox(active=not isnan(value), name=f"on_{knob.name}", width=22, stylesheets=[WIDGETS])
+        switch = Checkbox(active=not isnan(value), name=f"on_{name}", width=22, stylesheets=[WIDGETS])
 
-        def tell(_attribute: str, _old: object, _new: object) -> None:
-            slider.disabled, slider.title = not switch.active, _title(knob, switch.active)
-            self._changed(knob.name, _si(knob, float(slider.value)) if switch.active else NAN)
+        def show_switch() -> None:
+            slider.disabled, slider.title = not switch.active, label if switch.active else f"{label} (off)"
 
-        switch.on_change("active", tell)
-        slider.on_change("value", lambda a, o, n: tell(a, o, n) if switch.active else None)
+        def switched(_attribute: str, _old: object, _new: object) -> None:
+            show_switch()
+            self._changed(name, _si(limits, float(slider.value)) if switch.active else NAN)
+
+        show_switch()
+        switch.on_change("active", switched)
+        slider.on_change("value", lambda a, o, n: switched(a, o, n) if switch.active else None)
         return Row(children=[switch, slider], sizing_mode="stretch_width", spacing=0)
 
 
-def _title(knob: Knob, on: bool) -> str:
-    return spoken(knob.name) if on else f"{spoken(knob.name)} (off)"
-
-
-def _slider(knob: Knob, value: float) -> Slider:
+def _slider(limits: SliderRange, label: str, value: float) -> Slider:
     """A slider over the places of a quantity in its unit."""
-    unit = knob.unit
-    low, high, at = (knob.place(one / unit.factor) for one in (knob.low, knob.high, value))
+    unit = limits.unit
+    low, high, at = (limits.place(one / unit.size) for one in (limits.low, limits.high, value))
     step = (high - low) / _STEPS
     return Slider(
-        start=low, end=high, value=min(max(at, low), high), step=step, title=spoken(knob.name),
-        format=words_of(knob.is_log, unit.name, _ROUNDING * step), name=f"knob_{knob.name}",
-        sizing_mode="stretch_width", stylesheets=[WIDGETS],
+        start=low, end=high, value=min(max(at, low), high), step=step, title=label, name=f"slider_{limits.name}",
+        format=place_format(limits.is_log, unit.name, _ROUNDING * step), **_WIDE,
     )  # fmt: skip
 
 
-def _si(knob: Knob, place: float) -> float:
+def _si(limits: SliderRange, place: float) -> float:
     """The value of a place on the slider."""
-    span = (knob.high - knob.low) / knob.unit.factor
-    if not knob.is_log and abs(place) < _ROUNDING * span / _STEPS:
+    span = (limits.high - limits.low) / limits.unit.size
+    if not limits.is_log and abs(place) < _ROUNDING * span / _STEPS:
         return 0.0
-    return knob.value(float(place)) * knob.unit.factor
+    return limits.value(float(place)) * limits.unit.size
 
 
-def _select(title: str, options: list[tuple[str, str]], value: str, name: str) -> Select:
-    return Select(title=title, options=options, value=value, name=name, sizing_mode="stretch_width",
-                  stylesheets=[WIDGETS])  # fmt: skip
+def _select(
+    title: str, options: list[tuple[str, str]], value: str, name: str, chosen: Callable[[str], None]
+) -> Select:  # fmt: skip
+    select = Select(title=title, options=options, value=value, name=name, **_WIDE)
+    select.on_change("value", lambda _attribute, _old, new: chosen(new))
+    return select
+
+
+# --- below the map ----------------------------------------------------------------------------------------------------
+
+
+class Actions:
+    """The widgets, and the places for words, below the map.
+
+    Calls `pin` with "A" or "B", `unpin`, `hear` with "cell", "A" or "B"; `texts` gives the content of a file by name.
+    """
+
+    def __init__(
+        self, *, pin: Callable[[str], None], unpin: Callable[[], None], hear: Callable[[str], None],
+        texts: Callable[[str], str],
+    ) -> None:  # fmt: skip
+        self._texts = texts
+        self._shown = {"command": "", "yaml": ""}
+        self._copied = ColumnDataSource({}, name="texts")
+        self._outbox = ColumnDataSource({"name": [], "text": []}, name="outbox")
+        self._outbox.js_on_change("data", CustomJS(args={"box": self._outbox}, code=page.DOWNLOAD))
+        self._wave = ColumnDataSource({"wav": []}, name="sound")
+        self._wave.js_on_change("data", CustomJS(args={"wave": self._wave}, code=page.PLAY))
+        self._pace = Select(options=list(_PACES), value="1", name="pace", width=200, stylesheets=[WIDGETS])
+        self._loud = Checkbox(label="as loud as may be", name="loud", stylesheets=[WIDGETS], margin=(10, 5, 5, 5))
+        self._heard, self._reproduce = words("heard"), words("reproduce")
+        self._heard.visible = False
+        pins = [_button(f"Pin as {name}", f"pin_{name}", partial(pin, name)) for name in ("A", "B")]
+        sounds = [
+            _button(f"▶ {label}", f"hear_{name}", partial(hear, name))
+            for label, name in (("Hear the cell", "cell"), ("A", "A"), ("B", "B"))
+        ]
+        files = [
+            _button(label, f"file_{name}", partial(self._send, name))
+            for label, name in (("Map as CSV", "map.csv"), ("Motions as CSV", "motions.csv"), ("YAML", "view.yaml"))
+        ]
+        copies = [self._copying("Copy the command", "command"), self._copying("Copy the YAML", "yaml")]
+        rows = [
+            _row(*pins, _button("Unpin", "unpin", unpin)), _row(*sounds, self._pace, self._loud), self._heard,
+            _row(*files, *copies), self._reproduce,
+        ]  # fmt: skip
+        self.column = Column(children=rows, name="below", sizing_mode="stretch_width")
+        self.column.tags = [self._outbox, self._wave]  # what no widget shows is a part of the document all the same
+
+    @property
+    def pace(self) -> float:
+        """Factor by which sounds are slower than motions."""
+        return float(self._pace.value)
+
+    @property
+    def is_loud(self) -> bool:
+        """True if each sound is as loud as may be; else all are of one scale."""
+        return bool(self._loud.active)
+
+    @property
+    def yaml(self) -> str:
+        """The YAML that is shown."""
+        return self._shown["yaml"]
+
+    def show(self, **texts: str) -> None:
+        """Show the command or the YAML that reproduces what is seen."""
+        self._shown |= texts
+        self._copied.tags = [dict(self._shown)]
+        command = part("command", self._shown["command"]) if self._shown["command"] else ""
+        self._reproduce.text = command + part("yaml", self._shown["yaml"])
+
+    def play(self, name: str, heard: sound.Sound) -> None:
+        """Have the browser play a sound, and say what to know of it."""
+        self._wave.data = {"wav": [base64.b64encode(heard.wav()).decode("ascii")]}
+        self._heard.visible = True
+        self._heard.text = part("sound", name, heard.told(), heard.remarks())
+
+    def _send(self, name: str) -> None:
+        if text := self._texts(name):
+            self._outbox.data = {"name": [name], "text": [text]}
+
+    def _copying(self, label: str, which: str) -> Button:
+        button = Button(label=label, name=f"copy_{which}", stylesheets=[WIDGETS])
+        given = {"texts": self._copied, "which": which, "button": button, "label": label}
+        button.js_on_click(CustomJS(args=given, code=page.COPY))
+        return button
+
+
+def sound_of(motions: CellMotions, pace: float, loud: bool) -> sound.Sound:
+    """The sound of a cell, from its start. Raises NotReachedError."""
+    heard = sound.of(motions.cell, _SECONDS, law=motions.law, slow=pace)
+    if loud and heard.peak > 0.0:
+        return replace(heard, full_scale=heard.peak / _LOUDEST)
+    return heard
+
+
+def _button(label: str, name: str, call: Callable[[], None]) -> Button:
+    button = Button(label=label, name=name, stylesheets=[WIDGETS])
+    button.on_click(call)
+    return button
+
+
+def _row(*widgets: Any) -> Row:
+    """Widgets side by side, in as many lines as they take."""
+    return Row(children=list(widgets), styles={"flex-wrap": "wrap"}, spacing=4, sizing_mode="stretch_width")

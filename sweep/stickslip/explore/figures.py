@@ -9,28 +9,123 @@ from math import isfinite
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, LinearColorMapper, Range1d, Span
+from bokeh.models import (
+    BasicTicker,
+    BasicTickFormatter,
+    ColumnDataSource,
+    CustomJSTicker,
+    CustomJSTickFormatter,
+    FixedTicker,
+    LinearColorMapper,
+    PlainText,
+    Plot,
+    Range1d,
+    Span,
+)
+from bokeh.models.axes import Axis
 from bokeh.plotting import figure
 
-from stickslip.explore.axes import lay_out, quiet
-from stickslip.explore.borders import Line
-from stickslip.explore.maps import Picture
+from stickslip.explore.maps import Line, Picture, Side
 from stickslip.explore.motions import CellMotions, Motion
-from stickslip.explore.readable import Unit, unit_for
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
+from stickslip.vocabulary.display_units import Unit, unit_for
+
+_MOST_LABELS = 16
+_LONGEST = 40  # letters of all labels along x, beyond which they are written at a slant
+
+# Places are logarithms to base 10. Decades; with less of them in sight multiples; then even steps of the value.
+_LOG_TICKS = """
+const [low, high] = [Math.min(cb_data.start, cb_data.end), Math.max(cb_data.start, cb_data.end)]
+const span = high - low
+const found = []
+if (span < 0.5) {
+  const [a, b] = [10**low, 10**high]
+  const raw = (b - a)/6, unit = 10**Math.floor(Math.log10(raw))
+  const step = unit*[1, 2, 5, 10].find((k) => unit*k >= raw)
+  for (let v = Math.ceil(a/step)*step; v <= b; v += step) found.push(Math.log10(v))
+  return found
+}
+const every = Math.max(1, Math.ceil(span/9))
+const factors = span > 3 ? [1] : span > 1.2 ? [1, 2, 5] : [1, 2, 3, 4, 5, 7]
+for (let k = Math.floor(low); k <= Math.ceil(high); k++) {
+  if (k % every == 0) for (const f of factors) found.push(k + Math.log10(f))
+}
+return found.filter((t) => t >= low - 1e-9 && t <= high + 1e-9)
+"""
+_LOG_MINOR = """
+const [low, high] = [Math.min(cb_data.start, cb_data.end), Math.max(cb_data.start, cb_data.end)]
+if (high - low > 6 || high - low < 0.5) return []
+const found = []
+for (let k = Math.floor(low); k <= Math.ceil(high); k++) for (let f = 1; f < 10; f++) found.push(k + Math.log10(f))
+return found.filter((t) => t >= low && t <= high)
+"""
+_LOG_WORDS = """
+const value = Number((10**tick).toPrecision(4))
+return value >= 1e6 || value < 1e-4 ? value.toExponential().replace("e+", "e") : value.toString()
+"""
+# What a slider or a scale shows: a value in its unit, from its place; what is smaller than `least` came of rounding.
+_PLACE_WORDS = """
+const value = Number((log ? 10**tick : Math.abs(tick) < least ? 0 : tick).toPrecision(4))
+return `${value} ${unit}`.trim()
+"""
+
+
+def quiet(plot: figure) -> figure:
+    """A figure without the logo and with what all of them have in common."""
+    plot.toolbar.logo = None
+    plot.toolbar.autohide = True
+    plot.min_border_right = 12
+    plot.xgrid.grid_line_color = plot.ygrid.grid_line_color = "#e8e8e8"
+    for axis in plot.axis:
+        axis.axis_label_text_font_style = "normal"
+        axis.axis_label_text_font_size = "12px"
+        axis.axis_label_standoff = 4
+        axis.major_label_text_font_size = "11px"
+    return plot
+
+
+def lay_out(plot: Plot, side: Side, which: str) -> None:
+    """Give a side of a map its title and ticks; `which` is "x" or "y"."""
+    (axis,) = plot.below if which == "x" else plot.left
+    assert isinstance(axis, Axis)
+    axis.axis_label = PlainText(text=side.title)  # a string would be searched for formulas
+    axis.major_label_overrides = {}
+    axis.major_label_orientation = "horizontal"
+    if side.kind == "listed":
+        _name_points(axis, side, which)
+    elif side.kind == "log":
+        axis.ticker = CustomJSTicker(major_code=_LOG_TICKS, minor_code=_LOG_MINOR)
+        axis.formatter = CustomJSTickFormatter(code=_LOG_WORDS)
+    else:
+        axis.ticker, axis.formatter = BasicTicker(), BasicTickFormatter()
+
+
+def _name_points(axis: Axis, side: Side, which: str) -> None:
+    """Ticks at listed points, under their names."""
+    step = -(-len(side.labels) // _MOST_LABELS)
+    shown = range(0, len(side.labels), step)
+    axis.ticker = FixedTicker(ticks=[*shown])
+    axis.formatter = BasicTickFormatter()
+    axis.major_label_overrides = {i: PlainText(text=side.labels[i]) for i in shown}
+    if which == "x" and sum(len(side.labels[i]) for i in shown) > _LONGEST:
+        axis.major_label_orientation = 0.6
+
+
+def place_format(log: bool, unit: str, least: float) -> CustomJSTickFormatter:
+    """Places on a slider as values in their unit. least : what is closer to zero is zero."""
+    return CustomJSTickFormatter(code=_PLACE_WORDS, args={"log": log, "unit": unit, "least": least})
+
 
 TOOLS = "box_zoom,pan,wheel_zoom,reset,save"
-MARKS = ("cell", "A", "B")
 LINES: dict[str, tuple[str, str, float]] = {  # by motion: colour, dash, width
     "stick": (BLUE, "solid", 1.6),
     "sliding": (ORANGE, "dashed", 1.6),
     "A": (GREEN, "solid", 1.3),
     "B": (PURPLE, "dashdot", 1.3),
 }
-_MARK_COLOURS = {"cell": "white", "A": GREEN, "B": PURPLE}
-NOTHING: dict[str, Any] = {"x": [], "y": []}
-_BLANK: dict[str, Any] = {"x": [0.0, 1.0], "y": [0.0, 1.0]}
-NO_SAMPLES: dict[str, Any] = {"t": [], "x": [], "v": [], "w": [], "mu": []}
+_MARKS = {"cell": "white", "A": GREEN, "B": PURPLE}
+_NO_SAMPLES: dict[str, Any] = {"t": [], "x": [], "v": [], "w": [], "mu": []}
+_NAMES = {"cycle": "unstable_cycle", "curve": "friction_curve", "steady": "steady_sliding", "blank": "blank"}
 _SHADES = 256
 _TICKS = 5  # along x: there is room for no more in a narrow window
 
@@ -70,7 +165,8 @@ class MapFigure:
             with nullcontext() if document is None else document.models.freeze():  # else it counts them at each change
                 lay_out(self.plot, shown.x, "x")
                 lay_out(self.plot, shown.y, "y")
-                self._look_at(shown)
+                for in_sight, (low, high) in ((self.plot.x_range, shown.x.ends), (self.plot.y_range, shown.y.ends)):
+                    in_sight.update(start=low, end=high, reset_start=low, reset_end=high)
             self._sides = described
         palette = self.palette_of(shown)
         if palette != self.mapper.palette:
@@ -86,33 +182,19 @@ class MapFigure:
         """The colours of a picture, as many as the mapper has."""
         return [*shown.palette, *(["#000000"] * (_SHADES - len(shown.palette)))]
 
-    def _look_at(self, shown: Picture) -> None:
-        for in_sight, (low, high) in ((self.plot.x_range, shown.x.ends), (self.plot.y_range, shown.y.ends)):
-            in_sight.start, in_sight.end = low, high
-            in_sight.reset_start, in_sight.reset_end = low, high
-
     def draw_borders(self, lines: Sequence[Line]) -> None:
         """Draw exact borders over it."""
         self.lines.data = lines_of(lines)
 
     def mark(self, places: Mapping[str, tuple[float, float]]) -> None:
-        """Mark cells by the names of `MARKS`."""
-        names = [name for name in MARKS if name in places]
+        """Mark cells by the names of `_MARKS`."""
+        names = [name for name in _MARKS if name in places]
         self.marks.data = {
             "x": [places[name][0] for name in names],
             "y": [places[name][1] for name in names],
             "name": ["" if name == "cell" else name for name in names],
-            "colour": [_MARK_COLOURS[name] for name in names],
+            "colour": [_MARKS[name] for name in names],
         }
-
-
-@dataclass(frozen=True)
-class Units:
-    """In which the figures of a cell are drawn."""
-
-    time: Unit
-    length: Unit
-    speed: Unit
 
 
 def lines_of(lines: Sequence[Line]) -> dict[str, Any]:
@@ -126,6 +208,9 @@ def regions_of(shown: Picture) -> dict[str, Any]:
     return {"x": list(x), "y": list(y), "name": list(names)}
 
 
+# --- a cell -----------------------------------------------------------------------------------------------------------
+
+
 class CellFigures:
     """Displacement and velocity over time, the phase portrait, and friction over relative speed."""
 
@@ -134,14 +219,12 @@ class CellFigures:
         self.velocity = _figure("velocity", x_range=self.displacement.x_range)
         self.phase = _figure("phase")
         self.friction = _figure("friction")
-        self.sources = {name: ColumnDataSource(NO_SAMPLES, name=f"motion_{name}") for name in LINES}
-        self.cycle = ColumnDataSource({"x": [], "v": []}, name="unstable_cycle")
-        self.curve = ColumnDataSource({"w": [], "mu": []}, name="friction_curve")
-        self.steady = ColumnDataSource({"x": [], "v": []}, name="steady_sliding")
-        self.blank = ColumnDataSource(_BLANK, name="blank")
+        self.plots = self.displacement, self.velocity, self.phase, self.friction
+        data = cell_data(None, {}, Units())
+        self.sources = {name: ColumnDataSource(data[name], name=_NAMES.get(name, f"motion_{name}")) for name in data}
         for plot in self.plots:  # what has no data has no range, of which the browser complains
-            plot.scatter("x", "y", source=self.blank, fill_alpha=0.0, line_alpha=0.0)
-        self.friction.line("w", "mu", source=self.curve, line_color=GREY, line_width=5)
+            plot.scatter("x", "y", source=self.sources["blank"], fill_alpha=0.0, line_alpha=0.0)
+        self.friction.line("w", "mu", source=self.sources["curve"], line_color=GREY, line_width=5)
         over = (
             (self.displacement, "t", "x"),
             (self.velocity, "t", "v"),
@@ -152,48 +235,28 @@ class CellFigures:
             colour, dash, width = LINES[name]
             for plot, x, y in over:
                 plot.line(x, y, source=self.sources[name], line_color=colour, line_dash=dash, line_width=width)
-        self.phase.line("x", "v", source=self.cycle, line_color=BLACK, line_dash="dotted", line_width=2.2)
-        self.phase.scatter("x", "v", source=self.steady, size=8, marker="x", color=BLACK, line_width=2)
-        self.belt = [Span(dimension="width", line_color=VERMILLION, line_dash="dashed") for _ in range(2)]
+        self.phase.line("x", "v", source=self.sources["cycle"], line_color=BLACK, line_dash="dotted", line_width=2.2)
+        self.phase.scatter("x", "v", source=self.sources["steady"], size=8, marker="x", color=BLACK, line_width=2)
+        self.belt = [
+            Span(dimension="width", line_color=VERMILLION, line_dash="dashed", visible=False) for _ in range(2)
+        ]
         for plot, line in zip((self.velocity, self.phase), self.belt, strict=True):
-            line.visible = False
             plot.add_layout(line)
-
-    @property
-    def plots(self) -> tuple[figure, ...]:
-        """All four."""
-        return self.displacement, self.velocity, self.phase, self.friction
 
     def show(self, current: CellMotions | None, pinned: Mapping[str, CellMotions]) -> None:
         """Draw the motions of the cell that was clicked, and over them those from stick of the pinned ones."""
-        drawn: dict[str, Motion] = {}
-        if current is not None:
-            drawn["stick"] = current.stick
-            if current.sliding is not None:
-                drawn["sliding"] = current.sliding
-        drawn |= {name: one.stick for name, one in pinned.items()}
-        units = units_of([motion for motion in drawn.values() if motion.samples])
-        self._name_axes(units)
-        for name, source in self.sources.items():
-            source.data = data_of(drawn[name], units) if name in drawn else NO_SAMPLES
-        self._surroundings(current, units)
-        blank = NOTHING if drawn else _BLANK
-        if blank != self.blank.data:
-            self.blank.data = blank
-
-    def _surroundings(self, current: CellMotions | None, units: Units) -> None:
-        """Of the clicked cell: its friction curve, its unstable cycle, the speed of its belt, steady sliding."""
-        data = surroundings(current, units)
-        self.cycle.data, self.curve.data, self.steady.data = data["cycle"], data["curve"], data["steady"]
-        for line in self.belt:
-            line.visible = current is not None
-            if current is not None:
-                line.location = current.cell["belt_speed"] / units.speed.factor
-
-    def _name_axes(self, units: Units) -> None:
+        motions = motions_by_line(current, pinned)
+        units = units_of([motion for motion in motions.values() if motion.samples])
         words = axis_words(units)
         for plot in self.plots:
             plot.xaxis.axis_label, plot.yaxis.axis_label = words[str(plot.name)]
+        for name, data in cell_data(current, motions, units).items():
+            if name != "blank" or data != self.sources[name].data:
+                self.sources[name].data = data
+        for line in self.belt:
+            line.visible = current is not None
+            if current is not None:
+                line.location = current.cell["belt_speed"] / units.speed.size
 
 
 def _figure(name: str, **ranges: Any) -> figure:
@@ -201,6 +264,30 @@ def _figure(name: str, **ranges: Any) -> figure:
     for axis in plot.xaxis:
         axis.ticker.desired_num_ticks = _TICKS
     return plot
+
+
+@dataclass(frozen=True)
+class Units:
+    """In which the figures of a cell are drawn."""
+
+    time: Unit = Unit("s")
+    length: Unit = Unit("m")
+    speed: Unit = Unit("m/s")
+
+
+def units_of(motions: Sequence[Motion]) -> Units:
+    """The units that suit what is drawn."""
+
+    def largest(name: str) -> list[float]:
+        return [float(np.abs(motion.samples[name]).max()) for motion in motions]
+
+    time = unit_for("s", [float(np.ptp(motion.time)) for motion in motions])
+    speeds = [*largest("velocity"), *largest("relative_speed")]
+    return Units(
+        time if time.size <= 1.0 else Unit("s"),
+        unit_for("m", largest("displacement")),
+        unit_for("m s-1", speeds),
+    )
 
 
 def axis_words(units: Units) -> dict[str, tuple[str, str]]:
@@ -214,47 +301,39 @@ def axis_words(units: Units) -> dict[str, tuple[str, str]]:
     }
 
 
-def units_of(motions: Sequence[Motion]) -> Units:
-    """The units that suit what is drawn."""
-
-    def largest(name: str) -> list[float]:
-        return [float(np.abs(motion.samples[name]).max()) for motion in motions]
-
-    times = [float(np.ptp(motion.time)) for motion in motions]
-    speeds = [*largest("velocity"), *largest("relative_speed")]
-    time = unit_for("s", times)
-    return Units(
-        time if time.factor <= 1.0 else Unit(1.0, "s"),
-        unit_for("m", largest("displacement")),
-        unit_for("m s-1", speeds),
-    )
+def motions_by_line(current: CellMotions | None, pinned: Mapping[str, CellMotions]) -> dict[str, Motion]:
+    """The motions that are drawn, by the names of `LINES`: both of a cell, and those from stick of pinned ones."""
+    own = {} if current is None else dict(zip(("stick", "sliding"), current.motions, strict=False))
+    return own | {name: motions.stick for name, motions in pinned.items()}
 
 
-def data_of(motion: Motion, units: Units) -> dict[str, Any]:
-    """The samples of a motion as columns of a source."""
-    if not motion.samples:
-        return {name: np.zeros(0) for name in NO_SAMPLES}
-    samples = motion.samples
-    return {
-        "t": motion.time / units.time.factor,
-        "x": samples["displacement"] / units.length.factor,
-        "v": samples["velocity"] / units.speed.factor,
-        "w": samples["relative_speed"] / units.speed.factor,
-        "mu": samples["friction_coefficient"],
-    }
-
-
-def surroundings(current: CellMotions | None, units: Units) -> dict[str, dict[str, Any]]:
-    """What is drawn around the motions of a cell."""
+def cell_data(current: CellMotions | None, motions: Mapping[str, Motion], units: Units) -> dict[str, dict[str, Any]]:
+    """The columns of all sources: of each line in `LINES`, and of what surrounds the motions of the current cell."""
+    data = {name: _samples(motions[name], units) if name in motions else _NO_SAMPLES for name in LINES}
+    data["blank"] = {"x": [], "y": []} if motions else {"x": [0.0, 1.0], "y": [0.0, 1.0]}
+    data |= {"cycle": {"x": [], "v": []}, "curve": {"w": [], "mu": []}, "steady": {"x": [], "v": []}}
     if current is None:
-        return {"cycle": {"x": [], "v": []}, "curve": {"w": [], "mu": []}, "steady": {"x": [], "v": []}}
+        return data
     loop, (w, mu) = current.cycle, current.curve
-    cycle: dict[str, Any] = {"x": [], "v": []} if loop is None else {
-        "x": loop.displacement / units.length.factor, "v": loop.velocity / units.speed.factor,
-    }  # fmt: skip
+    if loop is not None:
+        data["cycle"] = {"x": loop.displacement / units.length.size, "v": loop.velocity / units.speed.size}
     two_ways = any((one.samples["relative_speed"] < 0).any() for one in current.motions if one.samples)
     if two_ways or current.cell["belt_speed"] < 0:
         w, mu = np.concatenate([-w[::-1], [np.nan], w]), np.concatenate([-mu[::-1], [np.nan], mu])
-    steady = [current.steady / units.length.factor] if isfinite(current.steady) else []
-    curve = {"w": w / units.speed.factor, "mu": mu}
-    return {"cycle": cycle, "curve": curve, "steady": {"x": steady, "v": [0.0] * len(steady)}}
+    data["curve"] = {"w": w / units.speed.size, "mu": mu}
+    if isfinite(current.steady):
+        data["steady"] = {"x": [current.steady / units.length.size], "v": [0.0]}
+    return data
+
+
+def _samples(motion: Motion, units: Units) -> dict[str, Any]:
+    samples = motion.samples
+    if not samples:
+        return {name: np.zeros(0) for name in _NO_SAMPLES}
+    return {
+        "t": motion.time / units.time.size,
+        "x": samples["displacement"] / units.length.size,
+        "v": samples["velocity"] / units.speed.size,
+        "w": samples["relative_speed"] / units.speed.size,
+        "mu": samples["friction_coefficient"],
+    }

@@ -1,30 +1,37 @@
-"""The picture of a view: cells computed or read, as colours, numbers and words."""
+"""The picture of a view: cells computed or read, as colours, numbers, words and exact borders."""
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import prod
 
 import numpy as np
 import xarray as xr
 from matplotlib.colors import to_hex
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
-from stickslip.config.model import Config
+from stickslip import borders
+from stickslip.config.model import Config, Range
+from stickslip.config.options import options_of
 from stickslip.dataset import coarse
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import Pixel
-from stickslip.engine import Results, StopFlag, blocks, spread, warm_up
-from stickslip.explore.readable import Unit, number, unit_shown
-from stickslip.explore.subject import Subject
+from stickslip.dataset.display import unit_of
+from stickslip.dataset.polylines import polylines
+from stickslip.engine import StopFlag, blocks, spread, warm_up
+from stickslip.explore.source import Source
 from stickslip.explore.view import FULL, Sides, View, start_value
+from stickslip.plots.painting import note
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint
 from stickslip.runs.maps import MapStudy
+from stickslip.study import Finished, Study
+from stickslip.vocabulary.display_units import Unit, number, unit_for
 from stickslip.vocabulary.flags import FLAGS, flag_label
 from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.units import spelled
 
 Floats = NDArray[np.float64]
 LEVELS = 255  # of the colours of numbers; one more is for cells without a value
@@ -56,19 +63,19 @@ class Side:
         """Coordinates on the page of values in SI."""
         if self.kind == "listed":
             return np.asarray(values, np.float64)
-        scaled = np.asarray(values, np.float64) / self.unit.factor
+        scaled = np.asarray(values, np.float64) / self.unit.size
         return np.log10(scaled) if self.kind == "log" else scaled
+
+    def place(self, value: float | int) -> float:
+        """The coordinate on the page of a value in SI, or of a position."""
+        return float(self.places(np.array([value], np.float64))[0])
 
     def nearest(self, place: float) -> int:
         """The pixel at a coordinate of the page."""
         return int(np.abs(self.centres - place).argmin())
 
-    def text(self, i: int) -> str:
-        """Pixel `i` in words."""
-        return self.labels[i] if self.labels else self.unit.text(float(self.values[i]))
-
     def at(self, i: int) -> float | int:
-        """What pixel `i` stands for: a value in SI, or the position of a listed point."""
+        """The coordinate of pixel `i`: a value in SI, or the position of a listed point."""
         return i if self.kind == "listed" else float(self.values[i])
 
 
@@ -81,13 +88,6 @@ class Column:
     unit: Unit
     values: NDArray[np.float32]
     names: tuple[str, ...] = ()
-
-    def text(self, row: int, column: int) -> str:
-        """The value of a pixel."""
-        value = float(self.values[row, column])
-        if self.names and value == value:
-            return self.names[int(value)]
-        return f"{number(value)} {self.unit.name}".rstrip()
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +114,7 @@ class Picture:
 
     @property
     def size(self) -> int:
-        """How many pixels."""
+        """Number of pixels."""
         return self.shades.size
 
     @cached_property
@@ -130,51 +130,43 @@ class Picture:
 
 def computed(config: Config, stop: StopFlag) -> xr.Dataset | None:
     """The map of a configuration; None if the flag was raised on the way. In blocks, on threads."""
-    from stickslip.config.options import options_of
-
     study = MapStudy(config, options_of(config))
     for kernel in study.kernels:
         warm_up(kernel)
-    size, found = prod(study.shape), dict[int, Results]()
-    complete = True
+    parts = [*blocks(prod(study.shape), study.options)]
+    finished: dict[int, Finished] = {}
 
     def compute(cells: range) -> None:
-        nonlocal complete
-        finished = study.compute(cells, stop)
-        found[cells.start] = finished.results
-        if not finished.complete:
-            complete = False
+        finished[cells.start] = study.compute(cells, stop)
 
-    parts = [*blocks(size, study.options)]
     if len(parts) == 1:
         compute(parts[0])
     else:
         spread(compute, parts, study.options.threads, stop, lambda _: None)
-    if not complete or stop[0]:
+    if stop[0] or not all(part.complete for part in finished.values()):
         return None
-    return study.dataset([found[start] for start in sorted(found)], {"title": config.title})
+    return study.dataset([finished[start].results for start in sorted(finished)], {"title": config.title})
 
 
-def read(subject: Subject, view: View) -> xr.Dataset:
+def read(source: Source, view: View) -> xr.Dataset:
     """The cells of a view that shows what its file holds: two dimensions of it, nothing read yet."""
-    assert subject.computed is not None
-    ds, at = subject.computed, {}
-    dims = dict(zip(subject.axes, ds["regime"].dims, strict=True))
+    assert source.computed is not None
+    ds, at = source.computed, {}
+    dims = dict(zip(source.axes, ds["regime"].dims, strict=True))
     for name, dim in dims.items():
-        if name in view.plane:
-            continue
-        at[dim] = view.points.get(name, 0)
-        if name not in view.points and MapAxis(ds, dim).is_numeric:
-            value = view.values.get(name, start_value(subject, view, name))
-            at[dim] = int(np.abs(ds[dim].values - value).argmin())
+        if name not in view.plane:
+            at[dim] = view.points.get(name, 0)
+            if name not in view.points and MapAxis(ds, dim).is_numeric:
+                value = view.values.get(name, start_value(source, name))
+                at[dim] = int(np.abs(ds[dim].values - value).argmin())
     return ds.isel(at).transpose(dims[view.y], dims[view.x], ...)
 
 
 def variables(ds: xr.Dataset) -> list[tuple[str, str]]:
-    """What can be drawn: names and titles, in the order of the vocabulary, whatever that of a file is."""
+    """The variables that can be drawn: names and titles, in the order of the vocabulary, whatever that of a file is."""
     dims = ds["regime"].dims
-    found = [str(name) for name in ds.data_vars if ds[name].dims == dims and name != "steps"]
-    ordered = sorted(found, key=lambda name: _ORDER.get(name, len(_ORDER)))
+    names = [str(name) for name in ds.data_vars if ds[name].dims == dims and name != "steps"]
+    ordered = sorted(names, key=lambda name: _ORDER.get(name, len(_ORDER)))
     return [(name, _label(ds[name])) for name in ordered]
 
 
@@ -185,35 +177,36 @@ def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
         ds = ds.sortby(unsorted)  # which copies it all
     pixel = coarse.pixel_for((ds.sizes[y_dim], ds.sizes[x_dim]), most)
     variable = view.variable if view.variable in ds.data_vars else "regime"
+    is_flag = variable in FLAG_COLOURS
     shades, palette, painted, values = _shaded(ds[variable], variable, pixel)
     unit = unit_shown(ds[variable], values)
     title = f"{_label(ds[variable])} ({unit.name})" if unit.name else _label(ds[variable])
-    wanted = HOVER if pixel == (1, 1) else ("regime",)
-    names = dict.fromkeys((*(name for name in wanted if name in ds), variable))
+    hover = HOVER if pixel == (1, 1) else ("regime",)
+    names = dict.fromkeys((*(name for name in hover if name in ds), variable))
     columns = tuple(_column(ds[name], pixel) for name in names)
     y, x = side(ds, y_dim, view.y, pixel[0]), side(ds, x_dim, view.x, pixel[1])
     return Picture(
-        y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit), _note(pixel, variable),
-        columns, ds, regions(variable, shades, y, x) if variable in FLAG_COLOURS else (),
+        y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit), note(pixel, is_flag) or "",
+        columns, ds, regions(variable, shades, y, x) if is_flag else (),
     )  # fmt: skip
 
 
 def regions(variable: str, codes: NDArray[np.uint8], y: Side, x: Side) -> tuple[tuple[str, float, float], ...]:
-    """Where the names of flags are written, so that colours are not needed to tell them apart: in the middle of each.
+    """Places for the names of flags, so that colours are not needed to tell them apart: in the middle of each.
 
     The middle is what is farthest from all else, letters being wider than high; what is too narrow for a name has none.
     """
     rows, columns = (np.arange(_PLACES) * n // _PLACES for n in codes.shape)
     few = codes[np.ix_(rows, columns)]
-    found = []
+    named = []
     for code in np.unique(few[few < len(FLAGS[variable])]):  # mixed pixels belong to none
         inside = np.pad(few == code, 1)
         away = distance_transform_edt(inside, sampling=(_SHAPE, 1.0))[1:-1, 1:-1]
         i, j = np.unravel_index(int(away.argmax()), away.shape)
         if away[i, j] >= _WIDE * _PLACES:
             name = flag_label(list(FLAGS[variable])[code]).partition(" (")[0].replace("_", "-")
-            found.append((name, float(x.centres[columns[j]]), float(y.centres[rows[i]])))
-    return tuple(found)
+            named.append((name, float(x.centres[columns[j]]), float(y.centres[rows[i]])))
+    return tuple(named)
 
 
 def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> Side:
@@ -223,18 +216,18 @@ def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> Side:
     if not evenly:
         places = np.arange(axis.length, dtype=np.float64)
         labels = tuple(axis.text(i) for i in range(axis.length))
-        return Side(name, axis.title, "listed", Unit(1.0, ""), (-0.5, axis.length - 0.5), places, places, labels)
+        return Side(name, axis.title, "listed", Unit(), (-0.5, axis.length - 0.5), places, places, labels)
     values, edges = axis.unit.to_si(axis.pixel_points(step)), axis.unit.to_si(axis.edges)
     unit = unit_shown(ds[dim], np.sqrt(values[0] * values[-1]) if axis.is_log else values)
     words = str(ds[dim].attrs.get("long_name", name))
     title = f"{words} ({unit.name})" if unit.name else words
-    found = Side(name, title, "log" if axis.is_log else "linear", unit, (0.0, 1.0), values, values)
-    ends, centres = found.places(np.array([edges[0], edges[-1]])), found.places(values)
-    return Side(name, title, found.kind, unit, (float(ends[0]), float(ends[1])), centres, values)
+    scale = Side(name, title, "log" if axis.is_log else "linear", unit, (0.0, 1.0), values, values)
+    ends, centres = scale.places(np.array([edges[0], edges[-1]])), scale.places(values)
+    return Side(name, title, scale.kind, unit, (float(ends[0]), float(ends[1])), centres, values)
 
 
 def _is_even(axis: MapAxis) -> bool:
-    """Whether pixels of one width show the cells where they are."""
+    """True if pixels of one width show the cells where they are."""
     if axis.length < 2:
         return False
     steps = np.diff(np.log(axis.centres) if axis.is_log else axis.centres)
@@ -263,11 +256,11 @@ def _shaded(
 
 
 def _legend(painted: Paint) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    found = []
+    entries = []
     for entry in painted.handles():
         patches = entry if isinstance(entry, tuple) else (entry,)
-        found.append((str(patches[0].get_label()), tuple(to_hex(patch.get_facecolor()) for patch in patches)))
-    return tuple(found)
+        entries.append((str(patches[0].get_label()), tuple(to_hex(patch.get_facecolor()) for patch in patches)))
+    return tuple(entries)
 
 
 def _ticks(painted: Paint, unit: Unit) -> tuple[tuple[float, str], ...]:
@@ -275,7 +268,7 @@ def _ticks(painted: Paint, unit: Unit) -> tuple[tuple[float, str], ...]:
     if painted.flags is not None:
         return ()
     places = np.linspace(0.0, 1.0, _TICKS)
-    at = np.asarray(painted.norm.inverse(places), np.float64) / unit.factor
+    at = np.asarray(painted.norm.inverse(places), np.float64) / unit.size
     return tuple((float(place), number(float(value))) for place, value in zip(places, at, strict=True))
 
 
@@ -284,14 +277,25 @@ def _column(array: xr.DataArray, pixel: Pixel) -> Column:
     if name in FLAGS:
         labels = tuple(flag_label(flag).replace("_", " ") for flag in FLAGS[name])
         codes = np.ma.filled(coarse.flags(array, pixel).values.astype(np.float32), np.nan)
-        return Column(name, name, Unit(1.0, ""), codes, labels)
+        return Column(name, name, Unit(), codes, labels)
     values = coarse.numbers(array, pixel).values
     unit = unit_shown(array, _usual(values))
-    return Column(name, name.replace("_", " "), unit, (values / unit.factor).astype(np.float32))
+    return Column(name, name.replace("_", " "), unit, (values / unit.size).astype(np.float32))
+
+
+def unit_shown(array: xr.DataArray, values: ArrayLike) -> Unit:
+    """The unit for an array of a dataset: that of its display, where people or their configuration asked for one.
+
+    values : what decides else.
+    """
+    si, shown = str(array.attrs.get("units", "1")), unit_of(array)
+    if shown.name not in (spelled(si), "Hz", "s", "ms", "µs"):
+        return Unit(shown.name, shown.size)
+    return unit_for(si, values)
 
 
 def _usual(values: Floats) -> Sequence[float]:
-    """What size the values usually have where they are not zero, as amplitudes are of what settles."""
+    """The usual size of the values where they are not zero, as amplitudes are of what settles."""
     finite = np.abs(values[np.isfinite(values) & (values != 0)])
     return [float(np.median(finite))] if finite.size else []
 
@@ -300,8 +304,50 @@ def _label(array: xr.DataArray) -> str:
     return str(array.attrs.get("long_name", array.name))
 
 
-def _note(pixel: Pixel, variable: str) -> str:
-    if pixel == (1, 1):
-        return ""
-    what = "their most frequent value" if variable in FLAG_COLOURS else "the mean of those that have a value"
-    return f"each pixel shows {pixel[1]} x {pixel[0]} cells: {what}"
+Line = tuple[NDArray[np.float64], NDArray[np.float64]]
+# To a hundredth of a pixel. What is undecided after so many steps is so close to a border that it does not show:
+# a quarter of a pixel at most in the maps tried, where all the steps of maps take six times as long.
+_BORDER_POINTS, _SCAN, _TOLERANCE, _STEPS = 128, 64, 1e-5, 10_000
+
+
+def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] | None:
+    """The exact borders in the map of a configuration: x and y of each line; None if the flag was raised.
+
+    In a plane of two numbers lines with loops; between listed points the crossings of each, as strokes across it.
+    """
+    y, x = config.axes
+    limits, options = borders.Limits(_SCAN, _TOLERANCE), options_of(config)
+    options = replace(options, early_stop=True, max_steps=min(options.max_steps, _STEPS))
+    ranges = [axis for axis in (x, y) if isinstance(axis, Range)]
+    if not ranges:
+        return []
+    study: Study
+    if len(ranges) == 2:
+        plane = borders.plane_over(config, (y.name, x.name), {}, _BORDER_POINTS, options)
+        study = borders.ContourStudy(*plane, limits, options)
+    else:
+        lines = borders.lines_along(config, ranges[0].name, None, _SCAN, options)
+        study = borders.BorderStudy(*lines, limits, options)
+    finished = study.compute(range(prod(study.shape)), stop)
+    if not finished.complete:
+        return None
+    ds = study.dataset([finished.results], {})
+    if len(ranges) == 2:
+        return [(shown.x.places(line.x), shown.y.places(line.y)) for line in polylines(ds)]
+    return _strokes(ds, shown, ranges[0].name == shown.x.name)
+
+
+def _strokes(ds: xr.Dataset, shown: Picture, along_x: bool) -> list[Line]:
+    """The crossings of lines side by side, each as a stroke as wide as its pixel."""
+    (across,) = (dim for dim in ds["border"].dims if dim != "crossing")
+    if MapAxis(ds, across).is_numeric:
+        ds = ds.sortby(across)  # as pictures are
+    crossings = ds["border"].transpose(across, "crossing").values
+    beside, along = (shown.y, shown.x) if along_x else (shown.x, shown.y)
+    half = 0.5 * (beside.ends[1] - beside.ends[0]) / len(beside.centres)
+    strokes: list[Line] = []
+    for middle, row in zip(beside.centres, crossings, strict=True):
+        for value in row[np.isfinite(row)]:
+            ends, level = np.array([middle - half, middle + half]), along.places(np.full(2, value))
+            strokes.append((level, ends) if along_x else (ends, level))
+    return strokes

@@ -1,4 +1,4 @@
-"""What one cell does: from stick and from near sliding, over time, in the phase plane and along the friction curve."""
+"""The motions of one cell, from stick and from near sliding: samples over time, friction curve, unstable cycle."""
 
 from __future__ import annotations
 
@@ -100,8 +100,8 @@ def regime_of(cell: Mapping[str, float], options: Options) -> str:
 
 
 def _results(one: Parameters, options: Options) -> dict[str, float]:
-    found = compute(Cells.of(one), options).results
-    return {name: float(values[0]) for name, values in found.items()}
+    results = compute(Cells.of(one), options).results
+    return {name: float(values[0]) for name, values in results.items()}
 
 
 def _from_sliding(one: Parameters, steady: Floats, options: Options, beside: float) -> Motion:
@@ -133,16 +133,16 @@ def _motion(
     samples = {name: values[0] for name, values in flows(one, times[-1:], count, options).items()}
     known = int(np.isfinite(samples["displacement"]).sum())  # none behind where the integration ended
     why = "" if known == count else _why(results, times[max(known - 1, 0)] + first)
-    kept = _kept(samples["mode"][:known], times[:known] + first >= begin) if known > 1 else np.zeros(0, np.intp)
-    drawn = {name: values[kept] for name, values in samples.items()} if kept.size else {}
-    times = times[kept] + first - origin
+    shown = _essential(samples["mode"][:known], times[:known] + first >= begin) if known > 1 else np.zeros(0, np.intp)
+    drawn = {name: values[shown] for name, values in samples.items()} if shown.size else {}
+    times = times[shown] + first - origin
     if sticking and _is_slow(results):
         times, drawn = _with_slips(times, drawn, one, origin - first, results, options)
     return Motion(label, results, times, drawn, why, late=begin > first)
 
 
 def _is_slow(results: Mapping[str, float]) -> bool:
-    """Whether slips are so short beside the stick phases that even samples do not show them."""
+    """True if slips are so short beside the stick phases that even samples do not show them."""
     return results["stick_fraction"] > _MOSTLY
 
 
@@ -165,17 +165,17 @@ def _with_slips(
         "contact_time": one["contact_time"] + away,
     }
     dense = {name: values[0] for name, values in flows(begun, np.array([slip]), _OF_SLIP, options).items()}
-    held = drawn["mode"] == MODES.index("stick")
+    sticks = drawn["mode"] == MODES.index("stick")
     slips = [start for start in (0.0, results["period"]) if start < times[-1]]
-    at = np.concatenate([times[held], *(np.linspace(start, start + slip, _OF_SLIP) for start in slips)])
+    at = np.concatenate([times[sticks], *(np.linspace(start, start + slip, _OF_SLIP) for start in slips)])
     order = np.argsort(at, kind="stable")
-    merged = {name: np.concatenate([drawn[name][held], *([dense[name]] * len(slips))])[order] for name in drawn}
-    kept = np.flatnonzero(np.diff(at[order], prepend=-inf) > 0)
-    return at[order][kept], {name: values[kept] for name, values in merged.items()}
+    merged = {name: np.concatenate([drawn[name][sticks], *([dense[name]] * len(slips))])[order] for name in drawn}
+    rising = np.flatnonzero(np.diff(at[order], prepend=-inf) > 0)
+    return at[order][rising], {name: values[rising] for name, values in merged.items()}
 
 
 def _why(results: Mapping[str, float], reached: float) -> str:
-    """What ended the integration early, as far as the verdict on the cell tells."""
+    """The reason why the integration ended early, as far as the verdict on the cell tells."""
     status = STATUSES[int(results["status"])]
     return (
         f"the motion is known to {reached:.4g} s after its start, {status.replace('_', ' ')}: {STATUS_MESSAGES[status]}"
@@ -206,20 +206,20 @@ def _window(results: Mapping[str, float], natural: float, sticking: bool, beside
     return max(0.0, away - _LEAD * shown), away + shown
 
 
-def _kept(mode: Floats, wanted: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _essential(mode: Floats, visible: NDArray[np.bool_]) -> NDArray[np.intp]:
     """Which samples are drawn: of a stick phase, a straight line, its ends; of slip as many as can be seen."""
     stick = mode == MODES.index("stick")
     inside = stick.copy()
     inside[0] = inside[-1] = False
     inside[1:-1] &= stick[:-2] & stick[2:]
     edges = stick & ~inside | np.append(False, stick[:-1]) | np.append(stick[1:], False)
-    slips = np.flatnonzero(wanted & ~inside)
+    slips = np.flatnonzero(visible & ~inside)
     step = max(1, int(np.ceil(slips.size / _DRAWN)))
     chosen = np.zeros(mode.size, np.bool_)
     chosen[slips[::step]] = True
-    chosen |= edges & wanted & ~inside
-    found = np.flatnonzero(chosen)
-    return found if found.size > 1 else np.flatnonzero(wanted)[:: max(1, mode.size // _DRAWN)]
+    chosen |= edges & visible & ~inside
+    places = np.flatnonzero(chosen)
+    return places if places.size > 1 else np.flatnonzero(visible)[:: max(1, mode.size // _DRAWN)]
 
 
 def _curve(one: Parameters, shown: list[Motion], options: Options) -> tuple[Floats, Floats]:

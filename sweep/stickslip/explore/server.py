@@ -19,7 +19,7 @@ from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop
 
 from stickslip.explore.session import Session
-from stickslip.explore.subject import Subject
+from stickslip.explore.source import Source
 
 HOST = "127.0.0.1"
 _TOKEN_BYTES = 24
@@ -32,12 +32,12 @@ class Explorer:
     Everything it has, the scripts and the websocket included, lies under a path that nobody can guess: all other paths
     are not found. It listens on 127.0.0.1, and takes websockets from its own pages only.
 
-    subject : what every tab shows, each by itself. port : 0 for any that is free. token : of the path; None for a new
+    source : what every tab shows, each by itself. port : 0 for any that is free. token : of the path; None for a new
     one. Raises OSError for a port that is not free.
     """
 
-    def __init__(self, subject: Subject, port: int = 0, token: str | None = None) -> None:
-        self._subject = subject
+    def __init__(self, source: Source, port: int = 0, token: str | None = None) -> None:
+        self._source = source
         self._socket = _listening(port)
         self.port = int(self._socket.getsockname()[1])
         self.token = token or secrets.token_urlsafe(_TOKEN_BYTES)
@@ -91,7 +91,7 @@ class Explorer:
             await http.close_all_connections()
 
     def _open_tab(self, document: Document) -> None:
-        session = Session(document, self._subject)
+        session = Session(document, self._source)
         self._sessions.append(session)
 
         def forget(_context: Any) -> None:
@@ -103,14 +103,14 @@ class Explorer:
 
 def _listening(port: int) -> socket.socket:
     """A socket at the port of this machine, for a loop."""
-    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         if os.name != "nt":  # where it would let two processes have one port
-            found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind((HOST, port))
-        found.listen(128)
-        found.setblocking(False)
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((HOST, port))
+        listener.listen(128)
+        listener.setblocking(False)
     except OSError:
-        found.close()
+        listener.close()
         raise
-    return found
+    return listener

@@ -4,32 +4,29 @@ from __future__ import annotations
 
 import logging
 import shlex
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from html import escape
 from math import prod
 from time import perf_counter
-from typing import Any
+from typing import Any, Generic, TypeVar
 
-import numpy as np
+import xarray as xr
 from bokeh.document import Document
 from bokeh.events import Tap
 
 from stickslip.config.model import Config
 from stickslip.config.select import cell_of
-from stickslip.engine import StopFlag
+from stickslip.engine import StopFlag, stop_flag
 from stickslip.errors import ConfigError, NotReachedError, StoreError
 from stickslip.explore import maps
-from stickslip.explore.below import Below, sound_of
-from stickslip.explore.borders import Line, border_lines
-from stickslip.explore.controls import Controls
-from stickslip.explore.live import Latest
-from stickslip.explore.maps import Picture
+from stickslip.explore.controls import Actions, Controls, sound_of
+from stickslip.explore.html import cell_html, map_csv, motions_csv, part, place_words, simulate_command
+from stickslip.explore.maps import Line, Picture, border_lines
 from stickslip.explore.motions import CellMotions, motions_of
-from stickslip.explore.page import Page, columns_of, template, template_variables
-from stickslip.explore.subject import Subject
-from stickslip.explore.told import cell_html, map_csv, motions_csv, place_words, simulate_command
+from stickslip.explore.page import Page, columns_of, fill
+from stickslip.explore.source import Source
 from stickslip.explore.view import (
     COARSE,
     FULL,
@@ -41,6 +38,56 @@ from stickslip.explore.view import (
     with_plane,
 )
 
+Job = TypeVar("Job")
+
+
+class LatestOnly(Generic[Job]):
+    """A thread that works on the job asked for last.
+
+    work : called with a job and a stop flag, which is raised once another job waits or all is closed; errors are its
+    own business. A job that is overtaken before it began is never begun.
+    """
+
+    def __init__(self, work: Callable[[Job, StopFlag], None], name: str) -> None:
+        self._work, self._waiting = work, list[Job]()
+        self._changed, self._closed = threading.Condition(), False
+        self._stop = stop_flag()
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def ask(self, job: Job) -> None:
+        """Have this done, and nothing else any more."""
+        with self._changed:
+            self._waiting = [job]
+            self._stop[0] = 1
+            self._changed.notify()
+
+    def pause(self, seconds: float) -> None:
+        """For the job that runs: wait, no longer than until the next one is asked for."""
+        with self._changed:
+            self._changed.wait_for(lambda: bool(self._waiting) or self._closed, seconds)
+
+    def close(self) -> None:
+        """End the thread, which leaves within milliseconds."""
+        with self._changed:
+            self._closed, self._waiting = True, []
+            self._stop[0] = 1
+            self._changed.notify()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(timeout=2.0)
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                while not self._waiting and not self._closed:
+                    self._changed.wait()
+                if self._closed:
+                    return
+                job, self._stop = self._waiting.pop(), stop_flag()
+                stop = self._stop
+            self._work(job, stop)
+
+
 _LOG = logging.getLogger(__name__)
 _BREATH = 0.05  # s, in which the browser draws the coarse map, and a slider that still moves asks for the next
 _COMING = "exact borders ..."
@@ -48,7 +95,7 @@ At = Mapping[str, float | int]
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class SelectedCell:
     """A cell that was computed: where it lies, in words too, what it does, and the line that reproduces it."""
 
     at: At
@@ -58,8 +105,8 @@ class Seen:
 
 
 @dataclass(eq=False)
-class _Now:
-    """What is seen at the moment; only the loop of the server touches it.
+class State:
+    """The view, the cells and the pins of a tab; only the loop of the server touches it.
 
     bordered : the view whose borders are drawn, whatever its colours show.
     """
@@ -67,36 +114,39 @@ class _Now:
     view: View
     shown: Picture | None = None
     at: At | None = None
-    cell: Seen | None = None
-    pins: dict[str, Seen] = field(default_factory=dict)
+    cell: SelectedCell | None = None
+    pins: dict[str, SelectedCell] = field(default_factory=dict)
     bordered: View | None = None
     timings: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def motions(self) -> tuple[CellMotions | None, dict[str, CellMotions]]:
+        """Those of the cell that was clicked, and of the pinned ones."""
+        current = None if self.cell is None else self.cell.motions
+        return current, {name: cell.motions for name, cell in self.pins.items()}
 
 
 class Session:
     """A document with everything that happens in it."""
 
-    def __init__(self, document: Document, subject: Subject) -> None:
-        self._document, self._subject = document, subject
-        self._now = _Now(first_view(subject))
-        self.page = Page(subject)
+    def __init__(self, document: Document, source: Source) -> None:
+        self._document, self._source = document, source
+        self._state = State(first_view(source))
+        self.page = Page(source)
         self.controls = Controls(
-            subject, changed=self._changed, picked=self._picked, sided=self._sided, varied=self._varied,
-            reset=self._reset,
+            source, sided=self._sided, reset=self._reset,
+            changed=lambda name, value: self._see(values={**self._state.view.values, name: value}),
+            picked=lambda name, point: self._see(points={**self._state.view.points, name: point}),
+            varied=lambda variable: self._see(variable=variable),
         )  # fmt: skip
-        self.below = Below(pin=self._pin, unpin=self._unpin, hear=self._hear, texts=self._text)
+        self.actions = Actions(pin=self._pin, unpin=self._unpin, hear=self._hear, texts=self._text)
         self.page.map.plot.on_event(Tap, self._clicked)
-        self._maps: Latest[View] = Latest(self._compute_map, "map")
-        self._cells: Latest[tuple[View, At, Picture]] = Latest(self._compute_cell, "cell")
-        self._sounds: Latest[tuple[str, Seen, float, bool]] = Latest(self._compute_sound, "sound")
-        self.controls.show(self._now.view)
-        with document.models.freeze():  # each root would have all models counted again
-            for root in [self.controls.column, *self.page.roots, self.below.column]:
-                document.add_root(root)
-        document.template = template()
-        document.template_variables.update(template_variables(subject, [str(root.name) for root in document.roots]))
-        document.title = f"{subject.config.title} - stickslip"
-        self._maps.ask(self._now.view)
+        self._maps: LatestOnly[View] = LatestOnly(self._compute_map, "map")
+        self._cells: LatestOnly[tuple[View, At, Picture]] = LatestOnly(self._compute_cell, "cell")
+        self._sounds: LatestOnly[tuple[str, SelectedCell, float, bool]] = LatestOnly(self._compute_sound, "sound")
+        self.controls.show(self._state.view)
+        fill(document, self.page, [self.controls.column, *self.page.roots, self.actions.column], source.notes)
+        self._maps.ask(self._state.view)
 
     def close(self) -> None:
         """End the threads."""
@@ -105,120 +155,123 @@ class Session:
 
     # --- what people do -----------------------------------------------------------------------------------------------
 
-    def _changed(self, name: str, value: float) -> None:
-        self._see(replace(self._now.view, values={**self._now.view.values, name: value}))
-
-    def _picked(self, name: str, point: int) -> None:
-        self._see(replace(self._now.view, points={**self._now.view.points, name: point}))
-
-    def _varied(self, variable: str) -> None:
-        self._see(replace(self._now.view, variable=variable))
+    def _see(self, **changed: Any) -> None:
+        """Have the view drawn that is so changed, and the cell that was clicked computed with its values."""
+        state = self._state
+        state.view = replace(state.view, **changed)
+        self._maps.ask(state.view)
+        if state.at is not None and state.shown is not None:
+            self._cells.ask((state.view, state.at, state.shown))
 
     def _sided(self, y: str, x: str) -> None:
-        self._forget_places()
-        self._see(with_plane(self._subject, self._now.view, y, x))
-        self.controls.show(self._now.view)
+        self._see_other_sides(with_plane(self._source, self._state.view, y, x))
 
     def _reset(self) -> None:
-        self._forget_places()
-        self._see(replace(first_view(self._subject), variable=self._now.view.variable))
-        self.controls.show(self._now.view)
+        self._see_other_sides(replace(first_view(self._source), variable=self._state.view.variable))
 
-    def _see(self, view: View) -> None:
-        """Have a view drawn, and the cell that was clicked computed with its values."""
-        self._now.view = view
-        self._maps.ask(view)
-        if self._now.at is not None and self._now.shown is not None:
-            self._cells.ask((view, self._now.at, self._now.shown))
-
-    def _forget_places(self) -> None:
-        """Cells of other sides have no place on the map; pinned motions stay."""
-        self._now.at = self._now.cell = None
+    def _see_other_sides(self, view: View) -> None:
+        """Have a view drawn on whose map the cells that were seen have no place; pinned motions stay."""
+        self._state.at = self._state.cell = None
         self._draw_borders([], None)
         self._show_cell()
-        self.below.say_how(command="")
+        self.actions.show(command="")
+        self._see(**vars(view))
+        self.controls.show(view)
 
     def _clicked(self, event: Tap) -> None:
-        shown = self._now.shown
+        shown = self._state.shown
         if shown is None or event.x is None or event.y is None:
             return
-        inside = all(side.ends[0] <= place <= side.ends[1] for side, place in ((shown.x, event.x), (shown.y, event.y)))
-        if inside:
-            at = {
-                shown.y.name: shown.y.at(shown.y.nearest(event.y)),
-                shown.x.name: shown.x.at(shown.x.nearest(event.x)),
-            }
-            self._cells.ask((self._now.view, at, shown))
+        places = ((shown.y, event.y), (shown.x, event.x))
+        if all(side.ends[0] <= place <= side.ends[1] for side, place in places):
+            at = {side.name: side.at(side.nearest(place)) for side, place in places}
+            self._cells.ask((self._state.view, at, shown))
 
     def _pin(self, name: str) -> None:
-        if self._now.cell is not None:
-            self._now.pins[name] = self._now.cell
-            self._now.pins = {key: self._now.pins[key] for key in sorted(self._now.pins)}
+        if self._state.cell is not None:
+            self._state.pins = dict(sorted({**self._state.pins, name: self._state.cell}.items()))
             self._show_cell()
 
     def _unpin(self) -> None:
-        self._now.pins = {}
+        self._state.pins = {}
         self._show_cell()
+
+    def _hear(self, name: str) -> None:
+        cell = self._state.cell if name == "cell" else self._state.pins.get(name)
+        if cell is not None:
+            self._sounds.ask((name, cell, self.actions.pace, self.actions.is_loud))
+
+    def _text(self, name: str) -> str:
+        """The content of a file to download; nothing where there is none yet."""
+        if name == "view.yaml":
+            return self.actions.yaml
+        shown = self._state.shown
+        if name == "map.csv" and shown is not None and shown.cells["regime"].size > prod(FULL):
+            file = shlex.quote(self._source.name)
+            self.show_error(f"the map is too large for a browser; this writes it: stickslip export {file} -o map.csv")
+            return ""
+        if name == "map.csv":
+            return "" if shown is None else map_csv(shown)
+        columns = columns_of(*self._state.motions)
+        return motions_csv([(head, motion) for _, head, motion in columns]) if columns else ""
 
     # --- work beside the loop -----------------------------------------------------------------------------------------
 
     def _compute_map(self, view: View, stop: StopFlag) -> None:
         """Coarse, then full, then its borders; each shown when it is there."""
-        with self._telling(stop):
-            if self._subject.computed is not None and is_as_opened(self._subject, view):
-                began = perf_counter()
-                dataset = maps.read(self._subject, view)
-                shown: Picture | None = maps.picture(dataset, view)
-                self._then(stop, self._show_map, view, shown, maps.variables(dataset), f"read in {_ms(began)}")
+        with self._reporting_errors(stop):
+            if self._source.computed is not None and is_as_opened(self._source, view):
+                shown = self._show_dataset(view, stop, lambda: maps.read(self._source, view), "read")
             else:
-                small, full = config_of(self._subject, view, COARSE), config_of(self._subject, view, FULL)
+                small, full = config_of(self._source, view, COARSE), config_of(self._source, view, FULL)
                 if _size(small) < _size(full):
-                    self._show_computed(small, view, stop)
+                    self._show_dataset(view, stop, lambda: maps.computed(small, stop), f"{_size(small):,} cells")
                     self._maps.pause(_BREATH)
-                shown = self._show_computed(full, view, stop)
+                shown = self._show_dataset(view, stop, lambda: maps.computed(full, stop), f"{_size(full):,} cells")
             if shown is not None:
-                config, began = config_of(self._subject, view, FULL), perf_counter()
+                config, began = config_of(self._source, view, FULL), perf_counter()
                 lines = border_lines(config, shown, stop)
                 if lines is not None:
-                    said = f"exact borders in {_ms(began)}"
-                    self._then(stop, self._show_borders, view, lines, said, config.to_yaml())
+                    text = f"exact borders in {_ms(began)}"
+                    self._schedule(stop, self._show_borders, view, lines, text, config.to_yaml())
 
-    def _show_computed(self, config: Config, view: View, stop: StopFlag) -> Picture | None:
+    def _show_dataset(
+        self, view: View, stop: StopFlag, dataset_of: Callable[[], xr.Dataset | None], what: str
+    ) -> Picture | None:  # fmt: skip
+        """The picture of a dataset once it is there, which is shown; None if the flag was raised on the way."""
         began = perf_counter()
-        dataset = maps.computed(config, stop)
+        dataset = dataset_of()
         if dataset is None:
             return None
         shown = maps.picture(dataset, view)
-        said = f"{_size(config):,} cells in {_ms(began)}"
-        self._then(stop, self._show_map, view, shown, maps.variables(dataset), said)
+        self._schedule(stop, self._show_map, view, shown, maps.variables(dataset), f"{what} in {_ms(began)}")
         return shown
 
     def _compute_cell(self, job: tuple[View, At, Picture], stop: StopFlag) -> None:
         view, at, shown = job
-        with self._telling(stop):
-            motions = motions_of(cell_of(cell_config(self._subject, view, at)), self._subject.options)
-            said = place_words(shown, at)
-            command = simulate_command(self._subject, view, at, motions)
-            self._then(stop, self._show_seen, Seen(at, said, motions, command))
+        with self._reporting_errors(stop):
+            motions = motions_of(cell_of(cell_config(self._source, view, at)), self._source.options)
+            command = simulate_command(self._source, view, at, motions)
+            self._schedule(stop, self._show_selected, SelectedCell(at, place_words(shown, at), motions, command))
 
-    def _compute_sound(self, job: tuple[str, Seen, float, bool], stop: StopFlag) -> None:
-        name, seen, pace, loud = job
-        with self._telling(stop):
-            words_of = seen.words if name == "cell" else name
-            self._then(stop, self.below.play, words_of, sound_of(seen.motions, pace, loud))
+    def _compute_sound(self, job: tuple[str, SelectedCell, float, bool], stop: StopFlag) -> None:
+        name, cell, pace, loud = job
+        with self._reporting_errors(stop):
+            heading = cell.words if name == "cell" else name
+            self._schedule(stop, self.actions.play, heading, sound_of(cell.motions, pace, loud))
 
     @contextmanager
-    def _telling(self, stop: StopFlag) -> Iterator[None]:
+    def _reporting_errors(self, stop: StopFlag) -> Iterator[None]:
         """Whatever is raised inside is said on the page; what is a bug is logged as well."""
         try:
             yield
         except (ConfigError, NotReachedError, StoreError) as error:
-            self._then(stop, self.show_error, str(error))
+            self._schedule(stop, self.show_error, str(error))
         except Exception as error:
             _LOG.exception("an error while computing")
-            self._then(stop, self.show_error, f"{type(error).__name__}: {error}")
+            self._schedule(stop, self.show_error, f"{type(error).__name__}: {error}")
 
-    def _then(self, stop: StopFlag, show: Callable[..., None], *given: Any) -> None:
+    def _schedule(self, stop: StopFlag, show: Callable[..., None], *given: Any) -> None:
         """Have the loop of the server show something, unless something newer was asked for by then."""
 
         def unless_overtaken() -> None:
@@ -229,86 +282,54 @@ class Session:
 
     # --- what is shown ------------------------------------------------------------------------------------------------
 
-    def _show_map(self, view: View, shown: Picture, variables: list[tuple[str, str]], said: str) -> None:
-        now = self._now
-        if now.bordered is not None and now.bordered != _whatever_drawn(view):
+    def _show_map(self, view: View, shown: Picture, variables: list[tuple[str, str]], text: str) -> None:
+        state = self._state
+        if state.bordered is not None and state.bordered != replace(view, variable="regime"):
             self._draw_borders([], None)  # with the cells they belong to, not when their successors are there
-        now.shown = shown
-        now.timings = {"map": said, "borders": _COMING}
+        state.shown, state.timings = shown, {"map": text, "borders": _COMING}
         self.page.show_map(shown)
         self.controls.offer(variables)
         self._mark()
-        self._say()
+        self._show_timings()
 
     def _draw_borders(self, lines: list[Line], view: View | None) -> None:
         self.page.map.draw_borders(lines)
-        self._now.bordered = view
+        self._state.bordered = view and replace(view, variable="regime")  # colours have no part in where borders are
 
-    def _show_borders(self, view: View, lines: list[Line], said: str, yaml: str) -> None:
-        self._draw_borders(lines, _whatever_drawn(view))
-        self._now.timings["borders"] = said
-        self._say()
-        self.below.say_how(yaml=yaml)
+    def _show_borders(self, view: View, lines: list[Line], text: str, yaml: str) -> None:
+        self._draw_borders(lines, view)
+        self._state.timings["borders"] = text
+        self._show_timings()
+        self.actions.show(yaml=yaml)
 
-    def _show_seen(self, seen: Seen) -> None:
-        self._now.at, self._now.cell = seen.at, seen
+    def _show_selected(self, cell: SelectedCell) -> None:
+        self._state.at, self._state.cell = cell.at, cell
         self._show_cell()
-        self.below.say_how(command=seen.command)
+        self.actions.show(command=cell.command)
 
     def _show_cell(self) -> None:
-        now = self._now
-        pinned = {name: seen.motions for name, seen in now.pins.items()}
-        said = "" if now.cell is None else cell_html(now.cell.motions, now.cell.words, now.cell.at)
-        said += "".join(f"<br><b>{name}</b>: {escape(seen.words)}" for name, seen in now.pins.items())
-        units = {} if now.shown is None else now.shown.units
-        self.page.show_cell(None if now.cell is None else now.cell.motions, pinned, said, units)
+        state = self._state
+        text = "" if state.cell is None else cell_html(state.cell.motions, state.cell.words, state.cell.at)
+        text += part("pins", [(name, cell.words) for name, cell in state.pins.items()])
+        self.page.show_cell(*state.motions, text, {} if state.shown is None else state.shown.units)
         self._mark()
 
     def _mark(self) -> None:
-        shown = self._now.shown
+        shown = self._state.shown
         if shown is None:
             return
-        seen = {"cell": self._now.at} | {name: one.at for name, one in self._now.pins.items()}
-        places = {}
-        for name, at in seen.items():
-            if at is not None and set(at) == {shown.x.name, shown.y.name}:
-                places[name] = _place(shown, at)
-        self.page.map.mark(places)
+        cells = {"cell": self._state.at} | {name: cell.at for name, cell in self._state.pins.items()}
+        on_map = {name: at for name, at in cells.items() if at is not None and set(at) == {shown.x.name, shown.y.name}}
+        self.page.map.mark({
+            name: (shown.x.place(at[shown.x.name]), shown.y.place(at[shown.y.name])) for name, at in on_map.items()
+        })  # fmt: skip
 
-    def _say(self) -> None:
-        self.page.status.text = f'<span class="note">{escape(" · ".join(self._now.timings.values()))}</span>'
+    def _show_timings(self) -> None:
+        self.page.status.text = part("note", " · ".join(self._state.timings.values()))
 
     def show_error(self, text: str) -> None:
         """Say what went wrong where everybody looks."""
-        self.page.status.text = f'<div class="error">{escape(text)}</div>'
-
-    # --- what stands below --------------------------------------------------------------------------------------------
-
-    def _hear(self, name: str) -> None:
-        seen = self._now.cell if name == "cell" else self._now.pins.get(name)
-        if seen is not None:
-            self._sounds.ask((name, seen, self.below.pace, self.below.is_loud))
-
-    def _text(self, name: str) -> str:
-        """The content of a file to download; nothing where there is none yet."""
-        if name == "view.yaml":
-            return self.below.yaml
-        shown = self._now.shown
-        if name == "map.csv" and shown is not None and shown.cells["regime"].size > prod(FULL):
-            file = shlex.quote(self._subject.source)
-            self.show_error(f"the map is too large for a browser; this writes it: stickslip export {file} -o map.csv")
-            return ""
-        if name == "map.csv":
-            return "" if shown is None else map_csv(shown)
-        current = None if self._now.cell is None else self._now.cell.motions
-        pinned = {name: seen.motions for name, seen in self._now.pins.items()}
-        columns = columns_of(current, pinned)
-        return motions_csv([(head, motion) for _, head, motion in columns]) if columns else ""
-
-
-def _whatever_drawn(view: View) -> View:
-    """What decides where the borders are: all but the variable."""
-    return replace(view, variable="regime")
+        self.page.status.text = part("error", text)
 
 
 def _size(config: Config) -> int:
@@ -317,9 +338,3 @@ def _size(config: Config) -> int:
 
 def _ms(began: float) -> str:
     return f"{1e3 * (perf_counter() - began):.0f} ms"
-
-
-def _place(shown: Picture, at: At) -> tuple[float, float]:
-    """Where a cell lies in a picture."""
-    x, y = (float(side.places(np.array([at[side.name]], np.float64))[0]) for side in (shown.x, shown.y))
-    return x, y

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from heapq import heappop, heappush
-from html import escape
 from itertools import product
 from math import prod
 from pathlib import Path
@@ -23,36 +22,24 @@ from stickslip.config.model import Axis, Range
 from stickslip.config.select import cell_of
 from stickslip.dataset.axis import spoken
 from stickslip.engine import stop_flag
-from stickslip.explore import maps, scripts
-from stickslip.explore.borders import Line, border_lines
-from stickslip.explore.figures import (
-    NO_SAMPLES,
-    NOTHING,
-    axis_words,
-    data_of,
-    lines_of,
-    regions_of,
-    surroundings,
-    units_of,
-)
-from stickslip.explore.knobs import is_listed, labels_of
-from stickslip.explore.maps import Picture
-from stickslip.explore.motions import CellMotions, Motion, motions_of
-from stickslip.explore.page import WIDGETS, Page, columns_data, columns_of, template, template_variables, words
-from stickslip.explore.subject import Subject
-from stickslip.explore.told import cell_html, legend_html, numbers_html, place_words, simulate_command
-from stickslip.explore.view import Sides, View, cell_config, config_of, first_view
+from stickslip.explore import maps
+from stickslip.explore.figures import axis_words, cell_data, lines_of, motions_by_line, regions_of, units_of
+from stickslip.explore.html import cell_html, legend_html, numbers_html, part, place_words, simulate_command
+from stickslip.explore.maps import Line, Picture, border_lines
+from stickslip.explore.motions import Motion, motions_of
+from stickslip.explore.page import WIDGETS, Page, columns_data, columns_of, fill, meta_of, words
+from stickslip.explore.source import Source
+from stickslip.explore.view import Sides, View, cell_config, config_of, first_view, is_listed, labels_of
 from stickslip.files.atomic import replaced
 
 MOST: Sides = (160, 200)  # pixels; the file is to be sent
-CELLS: Sides = (10, 14)  # whose motions are kept
+CELLS: Sides = (10, 14)  # whose motions are in it
 SHEETS = 8  # maps in a page, of all points of what is no side
 _SAMPLES, _FEW = 600, 80  # of a motion: at most; so few that none is left out
 _DEVIATION = 2e-3  # of the range of what is drawn: less than a pixel
 _DRAWN = ("displacement", "velocity", "friction_coefficient")
-_MOVED = ("stick", "sliding")
-
-_NEAREST = '<span class="note">the nearest cell whose motion is in this page</span>'
+_SOURCES = ("stick", "sliding", "cycle", "curve", "steady", "blank")
+_NEAREST = "the nearest cell whose motion is in this page"
 
 _PAINT = """
 const sheet = sheets.tags[Number(point.value)], one = sheet.pictures[variable.value]
@@ -63,7 +50,7 @@ legend.text = one.legend
 """
 _DRAW = """
 let nearest = null, least = Infinity
-for (const one of sheet.found) {
+for (const one of sheet.cells) {
   const away = ((one.x - at.x)/wide)**2 + ((one.y - at.y)/high)**2
   if (away < least) { least = away; nearest = one }
 }
@@ -97,98 +84,112 @@ const at = {{x: marks.data.x[0], y: marks.data.y[0]}}
 
 @dataclass(frozen=True, eq=False)
 class _Sheet:
-    """The map where what is no side of it is at one point: its pictures by variable, its borders, the kept cells."""
+    """The map at one point of what is no side of it: its pictures by variable, its borders, cells with motions."""
 
     label: str
     pictures: dict[str, Picture]
     lines: list[Line]
-    found: list[dict[str, Any]]
+    cells: list[dict[str, Any]]
 
     @property
     def first(self) -> Picture:
         """The regimes."""
         return self.pictures["regime"]
 
+    def data(self, page: Page) -> dict[str, Any]:
+        """The sheet, for the scripts."""
+        pictures = {
+            name: {
+                "shades": one.shades, "legend": legend_html(one), "palette": page.map.palette_of(one),
+                "regions": regions_of(one),
+            } for name, one in self.pictures.items()
+        }  # fmt: skip
+        return {
+            "pictures": pictures, "cells": self.cells, "lines": lines_of(self.lines),
+            "columns": columns_data(self.first), "meta": meta_of(self.first),
+        }  # fmt: skip
 
-def write_page(subject: Subject, target: Path) -> Path:
+
+def write_page(source: Source, target: Path) -> Path:
     """Write the page into a file that ends in .html, or into a folder, under the name of what is explored; its path."""
     if target.suffix.lower() not in (".html", ".htm"):
-        target = target / f"{Path(subject.source.rstrip('/')).stem}.html"
-    text = page_html(subject)
+        target = target / f"{Path(source.name.rstrip('/')).stem}.html"
+    text = page_html(source)
     target.parent.mkdir(parents=True, exist_ok=True)
     with replaced(target) as partial:
         partial.write_text(text, encoding="utf-8")
     return target
 
 
-def page_html(subject: Subject) -> str:
+def page_html(source: Source) -> str:
     """The page as one HTML document, scripts included."""
-    page, (title, points) = Page(subject), _points(subject)
-    sheets = [_sheet(subject, label, view, len(points)) for label, view in points]
+    page, (title, points) = Page(source), _points(source)
+    sheets = [_sheet(source, label, view, len(points)) for label, view in points]
     first = sheets[0]
     page.show_map(first.first)
     page.map.draw_borders(first.lines)
-    below = words("below", _about(subject, first, len(sheets), config_of(subject, points[0][1], MOST).to_yaml()))
-    roots = [_controls(page, title, sheets), *page.roots, below]
+    rows, columns = first.first.shades.shape
+    about = part("about", __version__, len(sheets), f"{rows} x {columns}", len(first.cells), source.name)
+    below = words("below", about + part("yaml", config_of(source, points[0][1], MOST).to_yaml()))
     document = Document()
-    with document.models.freeze():
-        for root in roots:
-            document.add_root(root)
-    names = [str(root.name) for root in roots]
-    told = replace(subject, notes=(*subject.notes, *left_out(subject)))
+    fill(document, page, [_controls(page, title, sheets), *page.roots, below], (*source.notes, *left_out(source)))
     return str(
-        file_html(document, INLINE, f"{subject.config.title} - stickslip", template=template(),
-                  template_variables=template_variables(told, names))
+        file_html(document, INLINE, document.title, template=document.template,
+                  template_variables=document.template_variables)
     )  # fmt: skip
 
 
-def left_out(subject: Subject) -> list[str]:
-    """What such a page has one point of only, in words."""
-    plane = first_view(subject).plane
-    held = [axis for axis in subject.axes.values() if axis.name not in plane and axis not in _offered(subject)]
+def left_out(source: Source) -> list[str]:
+    """The axes of which such a page has one point only, in words."""
+    plane, offered = first_view(source).plane, _offered(source)
+    fixed = [axis for axis in source.axes.values() if axis.name not in plane and axis not in offered and axis.size > 1]
     return [
-        f"{spoken(axis.name)} is held at {labels_of(subject, axis)[_held_at(axis)]}: the other {axis.size - 1} points "
+        f"{spoken(axis.name)} is held at {labels_of(source, axis)[_fixed_at(axis)]}: the other {axis.size - 1} points "
         "are not in this page"
-        for axis in held
-        if axis.size > 1
+        for axis in fixed
     ]
 
 
-def _offered(subject: Subject) -> list[Axis]:
+def _offered(source: Source) -> list[Axis]:
     """The axes that are no sides and of which the page has all points: as many as fit, the innermost first."""
-    plane, found = first_view(subject).plane, list[Axis]()
-    for axis in reversed(tuple(subject.axes.values())):
-        if axis.name not in plane and axis.size > 1 and axis.size * prod(one.size for one in found) <= SHEETS:
-            found.insert(0, axis)
-    return found
+    plane, offered = first_view(source).plane, list[Axis]()
+    for axis in reversed(tuple(source.axes.values())):
+        if axis.name not in plane and axis.size > 1 and axis.size * prod(one.size for one in offered) <= SHEETS:
+            offered.insert(0, axis)
+    return offered
 
 
-def _held_at(axis: Axis) -> int:
-    """The point at which an axis is held where nobody chose another."""
+def _fixed_at(axis: Axis) -> int:
+    """The point of an axis where nobody chose another."""
     return axis.size // 2 if isinstance(axis, Range) else 0
 
 
-def _points(subject: Subject) -> tuple[str, list[tuple[str, View]]]:
-    """What can be chosen besides the sides, as a title, and its points: names and views."""
-    view, offered = first_view(subject), _offered(subject)
-    found = []
+def _points(source: Source) -> tuple[str, list[tuple[str, View]]]:
+    """The choice besides the sides: its title, and its points as names and views."""
+    view, offered = first_view(source), _offered(source)
+    points = []
     for places in product(*(range(axis.size) for axis in offered)):
-        at = dict(zip((axis.name for axis in offered), places, strict=True))
-        points = {axis.name: at[axis.name] for axis in offered if is_listed(axis)}
-        values = {axis.name: float(axis.points()[at[axis.name]]) for axis in offered if isinstance(axis, Range)}
-        label = ", ".join(labels_of(subject, axis)[at[axis.name]] for axis in offered)
-        found.append((label, replace(view, points=points, values=values)))
-    return ", ".join(spoken(axis.name) for axis in offered), found
+        at = list(zip(offered, places, strict=True))
+        listed = {axis.name: i for axis, i in at if is_listed(axis)}
+        values = {axis.name: float(axis.points()[i]) for axis, i in at if isinstance(axis, Range)}
+        label = ", ".join(labels_of(source, axis)[i] for axis, i in at)
+        points.append((label, replace(view, points=listed, values=values)))
+    return ", ".join(spoken(axis.name) for axis in offered), points
 
 
-def _sheet(subject: Subject, label: str, view: View, count: int) -> _Sheet:
+def _sheet(source: Source, label: str, view: View, count: int) -> _Sheet:
     """The map of a view, one of `count`: with many of them each has fewer pixels and fewer motions."""
     most, cells = (_share(sides, room / count) for sides, room in ((MOST, 2.0), (CELLS, 1.3)))
-    pictures = _pictures(subject, view, most)
+    if source.computed is not None and {*view.plane, *view.values} <= set(source.axes):
+        dataset: Any = maps.read(source, view)
+    else:
+        dataset = maps.computed(config_of(source, view, most), stop_flag())
+    pictures = {
+        name: maps.picture(dataset, replace(view, variable=name), most) for name, _ in maps.variables(dataset)
+    }  # fmt: skip
     first = pictures["regime"]
-    lines = border_lines(config_of(subject, view, most), first, stop_flag()) or []
-    found = [_kept(subject, view, first, i, j) for i, j in _places(first, cells)]
-    return _Sheet(label, pictures, lines, found)
+    lines = border_lines(config_of(source, view, most), first, stop_flag()) or []
+    return _Sheet(label, pictures, lines, [_cell(source, view, first, i, j) for i, j in _places(first, cells)])
 
 
 def _share(sides: Sides, share: float) -> Sides:
@@ -197,18 +198,8 @@ def _share(sides: Sides, share: float) -> Sides:
     return rows, columns
 
 
-def _pictures(subject: Subject, view: View, most: Sides) -> dict[str, Picture]:
-    """The map in every variable."""
-    if subject.computed is not None and {*view.plane, *view.values} <= set(subject.axes):
-        dataset: Any = maps.read(subject, view)
-    else:
-        dataset = maps.computed(config_of(subject, view, most), stop_flag())
-    offered = [name for name, _ in maps.variables(dataset)]
-    return {name: maps.picture(dataset, replace(view, variable=name), most) for name in offered}
-
-
 def _places(shown: Picture, cells: Sides) -> list[tuple[int, int]]:
-    """The pixels whose motions are kept: spread evenly; of listed points all, where they are not too many."""
+    """The pixels whose motions are in the page: spread evenly; of listed points all, where they are not too many."""
     rows, columns = (
         np.unique(((np.arange(n := min(most, length)) + 0.5) * length / n).astype(int))
         for most, length in zip(cells, shown.shades.shape, strict=True)
@@ -216,32 +207,22 @@ def _places(shown: Picture, cells: Sides) -> list[tuple[int, int]]:
     return [(int(i), int(j)) for i in rows for j in columns]
 
 
-def _kept(subject: Subject, view: View, shown: Picture, i: int, j: int) -> dict[str, Any]:
-    """What the page says and draws of the cell of a pixel."""
+def _cell(source: Source, view: View, shown: Picture, i: int, j: int) -> dict[str, Any]:
+    """The words and curves of the cell of a pixel, for the scripts."""
     at = {shown.y.name: shown.y.at(i), shown.x.name: shown.x.at(j)}
-    motions = motions_of(cell_of(cell_config(subject, view, at)), subject.options)
-    short = replace(motions, stick=_thinned(motions.stick),
-                    sliding=None if motions.sliding is None else _thinned(motions.sliding))  # fmt: skip
-    where = place_words(shown, at)
-    command = f"<pre>{escape(simulate_command(subject, view, at, motions))}</pre>"
+    motions = motions_of(cell_of(cell_config(source, view, at)), source.options)
+    drawn = {line: _thinned(motion) for line, motion in motions_by_line(motions, {}).items()}
+    units = units_of([motion for motion in drawn.values() if motion.samples])
+    data = cell_data(motions, drawn, units)
+    light = {name: {key: np.asarray(v, np.float32) for key, v in data[name].items()} for name in _SOURCES}
+    command = part("command", simulate_command(source, view, at, motions))
     return {
-        "x": float(shown.x.centres[j]), "y": float(shown.y.centres[i]), **_drawn(short),
-        "words": f"{cell_html(motions, where, at)}<br>{_NEAREST}",
+        "x": float(shown.x.centres[j]), "y": float(shown.y.centres[i]), "data": light,
+        "axes": {name: list(titles) for name, titles in axis_words(units).items()},
+        "belt": motions.cell["belt_speed"] / units.speed.size,
+        "words": f"{cell_html(motions, place_words(shown, at), at)}<br>{part('note', _NEAREST)}",
         "numbers": numbers_html(columns_of(motions, {}), shown.units) + command,
     }  # fmt: skip
-
-
-def _drawn(motions: CellMotions) -> dict[str, Any]:
-    """What the figures show of a cell, for the script."""
-    units = units_of([one for one in motions.motions if one.samples])
-    lines = dict(zip(_MOVED, motions.motions, strict=False))
-    around = surroundings(motions, units)
-    data: dict[str, Any] = {name: NO_SAMPLES for name in _MOVED} | around
-    data["blank"] = NOTHING
-    data |= {name: data_of(motion, units) for name, motion in lines.items()}
-    light = {name: {key: np.asarray(values, np.float32) for key, values in one.items()} for name, one in data.items()}
-    axes = {name: list(words) for name, words in axis_words(units).items()}
-    return {"data": light, "axes": axes, "belt": motions.cell["belt_speed"] / units.speed.factor}
 
 
 def _thinned(motion: Motion) -> Motion:
@@ -249,8 +230,8 @@ def _thinned(motion: Motion) -> Motion:
     if motion.time.size <= _FEW:
         return motion
     lines = np.stack([motion.time, *(motion.samples[name] for name in _DRAWN)])
-    kept = essential(lines, _DEVIATION, _SAMPLES)
-    return replace(motion, time=motion.time[kept], samples={name: v[kept] for name, v in motion.samples.items()})
+    at = essential(lines, _DEVIATION, _SAMPLES)
+    return replace(motion, time=motion.time[at], samples={name: v[at] for name, v in motion.samples.items()})
 
 
 def essential(lines: NDArray[np.float64], deviation: float, most: int) -> NDArray[np.intp]:
@@ -260,16 +241,16 @@ def essential(lines: NDArray[np.float64], deviation: float, most: int) -> NDArra
     """
     spans = np.ptp(lines, axis=1)
     scaled = lines / np.where(spans > 0, spans, 1.0)[:, np.newaxis]
-    kept, waiting = [0, lines.shape[1] - 1], [_worst(scaled, 0, lines.shape[1] - 1)]
-    while waiting and len(kept) < most:
+    places, waiting = [0, lines.shape[1] - 1], [_worst(scaled, 0, lines.shape[1] - 1)]
+    while waiting and len(places) < most:
         away, at, first, last = heappop(waiting)
         if -away <= deviation:
             break
-        kept.append(at)
+        places.append(at)
         for low, high in ((first, at), (at, last)):
             if high - low > 1:
                 heappush(waiting, _worst(scaled, low, high))
-    return np.sort(np.array(kept, np.intp))
+    return np.sort(np.array(places, np.intp))
 
 
 def _worst(lines: NDArray[np.float64], first: int, last: int) -> tuple[float, int, int, int]:
@@ -283,53 +264,22 @@ def _worst(lines: NDArray[np.float64], first: int, last: int) -> tuple[float, in
 
 
 def _controls(page: Page, title: str, sheets: list[_Sheet]) -> Column:
-    """The choice of the variable, and of the point; and the clicks, which draw the nearest of the cells kept."""
+    """The choice of the variable, and of the point; and the clicks, which draw the nearest cell that has a motion."""
+    wide: dict[str, Any] = {"stylesheets": [WIDGETS], "sizing_mode": "stretch_width"}
     named = [(name, one.title) for name, one in sheets[0].pictures.items()]
-    variable = Select(title="colours show", options=named, value="regime", name="variable", stylesheets=[WIDGETS],
-                      sizing_mode="stretch_width")  # fmt: skip
+    variable = Select(title="colours show", options=named, value="regime", name="variable", **wide)
     labels = [(str(i), sheet.label) for i, sheet in enumerate(sheets)]
-    point = Select(title=title, options=labels, value="0", name="point", stylesheets=[WIDGETS],
-                   sizing_mode="stretch_width", visible=len(sheets) > 1)  # fmt: skip
-    cell, told = page.cell, ColumnDataSource({}, name="sheets", tags=[_told(page, sheet) for sheet in sheets])
-    sources = {name: cell.sources[name] for name in _MOVED}
-    sources |= {"cycle": cell.cycle, "curve": cell.curve, "steady": cell.steady, "blank": cell.blank}
+    point = Select(title=title, options=labels, value="0", name="point", visible=len(sheets) > 1, **wide)
+    data = ColumnDataSource({}, name="sheets", tags=[sheet.data(page) for sheet in sheets])
     given = {
-        "sheets": told, "variable": variable, "point": point,
+        "sheets": data, "variable": variable, "point": point,
         "mapper": page.map.mapper, "cells": page.map.cells, "regions": page.map.regions, "legend": page.legend,
-        "lines": page.map.lines, "columns": page.columns, "sources": sources, "marks": page.map.marks,
-        "belt": cell.belt, "plots": {str(plot.name): plot for plot in cell.plots}, "cell_words": page.cell_words,
+        "lines": page.map.lines, "columns": page.columns, "marks": page.map.marks, "belt": page.cell.belt,
+        "sources": {name: page.cell.sources[name] for name in _SOURCES},
+        "plots": {str(plot.name): plot for plot in page.cell.plots}, "cell_words": page.cell_words,
         "numbers": page.numbers,
     }  # fmt: skip
     variable.js_on_change("value", CustomJS(args=given, code=_PAINT))
     point.js_on_change("value", CustomJS(args=given, code=_TURN))
     page.map.plot.js_on_event(Tap, CustomJS(args=given, code=_CLICK))
     return Column(children=[point, variable], name="controls", sizing_mode="stretch_width")
-
-
-def _told(page: Page, sheet: _Sheet) -> dict[str, Any]:
-    """A sheet, for the scripts."""
-    pictures = {
-        name: {
-            "shades": one.shades,
-            "legend": legend_html(one),
-            "palette": page.map.palette_of(one),
-            "regions": regions_of(one),
-        }
-        for name, one in sheet.pictures.items()
-    }
-    return {
-        "pictures": pictures, "found": sheet.found, "lines": lines_of(sheet.lines),
-        "columns": columns_data(sheet.first), "meta": scripts.meta_of(sheet.first),
-    }  # fmt: skip
-
-
-def _about(subject: Subject, first: _Sheet, count: int, yaml: str) -> str:
-    """What the page is, and what computes it again."""
-    sides = f"{first.first.shades.shape[0]} x {first.first.shades.shape[1]}"
-    maps_told = "" if count == 1 else f"{count} maps of "
-    return (
-        f'<p class="note">Computed beforehand by stickslip {__version__}: {maps_told}{sides} cells, and the motions of '
-        f"{len(first.found)} of them. A click shows the nearest of these. Sliders, and the motion of any cell: "
-        f"<code>stickslip explore {escape(subject.source)}</code></p>"
-        f"<details><summary>the map as YAML</summary><pre>{escape(yaml)}</pre></details>"
-    )

@@ -1,19 +1,20 @@
-"""What is seen: two sides of a map, everything else at a value, and the configuration that says exactly that."""
+"""The view: two sides of a map, everything else at a value or on a slider, and the configuration that says so."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from copy import deepcopy
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import isnan
+from math import isnan, sqrt
 from typing import Any
 
-from stickslip.config.model import Config, Range
+import numpy as np
+
+from stickslip.config.model import Axis, Config, Group, Range, Values
 from stickslip.config.reader import make_config
 from stickslip.config.select import point_text, value_text
 from stickslip.errors import ConfigError, Problem
-from stickslip.explore.knobs import Knob, is_listed, knobs_of
-from stickslip.explore.subject import Subject
+from stickslip.explore.source import Source
+from stickslip.vocabulary.display_units import Unit, unit_for
 from stickslip.vocabulary.quantities import QUANTITIES
 
 Sides = tuple[int, int]  # most points along y and x
@@ -21,6 +22,9 @@ COARSE: Sides = (30, 40)
 FULL: Sides = (300, 400)  # as many as a map on the screen has pixels, about
 _POINTS = 160  # of a side that is no axis of the configuration
 _ALSO = ("belt_speed", "stiffness", "damping", "mass", "normal_load")  # as sides of maps of fewer than two axes
+_FACTOR = 10.0  # how far a slider reaches either way where ratios count
+_DIGITS = 4
+_RARE = ("displacement", "velocity", "contact_time", "ageing_rate", "ageing_time", "delta")
 
 
 @dataclass(frozen=True)
@@ -43,130 +47,252 @@ class View:
         return self.y, self.x
 
 
-def first_view(subject: Subject) -> View:
-    """What is seen first: the last two axes, as in plots; with fewer, over quantities people ask about."""
-    names = [name for name, axis in subject.axes.items() if axis.size > 1]
-    also = [name for name in sides(subject) if name not in names]
+def first_view(source: Source) -> View:
+    """The view of a source that is just opened: its last two axes; with fewer, quantities people ask about."""
+    names = [name for name, axis in source.axes.items() if axis.size > 1]
+    also = [name for name in sides(source) if name not in names]
     chosen = [*(name for name in _ALSO if name in also), *also]
     y, x = [*chosen[: max(0, 2 - len(names))][::-1], *names][-2:]
     return View(y, x, {}, {})
 
 
-def sides(subject: Subject) -> list[str]:
-    """What can be a side of the map: the axes, and what has a slider with a range of its own."""
-    axes = [name for name, axis in subject.axes.items() if axis.size > 1]
-    knobs = [knob for knob in knobs_of(subject, ("", "")) if knob.name not in axes and not isnan(knob.start)]
-    return [*axes, *(knob.name for knob in knobs if not knob.rare)]
+def sides(source: Source) -> list[str]:
+    """The possible sides of the map: the axes, and what has a slider with a range of its own."""
+    axes = [name for name, axis in source.axes.items() if axis.size > 1]
+    others = [one.name for one in sliders_of(source) if not isnan(one.start) and not one.rare]
+    return [*axes, *(name for name in others if name not in axes)]
 
 
-def with_plane(subject: Subject, view: View, y: str, x: str) -> View:
+def with_plane(source: Source, view: View, y: str, x: str) -> View:
     """The view over other sides; of what becomes a side the value is forgotten, and a side is no side of itself."""
     if y == x:
         y, x = (view.x, x) if x != view.x else (y, view.y)
-    kept = {name: value for name, value in view.values.items() if name not in (y, x)}
+    values = {name: value for name, value in view.values.items() if name not in (y, x)}
     points = {name: i for name, i in view.points.items() if name not in (y, x)}
-    return replace(view, y=y, x=x, values=kept, points=points)
+    return replace(view, y=y, x=x, values=values, points=points)
 
 
-def config_of(subject: Subject, view: View, most: Sides = FULL) -> Config:
+# --- configurations ---------------------------------------------------------------------------------------------------
+
+
+def config_of(source: Source, view: View, most: Sides = FULL) -> Config:
     """The configuration of a view, its axes of at most so many points. Raises ConfigError for what is not possible."""
-    data = _data(subject, view)
-    data["axes"] = {name: _axis(subject, name, n) for name, n in zip(view.plane, most, strict=True)}
-    return make_config(data, "this view").shown_in(subject.written_in)
+    data = _data(source, view, {})
+    data["axes"] = {name: _axis(source, name, n) for name, n in zip(view.plane, most, strict=True)}
+    return make_config(data, "this view").shown_in(source.written_in)
 
 
-def cell_config(subject: Subject, view: View, at: Mapping[str, float | int]) -> Config:
+def cell_config(source: Source, view: View, at: Mapping[str, float | int]) -> Config:
     """The configuration of one cell of a view: at a value of each side, or at a position where its points are listed.
 
     Raises ConfigError.
     """
-    data = _data(subject, view)
-    for name in view.plane:
-        _settle(subject, data, name, at[name])
-    return make_config(data, "this cell")
+    return make_config(_data(source, view, at), "this cell")
 
 
-def _data(subject: Subject, view: View) -> dict[str, Any]:
-    """The configuration as plain data without axes, its sides left open."""
-    data = deepcopy(subject.plain)
-    data["axes"] = {}
-    for name, axis in subject.axes.items():
-        if name in view.plane:
-            continue
-        if is_listed(axis):
-            _settle(subject, data, name, view.points.get(name, 0))
-        elif name not in view.values:
-            _settle(subject, data, name, start_value(subject, view, name))
-    for name, value in view.values.items():
-        if name not in view.plane:
-            _settle(subject, data, name, value)
-    for name in view.plane:
-        if name in QUANTITIES:
-            data[QUANTITIES[name].section].pop(name, None)
-    return data
-
-
-def _settle(subject: Subject, data: dict[str, Any], name: str, value: float | int) -> None:
-    """Give an axis or a quantity its value, or its point."""
-    axis = subject.axes.get(name)
-    if axis is not None and is_listed(axis):
-        for member in axis.members:
-            row = QUANTITIES[member.name]
-            data[row.section][member.name] = row.written(float(member.points()[int(value)]))
-        return
-    row = QUANTITIES[name]
-    data[row.section][name] = row.written(float(value))
-
-
-def _axis(subject: Subject, name: str, most: int) -> dict[str, Any]:
-    """A side as plain data, of at most so many points."""
-    axis = subject.axes.get(name)
-    if axis is None:
-        knob = knob_of(subject, name)
-        spacing = "log" if knob.is_log else "linear"
-        return {"start": knob.low, "stop": knob.high, "num": min(_POINTS, most), "spacing": spacing}
-    plain = axis.resolved()
-    if isinstance(axis, Range):
-        return plain | {"num": min(axis.num, most)}
-    if axis.size > FULL[0]:
-        found = f"{axis.size} listed points; at most {FULL[0]} fit on a side of the map"
-        raise ConfigError(subject.source, [Problem(("axes", name), found, hint="give the axis start, stop and num")])
-    return plain
-
-
-def knob_of(subject: Subject, name: str) -> Knob:
-    """The slider a quantity would have. Raises KeyError."""
-    return {knob.name: knob for knob in knobs_of(subject, ("", ""))}[name]
-
-
-def start_value(subject: Subject, view: View, name: str) -> float:
-    """What a quantity is where nobody changed it."""
-    if name in subject.fixed:
-        return subject.fixed[name]
-    return knob_of(subject, name).start
-
-
-def is_as_opened(subject: Subject, view: View) -> bool:
-    """Whether a view shows what the file says, over two axes of its own."""
-    return not view.values and all(name in subject.axes for name in view.plane)
-
-
-def settings(subject: Subject, view: View, at: Mapping[str, float | int], digits: int | None = None) -> list[str]:
+def settings(source: Source, view: View, at: Mapping[str, float | int], digits: int | None = None) -> list[str]:
     """One cell of a view as NAME=VALUE, as the command line takes it: all that varies, and what was changed.
 
     digits : of numbers; None for all of them, so that it is that cell to the last bit.
     """
 
-    def told(name: str, value: float) -> str:
+    def text(name: str, value: float | int) -> str:
+        if is_listed_in(source, name):
+            return point_text(source.axes[name], int(value))
         return value_text(name, value if digits is None or isnan(value) else float(f"{value:.{digits}g}"))
 
-    found = {}
-    for name, axis in subject.axes.items():
-        if is_listed(axis):
-            found[name] = point_text(axis, int(at.get(name, view.points.get(name, 0))))
+    return [f"{name}={text(name, value)}" for name, value in _chosen(source, view, at).items()]
+
+
+def start_value(source: Source, name: str) -> float:
+    """The value of a quantity that nobody changed."""
+    return source.fixed[name] if name in source.fixed else slider_of(source, name).start
+
+
+def is_as_opened(source: Source, view: View) -> bool:
+    """True if a view shows what the file says, over two axes of its own."""
+    return not view.values and all(name in source.axes for name in view.plane)
+
+
+def _chosen(source: Source, view: View, at: Mapping[str, float | int]) -> dict[str, float | int]:
+    """By axis or quantity its value, or the position of its point: of all that varies, and of what was changed.
+
+    at : of both sides; without it they are left out.
+    """
+    chosen: dict[str, float | int] = {
+        name: view.points.get(name, 0) if is_listed(axis) else start_value(source, name)
+        for name, axis in source.axes.items()
+    }
+    chosen |= source.assumed
+    chosen |= view.values
+    chosen |= at
+    return {name: value for name, value in chosen.items() if name in at or name not in view.plane}
+
+
+def _data(source: Source, view: View, at: Mapping[str, float | int]) -> dict[str, Any]:
+    """The configuration as plain data without axes; its sides are left open unless `at` has them."""
+    values: dict[str, float] = {}
+    for name, value in _chosen(source, view, at).items():
+        if is_listed_in(source, name):
+            values |= {member.name: float(member.points()[int(value)]) for member in source.axes[name].members}
         else:
-            value = view.values.get(name, start_value(subject, view, name))
-            found[name] = told(name, float(at.get(name, value)))
-    changed = {**subject.assumed, **view.values, **{name: float(at[name]) for name in view.plane}}
-    found |= {name: told(name, value) for name, value in changed.items() if name not in found}
-    return [f"{name}={text}" for name, text in found.items()]
+            values[name] = float(value)
+    sides = [name for name in view.plane if name in QUANTITIES and name not in at]
+    return source.bare.at(**values).without(*sides).resolved() | {"axes": {}}
+
+
+def _axis(source: Source, name: str, most: int) -> dict[str, Any]:
+    """A side as plain data, of at most so many points."""
+    axis = source.axes.get(name)
+    if axis is None:
+        slider = slider_of(source, name)
+        spacing = "log" if slider.is_log else "linear"
+        return {"start": slider.low, "stop": slider.high, "num": min(_POINTS, most), "spacing": spacing}
+    if isinstance(axis, Range):
+        return axis.resolved() | {"num": min(axis.num, most)}
+    if axis.size > FULL[0]:
+        message = f"{axis.size} listed points; at most {FULL[0]} fit on a side of the map"
+        raise ConfigError(source.name, [Problem(("axes", name), message, hint="give the axis start, stop and num")])
+    return axis.resolved()
+
+
+# --- listed axes ------------------------------------------------------------------------------------------------------
+
+
+def is_listed(axis: Axis) -> bool:
+    """True if the points of an axis lie side by side under their names, and not along a scale."""
+    return not isinstance(axis, Range)
+
+
+def is_listed_in(source: Source, name: str) -> bool:
+    """True if a quantity is an axis of listed points."""
+    return name in source.axes and is_listed(source.axes[name])
+
+
+def labels_of(source: Source, axis: Axis) -> tuple[str, ...]:
+    """The points of an axis in words."""
+    if isinstance(axis, Group):
+        return axis.labels or tuple(map(str, range(axis.size)))
+    row = QUANTITIES[axis.name]
+    if isinstance(axis, Range):
+        unit = unit_for(row.units, axis.points(), source.written_in.get(axis.name))
+        return tuple(unit.text(value, _DIGITS) for value in axis.points())
+    unit = unit_for(row.units, axis.points())
+    return tuple(str(row.written(value)) if isnan(value) else unit.text(value, _DIGITS) for value in axis.values)
+
+
+# --- sliders ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class SliderRange:
+    """A quantity of all cells of a view: its value, and the range of its slider, in SI.
+
+    start : the value; NaN where the quantity is absent. otherwise : what a slider shows until it is switched on.
+    is_log : whether ratios count. rare : whether it is seldom changed. written : the unit of the configuration.
+    """
+
+    name: str
+    start: float
+    low: float
+    high: float
+    is_log: bool
+    otherwise: float
+    rare: bool
+    written: str | None = None
+
+    @property
+    def may_be_absent(self) -> bool:
+        """True if it can be switched off."""
+        return QUANTITIES[self.name].may_be_absent
+
+    @property
+    def unit(self) -> Unit:
+        """The unit that suits the whole range: that of its middle."""
+        centre = sqrt(self.low * self.high) if self.is_log else max(abs(self.low), abs(self.high)) / 2.0
+        return unit_for(QUANTITIES[self.name].units, centre, self.written)
+
+    def place(self, value: float) -> float:
+        """The place of a value on the scale of the slider."""
+        return float(np.log10(value)) if self.is_log else value
+
+    def value(self, place: float) -> float:
+        """The value at such a place, to a few digits, as a person would write it."""
+        return _rounded(10.0**place if self.is_log else place)
+
+
+def sliders_of(source: Source, without: tuple[str, ...] = ()) -> Iterator[SliderRange]:
+    """The sliders beside a map, those of people's everyday first. without : the sides of the map."""
+    cell = typical_cell(source)
+    ranges = {name: axis for name, axis in source.axes.items() if isinstance(axis, Range) and name not in without}
+    names = [name for name in QUANTITIES if (name in source.fixed or name in ranges) and name not in without]
+    if source.config.friction.law != "stribeck_delta" and "delta" in names:
+        names.remove("delta")
+    for name in sorted(names, key=lambda name: name in _RARE):
+        written = source.written_in.get(name)
+        if axis := ranges.get(name):
+            centre = middle(axis)
+            yield SliderRange(name, centre, axis.start, axis.stop, axis.spacing == "log", centre, False, written)
+        else:
+            value = source.fixed[name]
+            yield SliderRange(name, value, *_range(name, value, cell), name in _RARE, written)
+
+
+def slider_of(source: Source, name: str) -> SliderRange:
+    """The slider a quantity would have. Raises KeyError."""
+    return {slider.name: slider for slider in sliders_of(source)}[name]
+
+
+def typical_cell(source: Source) -> dict[str, float]:
+    """A cell in the middle of the configuration, as it is given."""
+    cell = dict(source.fixed)
+    for axis in source.axes.values():
+        cell |= {member.name: middle(member) for member in axis.members}
+    return {"mu_start": cell.get("a1", 0.0) + cell.get("a3", 0.0)} | cell
+
+
+def middle(axis: Range | Values) -> float:
+    """The point in the middle of an axis; of a list with words, a number."""
+    points = axis.points()
+    numbers = points[~np.isnan(points)]
+    return float(numbers[len(numbers) // 2]) if numbers.size else float("nan")
+
+
+def _range(name: str, value: float, cell: Mapping[str, float]) -> tuple[float, float, bool, float]:
+    """Of the slider of a fixed quantity: its ends, whether ratios count, and what it shows until it is switched on."""
+    if ends := _ends(cell).get(name):
+        low, high, otherwise = ends
+        if isnan(value):
+            return low, high, False, otherwise
+        return min(low, value), max(high, 2.0 * value if value > high else high), False, value
+    if (QUANTITIES[name].above == 0.0 or name == "belt_speed") and value > 0:
+        return value / _FACTOR, value * _FACTOR, True, value
+    high = _FACTOR / 2.0 * abs(value) or 1.0
+    return min(0.0, -high if value < 0 else 0.0), high, False, value
+
+
+def _ends(cell: Mapping[str, float]) -> dict[str, tuple[float, float, float]]:
+    """Ends of sliders that follow from other quantities, and what they show where the quantity is absent."""
+    start, speed, stiffness = cell["mu_start"], abs(cell["belt_speed"]), cell["stiffness"]
+    friction = 0.0, _rounded(2.0 * start), 0.0
+    slope = 3.0 * abs(cell.get("a2", 0.0)) or start / max(speed, 1e-3)  # so much doubles friction at the belt speed
+    shift, fast = _rounded(2.0 * start * cell["normal_load"] / stiffness), _rounded(2.0 * speed) or 1.0
+    return {
+        "damping": (0.0, _rounded(sqrt(stiffness * cell["mass"])), 0.0),  # half of critical without friction
+        "a1": friction,
+        "a2": (0.0, _rounded(slope), 0.0),
+        "a3": friction,
+        "mu_start": friction,
+        "mu_reversal": (0.0, start, 0.0),
+        "mu_stop": (0.0, start, _rounded(0.8 * start)),
+        "mu_static": (start, _rounded(2.0 * start), _rounded(1.1 * start)),
+        "ageing_rate": (0.0, _rounded(0.1 * start), 0.0),
+        "contact_time": (0.0, 1000.0, 0.0),
+        "displacement": (-shift, shift, 0.0),
+        "velocity": (-fast, fast, 0.0),
+        "delta": (1.0, 4.0, 1.0),
+    }
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{_DIGITS}g}")

@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from stickslip.errors import StoreError, reason
-from stickslip.files import machine
+from stickslip.files import process
 from stickslip.files.targets import behind
 
 Move = Callable[[Path, Path], None]
@@ -38,7 +38,7 @@ def replaced(path: str | os.PathLike[str], move: Move = os.replace, *, zarr: boo
 
 @contextmanager
 def placed(temporary: Path, target: Path, move: Move = os.replace) -> Iterator[None]:
-    """What is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed."""
+    """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed."""
     try:
         yield
         _flush_all(temporary)
@@ -108,14 +108,14 @@ def _short(name: str) -> str:
 
 def _here() -> str:
     """This machine in a few characters: what others write may still be in use."""
-    return hashlib.sha256(f"{machine.host()} {machine.space()}".encode()).hexdigest()[:8]
+    return hashlib.sha256(f"{process.host()} {process.space()}".encode()).hexdigest()[:8]
 
 
 def _remove_left_over(folder: Path, beginning: str) -> None:
     """Remove what processes of this machine left in a folder when they were killed."""
     for path in folder.glob(f"{glob.escape(beginning)}*-*.part"):
         pid = path.name.removeprefix(beginning).partition("-")[0]
-        if pid.isdigit() and not machine.is_alive(int(pid)):
+        if pid.isdigit() and not process.is_alive(int(pid)):
             _remove(path)
 
 

@@ -29,9 +29,9 @@ def blocks(rest: bytes, begins: int) -> Iterator[tuple[int, bytes]]:
 
 
 def plain_numbers(
-    block: bytes, separator: str, width: int, wanted: Sequence[int], comma: bool
+    block: bytes, separator: str, width: int, columns: Sequence[int], comma: bool
 ) -> NDArray[np.float64] | None:
-    """The columns at the positions `wanted` of a block, (wanted, lines); None if it is not plain, or no numbers.
+    """The columns at the positions `columns` of a block, (columns, lines); None if it is not plain, or no numbers.
 
     comma : whether they have decimal commas.
     """
@@ -44,21 +44,21 @@ def plain_numbers(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # pandas 3 reads so without being told to
             frame = pd.read_csv(
-                BytesIO(block), sep=separator, header=None, names=range(width), usecols=sorted(set(wanted)),
+                BytesIO(block), sep=separator, header=None, names=range(width), usecols=sorted(set(columns)),
                 index_col=False, dtype=np.float64, na_filter=False, decimal=_COMMA_MARK if comma else ".",
                 skip_blank_lines=False, engine="c", float_precision="round_trip",
             )  # fmt: skip
     except ValueError:  # also those of pandas
         return None
-    found = np.stack([frame[column].to_numpy() for column in wanted])
-    if not np.isfinite(found).all():
+    array = np.stack([frame[column].to_numpy() for column in columns])
+    if not np.isfinite(array).all():
         return None
-    is_logical = other and ((found == 0) | (found == 1)).all(axis=1).any()  # pandas takes a column of "true" as ones
-    return None if is_logical else found
+    is_logical = other and ((array == 0) | (array == 1)).all(axis=1).any()  # pandas takes a column of "true" as ones
+    return None if is_logical else array
 
 
 def _has_cells(block: bytes, separator: str, width: int) -> bool:
-    """Whether every line has so many cells."""
+    """Tell whether every line has so many cells."""
     text = np.frombuffer(block, np.uint8)
     ends = np.flatnonzero(text == _LINE)
     if not ends.size or ends[-1] != text.size - 1:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.files import machine
+from stickslip.files import process
 from stickslip.files.seal import content_of
 
 Packed = Any  # bytes, or an array or view of them
@@ -57,7 +57,7 @@ class Chunks(ABC):
     """
 
     def __init__(self, threads: int | None = None) -> None:
-        self._threads = threads or machine.processors()
+        self._threads = threads or process.processors()
         self._layouts: dict[str, Layout] = {}
         self._contents: Contents = {}
         self._waiting: deque[Future[Callable[[], None]]] = deque()
@@ -78,7 +78,7 @@ class Chunks(ABC):
             self._close()
 
     def layout(self, name: str) -> Layout:
-        """How a variable is stored."""
+        """The layout of a variable in the file."""
         if name not in self._layouts:
             self._layouts[name] = self._declared(name)
         return self._layouts[name]
@@ -120,7 +120,7 @@ class Chunks(ABC):
 
     @abstractmethod
     def _declared(self, name: str) -> Layout:
-        """What the file says of a variable."""
+        """The layout that the file declares."""
 
     @abstractmethod
     def _place(self, layout: Layout, origin: Origin, data: Packed) -> Callable[[], None]:

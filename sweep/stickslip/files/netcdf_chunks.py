@@ -16,12 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.files.chunks import Chunks, Contents, Layout, Origin, Packed
-from stickslip.files.filters import Bytes, Filter, filtered
 from stickslip.files.netcdf_lock import NETCDF_LOCK, hold_while_forking
-from stickslip.files.packing import NETCDF, netcdf_filters
+from stickslip.files.packing import NETCDF, Bytes, Filter, filtered, netcdf_filters
 from stickslip.files.seal import GROUP, SEAL, TABLE, marks_of
 
 hold_while_forking()  # h5py takes its own lock then, and ours is always taken before that
+
+
+_NO_SHUFFLE = (2, (1,))  # of single bytes: it does nothing
 
 
 class NetcdfChunks(Chunks):
@@ -40,17 +42,22 @@ class NetcdfChunks(Chunks):
             declared.get_fill_value(fill)
             filters = [declared.get_filter(i) for i in range(declared.get_nfilters())]
             pipeline = tuple((number, parameters) for number, _, parameters, _ in filters)
-            known = NETCDF if _alike(pipeline, netcdf_filters(dataset.dtype)) else None
-            return Layout(dataset.dtype, dataset.chunks, fill, partial(_packed, pipeline), known, dataset)
+            ours = [f for f in netcdf_filters(dataset.dtype) if f != _NO_SHUFFLE]
+            packing = NETCDF if [f for f in pipeline if f != _NO_SHUFFLE] == ours else None
+            return Layout(dataset.dtype, dataset.chunks, fill, partial(_packed, pipeline), packing, dataset)
 
     def _place(self, layout: Layout, origin: Origin, data: Packed) -> Callable[[], None]:
-        return lambda: _store(layout.target, origin, data)
+        def store() -> None:
+            with NETCDF_LOCK:
+                layout.target.id.write_direct_chunk(origin, data)
+
+        return store
 
     def _mark(self, contents: Contents) -> None:
         with NETCDF_LOCK:
             if GROUP not in self._file:
                 return
-            arrays = {name: found for name, found in self._file.items() if getattr(found, "chunks", None)}
+            arrays = {name: array for name, array in self._file.items() if getattr(array, "chunks", None)}
             layouts = {name: (a.shape, a.chunks) for name, a in arrays.items() if a.dtype.kind in "fiu"}
             table, seal = self._file[GROUP][TABLE], np.bytes_(self._file.attrs[SEAL]).decode()  # text or bytes
             marks = marks_of(seal, layouts, table[...])
@@ -65,13 +72,3 @@ class NetcdfChunks(Chunks):
 
 def _packed(pipeline: tuple[Filter, ...], values: NDArray[Any]) -> Bytes:
     return filtered(values.reshape(-1).view(np.uint8), pipeline)
-
-
-def _alike(one: tuple[Filter, ...], other: tuple[Filter, ...]) -> bool:
-    """Whether filters make the same of a chunk: a shuffle of single bytes does nothing."""
-    return [f for f in one if f != (2, (1,))] == [f for f in other if f != (2, (1,))]
-
-
-def _store(dataset: Any, origin: Origin, data: Packed) -> None:
-    with NETCDF_LOCK:
-        dataset.id.write_direct_chunk(origin, data)

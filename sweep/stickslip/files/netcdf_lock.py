@@ -25,7 +25,7 @@ class _NetcdfLock:
         self._ours, self._xarrays, self._depth = threading.RLock(), NETCDF4_PYTHON_LOCK, 0
 
     def acquire(self, blocking: bool = True) -> bool:
-        """Whether this thread holds the lock now; the garbage collector asks without blocking."""
+        """Tell whether this thread holds the lock now; the garbage collector asks without blocking."""
         if not self._ours.acquire(blocking):
             return False
         try:
@@ -47,7 +47,7 @@ class _NetcdfLock:
         self._ours.release()
 
     def locked(self) -> bool:
-        """Whether any thread holds it."""
+        """Tell whether any thread holds it."""
         return self._depth > 0
 
     def __enter__(self) -> None:

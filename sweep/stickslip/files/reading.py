@@ -29,13 +29,13 @@ from xarray.core.indexing import (
 )
 
 from stickslip.errors import StoreError, reason
-from stickslip.files.duck_arrays import import_no_more
+from stickslip.files.lazy_duck_arrays import wait_for_imports
 from stickslip.files.locations import Url, location
-from stickslip.files.mistaken import RESULTS_HERE, names_in, no_result
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.seal import GROUP, MARKED, SEAL, TABLE, Marks, digest, has_bare_values, is_unwritten, marks_of
+from stickslip.files.sniff import RESULTS, neighbours, wrong_file_type
 
-import_no_more()
+wait_for_imports()
 
 _LABEL = "_label"
 _REMEDY = "hint: copy it again, or compute it again"
@@ -54,7 +54,7 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def look_into(path: str | os.PathLike[str]) -> xr.Dataset:
-    """The same without dask, whose import takes longer than a look: what is asked of a variable is read each time."""
+    """As `open`, without dask, whose import takes longer than a look: values are read each time."""
     return _open(path, _by_xarray)
 
 
@@ -104,7 +104,7 @@ def _marks(source: Path | str, ds: xr.Dataset, engine: str) -> Marks | None:
 
 
 def _objection(source: Path | str, ds: xr.Dataset, engine: str, marks: Marks | None) -> str | None:
-    """Why this is not a file to work with; None if it is one."""
+    """The reason not to work with a file; None if there is none."""
     if not str(ds.attrs.get("source", "")).startswith("stickslip "):
         return "not written by stickslip (its attribute `source` does not say so)"
     for name, variable in ds.variables.items():
@@ -120,7 +120,7 @@ def _objection(source: Path | str, ds: xr.Dataset, engine: str, marks: Marks | N
 
 
 def _misplaced(ds: xr.Dataset, marks: Marks) -> str | None:
-    """Which coordinate is not the one that was written, or that the marks are not there; None if all is well."""
+    """The coordinate that is not the one that was written, or that the marks are not there; None if all is well."""
     if sum(places.size for places in marks.places.values()) > marks.table.size:
         return f"damaged or written by another program, {MARKED} is not there\nhint: if that was on purpose, {_UNSEAL}"
     for name in map(str, ds.coords):
@@ -139,15 +139,14 @@ def _source(path: str | os.PathLike[str]) -> Path | str:
     if isinstance(where, Url):
         return str(where)
     if not where.exists():
-        here = names_in(where.parent, RESULTS_HERE)
-        folder = "this folder" if where.parent == Path() else where.parent
-        raise StoreError(f"{path}: no such file" + (f"\nhint: {folder} holds {', '.join(here)}" if here else ""))
-    if mistaken := no_result(where):
-        raise StoreError(
-            f"{path}: this is {mistaken.what}, expected a result (.nc or .zarr)"
-            + (f"\nhint: {mistaken.hint}" if mistaken.hint else "")
-        )
+        raise StoreError(_hinted(f"{path}: no such file", neighbours(where, RESULTS)))
+    if kind := wrong_file_type(where, RESULTS):
+        raise StoreError(_hinted(f"{path}: this is {kind.name}, expected a result (.nc or .zarr)", kind.hint))
     return where
+
+
+def _hinted(message: str, hint: str | None) -> str:
+    return f"{message}\nhint: {hint}" if hint else message
 
 
 def _is_zarr(source: Path | str) -> bool:
@@ -214,8 +213,8 @@ class _Guarded(BackendArray):
 
     def __getitem__(self, key: tuple[slice | int, ...] | ExplicitIndexer) -> NDArray[Any]:
         if isinstance(key, ExplicitIndexer):
-            found: NDArray[Any] = explicit_indexing_adapter(key, self.shape, IndexingSupport.BASIC, self._read)
-            return found
+            values: NDArray[Any] = explicit_indexing_adapter(key, self.shape, IndexingSupport.BASIC, self._read)
+            return values
         return self._read(key)
 
     def _read(self, key: tuple[slice | int, ...]) -> NDArray[Any]:
@@ -226,7 +225,7 @@ class _Guarded(BackendArray):
 
     def _marked(self, whole: tuple[slice, ...], marks: Marks) -> NDArray[Any]:
         """Chunk after chunk, each compared with its mark, which is that of all its values."""
-        found = np.empty([side.stop - side.start for side in whole], self._variable.dtype)
+        joined = np.empty([side.stop - side.start for side in whole], self._variable.dtype)
         for number, part in _chunks_in(self.shape, _chunk_lengths(self._variable), whole):
             values = self._values(part)
             if not marks.fit(self._name, number, values):
@@ -236,8 +235,8 @@ class _Guarded(BackendArray):
                 tuple(slice(start - of.start, stop - of.start) for (start, stop), of in zip(common, sides, strict=True))
                 for sides in (part, whole)
             )
-            found[of_whole] = values[of_part]
-        return found
+            joined[of_whole] = values[of_part]
+        return joined
 
     def _values(self, whole: tuple[slice, ...]) -> NDArray[Any]:
         try:
@@ -254,7 +253,7 @@ class _Guarded(BackendArray):
 
 
 def _hull(part: slice | int, length: int) -> tuple[slice, slice | int]:
-    """The contiguous slice that holds `part`, and where in it `part` is."""
+    """The contiguous slice that holds `part`, and the place of `part` in it."""
     if not isinstance(part, slice):
         return slice(part % length, part % length + 1), 0
     chosen = range(length)[part]
@@ -323,7 +322,7 @@ def _chunk_lengths(variable: xr.Variable) -> tuple[int, ...]:
 
 
 def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
-    """What is missing in a Zarr store of which every chunk was written; None if it is whole.
+    """The chunks missing in a Zarr store of which every chunk was written; None if it is whole.
 
     Zarr takes a chunk that is not there for one that holds nothing but the fill value.
     """

@@ -41,19 +41,19 @@ def sealed(ds: xr.Dataset) -> xr.Dataset:
 
 def digest(ds: xr.Dataset) -> str:
     """Digest of the configuration, of names, dimensions and units of all variables, and of values without chunks."""
-    found = hashlib.sha256()
-    found.update(_text(ds.attrs.get("configuration", "")))
+    hasher = hashlib.sha256()
+    hasher.update(_text(ds.attrs.get("configuration", "")))
     if MARKED in ds.attrs:
-        found.update(_text(MARKED, ds.attrs[MARKED], ds.attrs.get("source", "")))
+        hasher.update(_text(MARKED, ds.attrs[MARKED], ds.attrs.get("source", "")))
     for name in sorted(map(str, ds.variables)):
         variable = ds.variables[name]
-        found.update(_text(name, *variable.dims, *variable.shape, _type(variable)))
+        hasher.update(_text(name, *variable.dims, *variable.shape, _type(variable)))
         for attribute in _SEALED_ATTRIBUTES:
             if attribute in variable.attrs:
-                found.update(_text(attribute, *np.atleast_1d(variable.attrs[attribute])))
+                hasher.update(_text(attribute, *np.atleast_1d(variable.attrs[attribute])))
         if has_bare_values(variable):
-            found.update(_values(variable))
-    return found.hexdigest()
+            hasher.update(_values(variable))
+    return hasher.hexdigest()
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Marks:
         self.table[self.places[name][number]] = self._mark(name, number, content)
 
     def fit(self, name: str, number: tuple[int, ...], values: NDArray[Any]) -> bool:
-        """Whether these values were written as this chunk of this file."""
+        """Tell whether these values were written as this chunk of this file."""
         at = self.places[name][number]
         return bool(at < self.table.size and self.table[at] == self._mark(name, number, content_of(values)))
 
@@ -91,17 +91,17 @@ def marks_of(seal: str, layouts: Mapping[str, Layout], table: NDArray[np.uint64]
 
 
 def content_of(values: NDArray[Any]) -> bytes:
-    """What identifies the values of a chunk, without those that fill it up at an edge: SHA-256 of them in C order."""
+    """SHA-256 of the values of a chunk in C order, without those that fill it up at an edge."""
     return hashlib.sha256(np.ascontiguousarray(values, values.dtype.newbyteorder("<")).data).digest()
 
 
 def has_bare_values(variable: xr.Variable) -> bool:
-    """Whether the values are stored without checksum: single numbers, and text."""
+    """Tell whether the values are stored without checksum: single numbers, and text."""
     return variable.ndim == 0 or variable.dtype.kind not in "fiu"
 
 
 def is_unwritten(values: NDArray[Any]) -> bool:
-    """Whether some values are fill values, as they are where a chunk got lost."""
+    """Tell whether some values are fill values, as they are where a chunk got lost."""
     fill = _NETCDF_FILL.get(values.dtype.str[1:])
     if fill is not None and bool((values == fill).any()):
         return True

@@ -24,12 +24,10 @@ from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, Problem
 from stickslip.files.blocks import blocks, plain_numbers
-from stickslip.files.formulas import as_written
-from stickslip.files.limits import check_columns, check_points
-from stickslip.files.texts import read_text
+from stickslip.files.texts import as_written, check_columns, check_points, read_text
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
-_SAID = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
+_SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
@@ -77,14 +75,14 @@ def read_table(
     name = str(path)
     text, below = read_text(path)
     numbered = [(number, line) for number, line in _whole_lines(text) if line.strip(" ;,\t")]
-    said = _SAID.fullmatch(numbered[0][1]) if numbered else None
-    numbered = numbered[1:] if said else numbered
+    declared = _SEPARATOR_LINE.fullmatch(numbered[0][1]) if numbered else None
+    numbered = numbered[1:] if declared else numbered
     remarks = tuple(_remark(number, line) for number, line in numbered if _is_remark(line))
     rows = [(number, line) for number, line in numbered if not _is_remark(line)]
     if not rows:
         hint = f"the first line that is not a comment says, for instance, '{example}'"
         raise ConfigError(name, [Problem((), "no line names the columns", hint=hint)])
-    at, separator = _heading_at([line for _, line in rows[:_MOST_ABOVE]], said[1] if said else "", is_heading)
+    at, separator = _heading_at([line for _, line in rows[:_MOST_ABOVE]], declared[1] if declared else "", is_heading)
     (number, line), rest = rows[at], rows[at + 1 :]
     heading = _cells(name, number, line, separator)
     while len(heading) > 1 and not heading[-1].text:
@@ -116,9 +114,11 @@ def _whole_lines(text: str) -> Iterator[tuple[int, str]]:
         yield begun
 
 
-def _heading_at(lines: Sequence[str], said: str, is_heading: Callable[[Sequence[str]], bool] | None) -> tuple[int, str]:
-    """Which line names the columns, and what separates them."""
-    marks = [said] if said else [*_SEPARATORS]
+def _heading_at(
+    lines: Sequence[str], declared: str, is_heading: Callable[[Sequence[str]], bool] | None
+) -> tuple[int, str]:
+    """The number of the line that names the columns, and their separator."""
+    marks = [declared] if declared else [*_SEPARATORS]
     for i, line in enumerate(lines):
         for mark in marks:
             names = _plain_cells(line, mark)
@@ -133,7 +133,7 @@ def _heading_at(lines: Sequence[str], said: str, is_heading: Callable[[Sequence[
     several = [i for i, line in enumerate(lines) if any(len(_plain_cells(line, mark)) > 1 for mark in marks)]
     named = (i for i in several if is_heading and any(is_heading(_plain_cells(lines[i], mark)) for mark in marks))
     at = next(named, several[0] if several else 0)
-    return at, said or _separator(lines[at], lines[min(at + 1, len(lines) - 1)])
+    return at, declared or _separator(lines[at], lines[min(at + 1, len(lines) - 1)])
 
 
 def _plain_cells(line: str, mark: str) -> list[str]:
@@ -154,7 +154,7 @@ def _is_number(text: str) -> bool:
 
 
 def _separator(heading: str, row: str) -> str:
-    """What separates columns: what cuts the heading and the first row into as many cells; else what the heading has."""
+    """The separator that cuts the heading and the first row into as many cells; else the one that the heading has."""
     counts = {mark: tuple(len(list(_parts(line, mark))) for line in (heading, row)) for mark in _SEPARATORS}
     used = [mark for mark, (cells, _) in counts.items() if cells > 1]
     alike = [mark for mark in used if len(set(counts[mark])) == 1]
@@ -174,45 +174,45 @@ def _within(rows: Iterable[tuple[int, str]], separator: str, width: int) -> Iter
 
 
 def numbers(
-    table: Table, wanted: Sequence[int], moved: Callable[[int, int], None] | None = None
+    table: Table, columns: Sequence[int], progress: Callable[[int, int], None] | None = None
 ) -> dict[int, NDArray[np.float64]]:
-    """The columns at the positions `wanted`, unconverted. Raises ConfigError naming line and column.
+    """The columns at the positions `columns`, unconverted. Raises ConfigError naming line and column.
 
-    moved : called with how many bytes of a long table are read, and how many there are.
+    progress : called with how many bytes of a long table are read, and how many there are.
     """
     for comma in (False, True) if table.separator != "," else (False,):
         parts = []
-        for done, values in _parts_of(table, wanted, comma):
+        for done, values in _parts_of(table, columns, comma):
             if values is None:
                 break
             parts.append(values)
-            if moved is not None and table.rest:
-                moved(done, len(table.rest))
+            if progress is not None and table.rest:
+                progress(done, len(table.rest))
         else:
-            return dict(zip(wanted, np.concatenate(parts, axis=1), strict=True))
+            return dict(zip(columns, np.concatenate(parts, axis=1), strict=True))
     rows = (_texts(table, number, line) for number, line in (_lines(table) if b"," in table.rest else table.lines))
-    raise ConfigError(table.name, _problems(table, wanted, has_decimal_commas(table, rows, wanted)))
+    raise ConfigError(table.name, _problems(table, columns, has_decimal_commas(table, rows, columns)))
 
 
-def _parts_of(table: Table, wanted: Sequence[int], comma: bool) -> Iterator[tuple[int, NDArray[np.float64] | None]]:
-    """The columns part by part, (wanted, lines), each with the bytes read by then; None where some are no numbers."""
-    yield 0, _numbers(table, table.lines, wanted, comma)
+def _parts_of(table: Table, columns: Sequence[int], comma: bool) -> Iterator[tuple[int, NDArray[np.float64] | None]]:
+    """The columns part by part, (columns, lines), each with the bytes read by then; None where some are no numbers."""
+    yield 0, _numbers(table, table.lines, columns, comma)
     done = 0
     for begins, block in blocks(table.rest, table.begins):
-        found = plain_numbers(block, table.separator, len(table.heading), wanted, comma)
+        array = plain_numbers(block, table.separator, len(table.heading), columns, comma)
         done += len(block)
-        yield done, _numbers(table, [*_rows(table, block, begins)], wanted, comma) if found is None else found
+        yield done, _numbers(table, [*_rows(table, block, begins)], columns, comma) if array is None else array
 
 
 def _numbers(
-    table: Table, lines: Sequence[tuple[int, str]], wanted: Sequence[int], comma: bool
+    table: Table, lines: Sequence[tuple[int, str]], columns: Sequence[int], comma: bool
 ) -> NDArray[np.float64] | None:
-    """The columns of some lines, (wanted, lines); None if they are not all numbers. Raises ConfigError for no CSV."""
+    """The columns of some lines, (columns, lines); None if they are not all numbers. Raises ConfigError for no CSV."""
     rows = [_texts(table, number, line) for number, line in lines]
     if any(len(row) != len(table.heading) for row in rows):
         return None
-    found = np.empty((len(wanted), len(rows)))
-    for values, column in zip(found, wanted, strict=True):
+    array = np.empty((len(columns), len(rows)))
+    for values, column in zip(array, columns, strict=True):
         texts = [row[column] for row in rows]
         if comma:
             if any("." in text for text in texts):
@@ -225,7 +225,7 @@ def _numbers(
             values[:] = [float(text) for text in texts]
         except ValueError:
             return None
-    return found if np.isfinite(found).all() else None
+    return array if np.isfinite(array).all() else None
 
 
 def first_cells(table: Table) -> tuple[Cell, ...]:
@@ -310,7 +310,7 @@ def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...
 
 
 def _parts(line: str, separator: str) -> Iterator[tuple[int, int]]:
-    """Where the cells of a line begin and end; separators in quotation marks are none."""
+    """Begin and end of each cell of a line; separators in quotation marks are none."""
     quoted, begin = False, 0
     for i, character in enumerate(f"{line}{separator}"):
         if character == '"':
@@ -323,13 +323,13 @@ def _parts(line: str, separator: str) -> Iterator[tuple[int, int]]:
 # --- what is wrong ----------------------------------------------------------------------------------------------------
 
 
-def has_decimal_commas(table: Table, rows: Iterable[Sequence[str]], wanted: Sequence[int]) -> bool:
-    """Whether numbers are written with commas in the columns `wanted` of the cells in `rows`."""
-    return table.separator != "," and any("," in row[column] for row in rows for column in wanted if column < len(row))
+def has_decimal_commas(table: Table, rows: Iterable[Sequence[str]], columns: Sequence[int]) -> bool:
+    """Tell whether numbers are written with commas in the columns `columns` of the cells in `rows`."""
+    return table.separator != "," and any("," in row[column] for row in rows for column in columns if column < len(row))
 
 
 def thousands(texts: Sequence[str], comma: bool) -> bool:
-    """Whether the decimal marks of a column rather stand between thousands: 500, 1,000, 1,500."""
+    """Tell whether the decimal marks of a column rather stand between thousands: 500, 1,000, 1,500."""
     marked = re.compile(r"[-+]?[1-9]\d{0,2}[,]\d{3}" if comma else r"[-+]?[1-9]\d{0,2}[.]\d{3}")
     whole = [text for text in texts if text.lstrip("+-").isdigit()]
     others = [text for text in texts if text and text not in whole]
@@ -343,32 +343,32 @@ def mixed_marks(text: str, comma: bool) -> str:
     return "leave out the points between thousands" if comma and "." in text else ""
 
 
-def _problems(table: Table, wanted: Sequence[int], comma: bool) -> list[Problem]:
+def _problems(table: Table, columns: Sequence[int], comma: bool) -> list[Problem]:
     """Everything that keeps the table from being numbers, up to a limit."""
     problems: list[Problem] = []
-    for number, line in _wrong_lines(table, wanted, comma):
+    for number, line in _wrong_lines(table, columns, comma):
         if len(problems) >= MOST_PROBLEMS:
             break
         row = _cells(table.name, number, line, table.separator)
         if len(row) != len(table.heading):
             problems.append(wrong_count(table, row))
             continue
-        for column in wanted:
+        for column in columns:
             if (problem := _not_a_number(row[column], comma, table.heading[column].text)) is not None:
                 problems.append(problem)
     return problems
 
 
-def _wrong_lines(table: Table, wanted: Sequence[int], comma: bool) -> Iterator[tuple[int, str]]:
+def _wrong_lines(table: Table, columns: Sequence[int], comma: bool) -> Iterator[tuple[int, str]]:
     """The lines among which the wrong ones are: without those blocks that are read."""
     yield from table.lines
     for begins, block in blocks(table.rest, table.begins):
-        if plain_numbers(block, table.separator, len(table.heading), wanted, comma) is None:
+        if plain_numbers(block, table.separator, len(table.heading), columns, comma) is None:
             yield from _rows(table, block, begins)
 
 
 def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:
-    """What is wrong with a cell, None if it is a finite number."""
+    """The problem of a cell, None if it is a finite number."""
     text = cell.text
     if hint := mixed_marks(text, comma):
         pass
@@ -386,15 +386,15 @@ def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:
 
 def wrong_count(table: Table, cells: Sequence[Cell]) -> Problem:
     """A line with too few or too many cells; twice as many are decimal commas."""
-    wanted = len(table.heading)
+    columns = len(table.heading)
     hint = None
-    if table.separator == "," and len(cells) > wanted:
+    if table.separator == "," and len(cells) > columns:
         hint = "commas separate these columns, so write decimal points, not commas"
         hint += "; or separate the columns with semicolons"
     elif table.separator == "," and any(";" in cell.text or "\t" in cell.text for cell in cells):
         hint = "the line that names the columns has commas; use the same separator throughout"
     message = (
-        f"got {len(cells)} value{'s' * (len(cells) != 1)}, expected {wanted}, one for each column "
+        f"got {len(cells)} value{'s' * (len(cells) != 1)}, expected {columns}, one for each column "
         f"({_SEPARATORS[table.separator]} separate them)"
     )
-    return Problem((), message, cells[min(wanted, len(cells) - 1)].place, hint)
+    return Problem((), message, cells[min(columns, len(cells) - 1)].place, hint)

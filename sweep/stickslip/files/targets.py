@@ -1,4 +1,4 @@
-"""Where results go: the file behind a name, and whether it can be written, known before an hour of computing.
+"""Targets of results: the file behind a name, and a check that it can be written, before an hour of computing.
 
 All that writes goes through `behind` (`atomic.replaced`), all that is asked to write later through `check_target`.
 """
@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 from stickslip.errors import StoreError, reason
-from stickslip.files.locations import ROOT, Url, location
+from stickslip.files.locations import ROOT, Url, check_writable, location
 
 _ZARR_MARKERS = (ROOT, ".zgroup")
 _LONGEST_NAME = 255  # bytes
@@ -60,14 +60,14 @@ def behind(path: str | os.PathLike[str], *, zarr: bool = False) -> Path:
 def check_target(place: str | os.PathLike[str], *kinds: str) -> None:
     """Raises StoreError now if a file of one of these `KINDS`, or a `folder` of files, could not be written later."""
     where = location(place)
-    asked = [KINDS[kind] for kind in kinds if kind != "folder"]
-    kind = next((kind for kind in asked if where.suffix.lower() in kind.suffixes), None)
+    possible = [KINDS[kind] for kind in kinds if kind != "folder"]
+    kind = next((kind for kind in possible if where.suffix.lower() in kind.suffixes), None)
     if kind is None and "folder" in kinds:
         if not isinstance(where, Path) or (where.exists() and not where.is_dir()):
             raise StoreError(f"{place}: expected a folder, or a name for a new one")
         return check_place(where, is_folder=True)
     if kind is None:
-        named = " and ".join(f"{kind.name} end in {', '.join(kind.suffixes)}" for kind in asked)
+        named = " and ".join(f"{kind.name} end in {', '.join(kind.suffixes)}" for kind in possible)
         raise StoreError(f"{place}: {named}")
     package, extra = kind.needs.get(where.suffix.lower(), ("", ""))
     if package and find_spec(package) is None:
@@ -76,10 +76,8 @@ def check_target(place: str | os.PathLike[str], *kinds: str) -> None:
             f"{kind.suffixes[0]}"
         )
     if isinstance(where, Url):
-        from stickslip.files import swapping
-
         check_url(where)
-        return swapping.check_writable(where)
+        return check_writable(where)
     check_place(where, is_zarr=where.suffix == ".zarr", folder=kind.folder)
 
 
@@ -107,8 +105,8 @@ def check_place(path: Path, *, is_zarr: bool = False, is_folder: bool = False, f
     except UnicodeEncodeError:
         raise StoreError(f"{str(path)!r}: a name that is not text (UTF-8)") from None
     except (OSError, ValueError) as error:  # the latter of a NUL
-        wanted = "expected a folder, or a name for a new one" if is_folder else "cannot be written"
-        raise StoreError(f"{path}: {wanted} ({reason(error)})") from None
+        message = "expected a folder, or a name for a new one" if is_folder else "cannot be written"
+        raise StoreError(f"{path}: {message} ({reason(error)})") from None
 
 
 def check_folder(path: Path) -> None:

@@ -1,22 +1,44 @@
-"""The text of tables that people hand in, whatever wrote it."""
+"""The text of tables that people hand in, whatever wrote it: text files, first sheets of workbooks of Excel.
+
+What is too large is refused before it costs memory or minutes. Texts that a spreadsheet would run as formulas when it
+opens a table are made inert, and read back: what counts as such is the list of OWASP on CSV injection, a text that
+begins with = + - @, also in their wide forms, or with a tab or the end of a line. A program that splits at another
+separator sees the text behind it as a cell as well.
+"""
 
 from __future__ import annotations
 
 import codecs
+import csv
+import re
+import stat
+from collections.abc import Iterator
+from importlib import import_module
+from io import StringIO
 from pathlib import Path
+from typing import Any
 
-from stickslip.errors import ConfigError, Problem
-from stickslip.files.limits import LARGEST_TEXT, check_file, check_lines
-from stickslip.files.mistaken import TABLES_HERE, names_in, no_table
-from stickslip.files.workbooks import first_sheet
+from stickslip.errors import ConfigError, Place, Problem, reason
+from stickslip.files.sniff import TABLES, neighbours, wrong_file_type
 
+LARGEST_TEXT = 1_000_000_000  # bytes; a record of 1e7 samples of four signals has 4e8, and takes three times as much
+LARGEST_WORKBOOK = 64_000_000  # bytes as a file; a full sheet of 1,048,576 rows of four numbers has 40e6
+LARGEST_UNPACKED = 256_000_000  # bytes of all parts of a workbook; such a sheet has 160e6
+MOST_PACKED = 200  # how many times smaller parts may be packed; those of sheets are 5 to 20 times, of bombs 1,000
+LONGEST_LINE = 100_000  # bytes
+MOST_COLUMNS = 1_000  # a sheet of Excel may have 16,384, a table of materials or signals some ten
+MOST_POINTS = 100_000  # lines of a table of points, which are fitted one by one; a record is averaged to points
 _ZIP = b"PK\3\4"  # how a workbook begins
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _BEGINNING = 1 << 20  # bytes, in which remarks and the heading lie; twice as much is read line by line
+_NO_NUMBER = ("#DIV/0!", "#N/A", "#NAME?", "#NULL!", "#NUM!", "#REF!", "#VALUE!")  # what formulas end in
+_STARTS = r"[ ]*[=+\-@＝＋－＠\t\r\n]"  # noqa: RUF001 (the wide forms)
+_LIVE = re.compile(rf"^(?='*{_STARTS})|(?<=[;,\t])(?='*[ ]*[=@])")
+_INERT = re.compile(rf"^'(?='*{_STARTS})|(?<=[;,\t])'(?='*[ ]*[=@])")
 
 
 def read_text(path: Path) -> tuple[str, bytes]:
-    """What a file says: its beginning, and the rest as UTF-8 with a line feed after each line; a short one has no rest.
+    """The beginning of a file, and its rest as UTF-8 with a line feed after each line; a short one has no rest.
 
     The file is UTF-8 or UTF-16 as its byte order mark tells, else UTF-8, else Windows-1252 or Latin-1; of a workbook
     of Excel it is the first sheet, as CSV. Raises ConfigError if it cannot be read, or is no text.
@@ -24,24 +46,20 @@ def read_text(path: Path) -> tuple[str, bytes]:
     check_file(path, LARGEST_TEXT)
     if _is_workbook(path):
         return first_sheet(path), b""
-    if mistaken := no_table(path):
-        what = f"this is {mistaken.what}, expected a CSV file"
-        raise ConfigError(str(path), [Problem((), what, hint=mistaken.hint)])
+    if kind := wrong_file_type(path, TABLES):
+        raise _refused(path, f"this is {kind.name}, expected a CSV file", kind.hint)
     try:
         return _halves(path, path.read_bytes())
     except FileNotFoundError:
-        here = names_in(path.parent, TABLES_HERE)
-        hint = f"{path.parent if path.parent != Path() else 'this folder'} holds {', '.join(here)}" if here else None
-        raise ConfigError(str(path), [Problem((), "no such file", hint=hint)]) from None
+        raise _refused(path, "no such file", neighbours(path, TABLES)) from None
     except OSError as error:
-        raise ConfigError(str(path), [Problem((), f"cannot be read: {error.strerror or error}")]) from None
+        raise _refused(path, f"cannot be read: {error.strerror or error}", None) from None
     except UnicodeError:
-        message = "this is no text, expected a CSV file"
-        raise ConfigError(str(path), [Problem((), message, hint="save the table as CSV")]) from None
+        raise _refused(path, "this is no text, expected a CSV file", "save the table as CSV") from None
 
 
 def _is_workbook(path: Path) -> bool:
-    """Whether this is a file of Excel, by its name and by how it begins."""
+    """Recognize a file of Excel, by its name and by how it begins."""
     try:
         with path.open("rb") as file:
             return path.suffix.lower() == ".xlsx" and file.read(len(_ZIP)) == _ZIP
@@ -72,3 +90,140 @@ def _decoded(data: bytes) -> str:
         except UnicodeDecodeError:
             pass
     return data.decode("latin-1")  # which knows every byte
+
+
+# --- workbooks --------------------------------------------------------------------------------------------------------
+
+
+def first_sheet(path: Path) -> str:
+    """The first sheet as text, columns separated by semicolons, a line for each row. Raises ConfigError."""
+    check_parts(path)
+    text = StringIO()
+    writer = csv.writer(text, delimiter=";", lineterminator="\n")
+    try:
+        openpyxl = import_module("openpyxl")  # of the extra "excel"
+        book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
+        try:
+            for cells in _rows(path, book.worksheets[0]):
+                writer.writerow(cells)
+        finally:
+            book.close()
+    except ConfigError:
+        raise
+    except ImportError:
+        hint = 'pip install "stickslip[excel]", or save the sheet as CSV'
+        raise _refused(path, "this is an Excel workbook, which needs openpyxl", hint) from None
+    except Exception as error:  # a damaged archive can make these libraries raise whatever there is
+        raise _damaged_workbook(path, error) from None
+    return text.getvalue()
+
+
+def _rows(path: Path, sheet: Any) -> Iterator[list[Any]]:
+    """The cells of each row up to its last that holds something. Raises ConfigError for too many of them."""
+    sheet.reset_dimensions()  # which a file may tell wrongly
+    for number, row in enumerate(sheet.iter_rows(values_only=True), 1):
+        width = next((i for i in range(len(row), 0, -1) if row[i - 1] not in (None, "")), 0)
+        check_columns(path, number, width)
+        yield [_written(value) for value in row[:width]]
+
+
+def _written(value: Any) -> Any:
+    """A cell as CSV has it: whole numbers without a point, gaps where a formula has no value."""
+    if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
+        return int(value)
+    return "nan" if value in _NO_NUMBER else value
+
+
+# --- limits -----------------------------------------------------------------------------------------------------------
+
+
+def check_file(path: Path, largest: int) -> None:
+    """Raises ConfigError for what is no file, or a larger one; what cannot be looked at is left to its reader."""
+    try:
+        known = path.stat()
+    except (OSError, ValueError):
+        return
+    is_file = stat.S_ISREG(known.st_mode)
+    if not is_file and not stat.S_ISDIR(known.st_mode):  # a pipe waits for ever, a device never ends
+        raise _refused(path, "this is a pipe or a device, expected a file", "write what comes out of it to a file")
+    if known.st_size > largest and is_file:
+        hint = "cut the record, or leave out columns"
+        raise _refused(path, f"{known.st_size / 1e6:,.0f} MB, expected at most {largest / 1e6:,.0f} MB", hint)
+
+
+def check_lines(path: Path, data: bytes) -> None:
+    """Raises ConfigError at the first line that is longer than any of a table."""
+    begins = 0
+    while len(data) - begins > LONGEST_LINE:
+        end = data.rfind(b"\n", begins, begins + LONGEST_LINE + 1)
+        if end < 0:
+            line = data.count(b"\n", 0, begins) + 1
+            message = f"a line of more than {LONGEST_LINE:,} characters, expected one line for each row of the table"
+            raise _refused(path, message, "save the table as CSV", Place(line, 1))
+        begins = end + 1
+
+
+def check_columns(path: Path, line: int, columns: int) -> None:
+    """Raises ConfigError for more columns than a table may have."""
+    if columns > MOST_COLUMNS:
+        message = f"{columns:,} columns, expected at most {MOST_COLUMNS:,}"
+        raise _refused(path, message, "leave out the columns that are no measurement", Place(line, 1))
+
+
+def check_points(name: str, rows: int) -> None:
+    """Raises ConfigError for more points than are fitted."""
+    if rows > MOST_POINTS:
+        message = f"more than {MOST_POINTS:,} points, expected fewer"
+        raise _refused(Path(name), message, "`stickslip points` averages the steps of a record to points")
+
+
+def check_parts(path: Path) -> None:
+    """Raises ConfigError for a workbook whose parts would not fit, as its own table of contents tells."""
+    from zipfile import BadZipFile, ZipFile
+
+    check_file(path, LARGEST_WORKBOOK)
+    try:
+        with ZipFile(path) as archive:
+            parts = archive.infolist()
+            unpacked, packed = sum(part.file_size for part in parts), sum(part.compress_size for part in parts)
+    except (OSError, BadZipFile, NotImplementedError) as error:
+        raise _damaged_workbook(path, error) from None
+    if unpacked > LARGEST_UNPACKED or unpacked > max(MOST_PACKED * packed, 10_000_000):
+        message = f"a workbook of {unpacked / 1e6:,.0f} MB, packed into {packed / 1e6:,.2f} MB"
+        limits = f"at most {LARGEST_UNPACKED / 1e6:,.0f} MB, packed to no less than a {MOST_PACKED}th"
+        raise _refused(path, f"{message}, expected {limits}", "save the sheet as CSV")
+
+
+def _damaged_workbook(path: Path, error: Exception) -> ConfigError:
+    return _refused(path, f"this is an Excel workbook that cannot be read ({reason(error)})", "save the sheet as CSV")
+
+
+def _refused(path: Path, message: str, hint: str | None, place: Place | None = None) -> ConfigError:
+    return ConfigError(str(path), [Problem((), message, place, hint)])
+
+
+# --- formulas ---------------------------------------------------------------------------------------------------------
+
+
+def is_live(text: str) -> bool:
+    """Tell whether a spreadsheet may take a text for a formula. A number is a number."""
+    return bool(_LIVE.search(text)) and not _is_number(text)
+
+
+def inert(text: str) -> str:
+    """The text as a cell of CSV that is no formula: with an apostrophe in front, which Excel shows and `as_written`
+    takes away."""
+    return _LIVE.sub("'", text) if is_live(text) else text
+
+
+def as_written(text: str) -> str:
+    """The text that `inert` was given."""
+    return _INERT.sub("", text) if "'" in text else text
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text.replace(",", "."))
+    except ValueError:
+        return False
+    return text == text.strip()

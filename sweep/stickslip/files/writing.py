@@ -1,6 +1,6 @@
 """Datasets on disk: netCDF, or Zarr where that optional package is installed.
 
-Writing is all or nothing (`atomic.py`; behind a URL, where only Zarr is written, `swapping.py`); netCDF4 opened for
+Writing is all or nothing (`atomic.py`; behind a URL, where only Zarr is written, `locations.py`); netCDF4 opened for
 writing would truncate the target first. These files are results, not checkpoints.
 
 Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by it.
@@ -27,10 +27,9 @@ from xarray.backends import NetCDF4DataStore
 from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
-from stickslip.files import swapping
 from stickslip.files.atomic import Move, replaced
 from stickslip.files.chunks import Chunks, Packed
-from stickslip.files.locations import Location, Url, location
+from stickslip.files.locations import Location, Url, location, replaced_store
 from stickslip.files.netcdf_lock import NETCDF_LOCK
 from stickslip.files.reading import open, require_zarr
 from stickslip.files.seal import GROUP, NOBODY_WROTE, TABLE, marks_of, sealed
@@ -39,7 +38,7 @@ from stickslip.files.targets import check_url
 if TYPE_CHECKING:
     from stickslip.files.zarr_chunks import NewZarr
 
-__all__ = ["StoreError", "open", "write", "write_netcdf", "write_zarr"]
+__all__ = ["StoreError", "open", "write"]
 
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
 _MARKS = "digests that bind each chunk to its place, variable and file"
@@ -57,35 +56,29 @@ def write(
 ) -> Location:
     """Write to a path or URL: Zarr if it ends in ``.zarr``, netCDF if in ``.nc``. Returns it.
 
+    Replaces what is there only once the new file is whole and on the disk.
     fill : writes the values of the variables in chunks, whatever they are in the dataset; called with what
         `open_chunks` takes, in which all else is written.
     chunks : of variables that have so many dimensions; by default such that a chunk takes 1 MiB.
     check : called at last, before what is new takes the place of what is there; what it raises leaves that alone.
         Behind a URL nothing can come between, since who writes holds a lock.
     """
-    return _writer(location(path))(ds, path, fill, chunks, check)
-
-
-def write_netcdf(
-    ds: xr.Dataset,
-    path: str | os.PathLike[str],
-    fill: Fill | None = None,
-    chunks: tuple[int, ...] | None = None,
-    check: Check | None = None,
-) -> Path:
-    """Write a compressed netCDF-4 file, replacing `path` only once the new file is whole and on the disk."""
+    place = location(path)
+    if place.suffix == ".zarr":
+        _write_zarr(ds, path, fill, chunks, check)
+        return place
+    if isinstance(place, Url):
+        check_url(place)
+    if place.suffix != ".nc":
+        raise StoreError(f"{place}: unknown kind of file, expected a name that ends in .nc or .zarr")
     with replaced(path, _checked(os.replace, check)) as temporary:
-        _created(ds, chunks, _netcdf_encoding, _create_netcdf, temporary, fill)
+        _create(ds, chunks, temporary, fill)
     return Path(os.path.expanduser(path))
 
 
-def write_zarr(
-    ds: xr.Dataset,
-    path: str | os.PathLike[str],
-    fill: Fill | None = None,
-    chunks: tuple[int, ...] | None = None,
-    check: Check | None = None,
-) -> Location:
+def _write_zarr(
+    ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None, chunks: tuple[int, ...] | None, check: Check | None
+) -> None:
     """Write a Zarr store, a folder or what is behind a URL.
 
     Replacing an older folder takes two renames. A crash between them leaves both, the old one named ``.NAME....old``.
@@ -95,19 +88,18 @@ def write_zarr(
 
     with _replaced_store(path, check) as put:
         store = NewZarr(put, waits=isinstance(location(path), Url))
-        _created(ds, chunks, _zarr_encoding, _create_zarr, store, fill)
+        _create(ds, chunks, store, fill)
         store.finish(map(str, ds.variables))
-    return location(path)
 
 
 @contextmanager
 def _replaced_store(
     path: str | os.PathLike[str], check: Check | None = None
 ) -> Iterator[Callable[[str, Packed], None]]:
-    """What puts bytes under the keys of a new store, which replaces that at `path` in the end."""
+    """A function that puts bytes under the keys of a new store, which replaces that at `path` in the end."""
     where = location(path)
     if isinstance(where, Url):
-        with swapping.replaced_store(where) as put:
+        with replaced_store(where) as put:
             yield put
         return
     with replaced(where, _checked(_replace_folder, check), zarr=True) as temporary:
@@ -120,26 +112,21 @@ def _replaced_store(
         yield write
 
 
-def _created(
-    ds: xr.Dataset,
-    chunks: tuple[int, ...] | None,
-    encode: Callable[[xr.Dataset, tuple[int, ...] | None], Encoding],
-    create: Callable[[xr.Dataset, Encoding, _Later, Any], None],
-    file: Path | NewZarr,
-    fill: Fill | None,
-) -> None:
-    """A new file with all that the dataset holds; by `fill` what is in chunks."""
+def _create(ds: xr.Dataset, chunks: tuple[int, ...] | None, file: Path | NewZarr, fill: Fill | None) -> None:
+    """Write a new file with all that the dataset holds; by `fill` what is in chunks."""
     plain = sealed(_with_plain_texts(ds.drop_encoding()))
     later = _Later({str(name) for name, v in plain.variables.items() if v.dtype.kind in "fiu" and v.ndim})
-    create(plain, encode(plain, chunks), later, file)
-    in_memory = {name for name in later.kept if fill is None or name not in plain.data_vars}
-    later.write(file, in_memory)
+    if isinstance(file, Path):
+        _create_netcdf(plain, _netcdf_encoding(plain, chunks), later, file)
+    else:
+        _create_zarr(plain, _zarr_encoding(plain, chunks), later, file)
+    later.write(file, {name for name in later.values if fill is None or name not in plain.data_vars})
     if fill:
         fill(file)
 
 
 def _create_netcdf(ds: xr.Dataset, encoding: Encoding, later: _Later, path: Path) -> None:
-    """What `to_netcdf` does, which takes no lock."""
+    """Do as `to_netcdf` does, which takes no lock."""
     with NETCDF_LOCK:
         file = NetCDF4DataStore.open(path, mode="w", format="NETCDF4", lock=NETCDF_LOCK)  # type: ignore[no-untyped-call]
     try:
@@ -155,11 +142,11 @@ def _create_netcdf(ds: xr.Dataset, encoding: Encoding, later: _Later, path: Path
 
 
 def _create_zarr(ds: xr.Dataset, encoding: Encoding, later: _Later, new: NewZarr) -> None:
-    """What `to_zarr` does, which would write placeholders, too."""
+    """Do as `to_zarr` does, which would write placeholders, too."""
     from xarray.backends import ZarrStore
 
     # Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
-    store = ZarrStore.open_group(new.said, mode="w-", consolidated=False, zarr_format=3, write_empty=True)
+    store = ZarrStore.open_group(new.metadata, mode="w-", consolidated=False, zarr_format=3, write_empty=True)
     ds.dump_to_store(store, writer=later, encoding=encoding)
     store.close()
 
@@ -170,23 +157,23 @@ class _Later(ArrayWriter):
     def __init__(self, in_chunks: Collection[str]) -> None:
         super().__init__()  # type: ignore[no-untyped-call]
         self._in_chunks = in_chunks
-        self.kept: dict[str, Any] = {}
+        self.values: dict[str, Any] = {}
 
     def add(self, source: Any, target: Any, region: Any = None) -> None:
         """Called by xarray with the values of a variable, and with what writes them into the file."""
         name = getattr(target, "variable_name", None) or target.basename  # netCDF4, Zarr
         if name in self._in_chunks:
-            self.kept[name] = source
+            self.values[name] = source
         else:
             super().add(source, target, region)  # type: ignore[no-untyped-call]
 
     def write(self, file: Path | NewZarr, names: Collection[str]) -> None:
         """Write some of what was kept. Without the lock: dask's threads may read netCDF, and take it for each chunk."""
-        lazy = {name: self.kept[name] for name in names if not isinstance(self.kept[name], np.ndarray)}
+        lazy = {name: self.values[name] for name in names if not isinstance(self.values[name], np.ndarray)}
         with open_chunks(file) as chunks:
-            for name in self.kept:
+            for name in self.values:
                 if name in names and name not in lazy:
-                    chunks.write(name, self.kept[name])
+                    chunks.write(name, self.values[name])
             if lazy:
                 from dask.array import store
 
@@ -229,7 +216,7 @@ def _with_plain_texts(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _is_text(ds: xr.Dataset, dim: Hashable) -> bool:
-    """Whether a dimension has labels."""
+    """Tell whether a dimension has labels."""
     return dim in ds.coords and ds[dim].dtype.kind in "OTU"
 
 
@@ -247,7 +234,7 @@ def open_chunks(file: Path | NewZarr, threads: int | None = None) -> Chunks:
 # --- how values are laid out ------------------------------------------------------------------------------------------
 
 
-def _fill_encoding(ds: xr.Dataset) -> Encoding:
+def _fill_values(ds: xr.Dataset) -> Encoding:
     """Fill values: a NaN for float data, none for flags, counts and coordinates (CF forbids the last).
 
     The NaN has bits of its own (`seal.NOBODY_WROTE`), which tell values of a lost chunk from undefined ones.
@@ -261,11 +248,11 @@ def _fill_encoding(ds: xr.Dataset) -> Encoding:
 
 def _netcdf_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
     """Fill values, compression and chunks; labels of a dimension as characters. Scalars are stored as they are."""
-    encoding = _fill_encoding(ds)
+    encoding = _fill_values(ds)
     labels = {str(dim): {"dtype": "S1", "char_dim_name": f"{dim}_letters"} for dim in ds.dims if _is_text(ds, dim)}
     for name, options in encoding.items():
         if shape := ds[name].shape:
-            options |= {"zlib": True, "complevel": 4, "shuffle": True}  # see `filters.py`
+            options |= {"zlib": True, "complevel": 4, "shuffle": True}  # see `packing.py`
             options |= {"chunksizes": _chunks(shape, chunks), "fletcher32": True}  # HDF5 refuses damaged chunks
     return encoding | labels
 
@@ -276,7 +263,7 @@ def _zarr_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
 
     from stickslip.files.zarr_chunks import LEVEL
 
-    encoding: Encoding = {str(name): {} for name in ds.variables} | _fill_encoding(ds)
+    encoding: Encoding = {str(name): {} for name in ds.variables} | _fill_values(ds)
     for name, options in encoding.items():
         variable = ds.variables[name]
         size, is_number = variable.dtype.itemsize, variable.dtype.kind in "fiu"
@@ -287,31 +274,15 @@ def _zarr_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
     return encoding
 
 
-def _chunks(shape: tuple[int, ...], asked: tuple[int, ...] | None = None) -> tuple[int, ...]:
-    """Chunk sizes: those asked for so many dimensions, else of at most `_CHUNK_VALUES` values.
+def _chunks(shape: tuple[int, ...], given: tuple[int, ...] | None = None) -> tuple[int, ...]:
+    """Chunk sizes: those given for so many dimensions, else of at most `_CHUNK_VALUES` values.
 
     These are whole along the last dimensions: maps are looked at in planes.
     """
-    if asked and len(asked) == len(shape):
-        return asked
+    if given and len(given) == len(shape):
+        return given
     chunks: list[int] = []
     for i, length in enumerate(shape):
         below = max(1, prod(shape[i + 1 :]))  # a dimension may be empty: borders of lines that have none
         chunks.append(max(1, min(length, _CHUNK_VALUES // below)))
     return tuple(chunks)
-
-
-# --- files ------------------------------------------------------------------------------------------------------------
-
-
-def _writer(
-    path: Location,
-) -> Callable[[xr.Dataset, str | os.PathLike[str], Fill | None, tuple[int, ...] | None, Check | None], Location]:
-    """The function that writes this kind of file."""
-    if path.suffix == ".zarr":
-        return write_zarr
-    if isinstance(path, Url):
-        check_url(path)
-    if path.suffix == ".nc":
-        return write_netcdf
-    raise StoreError(f"{path}: unknown kind of file, expected a name that ends in .nc or .zarr")

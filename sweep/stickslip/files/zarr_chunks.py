@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
 
-from stickslip.files import machine
+from stickslip.files import process
 from stickslip.files.chunks import Chunks, Contents, Layout, Origin, Packed
 from stickslip.files.locations import ROOT
 from stickslip.files.seal import GROUP, SEAL, TABLE, marks_of
@@ -41,25 +41,25 @@ class NewZarr:
     put: Callable[[str, Packed], None]
     waits: bool = False
     contents: Contents = field(default_factory=dict)
-    _said: dict[str, Any] = field(default_factory=dict)
+    _metadata: dict[str, Any] = field(default_factory=dict)
 
     @property
-    def said(self) -> MemoryStore:
-        """What the store says of itself, for xarray and zarr."""
-        return MemoryStore(self._said)
+    def metadata(self) -> MemoryStore:
+        """The metadata of the store, for xarray and zarr."""
+        return MemoryStore(self._metadata)
 
     def finish(self, names: Iterable[str]) -> None:
         """Put what is left. names : of the arrays, in the order in which libraries are to list them."""
         self._mark()
         self._consolidate(names)
         with ThreadPoolExecutor(_AT_ONCE) as pool:
-            for _ in pool.map(self._put_said, [key for key in self._said if key != ROOT]):
+            for _ in pool.map(self._put_metadata, [key for key in self._metadata if key != ROOT]):
                 pass
-        self._put_said(ROOT)
+        self._put_metadata(ROOT)
 
     def _mark(self) -> None:
         """Add the table that binds chunks to their places."""
-        group: Any = zarr.open_group(self.said, mode="r+")
+        group: Any = zarr.open_group(self.metadata, mode="r+")
         arrays = {name: a for name, a in group.arrays() if a.ndim and a.dtype.kind in "fiu"}
         marks = marks_of(group.attrs[SEAL], {name: (a.shape, a.chunks) for name, a in arrays.items()})
         for (name, number), content in self.contents.items():
@@ -71,24 +71,24 @@ class NewZarr:
 
         By hand, because zarr warns in turn that its third format knows no such thing: `must_understand` says that.
         """
-        found = {name: self._json(f"{name}/{ROOT}") for name in names}
+        arrays = {name: self._json(f"{name}/{ROOT}") for name in names}
         root = self._json(ROOT)
-        root["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": found}
-        self._said[ROOT] = default_buffer_prototype().buffer.from_bytes(json.dumps(root, indent=2).encode())
+        root["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": arrays}
+        self._metadata[ROOT] = default_buffer_prototype().buffer.from_bytes(json.dumps(root, indent=2).encode())
 
     def _json(self, key: str) -> Any:
-        return json.loads(self._said[key].to_bytes())
+        return json.loads(self._metadata[key].to_bytes())
 
-    def _put_said(self, key: str) -> None:
-        self.put(key, self._said[key].to_bytes())
+    def _put_metadata(self, key: str) -> None:
+        self.put(key, self._metadata[key].to_bytes())
 
 
 class ZarrChunks(Chunks):
     """The chunks of a store that is being written, put by the threads that compress."""
 
     def __init__(self, store: NewZarr, threads: int | None = None) -> None:
-        super().__init__(max(threads or machine.processors(), _AT_ONCE) if store.waits else threads)
-        self._group, self._store = zarr.open_group(store.said, mode="r"), store
+        super().__init__(max(threads or process.processors(), _AT_ONCE) if store.waits else threads)
+        self._group, self._store = zarr.open_group(store.metadata, mode="r"), store
 
     def _declared(self, name: str) -> Layout:
         array = self._group[name]
@@ -109,7 +109,7 @@ class ZarrChunks(Chunks):
 
 
 def _packed(values: NDArray[Any]) -> bytes:
-    """What zarr's own codecs make of a chunk: Blosc's zstd of shuffled bytes, CRC-32C."""
+    """A chunk as zarr's own codecs pack it: Blosc's zstd of shuffled bytes, CRC-32C."""
     shuffle = blosc.SHUFFLE if values.dtype.itemsize > 1 else blosc.BITSHUFFLE
     data = bytes(blosc.compress(values, b"zstd", LEVEL, shuffle))
     return data + int(google_crc32c.value(data)).to_bytes(4, "little")

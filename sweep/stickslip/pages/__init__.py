@@ -1,21 +1,20 @@
-"""Pages: self-contained HTML files, without network or scripts, to read, to send and to print.
+"""Pages: self-contained HTML files, without network or scripts, to read, to send and to print."""
 
-frame   the page around its sections, and its file      parts   terms, tables, embedded figures, warnings
-"""
-
-from stickslip.pages.frame import Section, page, write_page
-from stickslip.pages.parts import (
+from stickslip.pages.html import (
     Cell,
     Column,
+    Section,
     configuration,
     details,
     embedded,
+    page,
     paragraph,
     provenance,
     side_by_side,
     table,
     terms,
     warning,
+    write_page,
 )
 
 __all__ = [

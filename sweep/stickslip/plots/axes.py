@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from numpy.typing import NDArray
 
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.display import Unit
 from stickslip.errors import PlotError, visible
-from stickslip.plots.look import PLAIN, Look
+from stickslip.plots.options import PLAIN, Look
 
 _PLAIN = 0.005, 2e4  # between them numbers are written without powers of ten
 _FEW_DECADES = 100.0
@@ -47,8 +52,8 @@ def apply(axis: MapAxis, ax: Axes, which: str, look: Look = PLAIN) -> None:
     scaled(ax, which, str(axis.dim), axis.unit, look)
     if axis.is_numeric:
         return
-    wanted = MaxNLocator(_MOST_TICKS, integer=True).tick_values(0, axis.length - 1)
-    ticks = [int(tick) for tick in wanted if 0 <= tick < axis.length]
+    places = MaxNLocator(_MOST_TICKS, integer=True).tick_values(0, axis.length - 1)
+    ticks = [int(tick) for tick in places if 0 <= tick < axis.length]
     words = [visible(axis.text(tick)) for tick in ticks]
     slanted = which == "x" and sum(map(len, words)) > _CROWDED
     drawn = ax.xaxis if which == "x" else ax.yaxis
@@ -57,3 +62,11 @@ def apply(axis: MapAxis, ax: Axes, which: str, look: Look = PLAIN) -> None:
     if slanted:
         for word in drawn.get_ticklabels():
             word.set(rotation=30, ha="right", rotation_mode="anchor")
+
+
+def shade(ax: Axes, edges: NDArray[np.float64], where: NDArray[np.bool_], look: Mapping[str, Any]) -> bool:
+    """Shade runs of cells between their edges; whether there are any."""
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(np.int8)))
+    for first, past in zip(changes[::2], changes[1::2], strict=True):
+        ax.axvspan(edges[first], edges[past], zorder=0, **look)
+    return bool(where.any())

@@ -15,11 +15,10 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
 
 from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.select import places
+from stickslip.dataset.selection import places
 from stickslip.errors import PlotError
-from stickslip.plots.look import Mark
-from stickslip.plots.palette import FLAG_COLOURS
-from stickslip.vocabulary.flags import flag_label
+from stickslip.plots.options import Mark
+from stickslip.plots.palette import FLAG_COLOURS, regime_label
 
 _RING: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "white", "markeredgecolor": "black",
                          "markeredgewidth": 1.6, "linestyle": "none", "clip_on": False}  # fmt: skip
@@ -42,25 +41,20 @@ def check(marks: Iterable[Mark], dims: Iterable[Any], needed: Iterable[Any]) -> 
             raise PlotError(f"--mark {mark.label}: {', '.join(other)} is fixed in this picture")
 
 
-def in_panel(mark: Mark, ds: xr.Dataset, panel: Mapping[Hashable, int]) -> bool:
-    """Whether a mark lies in a panel, or in all. panel : positions along the dimensions that are fixed in it."""
-    at = places(ds, {str(dim): mark.at[str(dim)] for dim in panel if str(dim) in mark.at})
-    return all(panel[dim] == i for dim, i in at.items())
-
-
 def draw(
     ax: Axes, ds: xr.Dataset, panel: Mapping[Hashable, int], marks: Sequence[Mark], x: MapAxis, y: MapAxis
 ) -> None:
-    """Draw those marks that lie in a panel into its axes."""
+    """Draw those marks that lie in a panel into its axes. panel : positions along the dimensions fixed in it."""
     for mark, key, look in zip(marks, _keys(marks), map(_ring, marks), strict=True):
-        if in_panel(mark, ds, panel):
+        at = places(ds, {str(dim): mark.at[str(dim)] for dim in panel if str(dim) in mark.at})
+        if all(panel[dim] == i for dim, i in at.items()):
             place = position(x, mark.at[str(x.dim)]), position(y, mark.at[str(y.dim)])
             ax.plot(*place, zorder=5, **look)
             _label(ax, key, place)
 
 
 def _keys(marks: Sequence[Mark]) -> list[str]:
-    """What stands beside each mark: its label; its number where many have long ones, which then are in the legend."""
+    """The text beside each mark: its label; its number where many have long ones, which then are in the legend."""
     many = len(marks) > _MOST_LABELS and max(len(mark.label) for mark in marks) > _SHORT
     return [str(i) if many else mark.label for i, mark in enumerate(marks, 1)]
 
@@ -106,7 +100,7 @@ def _put(words: Annotation, side: tuple[int, int, str, str], text: str) -> None:
 
 
 def position(axis: MapAxis, value: Any) -> float:
-    """Where along an axis a value in SI, or a label, is."""
+    """The place of a value in SI, or of a label, along an axis."""
     if axis.is_numeric:
         return float(axis.unit.of(value))
     return float(next(i for i in range(axis.length) if str(value) in (axis.text(i), str(i))))
@@ -117,17 +111,17 @@ def entries(marks: Sequence[Mark], ds: xr.Dataset, line: bool = False) -> list[L
 
     line : the marks are lines, over a single axis.
     """
-    found = []
+    lines = []
     for mark, key in zip(marks, _keys(marks), strict=True):
         axes = {name: MapAxis(ds, name) for name in mark.at}
-        told = ", ".join(_told(ds, name, axis, mark.at[name]) for name, axis in axes.items())
-        told = f"{key}: {told if key == mark.label else mark.label}"
-        told += f" ({flag_label(mark.regime).replace('stick_slip', 'stick-slip')})" if mark.regime else ""
-        found.append(Line2D([], [], label=told, **(LINE if line else _ring(mark) | {"markersize": 6})))
-    return found
+        text = ", ".join(_place_text(ds, name, axis, mark.at[name]) for name, axis in axes.items())
+        text = f"{key}: {text if key == mark.label else mark.label}"
+        text += f" ({regime_label(mark.regime)})" if mark.regime else ""
+        lines.append(Line2D([], [], label=text, **(LINE if line else _ring(mark) | {"markersize": 6})))
+    return lines
 
 
-def _told(ds: xr.Dataset, name: str, axis: MapAxis, value: Any) -> str:
+def _place_text(ds: xr.Dataset, name: str, axis: MapAxis, value: Any) -> str:
     if not axis.is_numeric:
         return str(value)
     return f"{axis.unit.of(value):.4g} {axis.unit.printed}".rstrip() if axis.unit.name else f"{name} = {value:.4g}"

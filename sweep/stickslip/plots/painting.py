@@ -1,19 +1,23 @@
-"""Values of maps as pixels with colours, the same in all panels of a figure."""
+"""Values of maps as pixels with colours and hatching, the same in all panels of a figure."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 from numpy.typing import NDArray
 
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import Pixel
 from stickslip.dataset.display import Unit, unit_of
 from stickslip.errors import PlotError
-from stickslip.plots.look import Look
-from stickslip.plots.palette import FLAG_COLOURS, Paint, marked, paint
+from stickslip.plots.options import Look
+from stickslip.plots.palette import FLAG_COLOURS, HATCHES, Paint, ink, marked, paint
+from stickslip.vocabulary.flags import FLAGS
 
 
 def painted(
@@ -41,10 +45,55 @@ def painted(
 
 
 def note(pixel: Pixel, is_flag: bool) -> str | None:
-    """How many cells a pixel shows, unless it is one."""
+    """Number of cells that a pixel shows, unless it is one."""
     if pixel == (1, 1):
         return None
     rows, columns = pixel
     cells = f"{columns} x {rows} cells" if rows > 1 and columns > 1 else f"{rows * columns} cells"
     what = "their most frequent value" if is_flag else "the mean of those that have a value"
     return f"each pixel shows {cells}: {what}"
+
+
+Floats = NDArray[np.float64]
+_MOST = 5000  # rectangles of a regime; more are single cells here and there, on which no hatching shows
+_RECTANGLE = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+
+
+def hatch(ax: Axes, variable: str, codes: NDArray[np.generic], x_edges: Floats, y_edges: Floats) -> None:
+    """Hatch the cells of those flags that have a pattern. codes : (rows, columns), edges one longer."""
+    for name, pattern in patterns(variable).items():
+        boxes = rectangles(np.asarray(codes == list(FLAGS[variable]).index(name)))
+        if 0 < len(boxes) <= _MOST:
+            corners = np.stack([x_edges[boxes[:, 2]], x_edges[boxes[:, 3]], y_edges[boxes[:, 0]], y_edges[boxes[:, 1]]])
+            ax.add_patch(_patch(corners.T, pattern, ink(FLAG_COLOURS[variable][name])))
+
+
+def patterns(variable: str) -> Mapping[str, str]:
+    """Matplotlib's patterns by flag, of a variable that has some."""
+    return HATCHES if FLAG_COLOURS.get(variable) is FLAG_COLOURS["regime"] else {}
+
+
+def rectangles(inside: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Rectangles that cover what is inside: rows from and to, columns from and to, (n, 4), the ends excluded."""
+    padded = np.zeros((inside.shape[0], inside.shape[1] + 2), np.int8)
+    padded[:, 1:-1] = inside
+    change = np.diff(padded, axis=1)
+    (rows, begins), (_, ends) = np.nonzero(change == 1), np.nonzero(change == -1)
+    if not rows.size:
+        return np.zeros((0, 4), np.int64)
+    order = np.lexsort((rows, ends, begins))
+    rows, begins, ends = rows[order], begins[order], ends[order]
+    new = np.ones(rows.size, np.bool_)
+    new[1:] = (np.diff(rows) != 1) | (np.diff(begins) != 0) | (np.diff(ends) != 0)
+    first = np.flatnonzero(new)
+    last = np.append(first[1:], rows.size) - 1
+    return np.stack([rows[first], rows[last] + 1, begins[first], ends[first]], axis=1).reshape(-1, 4)
+
+
+def _patch(corners: Floats, pattern: str, colour: str) -> PathPatch:
+    """Rectangles (left, right, bottom, top) as one patch."""
+    left, right, bottom, top = corners.T
+    points = (left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)
+    around = np.stack([np.stack(point, axis=1) for point in points], axis=1)
+    path = Path(around.reshape(-1, 2), np.tile(np.array(_RECTANGLE, np.uint8), len(corners)))
+    return PathPatch(path, facecolor="none", edgecolor=colour, hatch=pattern, linewidth=0.0, zorder=1.5)

@@ -79,7 +79,7 @@ Entry = Patch | tuple[Patch, ...]  # of a legend; several patches stand side by 
 
 @dataclass(frozen=True)
 class Paint:
-    """How the values of one variable become colours, the same in every panel of a figure.
+    """Colours of the values of one variable, the same in every panel of a figure.
 
     flags : names and colours of the flags that occur; None for a number. hidden : those that occur in mixed pixels
         only, where others are more frequent. mixed : colours of mixed pixels.
@@ -98,7 +98,7 @@ class Paint:
 
     @property
     def ticks(self) -> list[float] | None:
-        """Where a colour bar has ticks, if not where matplotlib puts them: powers of ten on either side of zero."""
+        """Ticks of a colour bar, None for those of matplotlib: powers of ten on either side of zero."""
         if not isinstance(self.norm, AsinhNorm):
             return None
         width, most = self.norm.linear_width, max(map(abs, self.span))
@@ -116,13 +116,13 @@ class Paint:
         if self.flags is None:
             pattern = None if hatches is None else UNDEFINED_HATCH
             return [_swatch("undefined", UNDEFINED_COLOUR, hatch=pattern)] if self.has_gaps else []
-        found: list[Entry] = [
+        entries: list[Entry] = [
             _swatch(flag_label(name), colour, " (only in mixed)" if name in self.hidden else "", patterns.get(name))
             for name, colour in self.flags.items()
         ]
         if self.mixed:
-            found.append(tuple(_swatch("mixed", colour, " (pale: the most frequent)") for colour in self.mixed))
-        return found
+            entries.append(tuple(_swatch("mixed", colour, " (pale: the most frequent)") for colour in self.mixed))
+        return entries
 
 
 def paint(
@@ -172,7 +172,7 @@ def _rounded(number: float) -> float:
 
 
 def _has_sign(variable: str) -> bool:
-    """Whether the sign of a variable says something, so that its colours part at zero."""
+    """True if the sign of a variable says something, so that its colours part at zero."""
     return variable in DIVERGING or variable.startswith("margin_")
 
 
@@ -213,6 +213,11 @@ def ink(colour: str) -> str:
     dark = sum(weight * channel for weight, channel in zip(_BRIGHTNESS, rgb, strict=True)) < 0.5
     red, green, blue = (1.0 - _INK * (1.0 - channel) if dark else _INK * channel for channel in rgb)
     return to_hex((red, green, blue))
+
+
+def regime_label(name: str) -> str:
+    """The name of a regime on plots and pages: stick_slip is written stick-slip."""
+    return flag_label(name).replace("stick_slip", "stick-slip")
 
 
 def _swatch(name: str, colour: str, remark: str = "", hatch: str | None = None) -> Patch:

@@ -1,8 +1,8 @@
-"""Trajectories over time, and their phase portraits."""
+"""Trajectories over time and their phase portraits; sounds and their spectrograms."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
 from typing import Any
 
 import numpy as np
@@ -10,22 +10,30 @@ import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import ScalarFormatter
 from numpy.typing import NDArray
 
 from stickslip.dataset.axis import spoken
 from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
-from stickslip.plots.figure import Figure
-from stickslip.plots.page import entitle, legend
+from stickslip.plots.axes import shade
+from stickslip.plots.layout import Figure, entitle, legend
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import customary
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.quantities import PARAMETERS
 
+Floats = NDArray[np.float64]
 _ALWAYS = ("mass", "stiffness", "normal_load", "belt_speed")  # of the parameters that a title names
 _NAMED = (*_ALWAYS, "damping")  # the others where they are not 0
+_WINDOW = 0.09  # s: tones 20 Hz apart are told from each other
+_OVERLAP = 0.875  # of a window, with the next one
+_REFERENCE = 1e-6  # m/s2, ISO 1683
+_SHOWN = 60.0, 140.0  # dB, the same in all pictures, so that they can be compared; more where a sound has more
+_LEAST_SHOWN = 40.0  # dB below the largest line, of faint sounds
+_LOWEST, _HIGHEST = 20.0, 20e3  # Hz that are heard
 
 
 def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
@@ -48,15 +56,14 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     upper.tick_params(labelbottom=False)
     mass_line: dict[str, Any] = {"color": BLUE, "linewidth": 1.2}
     belt_line: dict[str, Any] = {"color": VERMILLION, "linewidth": 1.0, "linestyle": "dashed"}
-    shade: dict[str, Any] = {"facecolor": GREY, "alpha": 0.45, "linewidth": 0}
+    stuck: dict[str, Any] = {"facecolor": GREY, "alpha": 0.45, "linewidth": 0}
     start: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 4, "linestyle": "none"}
 
     upper.plot(time, displacement, **mass_line)
     lower.plot(time, velocity, **mass_line)
     lower.plot(time, belt, **belt_line)
     for ax in (upper, lower):
-        for begin, end in _spans(time, sticks):
-            ax.axvspan(begin, end, zorder=0, **shade)
+        shade(ax, np.append(time, time[-1]), sticks, stuck)
         ax.margins(x=0)
     phase.plot(displacement, velocity, **mass_line)
     phase.plot(displacement[:1], velocity[:1], **start)
@@ -75,7 +82,7 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
         Line2D([], [], label="start", **start),
     ]
     if sticks.any():
-        handles.append(Patch(label="sticking", **shade))
+        handles.append(Patch(label="sticking", **stuck))
     legend(figure, handles, at_right=False)
     entitle(figure, upper, _title(ds) if title is None else title, above_all=True)
     return figure
@@ -83,8 +90,10 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
 
 def _title(ds: xr.Dataset) -> str:
     """The title of the dataset, and below it the parameters of the cell."""
-    held = {name: float(ds[name]) for name in _NAMED if name in ds.coords and ds[name].ndim == 0}
-    words = [f"{spoken(name)} {_quantity(name, value)}" for name, value in held.items() if value or name in _ALWAYS]
+    parameters = {name: float(ds[name]) for name in _NAMED if name in ds.coords and ds[name].ndim == 0}
+    words = [
+        f"{spoken(name)} {_quantity(name, value)}" for name, value in parameters.items() if value or name in _ALWAYS
+    ]
     return "\n".join(filter(None, [str(ds.attrs.get("title", "")), ", ".join(words)]))
 
 
@@ -94,8 +103,55 @@ def _quantity(name: str, value: float) -> str:
     return customary(unit, value) or f"{value:.4g} {units.spelled(unit)}".rstrip()
 
 
-def _spans(time: NDArray[np.float64], inside: NDArray[np.bool_]) -> Iterator[tuple[float, float]]:
-    """Start and end of the intervals in which `inside` holds; an interval ends where the next sample begins."""
-    changes = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
-    for first, past in zip(changes[::2], changes[1::2], strict=True):
-        yield float(time[first]), float(time[min(past, len(time) - 1)])
+def plot_sound(acceleration: Floats, rate: float, *, title: str = "", slow: float = 1.0) -> Figure:
+    """The acceleration (m/s2, `rate` samples a second) over time, and below it the level of its tones over time.
+
+    slow : how many times slower than the motion it is; time and frequencies are as heard. Raises PlotError.
+    """
+    length = round(_WINDOW * rate)
+    if acceleration.size < 2 * length:
+        raise PlotError(f"a spectrogram needs {2 * _WINDOW:g} s of sound, got {acceleration.size / rate:.2g} s")
+    times, frequencies, level = _levels(acceleration, rate, length)
+    figure = Figure(figsize=(9.0, 5.4), layout="constrained")
+    seconds = acceleration.size / rate
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1, 2])
+    upper.plot(np.arange(acceleration.size) / rate, acceleration, color=BLUE, linewidth=0.6, rasterized=True)
+    upper.set_ylabel("acceleration (m/s²)")
+    upper.margins(x=0)
+    if not np.isfinite(level).any():
+        lower.text(0.5, 0.5, "silence", transform=lower.transAxes, ha="center", va="center")
+    else:
+        loudest = float(np.nanmax(level))
+        low, high = min(_SHOWN[0], _in_tens(loudest - _LEAST_SHOWN)), max(_SHOWN[1], _in_tens(loudest + 10.0))
+        image = lower.pcolormesh(
+            times, frequencies, level, cmap="viridis", vmin=low, vmax=high, shading="nearest", rasterized=True
+        )
+        figure.colorbar(image, ax=lower, label="level of a tone (dB re 1e-6 m/s²)", extend="min")
+    as_heard = "" if slow == 1.0 else f", {slow:g} times slower than the motion"
+    lower.set(yscale="log", ylim=(_LOWEST, min(_HIGHEST, 0.5 * rate)), ylabel="frequency (Hz)")
+    lower.yaxis.set_major_formatter(ScalarFormatter())
+    lower.set(xlim=(0.0, seconds), xlabel=f"time (s){as_heard}")
+    entitle(figure, upper, title, above_all=True)
+    return figure
+
+
+def _in_tens(level: float) -> float:
+    return 10.0 * math.floor(level / 10.0)
+
+
+def _levels(acceleration: Floats, rate: float, length: int) -> tuple[Floats, Floats, Floats]:
+    """Times (s), frequencies (Hz) and levels (dB, NaN for none), shape (frequencies, times).
+
+    A tone has the level of its mean square, whatever the window.
+    """
+    from scipy import signal  # type: ignore[import-untyped]
+
+    step = length - int(_OVERLAP * length)
+    around = np.pad(acceleration, length // 2)  # so that a window is centred on either end
+    frequencies, times, squares = signal.spectrogram(
+        around, rate, "hann", nperseg=length, noverlap=length - step, scaling="spectrum", detrend=False
+    )
+    with np.errstate(divide="ignore"):
+        level = 10.0 * np.log10(squares / _REFERENCE**2)
+    heard = (frequencies >= _LOWEST) & (frequencies <= _HIGHEST)
+    return times - (length // 2) / rate, frequencies[heard], np.where(np.isfinite(level), level, np.nan)[heard]

@@ -12,20 +12,12 @@ from numpy.typing import NDArray
 from stickslip.dataset.axis import MapAxis, spoken
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply
-from stickslip.plots.curves import look_of
-from stickslip.plots.figure import Figure
-from stickslip.plots.held import held_note
-from stickslip.plots.look import PLAIN, Look
+from stickslip.plots.fixed_values import fixed_note
+from stickslip.plots.layout import Figure, annotate, entitle
 from stickslip.plots.maps import plot_map
-from stickslip.plots.page import annotate, entitle
-from stickslip.plots.palette import (
-    BLACK,
-    FLAG_COLOURS,
-    GREY,
-    ORANGE,
-    SKY,
-)
-from stickslip.vocabulary.flags import flag_label
+from stickslip.plots.materials import look_of
+from stickslip.plots.options import PLAIN, Look
+from stickslip.plots.palette import BLACK, FLAG_COLOURS, GREY, ORANGE, SKY, regime_label
 
 Floats = NDArray[np.float64]
 
@@ -52,7 +44,7 @@ def plot_probability(
     one = ds.sel(state=state)
     if len(dims) == 1:
         return _line(one, state, title)
-    named = one["probability"].assign_attrs(long_name=f"probability of {_name(state)}")
+    named = one["probability"].assign_attrs(long_name=f"probability of {regime_label(state)}")
     return plot_map(one.assign(probability=named), "probability", title=title, look=look)
 
 
@@ -74,12 +66,12 @@ def _cell(ds: xr.Dataset, state: str, title: str) -> Figure:
         left.annotate(
             f"{value:.4g}", (1.0, place), xytext=(4, 0), textcoords="offset points", va="center", fontsize="small"
         )
-    left.set_yticks(range(len(shown)), labels=[_name(name) for name in shown])
+    left.set_yticks(range(len(shown)), labels=[regime_label(name) for name in shown])
     left.invert_yaxis()
     left.set(xlim=(0, 1), xlabel=f"probability (bars: ± {_ERRORS:g} standard errors)")
     if right:
         _index_bars(right[0], ds.sel(state=state), state)
-    annotate(figure, held_note(ds))
+    annotate(figure, fixed_note(ds))
     entitle(figure, left, title, above_all=True)
     return figure
 
@@ -98,7 +90,9 @@ def _index_bars(ax: Axes, ds: xr.Dataset, state: str) -> None:
         ax.errorbar(value, places + shift, xerr=error, fmt="none", color=BLACK, capsize=3)
     ax.set_yticks(places, labels=names)
     ax.invert_yaxis()
-    ax.set(xlim=(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1])), xlabel=f"Sobol index of {_name(state)}")
+    ax.set(
+        xlim=(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1])), xlabel=f"Sobol index of {regime_label(state)}"
+    )
     ax.legend(frameon=False, fontsize="small")
 
 
@@ -122,13 +116,13 @@ def _line(ds: xr.Dataset, state: str, title: str) -> Figure:
         upper.set_yscale("log")
     else:
         upper.set_ylim(-0.02, 1.02)
-    upper.set_ylabel(f"probability of {_name(state)}")
+    upper.set_ylabel(f"probability of {regime_label(state)}")
     upper.legend(frameon=False, fontsize="small")
     if lower:
         _index_lines(lower[0], ds, x)
     apply(x, upper, "x")
     (lower[0] if lower else upper).set_xlabel(x.title)
-    annotate(figure, held_note(ds))
+    annotate(figure, fixed_note(ds))
     entitle(figure, upper, title)
     return figure
 
@@ -142,7 +136,3 @@ def _index_lines(ax: Axes, ds: xr.Dataset, x: MapAxis) -> None:
         ax.errorbar(x.centres, value, error, label=spoken(str(name)), **look)
     ax.set(ylabel="total Sobol index", ylim=(-0.05, 1.3), yticks=np.linspace(0, 1, 6))
     ax.legend(frameon=False, fontsize="small", loc="upper center", ncols=min(4, ds.sizes["quantity"]))
-
-
-def _name(state: str) -> str:
-    return "stick-slip" if state == "stick_slip" else flag_label(state)

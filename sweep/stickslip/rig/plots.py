@@ -22,9 +22,8 @@ from stickslip.dataset import axis
 from stickslip.dataset.display import si_unit
 from stickslip.errors import PlotError
 from stickslip.plots import palette
-from stickslip.plots.figure import Figure
+from stickslip.plots.layout import Figure, show_verbatim
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
-from stickslip.plots.verbatim import show_verbatim
 from stickslip.rig.labels import Dimension, dimension, number_text, unit_for
 from stickslip.rig.quantities import EXACT, FEATURES, SIGNALS
 from stickslip.rig.records import force_of

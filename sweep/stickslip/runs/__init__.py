@@ -2,10 +2,10 @@
 
     request     what is wanted of a run, what comes of it
     session     run, retry_failed        collecting  collect, status
-    compute/    missing blocks on threads, or on a cluster         assembly    blocks into one result
+    threads, dask/   missing blocks here, or on a cluster          assembly    blocks into one result
     work        configuration and number of a block in, arrays out; what any worker calls
     workdir/    the store: manifest, encoding of blocks, folder, lock
-    earlier     an existing result at the same place; reuse: its cells
+    existing_output  a result at the same place; known_cells: its cells
 
 `work.Work.compute` is pure, so that it does not matter who computes a block, when, or how often.
 """

@@ -20,13 +20,12 @@ from stickslip.errors import DamagedBlockError
 from stickslip.files import writing
 from stickslip.files.chunks import Chunks
 from stickslip.files.locations import Location
-from stickslip.runs.blocks import Blocks, blocks_of_chunks, chunks_of
+from stickslip.runs.blocks import Blocks, blocks_of_chunks, chunks_of, extent, regions
 from stickslip.runs.maps import MapStudy
-from stickslip.runs.regions import extent, regions
 from stickslip.runs.work import Work
+from stickslip.runs.workdir.block_store import BlockStore
 from stickslip.runs.workdir.encoding import Column, column
 from stickslip.runs.workdir.lock import Notice
-from stickslip.runs.workdir.parts import Parts
 from stickslip.vocabulary.cells import Cells
 
 if TYPE_CHECKING:
@@ -66,31 +65,31 @@ class Gathered:
     missing : how many are not computed, by block.
     """
 
-    def __init__(self, parts: Parts, work: Work, repair: Callable[[int], Results] | None, notice: Notice) -> None:
-        self._parts, self._work, self._repair, self._notice = parts, work, repair, notice
+    def __init__(self, store: BlockStore, work: Work, repair: Callable[[int], Results] | None, notice: Notice) -> None:
+        self._store, self._work, self._repair, self._notice = store, work, repair, notice
         self._remembered: OrderedDict[int, Results] = OrderedDict()
         self.missing: dict[int, int] = {}
 
     def item(self, number: int) -> tuple[Results, int]:
         """The block of an item, and the number of the item in it."""
-        block = self._parts.blocks.at(number)
-        return self._block(block), number - self._parts.blocks.cells(block).start
+        block = self._store.blocks.at(number)
+        return self._block(block), number - self._store.blocks.cells(block).start
 
     def blocks(self) -> Sequence[Results]:
         """The results of all blocks, in order, each read when it is asked for."""
-        return _Loaded(self._load, self._parts.blocks.count)
+        return _Loaded(self._load, self._store.blocks.count)
 
     def cells(self, cells: range) -> Results:
         """The results of a range of items that have one value each in every column."""
-        found = []
-        for number in range(self._parts.blocks.at(cells.start), self._parts.blocks.at(cells.stop - 1) + 1):
-            of_block = self._parts.blocks.cells(number)
+        pieces = []
+        for number in range(self._store.blocks.at(cells.start), self._store.blocks.at(cells.stop - 1) + 1):
+            of_block = self._store.blocks.cells(number)
             start, stop = max(cells.start, of_block.start), min(cells.stop, of_block.stop)
             part = slice(start - of_block.start, stop - of_block.start)
-            found.append({name: values[part] for name, values in self._block(number).items()})
-        if len(found) == 1:
-            return found[0]
-        return {name: np.concatenate([part[name] for part in found]) for name in found[0]}
+            pieces.append({name: values[part] for name, values in self._block(number).items()})
+        if len(pieces) == 1:
+            return pieces[0]
+        return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
 
     def _block(self, number: int) -> Results:
         if number not in self._remembered:
@@ -105,41 +104,41 @@ class Gathered:
     def read(self, number: int) -> Mapping[str, Column] | Exception:
         """The columns of a block as they are stored, or why it must not be used; by any thread."""
         try:
-            return self._parts.stored(number, self._work)
+            return self._store.stored(number, self._work)
         except (FileNotFoundError, DamagedBlockError) as why:
             return why
 
-    def columns(self, number: int, found: Mapping[str, Column] | Exception) -> Mapping[str, Column]:
-        """What was `read`, or what stands for it."""
-        if not isinstance(found, Exception):
-            return found
-        if isinstance(found, DamagedBlockError):
+    def columns(self, number: int, stored: Mapping[str, Column] | Exception) -> Mapping[str, Column]:
+        """The columns that were `read`, or what stands for them."""
+        if not isinstance(stored, Exception):
+            return stored
+        if isinstance(stored, DamagedBlockError):
             again = "computed again" if self._repair else "left out"
-            self._notice(f"block {number} of {self._parts.where} is damaged: {found}; {again}")
-            self._parts.drop(number)
+            self._notice(f"block {number} of {self._store.where} is damaged: {stored}; {again}")
+            self._store.drop(number)
         return {name: column(values) for name, values in self._made_up(number).items()}
 
     def _made_up(self, number: int) -> Results:
-        """What stands for a block that is not there."""
+        """The results that stand for a block that is not there."""
         if self._repair:
             return self._repair(number)
         results = self._work.known_only(number)
         of_map = self._work.known is not None
-        items = len(self._parts.blocks.cells(number))
+        items = len(self._store.blocks.cells(number))
         self.missing[number] = int((results["regime"] == 0).sum()) if of_map else items
         return results
 
 
 def assemble(
     gathered: Gathered,
-    parts: Parts,
+    store: BlockStore,
     work: Work,
     output: Location,
     progress: Progress | None,
     check: writing.Check | None = None,
 ) -> None:
     """Write the map of a store to `output`, all or nothing. Raises StoreError, and what `check` raises at last."""
-    kernels = parts.manifest.kernels
+    kernels = store.manifest.kernels
     action = "run" if len(kernels) == 1 else f"run, by kernels {' and '.join(kernels)}"
     attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
     canvas = _canvas(gathered, work)
@@ -152,13 +151,13 @@ def assemble(
         attributes |= refined.findings(gathered.blocks())
     template = map_template(canvas.grid, canvas.columns, attributes | _lacking(gathered, work))
     copied = not refined and output.suffix == ".nc"
-    chunks = chunks_of(parts.blocks, canvas.grid.shape) if copied else None
+    chunks = chunks_of(store.blocks, canvas.grid.shape) if copied else None
     threads = work.options.threads
 
     def fill(file: Any) -> None:
         with writing.open_chunks(file, threads) as target:
             if chunks:
-                _copy_blocks(gathered, parts.blocks, canvas.grid, target, threads, progress)
+                _copy_blocks(gathered, store.blocks, canvas.grid, target, threads, progress)
             else:
                 _write_by_region(canvas, target, progress)
 
@@ -186,7 +185,7 @@ def _refined(work: Work) -> RefinedMap | None:
 
 
 def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:
-    """What is to be said of missing items; the cells of a plain map say it themselves."""
+    """The attribute about missing items; the cells of a plain map say it themselves."""
     missing = sum(gathered.missing.values())
     if not missing or isinstance(work.study, MapStudy):
         return {}
@@ -216,11 +215,11 @@ def _copy_blocks(
         layout = target.layout(name)
         return layout.pack(np.full(layout.chunks, np.frombuffer(value, layout.dtype)))
 
-    for number, found in enumerate(in_order(gathered.read, range(blocks.count), threads)):
+    for number, block in enumerate(in_order(gathered.read, range(blocks.count), threads)):
         cells = blocks.cells(number)
         (region,) = regions(cells.start, cells.stop, grid.shape)
         origin = [side.start for side in region]
-        for name, stored in gathered.columns(number, found).items():
+        for name, stored in gathered.columns(number, block).items():
             if stored.is_one_value():
                 target.put(name, origin, of_one_value(name, bytes(stored.data)), stored.content())
             elif stored.packing == target.layout(name).packing:

@@ -1,4 +1,4 @@
-"""How the cells of a run are cut into blocks: one file, one thread and one unit of loss each.
+"""Cells of a run, cut into blocks: one file, one thread and one unit of loss each.
 
 A block of a map is a chunk of its file too, so that what a thread has compressed goes into the file as it is.
 """
@@ -13,8 +13,7 @@ from typing import Literal
 _FEWEST, _MOST = 4096, 131_072  # cells; below, files cost more than cells; above, a thread takes memory and is missed
 _GOLDEN = (1 + 5**0.5) / 2
 _BLOCKS = 64  # aimed at, so that many threads and shards find work to the end; a large map has more
-
-
+Region = tuple[slice, ...]
 Deal = Literal["every n-th", "spread"]  # how shards get their blocks; stores of earlier versions have the former
 EVERY_NTH: Deal = "every n-th"
 SPREAD: Deal = "spread"
@@ -86,10 +85,10 @@ def blocks_of(shape: tuple[int, ...], weight: int = 1) -> Blocks:
     """
     size = prod(shape)
     fewest, most = max(_FEWEST // weight, 1), max(_MOST // weight, 1)
-    wanted, below = min(max(-(-size // _BLOCKS), fewest), most), 1
+    aim, below = min(max(-(-size // _BLOCKS), fewest), most), 1
     for length in reversed(shape):
-        if below * length > wanted:
-            parts = -(-length // (wanted // below))
+        if below * length > aim:
+            parts = -(-length // (aim // below))
             return Blocks(size, -(-length // parts) * below, length * below)
         below *= length
     return Blocks(size, size, size)
@@ -116,13 +115,45 @@ def blocks_of_chunks(chunks: tuple[int, ...], shape: tuple[int, ...]) -> Blocks:
 
 def parse_shard(text: str) -> Shard:
     """The shard called `2/8`. Raises ValueError."""
-    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
-    if not found or not int(found[2]):
+    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
+    if not match or not int(match[2]):
         raise ValueError(f"got {text!r}, expected a shard such as 1/8, 2/8 up to 8/8")
-    number, count = int(found[1]), int(found[2])
+    number, count = int(match[1]), int(match[2])
     if not 1 <= number <= count:
         raise ValueError(
             f"got {text!r}, but shards are counted from 1: 1/{count} to {count}/{count}\n"
             f"hint: in a SLURM array: --array=1-{count} and --shard $SLURM_ARRAY_TASK_ID/{count}"
         )
     return Shard(number, count)
+
+
+# --- blocks in arrays -------------------------------------------------------------------------------------------------
+
+
+def regions(start: int, stop: int, shape: tuple[int, ...]) -> list[Region]:
+    """The cells from `start` to `stop` as hyper-rectangles of an array of this shape, in the order of the cells.
+
+    Cells are numbered with the last dimension running fastest; files want hyper-rectangles. At most 2 n - 1
+    of them in n dimensions: a ragged beginning, what is whole, and a ragged end.
+    """
+    if start >= stop:
+        return []
+    if not shape:
+        return [()]
+    below = prod(shape[1:])
+    (first, skipped), (last, rest) = divmod(start, below), divmod(stop, below)
+    if first == last:
+        return _at(first, regions(skipped, rest, shape[1:]))
+    head = _at(first, regions(skipped, below, shape[1:])) if skipped else []
+    first += bool(skipped)
+    whole = [(slice(first, last), *(slice(0, length) for length in shape[1:]))] if first < last else []
+    return head + whole + _at(last, regions(0, rest, shape[1:]))
+
+
+def _at(index: int, inner: list[Region]) -> list[Region]:
+    return [(slice(index, index + 1), *region) for region in inner]
+
+
+def extent(region: Region) -> tuple[int, ...]:
+    """Shape of a region."""
+    return tuple(side.stop - side.start for side in region)

@@ -1,4 +1,4 @@
-"""What can be done with an incomplete store: inspect it, and write a result from its finished blocks."""
+"""Incomplete stores: their status, and a result collected from their finished blocks."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from pathlib import Path
 from stickslip.errors import StoreError
 from stickslip.files.locations import ROOT, Location
 from stickslip.files.targets import check_target
-from stickslip.runs import earlier
+from stickslip.runs import existing_output
 from stickslip.runs.assembly import Gathered, assemble
 from stickslip.runs.request import Request
 from stickslip.runs.work import Work, study_of
-from stickslip.runs.workdir import parts
-from stickslip.runs.workdir.lock import Holder, held, holders, shard_of, writing_alone
-from stickslip.runs.workdir.parts import Failure
+from stickslip.runs.workdir import block_store
+from stickslip.runs.workdir.block_store import Failure
+from stickslip.runs.workdir.lock import Holder, hold_lock, holders, shard_of, writing_alone
 from stickslip.study import Study
 
-_OTHER = parts.SAME_SETTINGS + ", or name another file with {output}"
+_OTHER = block_store.SAME_SETTINGS + ", or name another file with {output}"
 
 
 @dataclass(frozen=True)
 class Collected:
-    """What `collect` wrote: how many cells (or lines, ...) it has, and how many of them are "not computed".
+    """The file that `collect` wrote: number of its cells (or lines, ...), and of those that are "not computed".
 
     where : the store, if it is still there. up_to_date : the result was there and whole, and no store.
     """
@@ -44,14 +44,14 @@ def collect(request: Request) -> Collected:
     if request.output is None:
         raise StoreError("collect needs a file to write", hint="name it with {output}")
     folder = request.folder()
-    if parts.is_empty(folder) and (whole := _whole(request, request.output)):
+    if block_store.is_empty(folder) and (whole := _whole(request, request.output)):
         return whole
-    store = parts.find(folder)
-    parts.check_same(store, Work(request.config), no_fresh=True)
+    store = block_store.find(folder)
+    block_store.check_same(store, Work(request.config), no_fresh=True)
     check_target(request.output, "result")
     if not store.finished():
         raise StoreError(f"{store.where}: no finished blocks there, so there is nothing to collect")
-    earlier.finish(request.output, request.notice)
+    existing_output.finish_replacing(request.output, request.notice)
     before = _seen(request.output)
 
     def check() -> None:
@@ -62,7 +62,7 @@ def collect(request: Request) -> Collected:
             )
 
     anew = store.manifest.fresh and store.is_complete()  # as the run would replace it
-    with earlier.result(request.output, request.config, anew, _OTHER) as old:
+    with existing_output.opened(request.output, request.config, anew, _OTHER) as old:
         work = Work(request.config, old.known if old else None, store.blocks)
         gathered = Gathered(store, work, None, request.notice)
         with writing_alone(request.output, request.notice):
@@ -71,7 +71,7 @@ def collect(request: Request) -> Collected:
     if missing or request.keep:
         return Collected(request.output, store.blocks.size, missing, store.where, work.study)
     try:
-        with held(folder, None, lambda: None, request.notice):
+        with hold_lock(folder, None, lambda: None, request.notice):
             store.delete()
     except StoreError:  # another run works there; the last one removes it
         return Collected(request.output, store.blocks.size, 0, store.where, work.study)
@@ -79,12 +79,12 @@ def collect(request: Request) -> Collected:
 
 
 def _whole(request: Request, output: Location) -> Collected | None:
-    """What is there, if it is the whole result of this configuration; None where there is none.
+    """An existing result, if it is the whole one of this configuration; None where there is none.
 
     Raises StoreError for a part of it, and for something else.
     """
-    earlier.finish(output, request.notice)
-    with earlier.result(output, request.config, False, _OTHER) as old:
+    existing_output.finish_replacing(output, request.notice)
+    with existing_output.opened(output, request.config, False, _OTHER) as old:
         if old is None:
             return None
         if not old.complete:
@@ -93,14 +93,14 @@ def _whole(request: Request, output: Location) -> Collected | None:
 
 
 def _seen(output: Location | None) -> tuple[int, ...] | None:
-    """What tells a result at a path from one that replaces it; None for none, and behind a URL."""
+    """Marks of a result at a path, other than those of one that replaces it; None for none, and behind a URL."""
     if not isinstance(output, Path):
         return None
     try:
-        found = (output / ROOT if output.is_dir() else output).stat()
+        about = (output / ROOT if output.is_dir() else output).stat()
     except OSError:
         return None
-    return found.st_ino, found.st_mtime_ns, found.st_size
+    return about.st_ino, about.st_mtime_ns, about.st_size
 
 
 @dataclass(frozen=True)
@@ -123,12 +123,12 @@ class Status:
     version: str
     size: int
     counted: str
-    shards: tuple[OfShard, ...] = ()
+    shards: tuple[ShardStatus, ...] = ()
 
 
 @dataclass(frozen=True)
-class OfShard:
-    """How far a shard is whose lock is there: blocks in all, numbers of missing ones; holder : None if it has died."""
+class ShardStatus:
+    """The progress of a shard whose lock is there: blocks in all, numbers of missing ones. holder : None if it died."""
 
     shard: str
     blocks: int
@@ -139,10 +139,10 @@ class OfShard:
 def status(request: Request) -> Status:
     """The progress of the run of a store. Raises StoreError where there is none."""
     folder = request.folder()
-    store = parts.find(folder)
+    store = block_store.find(folder)
     finished, locks = store.finished(), holders(folder)
     shards = [
-        OfShard(str(shard), len(own), tuple(sorted(own - finished)), None if holder.stale else holder)
+        ShardStatus(str(shard), len(own), tuple(sorted(own - finished)), None if holder.stale else holder)
         for name, holder in locks.items()
         if (shard := shard_of(name)) and (own := set(shard.blocks(store.blocks, store.manifest.deal))) is not None
     ]
@@ -159,5 +159,5 @@ def status(request: Request) -> Status:
         version=store.manifest.stickslip,
         size=folder.size(),
         counted=study_of(request.config).counted,
-        shards=tuple(sorted(shards, key=lambda one: int(one.shard.partition("/")[0]))),
+        shards=tuple(sorted(shards, key=lambda shard: int(shard.shard.partition("/")[0]))),
     )

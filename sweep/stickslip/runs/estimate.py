@@ -1,4 +1,4 @@
-"""What a run will take: time, memory, space on the disk, and how shards of it share the work."""
+"""Estimate of a run: time, memory, space on the disk, and how shards of it share the work."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Estimate:
         return self.map_cells * self.each
 
     def on(self, nodes: int, threads: int) -> Nodes:
-        """The same for shards on nodes of so many threads, each thread as fast as one here."""
+        """The estimate for shards on nodes of so many threads, each thread as fast as one here."""
         shards = min(nodes, self.blocks.count)
         least, most = self.blocks.count // shards, -(-self.blocks.count // shards)
         block = self.cells / self.blocks.count * self._thread_seconds
@@ -81,7 +81,7 @@ class Nodes:
 
     @property
     def shards(self) -> int:
-        """How many shards there are: one a node, unless there are fewer blocks."""
+        """The number of shards: one a node, unless there are fewer blocks."""
         return min(self.nodes, self.blocks)
 
     @property

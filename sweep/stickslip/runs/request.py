@@ -1,4 +1,4 @@
-"""What is asked of a run, and its outcome."""
+"""The request of a run, and its outcome."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stickslip.engine import Progress, warm_up
 from stickslip.errors import StoreError
 from stickslip.files.locations import Location, Url, location
 from stickslip.runs.blocks import Shard
-from stickslip.runs.workdir import parts
+from stickslip.runs.workdir import block_store
 from stickslip.runs.workdir.folder import Folder, folder_at
 from stickslip.runs.workdir.lock import Notice
 
@@ -24,7 +24,7 @@ OnError = Literal["continue", "stop"]
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked of a run.
+    """The request of a run.
 
     output : result to write; None leaves the blocks in the store.
     place : path or URL of the store; None lays it beside the output.
@@ -72,7 +72,7 @@ class Request:
             return folder_at(self.place)
         if self.output is None:
             raise StoreError("a run needs a place", hint="name an output file, or a store with {store}")
-        return folder_at(parts.beside(self.output))
+        return folder_at(block_store.beside(self.output))
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def request_for(
     if text is None or not _is_store(text):
         config = as_config(place) if text is None else load_config(text, settings)
         return Request(config, _output(output, config), store)
-    config = parts.config_of(parts.find(folder_at(text)))
+    config = block_store.config_of(block_store.find(folder_at(text)))
     if settings:
         changed = parse_config(config.to_yaml(), text, settings)
         config = changed.shown_in(config.written_in | changed.written_in)
@@ -130,5 +130,5 @@ def _output(named: str | os.PathLike[str] | None, config: Config) -> Location | 
 def _beside(place: str) -> Location | None:
     """The result beside whose name a store was laid."""
     store = location(place)
-    output = store.with_suffix("") if store.suffix == parts.SUFFIX else None
+    output = store.with_suffix("") if store.suffix == block_store.SUFFIX else None
     return None if isinstance(output, Url) and output.suffix != ".zarr" else output

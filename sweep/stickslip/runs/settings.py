@@ -22,20 +22,20 @@ _VARIABLES = "output.variables"
 
 
 def settings(config: Config) -> dict[str, Any]:
-    """What the numbers depend on, as plain data; the axes as a list, since their order is that of the cells."""
+    """The settings that numbers depend on, as plain data; axes as a list, since their order is that of the cells."""
     plain = {key: value for key, value in config.resolved().items() if key not in ("title", "output", "execution")}
     plain["friction"] = {key: value for key, value in plain["friction"].items() if key != "fit"}
-    kept = kept_variables(config)
-    chosen = {} if kept is None else {"output": {"variables": kept}}
+    variables = kept_variables(config)
+    chosen = {} if variables is None else {"output": {"variables": variables}}
     return {**plain, **chosen, "axes": [[name, axis] for name, axis in plain["axes"].items()]}
 
 
 def kept_variables(config: Config) -> list[str] | None:
-    """The variables of a map that are kept; None for all there are, whether they were named or not."""
-    kept = config.output.variables
-    if kept is None or not config.is_map or set(kept) == set(columns(options_of(config))):
+    """The variables of a map that are variables; None for all there are, whether they were named or not."""
+    variables = config.output.variables
+    if variables is None or not config.is_map or set(variables) == set(columns(options_of(config))):
         return None
-    return list(kept)
+    return list(variables)
 
 
 def fingerprint(config: Config) -> str:
@@ -52,7 +52,7 @@ def differences(there: Config, here: Config) -> dict[str, tuple[str, str]]:
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
 
 
-def told(differing: dict[str, tuple[str, str]]) -> str:
+def described(differing: dict[str, tuple[str, str]]) -> str:
     """Differences for people, one a line."""
     pairs = differing.items()
     return "\n".join(f"  {name}: {_short(there)} there, {_short(here)} here" for name, (there, here) in pairs)

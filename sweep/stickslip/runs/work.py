@@ -17,8 +17,8 @@ from stickslip.engine import Options, Results, StopFlag, stop_flag
 from stickslip.files.locations import Location
 from stickslip.files.packing import NETCDF, PLAIN
 from stickslip.runs.blocks import Blocks, blocks_of
+from stickslip.runs.known_cells import KnownCells
 from stickslip.runs.maps import MapStudy
-from stickslip.runs.reuse import KnownCells
 from stickslip.study import Moved, Study
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.config.model import Config
-from stickslip.dataset.uncertainty import uncertain_dataset
+from stickslip.dataset.studies import uncertain_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns
 from stickslip.study import Finished, Moved, Study
 from stickslip.uncertainty.design import Design

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from stickslip.config.model import Config
 from stickslip.config.uncertain import Subset
-from stickslip.dataset.uncertainty import uncertain_dataset
+from stickslip.dataset.studies import uncertain_dataset
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.study import Finished, Moved, Study, joined

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 import pytest
 
 from helpers.configs import HOSTILE
-from stickslip.explore import open_subject
+from stickslip.explore import open_source
 
 pytest.importorskip("bokeh")
 selenium = pytest.importorskip("selenium")
@@ -64,8 +64,8 @@ TIMED = (
 
 
 @contextmanager
-def served(subject):
-    explorer = Explorer(subject)
+def served(source):
+    explorer = Explorer(source)
     ready = threading.Event()
     thread = threading.Thread(target=explorer.run, args=(ready.set,), daemon=True)
     thread.start()
@@ -77,7 +77,7 @@ def served(subject):
 
 @pytest.fixture(scope="module")
 def server():
-    with served(open_subject("configs/quickstart.yaml")) as explorer:
+    with served(open_source("configs/quickstart.yaml")) as explorer:
         yield explorer
 
 
@@ -184,7 +184,7 @@ def test_hovering_shows_the_numbers_of_the_cell(tab):
 def test_a_slider_moved_by_its_handle_recomputes_the_map(tab):
     before = tab.ask("Array.from(model('map_cells').data.image[0]).filter((code) => code == 1).length")
     handle = tab.browser.execute_script(
-        f"{MODEL} const el = Bokeh.index.find_one(model('knob_damping')).shadow_el.querySelector('.noUi-handle');"
+        f"{MODEL} const el = Bokeh.index.find_one(model('slider_damping')).shadow_el.querySelector('.noUi-handle');"
         "el.scrollIntoView({block: 'center'}); const r = el.getBoundingClientRect();"
         "return [r.left + r.width/2, r.top + r.height/2]"
     )
@@ -196,20 +196,20 @@ def test_a_slider_moved_by_its_handle_recomputes_the_map(tab):
         pointer.move_to_location(round(handle[0]) + 12 * step, round(handle[1]))
     pointer.pointer_up()
     chain.perform()
-    tab.until("model('knob_damping').value > 0.3")
-    tab.until("model('reproduce').text.includes('damping: ' + Number(model('knob_damping').value.toPrecision(4)))")
+    tab.until("model('slider_damping').value > 0.3")
+    tab.until("model('reproduce').text.includes('damping: ' + Number(model('slider_damping').value.toPrecision(4)))")
     after = tab.ask("Array.from(model('map_cells').data.image[0]).filter((code) => code == 1).length")
     assert tab.ask("model('map_cells').data.image[0].length") == 240 * 240
     assert after < 0.95 * before
 
 
 def test_a_reload_begins_with_the_map_of_the_file(tab, browser, server):
-    tab.browser.execute_script(f"{MODEL} model('knob_damping').value = 1.5")
+    tab.browser.execute_script(f"{MODEL} model('slider_damping').value = 1.5")
     tab.until("model('reproduce').text.includes('damping: 1.5')")
     browser.refresh()
     again = Tab(browser, server.address)
     again.full_map()
-    assert again.ask("model('knob_damping').value") == 0
+    assert again.ask("model('slider_damping').value") == 0
     again.click(0.2, 2.0)
     again.until("model('motion_stick').data.t.length > 100")
 
@@ -220,12 +220,12 @@ def test_two_tabs_are_two_explorers(tab, browser, server):
     try:
         other = Tab(browser, server.address)
         other.full_map()
-        other.browser.execute_script(f"{MODEL} model('knob_damping').value = 1.5")
+        other.browser.execute_script(f"{MODEL} model('slider_damping').value = 1.5")
         other.until("model('reproduce').text.includes('damping: 1.5')")
     finally:
         browser.close()
         browser.switch_to.window(first)
-    assert tab.ask("model('knob_damping').value") == 0
+    assert tab.ask("model('slider_damping').value") == 0
     tab.click(0.2, 2.0)
     tab.until("model('motion_stick').data.t.length > 100")
 
@@ -246,7 +246,7 @@ def test_pins_are_drawn_over_each_other_and_the_sound_plays(tab):
 def test_an_error_is_on_the_page(tab):
     tab.browser.execute_script(f"{MODEL} model('on_mu_stop').active = true")
     tab.until("model('reproduce').text.includes('mu_stop: 1.04')")
-    tab.browser.execute_script(f"{MODEL} model('knob_a1').value = 0.5")
+    tab.browser.execute_script(f"{MODEL} model('slider_a1').value = 0.5")
     tab.until("model('status').text.includes('at most mu_start')")
 
 
@@ -258,7 +258,7 @@ def test_from_the_event_to_the_drawing(tab):
         time.sleep(0.3)
     sliders = []
     for k in range(6):
-        move = f"document.dispatchEvent(new Event('moved')); model('knob_damping').value = {0.1 * (k + 1)}"
+        move = f"document.dispatchEvent(new Event('moved')); model('slider_damping').value = {0.1 * (k + 1)}"
         sliders.append(tab.timed("moved", "map_cells", lambda move=move: tab.ask(f"(() => {{ {move} }})()")))
         tab.until(f"model('reproduce').text.includes('damping: {0.1 * (k + 1):.4g}')")
         time.sleep(0.3)
@@ -271,7 +271,7 @@ def test_from_the_event_to_the_drawing(tab):
 
 
 def test_the_page_without_a_server(browser, tmp_path):
-    path = write_page(open_subject("configs/quickstart.yaml"), tmp_path / "page.html")
+    path = write_page(open_source("configs/quickstart.yaml"), tmp_path / "page.html")
     tab = Tab(browser, path.as_uri())
     browser.get_log("browser")
     tab.click(0.2, 2.0)
@@ -289,8 +289,8 @@ def test_no_text_of_a_file_becomes_a_formula_a_link_or_a_script(browser, tmp_pat
     """Served and in one file, after a click: MathJax, which Bokeh brings along, would make a link of `\\href`."""
     path = tmp_path / "hostile.yaml"
     path.write_text(HOSTILE)
-    with served(open_subject(path)) as explorer:
-        for address in (explorer.address, write_page(open_subject(path), tmp_path / "page.html").as_uri()):
+    with served(open_source(path)) as explorer:
+        for address in (explorer.address, write_page(open_source(path), tmp_path / "page.html").as_uri()):
             tab = Tab(browser, address)
             tab.click(0.3, 0.0)
             tab.until(r"model('cell_words').text.includes('\\href')")

@@ -14,10 +14,10 @@ from helpers.unstable_cycle import Cycle
 from stickslip.cli import main
 from stickslip.config.select import cell_of
 from stickslip.engine import Options, stop_flag
-from stickslip.explore import maps, open_subject
+from stickslip.explore import maps, open_source
+from stickslip.explore.html import cell_html, map_csv, motions_csv, numbers_html, place_words, simulate_command
 from stickslip.explore.motions import motions_of
 from stickslip.explore.static import essential
-from stickslip.explore.told import cell_html, map_csv, motions_csv, numbers_html, place_words, simulate_command
 from stickslip.explore.view import COARSE, View, cell_config, config_of, first_view
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.laws import LAWS
@@ -170,14 +170,14 @@ def least(work, times=5):
 
 def test_a_click_and_a_coarse_map_leave_most_of_their_time_to_the_browser():
     """200 ms from click to drawing, 150 ms from slider to coarse map: the server takes a part of it."""
-    subject = open_subject("configs/quickstart.yaml")
-    view = first_view(subject)
+    source = open_source("configs/quickstart.yaml")
+    view = first_view(source)
 
     def click(at):
-        return motions_of(cell_of(cell_config(subject, view, at)), subject.options)
+        return motions_of(cell_of(cell_config(source, view, at)), source.options)
 
     def coarse():
-        return maps.picture(maps.computed(config_of(subject, view, COARSE), stop_flag()), view)
+        return maps.picture(maps.computed(config_of(source, view, COARSE), stop_flag()), view)
 
     click({"stiffness": 100.0, "belt_speed": 0.2})
     places = ((100.0, 0.2), (100.0, 0.45), (1000.0, 1.0), (1.0, 0.8), (3.0, 0.05))
@@ -192,17 +192,17 @@ def test_a_click_and_a_coarse_map_leave_most_of_their_time_to_the_browser():
 
 @pytest.fixture(scope="module")
 def quickstart():
-    subject = open_subject("configs/quickstart.yaml")
+    source = open_source("configs/quickstart.yaml")
     view = View("stiffness", "belt_speed", {"mass": 0.2}, {})
-    shown = maps.picture(maps.computed(config_of(subject, view, (7, 9)), stop_flag()), view)
+    shown = maps.picture(maps.computed(config_of(source, view, (7, 9)), stop_flag()), view)
     at = {"stiffness": shown.y.at(4), "belt_speed": shown.x.at(2)}
-    motions = motions_of(cell_of(cell_config(subject, view, at)), subject.options)
-    return subject, view, shown, at, motions
+    motions = motions_of(cell_of(cell_config(source, view, at)), source.options)
+    return source, view, shown, at, motions
 
 
 def test_the_command_simulates_the_cell_that_is_seen(quickstart, tmp_path, monkeypatch):
-    subject, view, _, at, motions = quickstart
-    words = shlex.split(simulate_command(subject, view, at, motions))
+    source, view, _, at, motions = quickstart
+    words = shlex.split(simulate_command(source, view, at, motions))
     assert words[:3] == ["stickslip", "simulate", "configs/quickstart.yaml"] and "mass=0.2 kg" in words
     words[words.index("cell.png")] = str(tmp_path / "cell.png")
     trace = tmp_path / "trace.nc"

@@ -22,10 +22,10 @@ import stickslip
 from helpers.configs import HOSTILE, write_config
 from helpers.pages import tags
 from stickslip.cli import main
-from stickslip.explore import open_subject
+from stickslip.explore import open_source
 
 pytest.importorskip("bokeh")
-from stickslip.explore import borders, static  # noqa: E402
+from stickslip.explore import maps, static  # noqa: E402
 from stickslip.explore.server import Explorer  # noqa: E402
 from stickslip.explore.static import page_html  # noqa: E402
 
@@ -36,14 +36,14 @@ NETWORK = re.compile(r"""(?:src|href)\s*=\s*["']?(?:https?:)?//""", re.IGNORECAS
 def coarse_borders():
     """What is drawn is looked at elsewhere."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(borders, "_POINTS", 16)
-        patch.setattr(borders, "_SCAN", 8)
+        patch.setattr(maps, "_BORDER_POINTS", 16)
+        patch.setattr(maps, "_SCAN", 8)
         yield
 
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory):
-    explorer = Explorer(open_subject(write_config(tmp_path_factory.mktemp("served"))))
+    explorer = Explorer(open_source(write_config(tmp_path_factory.mktemp("served"))))
     ready = threading.Event()
     thread = threading.Thread(target=explorer.run, args=(ready.set,), daemon=True)
     thread.start()
@@ -90,7 +90,7 @@ def test_without_the_token_nothing_is_there(server, path):
 
 
 def test_tokens_cannot_be_guessed_and_differ(server):
-    other = Explorer(open_subject("configs/quickstart.yaml"))
+    other = Explorer(open_source("configs/quickstart.yaml"))
     assert other.token != server.token and len(other.token) >= 32
     other.close()
 
@@ -139,7 +139,7 @@ def test_the_environment_opens_no_door(monkeypatch, server):
 def page(tmp_path_factory):
     static.CELLS, before = (5, 4), static.CELLS
     try:
-        return page_html(open_subject("configs/hysteresis.yaml"))
+        return page_html(open_source("configs/hysteresis.yaml"))
     finally:
         static.CELLS = before
 
@@ -181,7 +181,7 @@ def test_the_page_takes_what_a_file_says_as_text(tmp_path, monkeypatch):
     monkeypatch.setattr(static, "CELLS", (3, 2))
     path = tmp_path / "<img src=x onerror=a>.yaml"
     path.write_text(HOSTILE)
-    text = page_html(open_subject(path))
+    text = page_html(open_source(path))
     found = re.search(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.DOTALL)[1]
     document = json.loads(unescape(found))
     words = [one for one in strings(document) if one.startswith(("<b>", "<div", "<p", "<table"))]  # of Div, of scripts
@@ -208,17 +208,17 @@ def test_the_page_has_every_point_of_short_axes_and_says_which_are_left_out(tmp_
         "  stiffness: {start: 0.01, stop: 10, num: 5, spacing: log}\n  belt_speed: {start: 0.05, stop: 1, num: 6}\n"
     )
     ds = stickslip.run(text, tmp_path / "map.nc")
-    subject = open_subject(tmp_path / "map.nc")
+    source = open_source(tmp_path / "map.nc")
     document = json.loads(
-        re.search(r'<script type="application/json"[^>]*>(.*?)</script>', html := page_html(subject), re.DOTALL)[1]
+        re.search(r'<script type="application/json"[^>]*>(.*?)</script>', html := page_html(source), re.DOTALL)[1]
     )
     assert '[["0","none"],["1","0.7"]]' in json.dumps(document, separators=(",", ":"))
-    (note,) = static.left_out(subject)
+    (note,) = static.left_out(source)
     assert note.startswith("damping is held at 0.2") and "8 points are not" in note and note in html
-    title, points = static._points(subject)
+    title, points = static._points(source)
     assert title == "mu stop" or title == "mu_stop"
     for i, (_, view) in enumerate(points):
-        sheet = static._sheet(subject, "", view, len(points))
+        sheet = static._sheet(source, "", view, len(points))
         assert (sheet.first.by_name["regime"].values == ds["regime"].values[4, i]).all()
 
 

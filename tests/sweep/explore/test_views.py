@@ -12,10 +12,8 @@ from stickslip.config.reader import load_config, parse_config
 from stickslip.config.select import cell_of, config_at
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
-from stickslip.explore import maps, open_subject
-from stickslip.explore.borders import border_lines
-from stickslip.explore.knobs import is_listed, knobs_of
-from stickslip.explore.readable import unit_for
+from stickslip.explore import maps, open_source
+from stickslip.explore.maps import border_lines
 from stickslip.explore.view import (
     COARSE,
     FULL,
@@ -23,11 +21,14 @@ from stickslip.explore.view import (
     cell_config,
     config_of,
     first_view,
+    is_listed,
     settings,
     sides,
+    sliders_of,
     start_value,
     with_plane,
 )
+from stickslip.vocabulary.display_units import Unit, quantity, unit_for
 from stickslip.vocabulary.quantities import QUANTITIES
 
 SHIPPED = (
@@ -37,11 +38,11 @@ FEW = (9, 11)
 
 
 def shipped(name):
-    return open_subject(f"configs/{name}.yaml")
+    return open_source(f"configs/{name}.yaml")
 
 
-def seen(subject, view, most=COARSE):
-    return maps.picture(maps.computed(config_of(subject, view, most), stop_flag()), view)
+def seen(source, view, most=COARSE):
+    return maps.picture(maps.computed(config_of(source, view, most), stop_flag()), view)
 
 
 def at_pixel(shown, i, j):
@@ -53,15 +54,15 @@ def regimes(shown):
 
 
 @pytest.fixture(params=SHIPPED)
-def subject(request):
+def source(request):
     return shipped(request.param)
 
 
-def test_what_is_opened_is_seen_over_its_last_two_axes_or_what_people_ask_about(subject):
-    view = first_view(subject)
-    own = [name for name, axis in subject.axes.items() if axis.size > 1][-2:]
+def test_what_is_opened_is_seen_over_its_last_two_axes_or_what_people_ask_about(source):
+    view = first_view(source)
+    own = [name for name, axis in source.axes.items() if axis.size > 1][-2:]
     assert view.plane[2 - len(own) :] == tuple(own)
-    shown = seen(subject, view)
+    shown = seen(source, view)
     assert (shown.y.name, shown.x.name) == view.plane and shown.shades.shape == regimes(shown).shape
     assert (regimes(shown) > 0).all()
     assert shown.size >= 5 * 40 or min(shown.shades.shape) >= 15
@@ -69,24 +70,24 @@ def test_what_is_opened_is_seen_over_its_last_two_axes_or_what_people_ask_about(
 
 @pytest.mark.parametrize("path", sorted(Path("configs").glob("*.yaml")), ids=lambda path: path.stem)
 def test_every_configuration_that_comes_with_the_program_is_opened(path):
-    subject = open_subject(path)
-    view = first_view(subject)
-    assert (regimes(seen(subject, view, (4, 5))) > 0).all()
+    source = open_source(path)
+    view = first_view(source)
+    assert (regimes(seen(source, view, (4, 5))) > 0).all()
 
 
-def test_a_pixel_is_the_cell_that_a_click_computes(subject):
-    view = first_view(subject)
-    shown = seen(subject, view, FEW)
+def test_a_pixel_is_the_cell_that_a_click_computes(source):
+    view = first_view(source)
+    shown = seen(source, view, FEW)
     for i, j in np.random.default_rng(1).integers(0, shown.shades.shape, (12, 2)):
-        cell = cell_of(cell_config(subject, view, at_pixel(shown, i, j)))
-        known = stickslip.evaluate(cell, law=subject.options.law, rtol=subject.options.rtol)
+        cell = cell_of(cell_config(source, view, at_pixel(shown, i, j)))
+        known = stickslip.evaluate(cell, law=source.options.law, rtol=source.options.rtol)
         assert int(known["regime"][0]) == regimes(shown)[i, j]
         force = shown.by_name["spring_force_max"]
-        assert np.isclose(float(known["spring_force_max"][0]), force.values[i, j] * force.unit.factor, rtol=1e-5)
+        assert np.isclose(float(known["spring_force_max"][0]), force.values[i, j] * force.unit.size, rtol=1e-5)
 
 
-def test_a_click_beside_the_middle_of_a_pixel_is_that_pixel(subject):
-    shown = seen(subject, first_view(subject), FEW)
+def test_a_click_beside_the_middle_of_a_pixel_is_that_pixel(source):
+    shown = seen(source, first_view(source), FEW)
     for side in (shown.x, shown.y):
         width = (side.ends[1] - side.ends[0]) / len(side.centres)
         edges = side.ends[0] + width * np.arange(len(side.centres) + 1)
@@ -94,23 +95,23 @@ def test_a_click_beside_the_middle_of_a_pixel_is_that_pixel(subject):
             assert [side.nearest(edges[i] + 0.01 * width), side.nearest(edges[i + 1] - 0.01 * width)] == [i, i]
 
 
-def test_the_settings_of_a_cell_give_that_cell_to_the_last_bit(subject):
-    view = first_view(subject)
-    knob = next(knob for knob in knobs_of(subject, view.plane) if knob.name == "mass")
-    changed = View(view.y, view.x, {"mass": 1.5 * knob.start}, view.points)
+def test_the_settings_of_a_cell_give_that_cell_to_the_last_bit(source):
+    view = first_view(source)
+    slider = next(slider for slider in sliders_of(source, view.plane) if slider.name == "mass")
+    changed = View(view.y, view.x, {"mass": 1.5 * slider.start}, view.points)
     for one in (view, changed):
-        shown = seen(subject, one, FEW)
+        shown = seen(source, one, FEW)
         at = at_pixel(shown, 1, 2)
-        direct = cell_of(cell_config(subject, one, at))
-        by_words = cell_of(config_at(load_config(subject.source), settings(subject, one, at)))
+        direct = cell_of(cell_config(source, one, at))
+        by_words = cell_of(config_at(load_config(source.name), settings(source, one, at)))
         assert np.array_equal(list(direct.values()), list(by_words.values()), equal_nan=True)
-    assert direct["mass"] == 1.5 * knob.start
+    assert direct["mass"] == 1.5 * slider.start
 
 
-def test_the_yaml_of_a_view_gives_the_same_map(subject):
-    view = first_view(subject)
-    view = View(view.y, view.x, {"normal_load": 1.25 * start_value(subject, view, "normal_load")}, view.points)
-    config = config_of(subject, view, FEW)
+def test_the_yaml_of_a_view_gives_the_same_map(source):
+    view = first_view(source)
+    view = View(view.y, view.x, {"normal_load": 1.25 * start_value(source, "normal_load")}, view.points)
+    config = config_of(source, view, FEW)
     again = stickslip.run(parse_config(config.to_yaml()))
     assert np.array_equal(again["regime"].values, maps.computed(config, stop_flag())["regime"].values)
     assert config.output.file is None and config.output.plot is None  # nobody's files are written over
@@ -118,16 +119,16 @@ def test_the_yaml_of_a_view_gives_the_same_map(subject):
 
 @pytest.mark.parametrize("name", ["quickstart", "lubricants", "uncertain"])
 def test_every_slider_reaches_both_ends_or_says_what_is_in_the_way(name):
-    subject = shipped(name)
-    view = first_view(subject)
-    for knob in knobs_of(subject, view.plane):
-        assert knob.low < knob.high and (isnan(knob.start) or knob.low <= knob.start <= knob.high), knob
-        assert knob.low <= knob.otherwise <= knob.high
-        for end in (knob.low, knob.high):
-            assert np.isclose(knob.value(knob.place(end)), end, rtol=1e-3)
-            changed = View(view.y, view.x, {knob.name: end}, view.points)
+    source = shipped(name)
+    view = first_view(source)
+    for slider in sliders_of(source, view.plane):
+        assert slider.low < slider.high and (isnan(slider.start) or slider.low <= slider.start <= slider.high), slider
+        assert slider.low <= slider.otherwise <= slider.high
+        for end in (slider.low, slider.high):
+            assert np.isclose(slider.value(slider.place(end)), end, rtol=1e-3)
+            changed = View(view.y, view.x, {slider.name: end}, view.points)
             try:
-                shown = seen(subject, changed, (3, 4))
+                shown = seen(source, changed, (3, 4))
             except ConfigError as error:
                 assert "expected" in str(error)
                 assert any(name in str(error) for name in QUANTITIES)
@@ -136,58 +137,55 @@ def test_every_slider_reaches_both_ends_or_says_what_is_in_the_way(name):
 
 
 def test_a_slider_begins_at_what_the_file_says():
-    subject = shipped("quickstart")
-    knobs = {knob.name: knob for knob in knobs_of(subject, ("stiffness", "belt_speed"))}
-    assert {name: knob.start for name, knob in knobs.items() if name in ("mass", "normal_load", "damping", "a4")} == {
-        "mass": 0.1, "normal_load": 10.0, "damping": 0.0, "a4": 0.1,
-    }  # fmt: skip
-    assert isnan(knobs["mu_stop"].start) and knobs["mu_stop"].may_be_absent and not knobs["mass"].may_be_absent
-    assert "stiffness" not in knobs and "delta" not in knobs  # an axis; of another law
-    assert knobs["mass"].unit.name == "g" and knobs["mass"].is_log and not knobs["damping"].is_log
+    source = shipped("quickstart")
+    sliders = {slider.name: slider for slider in sliders_of(source, ("stiffness", "belt_speed"))}
+    start = {"mass": 0.1, "normal_load": 10.0, "damping": 0.0, "a4": 0.1}
+    assert {name: sliders[name].start for name in start} == start
+    assert isnan(sliders["mu_stop"].start) and sliders["mu_stop"].may_be_absent and not sliders["mass"].may_be_absent
+    assert "stiffness" not in sliders and "delta" not in sliders  # an axis; of another law
+    assert sliders["mass"].unit.name == "g" and sliders["mass"].is_log and not sliders["damping"].is_log
 
 
 def test_a_slider_changes_what_physics_says_it_changes():
-    subject = shipped("quickstart")
-    view = first_view(subject)
-    plain = seen(subject, view, FEW)
-    damped = seen(subject, View(view.y, view.x, {"damping": 1.8}, {}), FEW)
+    source = shipped("quickstart")
+    view = first_view(source)
+    plain = seen(source, view, FEW)
+    damped = seen(source, View(view.y, view.x, {"damping": 1.8}, {}), FEW)
     stick_slip = [int((regimes(shown) == 1).sum()) for shown in (plain, damped)]
     assert 0 < stick_slip[1] < stick_slip[0]
     # xi'' + gamma xi' + xi = mu(w): with c = 0, four times load, stiffness and mass move the same cell alike
     at = {"stiffness": 50.0, "belt_speed": 0.3}
-    one = stickslip.evaluate(cell_of(cell_config(subject, view, at)))
+    one = stickslip.evaluate(cell_of(cell_config(source, view, at)))
     heavy = View(view.y, view.x, {"normal_load": 40.0, "mass": 0.4}, {})
-    four = stickslip.evaluate(cell_of(cell_config(subject, heavy, at | {"stiffness": 200.0})))
+    four = stickslip.evaluate(cell_of(cell_config(source, heavy, at | {"stiffness": 200.0})))
     assert np.isclose(float(four["period"][0]), float(one["period"][0]), rtol=1e-9)
 
 
 def test_hysteresis_is_switched_on_and_off():
-    subject = shipped("quickstart")
-    view = first_view(subject)
-    on = cell_of(
-        cell_config(subject, View(view.y, view.x, {"mu_stop": 0.9}, {}), {"stiffness": 1.0, "belt_speed": 0.5})
-    )
+    source = shipped("quickstart")
+    view = first_view(source)
+    on = cell_of(cell_config(source, View(view.y, view.x, {"mu_stop": 0.9}, {}), {"stiffness": 1.0, "belt_speed": 0.5}))
     off = cell_of(
-        cell_config(subject, View(view.y, view.x, {"mu_stop": np.nan}, {}), {"stiffness": 1.0, "belt_speed": 0.5})
+        cell_config(source, View(view.y, view.x, {"mu_stop": np.nan}, {}), {"stiffness": 1.0, "belt_speed": 0.5})
     )
     assert on["mu_stop"] == 0.9 and isnan(off["mu_stop"])
 
 
 def test_any_quantity_can_be_a_side():
-    subject = shipped("lubricants")
-    offered = sides(subject)
+    source = shipped("lubricants")
+    offered = sides(source)
     assert offered[:2] == ["lubricant", "belt_speed"] and {"mass", "stiffness", "normal_load"} <= set(offered)
-    view = with_plane(subject, first_view(subject), "stiffness", "belt_speed")
+    view = with_plane(source, first_view(source), "stiffness", "belt_speed")
     assert view.points == {} and view.plane == ("stiffness", "belt_speed")
-    shown = seen(subject, View(*view.plane, {}, {"lubricant": 3}), FEW)
-    cell = cell_of(cell_config(subject, View(*view.plane, {}, {"lubricant": 3}), at_pixel(shown, 4, 5)))
+    shown = seen(source, View(*view.plane, {}, {"lubricant": 3}), FEW)
+    cell = cell_of(cell_config(source, View(*view.plane, {}, {"lubricant": 3}), at_pixel(shown, 4, 5)))
     assert cell["a1"] + cell["a3"] == pytest.approx(0.15)  # grease: mu_start
     assert shown.y.kind == "log" and shown.y.values[0] == 1e3 and shown.y.values[-1] == pytest.approx(1e5)
 
 
 def test_a_side_is_never_both_sides():
-    subject = shipped("quickstart")
-    view = with_plane(subject, first_view(subject), "belt_speed", "belt_speed")
+    source = shipped("quickstart")
+    view = with_plane(source, first_view(source), "belt_speed", "belt_speed")
     assert view.y != view.x and view.plane == ("stiffness", "belt_speed")[::-1] or len(set(view.plane)) == 2
 
 
@@ -198,23 +196,23 @@ def test_points_with_names_lie_side_by_side_under_them():
 
 
 def test_what_is_uncertain_has_its_median_and_the_page_says_so():
-    subject = shipped("uncertain")
-    assert subject.fixed["belt_speed"] == pytest.approx(0.78)
-    assert len(subject.notes) == 1 and "median" in subject.notes[0] and "belt_speed 780 mm/s" in subject.notes[0]
+    source = shipped("uncertain")
+    assert source.fixed["belt_speed"] == pytest.approx(0.78)
+    assert len(source.notes) == 1 and "median" in source.notes[0] and "belt_speed 780 mm/s" in source.notes[0]
 
 
 def test_an_impossible_change_names_the_key_and_the_bound():
-    subject = shipped("quickstart")
-    view = first_view(subject)
+    source = shipped("quickstart")
+    view = first_view(source)
     with pytest.raises(ConfigError, match=r"mu_stop.*got 1\.4, expected at most .*1\.3"):
-        config_of(subject, View(view.y, view.x, {"mu_stop": 1.4}, {}))
+        config_of(source, View(view.y, view.x, {"mu_stop": 1.4}, {}))
 
 
 @pytest.mark.parametrize("name", ["quickstart", "hysteresis"])
 def test_the_regime_changes_across_every_exact_border(name):
-    subject = shipped(name)
-    view = first_view(subject)
-    config = config_of(subject, view, COARSE)
+    source = shipped(name)
+    view = first_view(source)
+    config = config_of(source, view, COARSE)
     shown = maps.picture(maps.computed(config, stop_flag()), view)
     lines = border_lines(config, shown, stop_flag())
     assert lines
@@ -224,7 +222,7 @@ def test_the_regime_changes_across_every_exact_border(name):
             middle = 0.5 * (x[k - 1] + x[k]), 0.5 * (y[k - 1] + y[k])
             across = np.array([-(y[k] - y[k - 1]) / span(shown.y), (x[k] - x[k - 1]) / span(shown.x)])
             step = 0.004 * across / np.linalg.norm(across) * [span(shown.x), span(shown.y)]
-            sides_of = [regime_at(subject, view, shown, *(middle + sign * step)) for sign in (-1, 1)]
+            sides_of = [regime_at(source, view, shown, *(middle + sign * step)) for sign in (-1, 1)]
             crossed += sides_of[0] != sides_of[1]
             assert sides_of[0] != sides_of[1] or near_end(shown, middle)
     assert crossed >= 4
@@ -241,12 +239,12 @@ def near_end(shown, place):
     )
 
 
-def regime_at(subject, view, shown, x, y):
+def regime_at(source, view, shown, x, y):
     at = {}
     for side, place in ((shown.x, x), (shown.y, y)):
         value = 10.0**place if side.kind == "log" else place
-        at[side.name] = round(place) if side.kind == "listed" else value * side.unit.factor
-    cell = cell_of(cell_config(subject, view, at))
+        at[side.name] = round(place) if side.kind == "listed" else value * side.unit.size
+    cell = cell_of(cell_config(source, view, at))
     return int(stickslip.evaluate(cell)["regime"][0])
 
 
@@ -256,11 +254,11 @@ def regime_at(subject, view, shown, x, y):
 def test_a_result_is_shown_as_it_lies_in_the_file_without_computing(tmp_path, monkeypatch):
     path = write_config(tmp_path)
     ds = stickslip.run(path, tmp_path / "map.nc")
-    subject = open_subject(tmp_path / "map.nc")
+    source = open_source(tmp_path / "map.nc")
     monkeypatch.setattr(maps, "MapStudy", None)
-    shown = maps.picture(maps.read(subject, first_view(subject)), first_view(subject))
+    shown = maps.picture(maps.read(source, first_view(source)), first_view(source))
     assert np.array_equal(regimes(shown), ds["regime"].values)
-    assert {name for name, _ in maps.variables(maps.read(subject, first_view(subject)))} >= {"regime", "period"}
+    assert {name for name, _ in maps.variables(maps.read(source, first_view(source)))} >= {"regime", "period"}
 
 
 def test_a_result_of_three_dimensions_shows_the_plane_that_was_picked(tmp_path):
@@ -271,20 +269,20 @@ def test_a_result_of_three_dimensions_shows_the_plane_that_was_picked(tmp_path):
         "  stiffness: {start: 0.01, stop: 10, num: 7, spacing: log}\n  belt_speed: {start: 0.05, stop: 1, num: 8}\n"
     )
     ds = stickslip.run(text, tmp_path / "map.nc")
-    subject = open_subject(tmp_path / "map.nc")
-    view = first_view(subject)
+    source = open_source(tmp_path / "map.nc")
+    view = first_view(source)
     for point in range(3):
         one = View(view.y, view.x, {}, {"mu_stop": point})
-        assert np.array_equal(regimes(maps.picture(maps.read(subject, one), one)), ds["regime"].values[point, 1])
-        assert np.array_equal(regimes(seen(subject, one, FULL)), ds["regime"].values[point, 1])
-    assert is_listed(subject.axes["mu_stop"]) and not is_listed(subject.axes["damping"])
+        assert np.array_equal(regimes(maps.picture(maps.read(source, one), one)), ds["regime"].values[point, 1])
+        assert np.array_equal(regimes(seen(source, one, FULL)), ds["regime"].values[point, 1])
+    assert is_listed(source.axes["mu_stop"]) and not is_listed(source.axes["damping"])
 
 
 def test_a_result_larger_than_the_screen_is_reduced_and_says_so(tmp_path):
     path = write_config(tmp_path, num=450)
     stickslip.run(path, tmp_path / "map.nc")
-    subject = open_subject(tmp_path / "map.nc")
-    shown = maps.picture(maps.read(subject, first_view(subject)), first_view(subject))
+    source = open_source(tmp_path / "map.nc")
+    shown = maps.picture(maps.read(source, first_view(source)), first_view(source))
     assert shown.shades.shape == (225, 225) and "2 x 2 cells" in shown.note
     assert any("mixed" in label for label, _ in shown.legend)
 
@@ -295,20 +293,20 @@ def test_cells_that_were_left_out_are_blank_and_variables_stand_in_the_order_of_
     ds = stickslip.run(write_config(tmp_path))
     kept = ds["regime"] == 1
     writing.write(ds.where(kept)[sorted(ds.data_vars, reverse=True)], tmp_path / "loud.nc")
-    subject = open_subject(tmp_path / "loud.nc")
-    view = first_view(subject)
+    source = open_source(tmp_path / "loud.nc")
+    view = first_view(source)
     for most in (FULL, (4, 5)):
-        shown = maps.picture(maps.read(subject, view), view, most)
+        shown = maps.picture(maps.read(source, view), view, most)
         blank = np.array(shown.palette)[shown.shades] == "#ffffff"
         assert blank.any() and not blank.all() and np.array_equal(blank, np.isnan(regimes(shown)))
         assert [label for label, _ in shown.legend][0] == "stick-slip"
-    assert np.array_equal(np.isnan(regimes(seen_of(subject, view))), ~kept.values)
-    offered = [name for name, _ in maps.variables(maps.read(subject, view))]
+    assert np.array_equal(np.isnan(regimes(seen_of(source, view))), ~kept.values)
+    offered = [name for name, _ in maps.variables(maps.read(source, view))]
     assert offered[0] == "regime" and offered.index("period") < offered.index("damping_ratio")
 
 
-def seen_of(subject, view):
-    return maps.picture(maps.read(subject, view), view)
+def seen_of(source, view):
+    return maps.picture(maps.read(source, view), view)
 
 
 def test_a_ramp_is_refused_with_what_draws_it(tmp_path):
@@ -317,7 +315,7 @@ def test_a_ramp_is_refused_with_what_draws_it(tmp_path):
     at = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
     writing.write(stickslip.ramp(at, "belt_speed", (0.1, 0.5), 5), tmp_path / "ramp.nc")
     with pytest.raises(ConfigError, match=r"(?s)a ramp.*stickslip plot .*ramp\.nc"):
-        open_subject(tmp_path / "ramp.nc")
+        open_source(tmp_path / "ramp.nc")
 
 
 @pytest.mark.parametrize("name", ["configs/rig/materials.yaml", "contours.nc", "trace.nc", "cells.nc"])
@@ -344,7 +342,7 @@ def test_what_is_no_map_is_refused_with_a_reason(name, tmp_path):
         path = tmp_path / name
         writing.write(made[name](), path)
     with pytest.raises(ConfigError, match="(?s)rig|no map|holds no regimes"):
-        open_subject(path)
+        open_source(path)
 
 
 # --- words ------------------------------------------------------------------------------------------------------------
@@ -357,7 +355,7 @@ def test_numbers_are_told_in_the_unit_in_which_they_are_read():
         ("s-1", 0.158, "0.158 Hz"), ("J", 0.0123, "12.3 mJ"), ("1", 0.25, "0.25"), ("m", 0.0, "0 m"),
         ("m", np.nan, "–"), ("m s-2", 2.0, "2 m/s2"),
     ):  # fmt: skip
-        assert unit_for(units, [value]).text(value) == expected
+        assert quantity(value, units) == expected
     assert unit_for("m s-1", [2.0], "mm/s").text(2.0) == "2000 mm/s"
 
 
@@ -365,13 +363,13 @@ def test_sides_and_sliders_are_in_the_units_the_file_was_written_in():
     lubricants = shipped("lubricants")
     shown = seen(lubricants, first_view(lubricants))
     assert shown.x.unit.name == "mm/s" and shown.x.title == "belt speed (mm/s)"
-    knobs = {knob.name: knob for knob in knobs_of(lubricants, first_view(lubricants).plane)}
-    assert knobs["stiffness"].unit == (1e3, "N/mm") and knobs["mass"].unit.name == "kg"
+    sliders = {slider.name: slider for slider in sliders_of(lubricants, first_view(lubricants).plane)}
+    assert sliders["stiffness"].unit == Unit("N/mm", 1e3) and sliders["mass"].unit.name == "kg"
     assert shown.by_name["slip_speed_max"].unit.name == "mm/s"  # outputs follow inputs
 
 
-def test_names_of_regimes_stand_in_their_own_region(subject):
-    shown = seen(subject, first_view(subject))
+def test_names_of_regimes_stand_in_their_own_region(source):
+    shown = seen(source, first_view(source))
     names = list(shown.by_name["regime"].names)
     assert shown.regions
     for name, x, y in shown.regions:

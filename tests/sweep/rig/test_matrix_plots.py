@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.colors import to_rgb
 
 from stickslip.errors import PlotError
-from stickslip.plots.page import save
+from stickslip.plots.layout import save
 from stickslip.plots.palette import UNDEFINED_COLOUR
 from stickslip.rig import RPN_NAME
 from stickslip.rig.labels import dimension, number_text, point_name, quantity_text, unit_for

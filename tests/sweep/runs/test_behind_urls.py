@@ -7,9 +7,9 @@ import xarray as xr
 import stickslip
 from helpers.runs import FEW, opened, same, stop_early, with_axes
 from stickslip.errors import StoreError
-from stickslip.files import remote, swapping, writing
+from stickslip.files import locations, writing
 from stickslip.files.locations import Url
-from stickslip.runs.workdir.lock import held
+from stickslip.runs.workdir.lock import hold_lock
 
 pytest.importorskip("zarr")
 
@@ -21,7 +21,7 @@ def url(tmp_path):
 
 def below(url):
     """The objects in the folder of a result, but for its own."""
-    folder = remote.RemoteFolder(url.rpartition("/")[0])
+    folder = locations.RemoteFolder(url.rpartition("/")[0])
     return [key for key in folder.keys() if not key.startswith("map.zarr/")]
 
 
@@ -32,7 +32,7 @@ class Killed(BaseException):
 @pytest.fixture
 def killed(monkeypatch):
     """Kills writers at a copy: `killed(2)` at the second; `killed(None)` lets them live."""
-    copy, clear, count = remote.RemoteFolder.copy, swapping._clear, [0]
+    copy, clear, count = locations.RemoteFolder.copy, locations._clear, [0]
 
     def kill(at):
         count[0] = 0
@@ -43,8 +43,8 @@ def killed(monkeypatch):
                 raise Killed
             copy(self, keys, to)
 
-        monkeypatch.setattr(remote.RemoteFolder, "copy", dying)
-        monkeypatch.setattr(swapping, "_clear", clear if at is None else lambda folder: None)
+        monkeypatch.setattr(locations.RemoteFolder, "copy", dying)
+        monkeypatch.setattr(locations, "_clear", clear if at is None else lambda folder: None)
 
     return kill
 
@@ -103,14 +103,14 @@ def test_another_map_is_refused_and_stays(config, tmp_path, url):
 
 def test_a_failing_write_leaves_the_older_map_and_nothing_else(config, whole, url, monkeypatch):
     stickslip.run(config, url).close()
-    put = remote.RemoteFolder.write
+    put = locations.RemoteFolder.write
 
     def failing(self, name, data):
         if name == "regime/zarr.json":
             raise StoreError("no space")
         put(self, name, data)
 
-    monkeypatch.setattr(remote.RemoteFolder, "write", failing)
+    monkeypatch.setattr(locations.RemoteFolder, "write", failing)
     with pytest.raises(stickslip.IncompleteError, match="no space"):
         stickslip.run(config, url, fresh=True)
     assert all(key.startswith("map.zarr.parts/") for key in below(url))
@@ -140,7 +140,7 @@ def test_a_dataset_is_written_where_a_writer_was_killed_while_it_replaced(config
 
 
 def test_what_a_killed_writer_left_is_no_part_of_the_next_map(config, whole, url):
-    folder = remote.RemoteFolder(url.replace("map.zarr", ".map.zarr.new"))
+    folder = locations.RemoteFolder(url.replace("map.zarr", ".map.zarr.new"))
     folder.write("of_another_version/zarr.json", b"{}")
     same(stickslip.run(config, url), whole)
     assert below(url) == [] and not any("another" in key for key in Url(url).folder().keys())
@@ -148,7 +148,7 @@ def test_what_a_killed_writer_left_is_no_part_of_the_next_map(config, whole, url
 
 def test_two_do_not_write_at_once(config, url):
     where = Url(url)
-    with held(where.with_name(".map.zarr.lock").folder(), None, lambda: None, print):
+    with hold_lock(where.with_name(".map.zarr.lock").folder(), None, lambda: None, print):
         with pytest.raises(stickslip.IncompleteError, match="another run works there"):
             stickslip.run(config, url)
     stickslip.run(config, url).close()

@@ -6,7 +6,7 @@ import os
 import pytest
 
 from stickslip.errors import StoreError
-from stickslip.files.remote import RemoteFolder
+from stickslip.files.locations import RemoteFolder
 from stickslip.runs.workdir import folder as folders
 
 

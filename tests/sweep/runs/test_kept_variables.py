@@ -17,7 +17,7 @@ from stickslip import plots
 from stickslip.cli import main
 from stickslip.config.reader import load_config, make_config, parse_config
 from stickslip.config.studies import Border, alone
-from stickslip.dataset.kept import why_absent
+from stickslip.dataset.summary import why_absent
 from stickslip.engine import bytes_per_cell, columns
 from stickslip.errors import ConfigError, PlotError, StoreError
 from stickslip.runs.settings import fingerprint

@@ -12,7 +12,7 @@ import pytest
 import stickslip
 from helpers.runs import block_files, same
 from stickslip.errors import StoreError
-from stickslip.files import machine
+from stickslip.files import process
 from stickslip.runs.workdir import lock
 
 
@@ -38,7 +38,7 @@ def test_a_stale_lock_is_taken_over(config, output, whole):
 
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    for changes in ({"seen": time.time() - 1000}, {"host": machine.host(), "space": machine.space(), "pid": gone.pid}):
+    for changes in ({"seen": time.time() - 1000}, {"host": process.host(), "space": process.space(), "pid": gone.pid}):
         holding(output, **changes)
         said = []
         same(stickslip.run(config, output, fresh=True, notice=said.append), whole)
@@ -47,9 +47,9 @@ def test_a_stale_lock_is_taken_over(config, output, whole):
 
 @pytest.mark.parametrize("changes", [
     {"seen": time.time() + 1e6}, {"seen": float("nan")}, {"since": 1e18}, {"since": -1e18}, {"seen": 1e300},
-    {"host": machine.host(), "space": machine.space(), "pid": 2**70},
-    {"host": machine.host(), "space": machine.space(), "pid": -1},
-    {"host": machine.host(), "space": machine.space(), "pid": 0},
+    {"host": process.host(), "space": process.space(), "pid": 2**70},
+    {"host": process.host(), "space": process.space(), "pid": -1},
+    {"host": process.host(), "space": process.space(), "pid": 0},
 ])  # fmt: skip
 def test_a_lock_of_no_time_or_process_holds_nobody_up(config, output, whole, changes):
     holding(output, **changes)
@@ -79,7 +79,7 @@ def test_a_run_that_is_refused_leaves_no_folder(config, output, monkeypatch):
     def full(*_):
         raise StoreError("no space left")
 
-    monkeypatch.setattr("stickslip.runs.session.parts.prepare", full)
+    monkeypatch.setattr("stickslip.runs.session.block_store.prepare", full)
     with pytest.raises(StoreError, match="no space left"):
         stickslip.run(config, output)
     assert not output.with_name("map.nc.parts").exists()
@@ -98,7 +98,7 @@ def test_a_process_of_another_user_counts_as_alive(config, output, monkeypatch):
         raise PermissionError
 
     monkeypatch.setattr("os.kill", forbidden)
-    holding(output, host=machine.host(), space=machine.space())
+    holding(output, host=process.host(), space=process.space())
     with pytest.raises(StoreError, match="another run works there"):
         stickslip.run(config, output)
 

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.files import writing
-from stickslip.runs.blocks import Blocks, Shard, blocks_of, blocks_of_chunks, chunks_of
-from stickslip.runs.regions import extent, regions
+from stickslip.runs.blocks import Blocks, Shard, blocks_of, blocks_of_chunks, chunks_of, extent, regions
 
 shapes = st.lists(st.integers(1, 7), max_size=4).map(tuple)
 

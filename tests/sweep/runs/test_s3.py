@@ -12,7 +12,7 @@ import stickslip
 from helpers.configs import write_config
 from helpers.runs import until
 from stickslip.errors import StoreError
-from stickslip.files.remote import RemoteFolder
+from stickslip.files.locations import RemoteFolder
 from stickslip.runs.request import request_for
 from stickslip.runs.workdir.folder import folder_at
 

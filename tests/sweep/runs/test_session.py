@@ -22,8 +22,8 @@ from stickslip.errors import StoreError
 from stickslip.files import netcdf_chunks, writing
 from stickslip.runs import work
 from stickslip.runs.blocks import Blocks
+from stickslip.runs.workdir import block_store
 from stickslip.runs.workdir import manifest as manifests
-from stickslip.runs.workdir import parts
 
 SIDE = 30  # cells along an axis; two rows are a block
 
@@ -106,7 +106,7 @@ def test_a_store_whose_blocks_are_cut_as_before_is_resumed_as_it_is(config, whol
     old = Blocks(SIDE * SIDE, 64, SIDE * SIDE)
     with monkeypatch.context() as before:
         before.setattr(work, "blocks_of", lambda *_: old)
-        stickslip.run_shard(config, "1/2", parts.beside(output))
+        stickslip.run_shard(config, "1/2", block_store.beside(output))
     manifest = output.with_name("map.nc.parts") / "manifest.json"
     plain = json.loads(manifest.read_text())
     del plain["plane"], plain["checksum"]
@@ -251,21 +251,21 @@ def test_values_that_differ_by_rounding_are_named_and_not_guessed_at(tmp_path):
 
 def test_another_major_version_is_refused(config, output, monkeypatch):
     stop_early(config, output)
-    monkeypatch.setattr(parts, "__version__", "9.0.0")
+    monkeypatch.setattr(block_store, "__version__", "9.0.0")
     with pytest.raises(StoreError, match=r"made by stickslip 0\.\S+, and this is 9.0.0"):
         stickslip.run(config, output)
 
 
 def test_a_result_of_another_major_version_is_refused(config, output, monkeypatch):
     stickslip.run(config, output).close()
-    monkeypatch.setattr(parts, "__version__", "9.0.0")
+    monkeypatch.setattr(block_store, "__version__", "9.0.0")
     with pytest.raises(StoreError, match=r"map.nc: made by stickslip 0\.\S+, and this is"):
         stickslip.run(config, output)
 
 
 def test_other_kernels_go_on_and_are_named_in_the_history(config, output, monkeypatch):
     stop_early(config, output)
-    monkeypatch.setattr(parts.engine, "kernels_digest", lambda: "feedc0de")
+    monkeypatch.setattr(block_store.engine, "kernels_digest", lambda: "feedc0de")
     said = []
     with stickslip.run(config, output, notice=said.append) as ds:
         assert ds.attrs["history"].endswith(" and feedc0de")

@@ -48,7 +48,7 @@ class Column:
     sha256: str = ""
 
     def is_one_value(self) -> bool:
-        """Whether all cells share one value, and `data` is that."""
+        """Tell whether all cells share one value, and `data` is that."""
         return self.packing == _ONE
 
     def content(self) -> bytes:
@@ -123,14 +123,14 @@ def opened(data: bytes) -> tuple[Header, dict[str, Column]]:
 
 def _columns(described: list[Header], data: memoryview) -> dict[str, Column]:
     columns, place = {}, 0
-    for told in described:
-        if told["type"] not in _TYPES:
-            raise ValueError(f"a column of type {told['type']!r}")
-        dtype, end = np.dtype(told["type"]), place + int(told["bytes"])
+    for about in described:
+        if about["type"] not in _TYPES:
+            raise ValueError(f"a column of type {about['type']!r}")
+        dtype, end = np.dtype(about["type"]), place + int(about["bytes"])
         if not place <= end <= len(data):
             raise ValueError("more columns than data")
-        columns[str(told["name"])] = Column(
-            dtype, int(told["cells"]), str(told["packing"]), data[place:end], str(told.get("sha256", ""))
+        columns[str(about["name"])] = Column(
+            dtype, int(about["cells"]), str(about["packing"]), data[place:end], str(about.get("sha256", ""))
         )
         place = end
     if place != len(data):
@@ -138,13 +138,14 @@ def _columns(described: list[Header], data: memoryview) -> dict[str, Column]:
     return columns
 
 
-def _as_described_now(told: Header) -> Header:
+def _as_described_now(about: Header) -> Header:
     """The description of a column of format 1."""
-    count = 1 if told["shared"] else int(told["cells"])
-    return {**told, "packing": _ONE if told["shared"] else PLAIN, "bytes": count * np.dtype(told["type"]).itemsize}
+    count = 1 if about["shared"] else int(about["cells"])
+    size = count * np.dtype(about["type"]).itemsize
+    return {**about, "packing": _ONE if about["shared"] else PLAIN, "bytes": size}
 
 
 def _all_equal(values: NDArray[Any]) -> bool:
-    """Whether all values have the same bits; NaN may be shared."""
+    """Tell whether all values have the same bits; NaN may be shared."""
     bits = values.view(f"u{values.itemsize}")
     return bool(bits[0] == bits[-1] and (bits == bits[0]).all())

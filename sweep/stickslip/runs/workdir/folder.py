@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import Protocol
 
 from stickslip.files.atomic import flush, placed
-from stickslip.files.locations import location
-from stickslip.files.remote import explained
+from stickslip.files.locations import explained, location
 
 TEMPORARY = ".tmp"
 
@@ -34,7 +33,7 @@ class Folder(Protocol):
         """Names that exist; none where there is no folder."""
 
     def read(self, name: str) -> bytes:
-        """What is written under a name. Raises FileNotFoundError."""
+        """The bytes under a name. Raises FileNotFoundError."""
 
     def write(self, name: str, data: bytes) -> None:
         """Write, replacing what was there at once; make the folder if need be."""
@@ -45,7 +44,7 @@ class Folder(Protocol):
     def remove(self, name: str) -> None:
         """Remove a name, if it is there."""
 
-    def vanish(self) -> None:
+    def rmdir(self) -> None:
         """Remove the folder itself, if it is empty."""
 
     def size(self) -> int:
@@ -78,7 +77,7 @@ class LocalFolder:
                 return []
 
     def read(self, name: str) -> bytes:
-        """What is written under a name."""
+        """The bytes under a name."""
         with explained(str(self.path / name), "read"):
             return (self.path / name).read_bytes()
 
@@ -95,7 +94,7 @@ class LocalFolder:
         with explained(str(self.path / name), "removed"), suppress(FileNotFoundError):
             os.unlink(self.path / name)
 
-    def vanish(self) -> None:
+    def rmdir(self) -> None:
         """Remove the folder."""
         with suppress(OSError):
             self.path.rmdir()

@@ -21,7 +21,7 @@ from datetime import datetime
 
 from stickslip.errors import StoreError, printable
 from stickslip.files.locations import Location, Url
-from stickslip.files.machine import host, is_alive, space
+from stickslip.files.process import host, is_alive, space
 from stickslip.runs.blocks import Shard
 from stickslip.runs.workdir.folder import Folder
 
@@ -46,7 +46,7 @@ class Holder:
 
     @property
     def stale(self) -> bool:
-        """Whether no process can be working under this lock any more."""
+        """Tell whether no process can be working under this lock any more."""
         here = (self.host, self.space) == (host(), space())
         return (here and not is_alive(self.pid)) or abs(time.time() - self.seen) > PATIENCE
 
@@ -64,25 +64,25 @@ def lock_name(shard: Shard | None) -> str:
 
 def shard_of(name: str) -> Shard | None:
     """The shard whose lock has this name; None for a whole run."""
-    found = re.fullmatch(rf"{PREFIX}-(\d+)-of-(\d+)\.json", name)
-    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+    match = re.fullmatch(rf"{PREFIX}-(\d+)-of-(\d+)\.json", name)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
         return None
-    return Shard(int(found[1]), int(found[2]))
+    return Shard(int(match[1]), int(match[2]))
 
 
 def is_lock(name: str) -> bool:
-    """Whether a file of this name is a lock."""
+    """Tell whether a file of this name is a lock."""
     return name == WHOLE or shard_of(name) is not None
 
 
 def holders(folder: Folder) -> dict[str, Holder]:
     """Who holds what, stale locks included."""
-    found = {name: _read(folder, name) for name in folder.names() if is_lock(name)}
-    return {name: holder for name, holder in found.items() if holder}
+    locks = {name: _read(folder, name) for name in folder.names() if is_lock(name)}
+    return {name: holder for name, holder in locks.items() if holder}
 
 
 @contextmanager
-def held(folder: Folder, shard: Shard | None, lost: Callable[[], None], notice: Notice) -> Iterator[Lock]:
+def hold_lock(folder: Folder, shard: Shard | None, lost: Callable[[], None], notice: Notice) -> Iterator[Lock]:
     """Hold the lock of a whole run or of a shard. Raises StoreError if another run works there.
 
     lost : called from another thread if the lock is taken over.
@@ -100,16 +100,16 @@ def held(folder: Folder, shard: Shard | None, lost: Callable[[], None], notice: 
             yield lock
     finally:
         lock.release()
-        folder.vanish()  # nothing is left of a run that was refused
+        folder.rmdir()  # nothing is left of a run that was refused
 
 
 @contextmanager
 def writing_alone(output: Location, notice: Notice) -> Iterator[None]:
-    """Alone in writing a result behind a URL; files have temporary names of their own. Raises StoreError as `held`."""
+    """Alone in writing a result behind a URL; files have temporary names of their own. Raises as `hold_lock`."""
     if not isinstance(output, Url):
         yield
         return
-    with held(output.with_name(f".{output.name}.lock").folder(), None, lambda: None, notice):
+    with hold_lock(output.with_name(f".{output.name}.lock").folder(), None, lambda: None, notice):
         yield
 
 
@@ -127,9 +127,9 @@ class Lock:
 
     @property
     def ours(self) -> bool:
-        """Whether the file still names this process."""
-        found = _read(self.folder, self.name)
-        return found is not None and found.token == self.holder.token
+        """Tell whether the file still names this process."""
+        holder = _read(self.folder, self.name)
+        return holder is not None and holder.token == self.holder.token
 
     @contextmanager
     def refreshed(self) -> Iterator[None]:

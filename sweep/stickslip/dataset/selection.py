@@ -1,0 +1,254 @@
+"""Parts of a dataset: dimensions fixed at a place, axes that rise, as many panels as fit, one cell.
+
+The last two dimensions of a result are the axes of a picture, the others become panels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from math import prod
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip.config.grid import quantity_of
+from stickslip.config.unit_warnings import misread
+from stickslip.dataset.axis import MapAxis
+from stickslip.errors import PlotError, QuantityError
+from stickslip.vocabulary import units
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import parameters_of
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
+from stickslip.vocabulary.suggest import listed, nearest, suggest
+
+MAX_PANELS = 16
+_NO_PANELS = ("state",)  # one of it is drawn
+_AS_SHOWN = 1e-5  # relative; the ends of an axis may be copied from a message, which has six digits
+
+
+def selected(ds: xr.Dataset, select: Mapping[str, Any]) -> tuple[xr.Dataset, list[str]]:
+    """The dataset, its axes rising, at points of some dimensions, which then are scalar coordinates; and what the
+    points are, as in titles.
+
+    select : see `places`.
+    """
+    ds = ascending(ds)
+    at = places(ds, select)
+    return ds.isel(at), [MapAxis(ds, dim).heading(i) for dim, i in at.items()]
+
+
+def points_taken(ds: xr.Dataset, select: Mapping[str, Any]) -> list[str]:
+    """The points that `selected` takes, as plain text, and the value that was given where that is another one."""
+    ds = ascending(ds)
+    taken = []
+    for (dim, i), value in zip(places(ds, select).items(), select.values(), strict=True):
+        near = _is_numeric(ds, dim) and not math.isclose(_number(dim, value), ds[dim][i])
+        taken.append(MapAxis(ds, dim, plain=True).heading(i) + f" (the point nearest to {value})" * near)
+    return taken
+
+
+def places(ds: xr.Dataset, select: Mapping[str, Any]) -> dict[Hashable, int]:
+    """Positions along the dimensions to be fixed; the numeric axes of `ds` rise.
+
+    select : by dimension, or by the quantity that varies along it: a value in SI or a text with a unit (the cell that
+        holds it is taken), a label, or the position along a dimension that has neither. Raises PlotError.
+    """
+    positions: dict[Hashable, int] = {}
+    for name, value in select.items():
+        dim = _dimension(ds, name)
+        if dim in positions:
+            raise PlotError(f"cannot select {name!r} twice")
+        positions[dim] = _position(ds, dim, value)
+    return positions
+
+
+def _dimension(ds: xr.Dataset, name: str) -> Hashable:
+    """The dimension called `name`, or along which the quantity `name` varies by itself."""
+    for dim in ds.dims:
+        if name in (dim, quantity_of(str(dim)), str(dim).removesuffix("_case")):
+            return dim
+    dims = [str(dim) for dim in ds.dims]
+    raise PlotError(f"cannot select {name!r}; dimensions are {', '.join(dims)}{_suggestion(name, dims)}")
+
+
+def _suggestion(name: str, among: Iterable[str]) -> str:
+    near = suggest(name, among)
+    return f"; did you mean {near}?" if near else ""
+
+
+def _position(ds: xr.Dataset, dim: Hashable, value: Any) -> int:
+    """The position along `dim` of a value, label or position."""
+    if dim not in ds.coords:
+        number = _number(dim, value)
+        if number not in range(ds.sizes[dim]):
+            raise PlotError(f"cannot select {dim}={value}; positions are 0 to {ds.sizes[dim] - 1}")
+        return int(number)
+    if _is_numeric(ds, dim):
+        return _cell_of(ds, dim, value)
+    labels = [str(label) for label in ds[dim].values]
+    if str(value) not in labels:
+        hint = _suggestion(str(value), labels)
+        raise PlotError(f"cannot select {dim}={value}; labels are {', '.join(labels)}{hint}")
+    return labels.index(str(value))
+
+
+def _cell_of(ds: xr.Dataset, dim: Hashable, value: Any) -> int:
+    """The cell of a numeric axis in which a value lies: the one that is nearest on the scale of the axis."""
+    axis = MapAxis(ds, dim, plain=True)
+    number, low, high = axis.unit.of(_number(dim, value)), axis.centres[0], axis.centres[-1]
+    if not (low <= number <= high or any(math.isclose(number, end, rel_tol=_AS_SHOWN) for end in (low, high))):
+        raise PlotError(f"cannot select {dim}={value}; the axis {_runs(axis)}{unit_suggestion(ds, dim, value)}")
+    cell = int(np.searchsorted(axis.edges, number, side="right")) - 1
+    return min(max(cell, 0), axis.length - 1)
+
+
+def span(ds: xr.Dataset, dim: Hashable) -> tuple[float, float, str]:
+    """The range that the cells of a numeric axis that rises cover, in SI, and its first and last point in words."""
+    axis = MapAxis(ds, dim, plain=True)
+    low, high = (float(axis.unit.to_si(end)) for end in (axis.edges[0], axis.edges[-1]))
+    return low, high, _runs(axis)
+
+
+def unit_suggestion(ds: xr.Dataset, dim: Hashable, value: Any) -> str:
+    """`; 25 is read as 25 m/s; did you mean 25 mm/s?` of a number that lies on an axis only when it has its unit."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return ""
+    low, high, _ = span(ds, dim)
+    unit = MapAxis(ds, dim, plain=True).unit.name
+    doubt = misread(number, low, high, quantity_of(str(dim)), unit)
+    return f"; {doubt[0]}; {doubt[1]}" if doubt else ""
+
+
+def _runs(axis: MapAxis) -> str:
+    last = axis.length - 1
+    return f"is {axis.text(0)} only" if last == 0 else f"runs from {axis.text(0)} to {axis.text(last)}"
+
+
+def within(ds: xr.Dataset, dim: Hashable, low: float, high: float) -> xr.Dataset:
+    """The part of a dataset whose cells along a numeric axis that rises reach into a range in SI. Raises PlotError."""
+    axis = MapAxis(ds, dim, plain=True)
+    edges = axis.unit.to_si(axis.edges)
+    inside = np.flatnonzero((edges[1:] > low) & (edges[:-1] < high))
+    if not inside.size:
+        raise PlotError(f"nothing of the map lies within the limits of {dim}; the axis {_runs(axis)}")
+    return ds.isel({dim: slice(int(inside[0]), int(inside[-1]) + 1)})
+
+
+def _number(dim: Hashable, value: Any) -> float:
+    """A number, or a text with a unit, in SI."""
+    declared = QUANTITIES.get(quantity_of(str(dim)))
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+        if declared is not None:
+            try:
+                number = units.si_value(value, declared.units)
+            except QuantityError as error:
+                raise PlotError(f"cannot select {dim}={value}; {error}") from None
+    if not math.isfinite(number):
+        raise PlotError(f"cannot select {dim}={value}; expected a finite number in SI units")
+    return number
+
+
+def ascending(ds: xr.Dataset) -> xr.Dataset:
+    """Numeric axes sorted, so that cells do not overlap. What rises already is not touched, lazy data stay lazy."""
+    for dim in ds.dims:
+        if _is_numeric(ds, dim):
+            steps = np.diff(ds[dim].values)
+            if (steps < 0).all():
+                ds = ds.isel({dim: slice(None, None, -1)})
+            elif not (steps > 0).all():
+                ds = ds.sortby(dim)
+    return ds
+
+
+def _is_numeric(ds: xr.Dataset, dim: Hashable) -> bool:
+    """Tell a dimension whose points are numbers from names and places in a row."""
+    return dim in ds.coords and ds[dim].dtype.kind in "fiu"
+
+
+# --- panels -----------------------------------------------------------------------------------------------------------
+
+
+def too_many(sizes: Mapping[Hashable, int]) -> list[Hashable]:
+    """The dimensions to fix so that no more panels than fit are left, the longest first. sizes : of all, in order."""
+    outer = {dim: size for dim, size in list(sizes.items())[:-2] if size > 1}
+    fixed = list[Hashable]()
+    while prod(outer.values()) > MAX_PANELS:
+        fixed.append(max(outer, key=lambda dim: outer[dim]))
+        del outer[fixed[-1]]
+    return fixed
+
+
+def left_out(sizes: Mapping[Hashable, int]) -> str | None:
+    """The panels that a picture of dimensions of these sizes leaves out, in words; None for none."""
+    fixed = too_many(sizes)
+    if not fixed:
+        return None
+    outer = {dim: size for dim, size in list(sizes.items())[:-2] if size > 1}
+    counts = ", ".join(f"{dim} ({size:,})" for dim, size in outer.items())
+    at = " and ".join(f"the middle {dim}" for dim in fixed)
+    return (
+        f"{prod(outer.values()):,} panels over {counts} are more than the {MAX_PANELS} that fit: a plot of the whole "
+        f"shows {at}; stickslip plot --select {fixed[0]}=VALUE shows another"
+    )
+
+
+def part_that_fits(ds: xr.Dataset, dims: Sequence[Hashable]) -> tuple[xr.Dataset, list[str]]:
+    """The dataset at the middle of dimensions that would be too many panels, which its title then says; and these
+    points, as plain text.
+
+    dims : of what is drawn.
+    """
+    fixed = too_many({dim: ds.sizes[dim] for dim in dims if dim not in _NO_PANELS})
+    if not fixed:
+        return ds, []
+    ds = ascending(ds)
+    at = {dim: ds.sizes[dim] // 2 for dim in fixed}
+    title = f"{ds.attrs.get('title', '')}\n{', '.join(MapAxis(ds, dim).heading(i) for dim, i in at.items())}"
+    points = [MapAxis(ds, dim, plain=True).heading(i) for dim, i in at.items()]
+    return ds.isel(at).assign_attrs(title=title.strip()), points
+
+
+# --- one cell ---------------------------------------------------------------------------------------------------------
+
+
+def one_cell(ds: xr.Dataset, at: Mapping[str, Any]) -> dict[str, float]:
+    """The parameters of a cell, complete and checked, in SI; `at` as for `StickslipAccessor.cell`.
+
+    Raises ValueError.
+    """
+    placed = {name: value for name, value in at.items() if name in ds.dims and quantity_of(name) not in QUANTITIES}
+    try:
+        ds = ds.isel(places(ds, placed))
+    except PlotError as error:
+        raise ValueError(str(error)) from None
+    named = {quantity_of(str(name)): values for name, values in ds.coords.items()}
+    coords = {name: values for name, values in named.items() if name in QUANTITIES}
+    known = {name: float(v) for name, v in coords.items() if v.ndim == 0 and v.dtype.kind in "iuf"}
+    known |= {name: _read(name, value, coords) for name, value in at.items() if name not in placed}
+    if missing := [name for name in coords if name not in known]:
+        dims = dict.fromkeys(str(coords[name].dims[0]).removesuffix("_case") for name in missing)
+        raise ValueError(f"which cell? give {listed(dims, 'and')}: a value, or a label or position where it has none")
+    arrays = parameters_of({name: np.array([value]) for name, value in known.items()})
+    cells = as_cells({name: arrays[name] for name in PARAMETERS if name in arrays})
+    return {name: float(values[0]) for name, values in cells.items()}
+
+
+def _read(name: str, value: Any, coords: Mapping[str, Any]) -> float:
+    """A value that was given for a quantity of the dataset."""
+    if name not in QUANTITIES or name not in {*coords, *PARAMETERS}:
+        hint = f"; did you mean {near}?" if (near := nearest(name, coords)) else ""
+        raise ValueError(f"{name}: unknown here, expected {listed(coords)}{hint}")
+    row = QUANTITIES[name]
+    try:
+        return row.read(value.item() if isinstance(value, np.generic | np.ndarray | xr.DataArray) else value)
+    except QuantityError as error:
+        if row.may_be_absent and value != value:
+            return float("nan")
+        raise ValueError(f"{name}: got {value!r}, {error}") from None

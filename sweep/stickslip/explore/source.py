@@ -1,0 +1,111 @@
+"""The source of an explorer: a configuration, or a map that was computed from one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from stickslip.config.grid import quantity_of
+from stickslip.config.model import Axis, Config
+from stickslip.config.options import options_of
+from stickslip.config.overrides import Setting
+from stickslip.config.reader import load_config
+from stickslip.config.sections import OUTPUT_SUFFIXES, Output
+from stickslip.config.select import recipe_of
+from stickslip.config.studies import STUDIES
+from stickslip.engine import Options
+from stickslip.errors import ConfigError, Problem
+from stickslip.files import reading
+from stickslip.files.locations import location
+from stickslip.vocabulary.display_units import quantity, units_shown
+from stickslip.vocabulary.quantities import QUANTITIES
+
+_DRIVEN = "a test rig, whose cells have no regime"
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A configuration of a map, and the map if it was computed.
+
+    name : of the file, as it was given. notes : what is left out of it here, for people. computed : the dataset of a
+    result, whose data variables are read when they are used. assumed : values of what the file says no value of.
+    """
+
+    name: str
+    config: Config
+    notes: tuple[str, ...] = ()
+    computed: xr.Dataset | None = None
+    assumed: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def written_in(self) -> Mapping[str, str]:
+        """By quantity, the unit in which it was written, of a result that its file shows it in."""
+        of_file = {} if self.computed is None else units_shown(self.computed)
+        return self.config.written_in | {quantity_of(name): unit for name, unit in of_file.items()}
+
+    @cached_property
+    def bare(self) -> Config:
+        """The configuration without files to write."""
+        return self.config.model_copy(update={"output": Output.model_construct(file=None, plot=None)})
+
+    @cached_property
+    def axes(self) -> Mapping[str, Axis]:
+        """The axes of the configuration by name."""
+        return {axis.name: axis for axis in self.config.axes}
+
+    @cached_property
+    def fixed(self) -> dict[str, float]:
+        """The quantities that do not vary, in SI; NaN for words."""
+        fixed = self.config.fixed()
+        return {name: fixed[name] for name in QUANTITIES if name in fixed}
+
+    @cached_property
+    def options(self) -> Options:
+        """Options of the integration: until the regime is decided."""
+        return replace(options_of(self.config), early_stop=True)
+
+
+def open_source(path: str | Path, settings: Sequence[Setting] = ()) -> Source:
+    """The source in a file, YAML or a result. Raises ConfigError for what is no map, StoreError for what is unreadable.
+
+    settings : of a command line, which are put into the configuration; the map of a file is no more that of it then.
+    """
+    name, where = str(path), location(path)
+    if where.suffix.lower() not in OUTPUT_SUFFIXES:
+        return _of_config(name, load_config(path, settings))
+    ds = reading.look_into(where)
+    if "direction" in ds.dims:
+        raise _no_map(name, "a ramp, up and down, and no map", f"`stickslip plot {name}` draws it")
+    recipe = recipe_of(ds, name, settings)
+    if not isinstance(recipe, Config):
+        raise _no_map(name, "cells that were computed one by one, and no map", "a map has axes: `stickslip run`")
+    source = _of_config(name, recipe)
+    if recipe.uncertain is not None or settings:  # its cells are draws, or those of another configuration
+        return source
+    return replace(source, computed=ds)
+
+
+def _of_config(file: str, config: Config) -> Source:
+    """The map behind a configuration; studies of it are left out."""
+    if config.drive is not None or config.sensor is not None:
+        raise _no_map(file, f"got the configuration of {_DRIVEN}", f"stickslip rig {file}")
+    notes, medians = [], dict[str, float]()
+    studies = [study for study in STUDIES if getattr(config, study, None) is not None]
+    if (uncertain := config.uncertain) is not None:
+        drawn = uncertain.values(np.zeros((1, len(uncertain.names))))
+        medians = {name: float(drawn[name][0]) for name in uncertain.names}
+        config = config.at(**medians)
+        words = (f"{name} {quantity(value, QUANTITIES[name].units)}" for name, value in medians.items())
+        notes.append(f"what is uncertain has its median here: {', '.join(words)}")
+    if others := [study for study in studies if study != "uncertain"]:
+        notes.append(f"not shown here: what the section {', '.join(others)} asks for")
+    return Source(file, config.model_copy(update=dict.fromkeys(studies)), tuple(notes), assumed=medians)
+
+
+def _no_map(name: str, message: str, hint: str) -> ConfigError:
+    return ConfigError(name, [Problem((), message, hint=hint)])

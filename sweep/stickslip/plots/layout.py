@@ -1,0 +1,282 @@
+"""Figure, title, legend and file of a plot; texts are shown as they are."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from textwrap import fill
+from typing import Any
+from weakref import WeakKeyDictionary
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as PlainFigure
+from matplotlib.legend import Legend
+from matplotlib.legend_handler import HandlerTuple
+from matplotlib.text import Text
+from matplotlib.ticker import FixedFormatter, FuncFormatter
+
+from stickslip.errors import PlotError, StoreError, reason, visible
+from stickslip.files.atomic import replaced
+from stickslip.files.targets import check_target
+from stickslip.plots import marks
+
+DPI = 150  # of pictures unless asked for
+TITLE_WIDTH = 70  # letters in a line above a plot
+NOTE_WIDTH = 110  # in small print
+_PANEL_TITLE = 10.0  # points; titles of panels are not larger
+_SMALLEST_TITLE = 0.7  # times its usual size: over a narrow figure
+_LETTERS_PER_INCH = 9.5  # of a title over a whole figure
+BESIDE_LEGEND = 54  # and above one with a legend at its side
+_QUARTER = 0.25  # of a figure, what a legend takes at most
+_NAMES = 0.19  # of it, what the names of rows take
+_LEGEND_SIZES = (8.3, 7.0, 6.0, 5.0)  # points
+_HANDLE, _LETTER = 4.0, 0.55  # widths beside the words of a legend, and of a letter, in sizes of its letters
+ROW = "name of a row"  # of texts at the right of axes, which are a legend
+_BESIDE_AXES = 1.1  # times the height of axes: how long the words along them are
+_FEWEST_LETTERS = 8.0  # in a line
+_NOTE_COLOUR = "#555555"
+_FIRM_SPACE = "\N{NO-BREAK SPACE}"
+_MADE_BY = "stickslip plot"
+_METADATA_KEY = {".png": "Description", ".svg": "Description", ".pdf": "Subject"}  # the keys that the formats have
+
+
+def wrapped(text: str, width: int) -> str:
+    """`text` in lines of about `width` letters; a value stays with its name, and so does what is in brackets."""
+    joined = re.sub(r"\([^)]*\)|[^\s,=][^,=]* = [^,]+", lambda part: part[0].replace(" ", _FIRM_SPACE), text)
+    return fill(joined, width).replace(_FIRM_SPACE, " ")
+
+
+def annotate(figure: PlainFigure, notes: Sequence[str | None]) -> None:
+    """Lines in small print below a plot without a legend there."""
+    if note := "\n".join(filter(None, notes)):
+        figure.supxlabel(note, fontsize="x-small", color=_NOTE_COLOUR)
+
+
+def legend(
+    figure: PlainFigure, handles: Sequence[Artist | tuple[Artist, ...]], *, at_right: bool,
+    notes: Sequence[str | None] = (),
+) -> None:  # fmt: skip
+    """The legend, outside the axes: at the right of a lone map, else below. The notes, lines, are below the plot."""
+    shown: list[Any] = list(handles)  # matplotlib's types know nothing of several artists for one label
+    if not shown:
+        return annotate(figure, notes)
+    _LEGENDS[figure] = _Legend(shown, at_right, "\n".join(filter(None, notes)))
+    _place_legend(figure)
+
+
+@dataclass(frozen=True)
+class _Legend:
+    """The content and the place of a legend, so that it can be placed again in a figure of another size."""
+
+    handles: list[Any]
+    at_right: bool
+    note: str
+
+
+_LEGENDS: WeakKeyDictionary[PlainFigure, _Legend] = WeakKeyDictionary()
+
+
+def _place_legend(figure: PlainFigure) -> None:
+    """The legend where it takes no more than a quarter of the figure: at the right, there in broken lines, or below; in
+    smaller letters where it must be."""
+    request = _LEGENDS[figure]
+    for legend in list(figure.legends):
+        legend.remove()
+    figure.supxlabel("")
+    labels = [str((one[0] if isinstance(one, tuple) else one).get_label()) for one in request.handles]
+    width, height = figure.bbox.width, figure.bbox.height
+    for size in _LEGEND_SIZES:
+        letters = int((_QUARTER * 72 * figure.get_figwidth() - _HANDLE * size) / (_LETTER * size))
+        for texts in (labels, [folded(one, letters) for one in labels]) if request.at_right and letters > 8 else ():
+            beside = _drawn_legend(figure, request.handles, texts, size, loc="outside right upper")
+            box = beside.get_window_extent()
+            if box.width <= _QUARTER * width and box.height <= height:
+                return annotate(figure, [request.note])
+            beside.remove()
+        letters = int((72 * figure.get_figwidth() - _HANDLE * size) / (_LETTER * size))
+        for columns in range(min(4, len(labels)), 0, -1):
+            texts = [folded(one, max(8, letters)) for one in labels] if columns == 1 else labels
+            below = _drawn_legend(figure, request.handles, texts, size, loc="outside lower center", ncols=columns)
+            box = below.get_window_extent()
+            if box.width <= width and (box.height <= _QUARTER * height or size == _LEGEND_SIZES[-1]):
+                break
+            below.remove()
+        else:
+            continue
+        break
+    if request.note:
+        below.set_title(request.note)
+        show_verbatim(figure, below)
+        below.get_title().set(fontsize="x-small", color=_NOTE_COLOUR, multialignment="center")
+        _fit(below.get_title(), width)
+
+
+def _drawn_legend(figure: PlainFigure, handles: list[Any], labels: list[str], size: float, **how: Any) -> Legend:
+    together = {tuple: HandlerTuple(ndivide=None, pad=0.0)}
+    made = figure.legend(handles, labels, frameon=False, fontsize=size, handler_map=together, **how)
+    show_verbatim(figure, made)
+    return made
+
+
+def entitle(figure: PlainFigure, top: Axes, title: str, *, above_all: bool = False, width: int = TITLE_WIDTH) -> None:
+    """The title, over the axes it belongs to: over the figure it would be centred on a legend at the side as well.
+
+    width : letters of a line over single axes.
+    """
+    width = int(_LETTERS_PER_INCH * figure.get_figwidth()) if above_all else width
+    title = folded(title, width)
+    if above_all:
+        figure.suptitle(title, fontsize="large")
+    else:
+        top.set_title(title, fontsize="large")
+
+
+def resize(figure: PlainFigure, width: float, height: float) -> None:
+    """Give a figure another size, in inches. Letters keep theirs but for titles over narrow figures, and the lines of
+    titles and notes fit the width."""
+    narrower = min(1.0, width / figure.get_figwidth())
+    smaller = max(narrower, _SMALLEST_TITLE)
+    figure.set_size_inches(width, height)
+    for text in (ax.title for ax in figure.axes if float(ax.title.get_fontsize()) > _PANEL_TITLE):
+        text.set_fontsize(smaller * float(text.get_fontsize()))
+        text.set_text(folded(text.get_text(), int(BESIDE_LEGEND * narrower / smaller)))
+    if figure in _LEGENDS:
+        _place_legend(figure)
+    fit(figure)
+
+
+def fit(figure: PlainFigure) -> None:
+    """Break what is written along axes and over them so that nothing of it is cut off at the edges of the figure."""
+    show_verbatim(figure)
+    for text in figure.texts:
+        _fit(text, figure.bbox.width)
+    if (engine := figure.get_layout_engine()) is None:
+        return
+    engine.execute(figure)
+    if _fit_rows(figure):
+        engine.execute(figure)
+    for ax in figure.axes:
+        box = ax.get_window_extent()
+        upright = 2.0 * min(0.5 * (box.y0 + box.y1), figure.bbox.y1 - 0.5 * (box.y0 + box.y1))
+        _fit(ax.yaxis.label, min(upright, _BESIDE_AXES * box.height))
+        across = 2.0 * min(0.5 * (box.x0 + box.x1), figure.bbox.x1 - 0.5 * (box.x0 + box.x1))
+        for text in (ax.xaxis.label, ax.title):
+            _fit(text, across)
+        marks.turn_labels(ax)
+
+
+def _fit_rows(figure: PlainFigure) -> bool:
+    """Break the names at the right of rows, and make them smaller, so that each has room in its row; whether there are
+    any."""
+    rows = [(text, ax) for ax in figure.axes for text in ax.texts if text.get_gid() == ROW]
+    for size in _LEGEND_SIZES if rows else ():
+        letters = int(_NAMES * 72 * figure.get_figwidth() / (_LETTER * size))
+        for text, _ in rows:
+            text.set(text=fill(str(text.get_label()), letters), fontsize=size)
+        tallest = max(text.get_window_extent().height for text, _ in rows)
+        if all(tallest * len(rows) <= ax.get_window_extent().height for _, ax in rows):
+            break
+    return bool(rows)
+
+
+def _fit(text: Text, room: float) -> None:
+    """Break a text into lines that are no longer than `room`, in pixels; what fits already stays as it is."""
+    if not text.get_text():
+        return
+    for _ in range(3):  # letters are not equally wide
+        box = text.get_window_extent()
+        length = box.height if text.get_rotation() == 90.0 else box.width
+        if length <= room:
+            return
+        letters = max(map(len, text.get_text().splitlines()))
+        text.set_text(folded(text.get_text(), int(max(_FEWEST_LETTERS, 0.97 * letters * room / length))))
+
+
+def folded(text: str, width: int) -> str:
+    """Lines of text, those that are too long broken, and those broken before joined again: a break leaves its space."""
+    lines = text.replace(" \n", " ").splitlines()
+    return "\n".join(wrapped(line, width).replace("\n", " \n") for line in lines)
+
+
+def save(figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, request: str = "") -> None:
+    """Write a plot; its format is that of the name (.png, .svg, .pdf). Raises PlotError.
+
+    request : what was asked of the picture besides what it shows by itself; kept in it, so that `request_of` tells
+    pictures apart.
+    """
+    fit(figure)
+    suffix = os.path.splitext(path)[1].lower()
+    where = _METADATA_KEY.get(suffix)
+    metadata = {where: visible(f"{_MADE_BY} {request}").rstrip()} if where else None
+    try:
+        check_target(path, "plot")
+        with replaced(path) as temporary:
+            figure.savefig(temporary, dpi=dpi, format=suffix[1:], metadata=metadata)
+    except StoreError as error:
+        raise PlotError(str(error)) from error
+    except ValueError as error:
+        raise PlotError(f"{os.fspath(path)}: cannot be written ({reason(error)})") from error
+
+
+def request_of(path: str | os.PathLike[str]) -> str | None:
+    """The request a PNG was made for (`save`); None if it is no PNG, or not one of ours."""
+    from PIL import Image  # matplotlib writes with it
+
+    if not os.path.isfile(path):  # a pipe would wait for ever
+        return None
+    try:
+        with Image.open(path) as image:
+            text = str(image.info.get(_METADATA_KEY[".png"], ""))
+    except (OSError, ValueError):
+        return None
+    return text.removeprefix(_MADE_BY).strip() if text.startswith(_MADE_BY) else None
+
+
+def show_verbatim(figure: PlainFigure, part: Artist | None = None) -> None:
+    """Have matplotlib show all texts of a figure, or of a part of it, as they are, unless the figure has `formulas`.
+
+    Ticks that matplotlib labels by itself keep their powers of ten.
+    """
+    if getattr(figure, "formulas", False):
+        return
+    own = set[Artist]()
+    for ax in figure.axes:
+        for axis in (ax.xaxis, ax.yaxis):
+            if isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):  # labels that are given
+                axis.get_majorticklabels()  # which makes them
+            else:
+                own.update(set(axis.findobj(Text)) - {axis.label})
+    for text in (part or figure).findobj(Text):
+        if isinstance(text, Text) and text not in own:
+            text.set_parse_math(False)
+            text.set_text(visible(text.get_text()))
+
+
+_DPI = 100  # of a picture in a notebook
+
+
+class Figure(PlainFigure):
+    """matplotlib's `Figure`, shown by a notebook whose cell ends with it.
+
+    IPython shows figures once pyplot or `%matplotlib inline` have told it how, which plots without pyplot do not. What
+    they tell it goes first, with the format and resolution that the user has chosen.
+
+    formulas : whether texts may hold formulas between dollars, which those of people must not.
+    """
+
+    formulas = False
+
+    def draw(self, renderer: Any) -> None:
+        """Draw, texts as they are."""
+        show_verbatim(self)
+        super().draw(renderer)
+
+    def _repr_png_(self) -> bytes:
+        fit(self)
+        picture = BytesIO()
+        self.savefig(picture, format="png", dpi=_DPI)
+        return picture.getvalue()

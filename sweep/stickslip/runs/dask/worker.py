@@ -1,0 +1,163 @@
+"""Code that runs on the workers: plain data in, plain data out.
+
+The scheduler loads this module too, so everything heavy is imported where it is used.
+"""
+
+from __future__ import annotations
+
+import platform
+import signal
+import traceback
+from collections.abc import Mapping
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING, TypedDict
+
+from stickslip._version import __version__
+from stickslip.errors import UncomputedError, UnlikeWorkerError
+from stickslip.files.process import host
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from stickslip.runs.work import Block, Work
+    from stickslip.runs.workdir.manifest import Manifest
+
+
+class Job(TypedDict):
+    """The data that all blocks of a run have in common.
+
+    configuration : resolved, as YAML text. blocks : how the items are cut, as arguments of `Blocks`. packing : of them.
+    place : path or URL of the store. token : a name that exists in the store while the run lasts. versions : those of
+    the process that runs it.
+    """
+
+    configuration: str
+    blocks: tuple[int, int, int]
+    packing: str
+    place: str
+    token: str
+    versions: dict[str, str]
+
+
+class Description(TypedDict):
+    """Host, processor and versions of a worker. processor : the kind that its kernels are compiled for."""
+
+    host: str
+    processor: str
+    versions: dict[str, str]
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Versions that must be equal for equal bits, as this process loaded them."""
+    from importlib.metadata import version
+
+    from stickslip import engine
+
+    return {
+        "stickslip": __version__,
+        "kernels": engine.kernels_digest(),
+        "Python": ".".join(platform.python_version_tuple()[:2]),
+        "numba": version("numba"),
+        "numpy": version("numpy"),
+    }
+
+
+def unlike(here: Mapping[str, str], there: Mapping[str, str]) -> str:
+    """`numba 0.61.0 (here 0.68.1)` and so on for what differs between two processes; empty if nothing does."""
+    differing = [name for name in here if there.get(name) != here[name]]
+    return ", ".join(f"{name} {there.get(name, 'unknown')} (here {here[name]})" for name in differing)
+
+
+def dask_setup(_worker: object) -> None:
+    """Called as worker processes on this machine start, or start again: Ctrl-C in the terminal is not for them."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def loaded() -> bool:
+    """Called on the scheduler, to know whether it has this module."""
+    return True
+
+
+def describe() -> Description:
+    """This worker, which has imported what its first block needs once it has said so."""
+    from stickslip import engine
+    from stickslip.config import reader  # noqa: F401
+    from stickslip.runs.workdir import block_store  # noqa: F401
+
+    return {"host": host(), "processor": engine.processor(), "versions": versions()}
+
+
+def compute_block(job: Job, number: int, mask: bytes | None = None) -> bytes | None:
+    """Compute a block and write it into the store; give its bytes where the store is not to be seen.
+
+    mask : a bit per cell, for a block of which some cells are known: only these are computed, and come back as
+        columns. Raises UnlikeWorkerError and UncomputedError.
+    """
+    if differing := unlike(job["versions"], versions()):
+        raise UnlikeWorkerError(f"a worker on {host()}: {differing}")
+    try:
+        return _computed(job, number, mask)
+    except Exception as error:
+        trace = "".join(traceback.format_exception(error))
+        raise UncomputedError(f"{type(error).__name__}: {error}", trace) from None
+
+
+def _computed(job: Job, number: int, mask: bytes | None) -> bytes | None:
+    from stickslip import engine
+    from stickslip.runs.workdir.block_store import encoded
+    from stickslip.runs.workdir.encoding import encode
+
+    work, manifest = _loaded(job["configuration"], job["blocks"])
+    for law in work.study.kernels:
+        engine.warm_up(law)
+    if mask is not None:
+        return encode({}, work.compute_some(number, flags(mask, len(work.blocks.cells(number)))))
+    block = work.compute(number)
+    return None if _written(job, manifest, number, block) else encoded(manifest, number, block, job["packing"])
+
+
+def bits(flags: NDArray[np.bool_]) -> bytes:
+    """Flags as bytes, for `flags` to read."""
+    import numpy as np
+
+    return np.packbits(flags).tobytes()
+
+
+def flags(bits: bytes, count: int) -> NDArray[np.bool_]:
+    """The flags that `bits` wrote."""
+    import numpy as np
+
+    return np.unpackbits(np.frombuffer(bits, np.uint8), count=count).astype(bool)
+
+
+@lru_cache(maxsize=2)
+def _loaded(configuration: str, blocks: tuple[int, int, int]) -> tuple[Work, Manifest]:
+    """The work of a configuration, read once per process."""
+    from stickslip.config.reader import parse_config
+    from stickslip.runs.blocks import Blocks
+    from stickslip.runs.work import Work
+    from stickslip.runs.workdir.block_store import manifest_of
+
+    work = Work(parse_config(configuration), cut=Blocks(*blocks))
+    return work, manifest_of(work)
+
+
+def _written(job: Job, manifest: Manifest, number: int, block: Block) -> bool:
+    """Write a block, if this machine sees the store too: then the token is there.
+
+    Another folder of that name has no such token, nor has the store once the run is over: a worker that comes late
+    leaves nothing behind.
+    """
+    from stickslip.errors import StoreError
+    from stickslip.runs.workdir.block_store import BlockStore
+    from stickslip.runs.workdir.folder import folder_at
+
+    try:
+        folder = folder_at(job["place"])
+        folder.read(job["token"])
+        BlockStore(folder, manifest, job["packing"]).save(number, block)
+    except (FileNotFoundError, StoreError):  # whatever keeps this machine from it may not keep the other
+        return False
+    return True

@@ -1,0 +1,358 @@
+"""The working store of a run: a manifest and a file per finished block, `FILE.parts` beside the result.
+
+A block exists once its file does; it is accepted once its checksum, its run and its cells agree. No state
+is kept anywhere else, so there is nothing to repair after a crash but to compute what is missing.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import traceback
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from stickslip import engine
+from stickslip._version import __version__
+from stickslip.config.model import Config
+from stickslip.dataset.provenance import software
+from stickslip.errors import ConfigError, DamagedBlockError, DamagedManifestError, ForeignBlockError, StoreError
+from stickslip.files.locations import Location
+from stickslip.files.packing import PLAIN
+from stickslip.runs.settings import described, differences, fingerprint
+from stickslip.runs.work import Block, Work
+from stickslip.runs.workdir import manifest as manifests
+from stickslip.runs.workdir.encoding import Column, encode, opened
+from stickslip.runs.workdir.folder import TEMPORARY, Folder
+from stickslip.runs.workdir.lock import Notice, is_lock
+from stickslip.runs.workdir.manifest import Manifest
+
+SUFFIX = ".parts"
+START_OVER = "{fresh} starts over and replaces it; {output} names another file"
+SAME_SETTINGS = "give the same settings (--set) as the run that began it: {keys}"
+_BLOCK, _FAILED = re.compile(r"block-(\d{8,})"), re.compile(r"failed-(\d{8,})\.json")
+_LOOKED_AT = 4  # blocks asked whose they are when the manifest cannot say
+
+
+def beside(output: Location) -> str:
+    """Place of the working store of a result, unless another one is named."""
+    return str(output.with_name(output.name + SUFFIX))
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A block that could not be computed."""
+
+    block: int
+    message: str
+    traceback: str
+
+
+class BlockStore:
+    """An open working store. packing : how its blocks are packed from now on."""
+
+    def __init__(self, folder: Folder, manifest: Manifest, packing: str = PLAIN) -> None:
+        self.folder, self.manifest, self.blocks, self.packing = folder, manifest, manifest.blocks, packing
+
+    @property
+    def where(self) -> str:
+        """The place, for people."""
+        return self.folder.where
+
+    def finished(self) -> set[int]:
+        """Numbers of the blocks that are there."""
+        return self._numbers(_BLOCK)
+
+    def failed(self) -> set[int]:
+        """Numbers of the blocks that failed, and have not been computed since."""
+        return self._numbers(_FAILED) - self.finished()
+
+    def cells(self, numbers: Iterable[int]) -> int:
+        """How many cells these blocks have."""
+        return sum(len(self.blocks.cells(number)) for number in numbers)
+
+    def save(self, number: int, block: Block) -> None:
+        """Put a computed block on the disk."""
+        self.put(number, self.packed(number, block))
+
+    def packed(self, number: int, block: Block) -> bytes:
+        """What the file of a computed block holds."""
+        return encoded(self.manifest, number, block, self.packing)
+
+    def put(self, number: int, data: bytes) -> None:
+        """Put a block on the disk that has been `packed` here."""
+        self.folder.write(_block_name(number), data)
+
+    def accept(self, number: int, data: bytes, work: Work) -> None:
+        """Put a block on the disk that was computed and `encoded` elsewhere. Raises DamagedBlockError."""
+        self._checked(number, data, work)
+        self.folder.write(_block_name(number), data)
+
+    def stored(self, number: int, work: Work) -> dict[str, Column]:
+        """The columns of a block. Raises FileNotFoundError, or DamagedBlockError for what must not be used."""
+        return self._checked(number, self.folder.read(_block_name(number)), work)
+
+    def _checked(self, number: int, data: bytes, work: Work) -> dict[str, Column]:
+        header, columns = opened(data)
+        cells = self.blocks.cells(number)
+        expected = {"run": self.manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
+        if wrong := [name for name, value in expected.items() if header.get(name) != value]:
+            raise ForeignBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
+        types = {name: column.dtype for name, column in columns.items()}
+        if not work.fits(number, types, [column.cells for column in columns.values()]):
+            raise ForeignBlockError("its columns are not those of this run")
+        return columns
+
+    def drop(self, number: int) -> None:
+        """Remove a block, finished or failed, so that it counts as missing."""
+        self.folder.remove(_block_name(number))
+        self.clear_failure(number)
+
+    def note_failure(self, number: int, error: Exception, trace: str | None = None) -> None:
+        """Record why a block could not be computed; `trace` is the traceback, if not that of the error."""
+        message = f"{type(error).__name__}: {error}" if trace is None else str(error)
+        trace = "".join(traceback.format_exception(error)) if trace is None else trace
+        record = {
+            "run": self.manifest.fingerprint, "block": number, "message": message,
+            "traceback": trace, "stickslip": __version__,
+        }  # fmt: skip
+        self.folder.write(_failed_name(number), json.dumps(record, ensure_ascii=False).encode())
+
+    def failure(self, number: int) -> Failure:
+        """Why a block could not be computed."""
+        try:
+            record = json.loads(self.folder.read(_failed_name(number)))
+            return Failure(number, str(record["message"]), str(record["traceback"]))
+        except (FileNotFoundError, ValueError, TypeError, KeyError):
+            return Failure(number, "the record of what happened is damaged", "")
+
+    def clear_failure(self, number: int) -> None:
+        """Forget that a block failed."""
+        self.folder.remove(_failed_name(number))
+
+    def is_complete(self) -> bool:
+        """Tell whether no block is missing."""
+        return len(self.finished()) == self.blocks.count
+
+    def no_longer_fresh(self) -> None:
+        """Note that a fresh run is finished: another one begins again."""
+        if self.manifest.fresh:
+            self.manifest = replace(self.manifest, fresh=False)
+            self.folder.write(manifests.NAME, manifests.encode(self.manifest))
+
+    def delete(self) -> None:
+        """Remove everything that is ours except the locks, and the folder if nothing else is left in it."""
+        clear(self.folder)
+        self.folder.remove(manifests.NAME)
+
+    def _numbers(self, pattern: re.Pattern[str]) -> set[int]:
+        numbers = {int(match[1]) for name in self.folder.names() if (match := pattern.fullmatch(name))}
+        return {number for number in numbers if number < self.blocks.count}
+
+
+def encoded(manifest: Manifest, number: int, block: Block, packing: str) -> bytes:
+    """What the file of a block holds."""
+    cells = manifest.blocks.cells(number)
+    header = {
+        "run": manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop,
+        "reused": block.reused, "stickslip": __version__, "kernels": manifest.kernels[-1],
+    }  # fmt: skip
+    return encode(header, block.results, packing, manifest.blocks.length)
+
+
+def _block_name(number: int) -> str:
+    return f"block-{number:08d}"
+
+
+def _failed_name(number: int) -> str:
+    return f"failed-{number:08d}.json"
+
+
+def clear(folder: Folder) -> None:
+    """Remove blocks, records of failures and left-over temporary files."""
+    for name in folder.names():
+        if _BLOCK.fullmatch(name) or _FAILED.fullmatch(name) or _is_temporary(name):
+            folder.remove(name)
+
+
+def remove_temporary(folder: Folder) -> None:
+    """Remove the temporary files of runs that were killed. Only for who holds the store alone."""
+    for name in folder.names():
+        if _is_temporary(name):
+            folder.remove(name)
+
+
+def _is_temporary(name: str) -> bool:
+    return name.startswith(".") and name.endswith(TEMPORARY)
+
+
+# --- opening ----------------------------------------------------------------------------------------------------------
+
+
+def check_ours(folder: Folder) -> None:
+    """Raise StoreError for a folder that holds other things and no manifest: it is not touched."""
+    names = folder.names()
+    ours = (manifests.NAME in names, *(bool(_BLOCK.fullmatch(n) or is_lock(n)) for n in names))
+    if names and not any(ours) and not all(map(_is_temporary, names)):
+        raise StoreError(
+            f"{folder.where}: holds other things ({names[0]}, ...) and no working store, so it is left alone",
+            hint="name another place with {store}",
+        )
+
+
+def is_empty(folder: Folder) -> bool:
+    """Tell whether a folder holds nothing but what a run leaves that is killed while it removes its store."""
+    return all(is_lock(name) or _is_temporary(name) for name in folder.names())
+
+
+def find(folder: Folder) -> BlockStore:
+    """The store in a folder, whatever it computes. Raises StoreError."""
+    try:
+        manifest = manifests.decode(folder.read(manifests.NAME))
+    except FileNotFoundError:
+        check_ours(folder)
+        raise StoreError(f"{folder.where}: no working store there") from None
+    except DamagedManifestError as damaged:
+        raise StoreError(
+            f"{folder.where}/{manifests.NAME}: damaged, {damaged}",
+            hint="{run} with the configuration writes it again; {run} with {fresh} starts over",
+        ) from None
+    _check_version(folder, manifest)
+    return BlockStore(folder, manifest)
+
+
+def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice, packing: str = PLAIN) -> BlockStore:
+    """The store of this work in a folder that is locked: created, resumed, or begun again if `fresh`.
+
+    A fresh run marks its store, and goes on with one that is marked so; with other kernels it begins again.
+
+    packing : of the blocks that are computed now. The blocks of a store that is resumed are cut as it says.
+
+    Raises StoreError for a store of another configuration, or of another major version.
+    """
+    store = _prepared(folder, work, fresh, notice)
+    store.packing = packing
+    return store
+
+
+def _prepared(folder: Folder, work: Work, fresh: bool, notice: Notice) -> BlockStore:
+    try:
+        manifest = manifests.decode(folder.read(manifests.NAME))
+    except FileNotFoundError:
+        return _new(folder, work, fresh)
+    except DamagedManifestError as damaged:
+        return _new(folder, work, fresh) if fresh else _mended(folder, work, damaged, notice)
+    if fresh and not goes_on_fresh(manifest, work):
+        return _new(folder, work, fresh)
+    _check_version(folder, manifest)
+    return _gone_on_with(BlockStore(folder, manifest), work, notice)
+
+
+def goes_on_fresh(manifest: Manifest, work: Work) -> bool:
+    """Tell whether a store is that of the same fresh run, which was interrupted."""
+    same = (fingerprint(work.config), work.size, engine.kernels_digest(), manifests.FORMAT)
+    return manifest.fresh and same == (manifest.fingerprint, manifest.size, manifest.kernels[-1], manifest.format)
+
+
+def _new(folder: Folder, work: Work, fresh: bool) -> BlockStore:
+    if fresh:
+        clear(folder)
+    store = BlockStore(folder, manifest_of(work, fresh))
+    folder.write(manifests.NAME, manifests.encode(store.manifest))
+    return store
+
+
+def manifest_of(work: Work, fresh: bool = False) -> Manifest:
+    """The manifest of a store that this process begins."""
+    return manifests.make(work.config, work.study.shape, work.blocks, engine.kernels_digest(), software(), fresh)
+
+
+def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: Notice) -> BlockStore:
+    """The store with its manifest written again, unless its blocks say that they belong to something else.
+
+    A damaged block says nothing, and will be computed again.
+    """
+    store, looked_at = BlockStore(folder, manifest_of(work)), 0
+    for number in sorted(store.finished()):
+        if looked_at == _LOOKED_AT:
+            break
+        try:
+            store.stored(number, work)
+            looked_at += 1
+        except ForeignBlockError as other:
+            raise StoreError(
+                f"{folder.where}/{manifests.NAME}: damaged, {damaged}; and block {number} is not one of this "
+                f"configuration: {other}",
+                hint="{fresh} starts over, or name another place with {store}",
+            ) from None
+        except (DamagedBlockError, FileNotFoundError):
+            continue
+    notice(f"{manifests.NAME} was damaged ({damaged}) and is written again from the configuration")
+    folder.write(manifests.NAME, manifests.encode(store.manifest))
+    return store
+
+
+def _gone_on_with(store: BlockStore, work: Work, notice: Notice) -> BlockStore:
+    check_same(store, work)
+    manifest, digest = store.manifest, engine.kernels_digest()
+    if digest != manifest.kernels[-1]:
+        if store.finished():
+            notice("the kernels were changed since this run began; blocks of both will make up the map")
+        manifest = replace(manifest, kernels=(*manifest.kernels, digest))
+        store.folder.write(manifests.NAME, manifests.encode(manifest))
+    return BlockStore(store.folder, manifest)
+
+
+def check_same(store: BlockStore, work: Work, no_fresh: bool = False) -> None:
+    """Raise StoreError unless a store holds blocks of this work.
+
+    no_fresh : for who shares or only reads it, and cannot begin it again.
+    """
+    there = store.manifest
+    if there.fingerprint != fingerprint(work.config) or there.size != work.size:
+        place = shlex.quote(store.where).replace("{", "{{").replace("}", "}}")  # the hint is a template
+        remedy = f"{SAME_SETTINGS}, or name the store: stickslip collect {place}"
+        refuse(store.where, config_of(store), work.config, remedy if no_fresh else START_OVER)
+
+
+def check_before(folder: Folder, work: Work, shard: bool) -> None:
+    """Raise StoreError for the store of another configuration, before anybody's lock is touched.
+
+    shard : whether a shard is to be computed. A store that cannot be read is left to `prepare`.
+    """
+    try:
+        manifest = manifests.decode(folder.read(manifests.NAME))
+    except (FileNotFoundError, DamagedManifestError):
+        return
+    _check_version(folder, manifest)
+    check_same(BlockStore(folder, manifest), work, shard)
+
+
+def config_of(store: BlockStore) -> Config:
+    """The configuration a store was made from. Raises StoreError."""
+    try:
+        return store.manifest.config(store.where)
+    except ConfigError as error:
+        raise StoreError(f"{store.where}: made from a configuration that this version does not read\n{error}") from None
+
+
+def refuse(where: str, there: Config, here: Config, remedy: str = START_OVER) -> None:
+    """Raise StoreError: `where` was made from another configuration. remedy : with {keys} for those that differ."""
+    differing = differences(there, here)
+    keys = described(differing) or "  the number of its cells"
+    hint = remedy.replace("{keys}", ", ".join(differing))
+    raise StoreError(f"{where}: made from another configuration, which differs in\n{keys}", hint=hint)
+
+
+def _check_version(folder: Folder, manifest: Manifest) -> None:
+    if manifest.format != manifests.FORMAT or not same_major(manifest.stickslip):
+        raise StoreError(
+            f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}",
+            hint="resume with that version, or start over: {run} with {fresh}",
+        )
+
+
+def same_major(version: str) -> bool:
+    """Tell whether a version resumes what this one began: the same major version."""
+    return version.partition(".")[0] == __version__.partition(".")[0]
