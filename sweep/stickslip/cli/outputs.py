@@ -289,7 +289,7 @@ def save_page(ds: xr.Dataset, target: Path, map_file: Location | None = None, pi
     """Write the page of a result: its plots, what was held fixed, what the words mean, how exact it is."""
     from stickslip import pages, plots
     from stickslip.errors import PlotError
-    from stickslip.pages.result import Picture as Shown
+    from stickslip.pages.result import Picture as PagePicture
     from stickslip.pages.result import pictures_of, result_page
 
     if "quiet_above" in ds:
@@ -298,9 +298,9 @@ def save_page(ds: xr.Dataset, target: Path, map_file: Location | None = None, pi
         text = material_page(picture.with_units(ds), title=picture.title)
     elif plots.is_over_map(ds):
         try:
-            drawn = [Shown("borders between regimes", result_figure(ds, map_file, picture))]
+            drawn = [PagePicture("borders between regimes", result_figure(ds, map_file, picture))]
         except PlotError as error:
-            drawn = [Shown(str(error))]
+            drawn = [PagePicture(str(error))]
         text = result_page(ds, drawn, picture.title)
     else:
         ds = picture.with_units(ds)
