@@ -41,7 +41,7 @@ class StickslipAccessor:
         return parse_config(str(self._ds.attrs.get("configuration", "")), "the attribute configuration")
 
     def summary(self) -> Any:
-        """How many cells each regime has, and their share, as a table of pandas. What `where` left out does not count.
+        """Count the cells of each regime, and their share, as a table of pandas. What `where` left out does not count.
 
         Raises ValueError for a result without regimes.
         """
@@ -57,7 +57,7 @@ class StickslipAccessor:
         return xr.Dataset(table, {"regime": list(found)}).to_dataframe()
 
     def mask(self, *names: str, flag: str = "regime") -> xr.DataArray:
-        """Where a flag has one of these names: `ds.where(ds.stickslip.mask("stick_slip"))`.
+        """Return a mask of where a flag has one of these names: `ds.where(ds.stickslip.mask("stick_slip"))`.
 
         flag : any variable with flag meanings: regime, status, ... Raises ValueError for a name that it does not have.
         """
@@ -121,7 +121,7 @@ class StickslipAccessor:
         return api.simulate(**{"duration": duration, "samples": samples, **how, **cell})
 
     def sound(self, seconds: float = 2.0, *, slow: float = 1.0, transient: bool = False, **at: Any) -> Sound:
-        """What one cell sounds like; a notebook plays it.
+        """Return what one cell sounds like; a notebook plays it.
 
         seconds, slow, transient : as for `sound.of`. at : which cell, as for `cell`. Sounds of cells can be compared.
         """

@@ -27,7 +27,7 @@ _STEADY = 120.0  # s over which the time left is estimated: blocks end in bursts
 
 @contextmanager
 def watched(progress: Watch, counted: str = "cells", kernels: str | None = None) -> Iterator[Moved | None]:
-    """What a computation is to call with (done, in all) from time to time.
+    """Return what a computation is to call with (done, in all) from time to time.
 
     progress : a function, which is called itself; True for a bar (lines where standard error is no terminal), False or
         None for none, "auto" for one in notebooks.
@@ -51,14 +51,14 @@ def watched(progress: Watch, counted: str = "cells", kernels: str | None = None)
 
 
 def in_notebook() -> bool:
-    """Whether this process is the kernel of a notebook."""
+    """Return whether this process is the kernel of a notebook."""
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython else None
     return shell is not None and hasattr(shell, "kernel")
 
 
 def will_compile(kernels: str) -> bool:
-    """Whether kernels must be compiled first; the engine is loaded when that is asked for."""
+    """Return whether kernels must be compiled first; the engine is loaded when that is asked for."""
     from .engine import will_compile as asked
 
     return asked(kernels)
@@ -71,7 +71,7 @@ def _on_standard_error(counted: str) -> Bar | Lines:
 
 
 def on_console(console: Console, total: int, doing: str, of: str) -> Bar | Lines:
-    """What shows how far a computation of `total` is: `of` what, `doing` what with them."""
+    """Return what shows how far a computation of `total` is: `of` what, `doing` what with them."""
     return Bar(console, total, doing, of) if console.is_terminal else Lines(console, doing, of)
 
 

@@ -71,7 +71,7 @@ class Study(ABC):
 
     @abstractmethod
     def blank(self, items: range) -> Results:
-        """What stands for a range of items that is not computed."""
+        """Return what stands for a range of items that is not computed."""
 
     @abstractmethod
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
@@ -92,7 +92,7 @@ class Meter:
         self._under_way: dict[int, tuple[int, int]] = {}  # items and cells, by number of the block
 
     def watch(self, number: int, items: int) -> Moved:
-        """What computing a block of so many items calls with cells computed."""
+        """Return what computing a block of so many items calls with cells computed."""
 
         def moved(cells: int) -> None:
             with self._lock:
@@ -113,7 +113,7 @@ class Meter:
             return self._done + sum(self._share(*one) for one in self._under_way.values())
 
     def _share(self, items: int, cells: int) -> float:
-        """How many of some items so many cells are; where they take more than expected, less than all."""
+        """Return how many of some items so many cells are; where they take more than expected, less than all."""
         if self._each <= 1:
             return min(cells, items)
         share = cells / (self._each * items)

@@ -178,6 +178,7 @@ axes:
 """
 
 
+@pytest.mark.slow
 def test_friction_is_named_where_it_is_the_cheaper_lever(here):
     (here / "squeak.yaml").write_text(SQUEAK)
     told = CliRunner().invoke(main, ["advise", "squeak.yaml", "--at", "belt_speed=10 mm/s"]).stdout

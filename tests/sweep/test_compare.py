@@ -90,6 +90,7 @@ def test_a_wide_table_compares_as_its_columns_do(compared):
     assert abs(float(wide["quiet_above"][1]) / float(compared["quiet_above"][1]) - 1) < 0.1
 
 
+@pytest.mark.slow
 def test_the_interval_is_that_of_points_measured_again_and_again():
     """The fit repeated on points of the curve with new noise, and the border of each: the middle 68 % of them."""
     random = np.random.default_rng(3)

@@ -83,6 +83,7 @@ def test_the_basin_of_steady_sliding_ends_at_the_unstable_cycle_that_scipy_reach
     assert np.sum(np.diff(loop.x) * (loop.y[1:] + loop.y[:-1])) > 0
 
 
+@pytest.mark.slow
 def test_the_upper_edge_of_stick_slip_follows_the_near_harmonic_form_where_friction_is_weak():
     """kappa = 0.03: the closed form is exact to 0.33 % kappa^2 there."""
     stiff = PAIR | {"stiffness": 1e4}

@@ -240,6 +240,7 @@ def test_the_answer_for_programs_has_a_row_a_speed_and_what_varies():
 # --- what to measure next ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_two_more_points_where_they_are_proposed_narrow_the_interval_about_as_expected():
     random = np.random.default_rng(11)
     truth = [(0.27, 0.19, 0.15, 0.024), (0.2, 0.5, 0.1, 0.012), (0.15, 0.3, 0.1, 0.03), (0.3, 0.2, 0.2, 0.05)]

@@ -61,7 +61,13 @@ def test_exact_points_give_back_their_curve_in_any_units(a1, rise, drop, log_spe
     np.testing.assert_allclose(fit.predict(speed), law(speed, *truth), rtol=1e-8)
 
 
-@pytest.mark.parametrize("sigma", [None, 0.005], ids=["scatter from the residuals", "scatter known"])
+@pytest.mark.parametrize(
+    "sigma",
+    [
+        pytest.param(None, id="scatter from the residuals", marks=pytest.mark.slow),
+        pytest.param(0.005, id="scatter known"),
+    ],
+)
 def test_confidence_intervals_of_the_curve_hold_what_they_promise(sigma):
     random = np.random.default_rng(7)
     speed, trials = np.linspace(0, 1, 40), 100
@@ -90,6 +96,7 @@ def test_estimates_and_errors_are_those_of_scipys_curve_fit():
     assert fit.residual_rms == pytest.approx(np.sqrt(np.mean((mu - law(speed, *best)) ** 2)), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_band_is_that_of_repeated_measurements_and_holds_the_curve():
     random = np.random.default_rng(11)
     speed, at = np.linspace(0, 1, 40), np.array([0.0, 0.05, 0.3, 1.0])
@@ -218,6 +225,7 @@ def test_a_few_points_in_no_order_are_too_few_to_tell(mu):
     assert "measure more" in quality and "a3 = 0" not in quality
 
 
+@pytest.mark.slow
 def test_confidence_intervals_of_a_curve_that_strengthens_hold_what_they_promise():
     random = np.random.default_rng(12)
     truth = (0.4, 0.05, -0.15, 0.1)

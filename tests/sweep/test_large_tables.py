@@ -106,6 +106,7 @@ def test_remarks_below_the_beginning_of_a_long_record_count(tmp_path, monkeypatc
     assert record.sizes["time"] == 49
 
 
+@pytest.mark.slow
 def test_a_million_samples_are_read_in_seconds(tmp_path):
     """Seven seconds and 760 MB before; 27 MB of text, 24 MB of numbers."""
     time = np.arange(1_000_000) / 50_000

@@ -145,7 +145,9 @@ def test_what_takes_too_many_loops_ends_as_it_does_when_followed(law, budget, ce
     assert np.isnan(found["settling_time"])
 
 
-@pytest.mark.parametrize("law", ["stribeck", "stribeck_delta", "rational", "cubic"])
+@pytest.mark.parametrize(
+    "law", ["stribeck", pytest.param("stribeck_delta", marks=pytest.mark.slow), "rational", "cubic"]
+)
 def test_of_cells_drawn_over_decades_few_are_unresolved(law):
     _, cells = draw("wide", 1500, np.random.default_rng(25))
     if law == "cubic":

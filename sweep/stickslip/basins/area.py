@@ -136,7 +136,7 @@ class Piece:
         return x, v0 + s * (v1 + s * (v2 + s * v3))
 
     def passes(self, which: int, level: Floats) -> Floats:
-        """Where x (0) or v (1) passes a level between the ends; 0 where it does not."""
+        """Return where x (0) or v (1) passes a level between the ends; 0 where it does not."""
         zero, one = np.zeros_like(self.h), np.ones_like(self.h)
         above = self.at(zero)[which] > level
         there = above != (self.at(one)[which] > level)

@@ -58,7 +58,7 @@ def find_cycles(cells: Parameters, work: Work) -> Cycles:
 
 
 def _approached(back: Parameters, guess: Floats, work: Work) -> tuple[Floats, Floats]:
-    """Where the motions backwards in time tend to, reach and period; NaN where that does not become clear.
+    """Return where the motions backwards in time tend to, reach and period; NaN where that does not become clear.
 
     Those that start outside the cycle may leave w > 0, where they mean nothing.
     """

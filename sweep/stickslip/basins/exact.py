@@ -42,7 +42,7 @@ class Verdicts:
 
 
 def verdicts(cells: Parameters, stick: Regimes, work: Work) -> Verdicts:
-    """Which theorem holds. stick : the regime reached from sticking."""
+    """Return which theorem holds. stick : the regime reached from sticking."""
     known, stable = plain.slips_on_curve(cells, work.options), plain.damping(cells) > 0
     everywhere = known & stable & plain.sticks_on_curve(cells) & settled(stick)
     some = np.flatnonzero(everywhere)
@@ -100,7 +100,7 @@ def _mirrored_box(cells: Parameters, box: Box) -> tuple[Floats, Floats, Floats, 
 
 
 def _measures(orbits: Orbits, share: Floats) -> Results:
-    """What is read off cycles that run backwards in time, where displacements have the other sign."""
+    """Return what is read off cycles that run backwards in time, where displacements have the other sign."""
     above, below = velocities_at_rest_point(orbits)
     right, left = orbits.extremes(orbits.x, orbits.v)
     fastest, slowest = orbits.extremes(orbits.v, orbits.a)

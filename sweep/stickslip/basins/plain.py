@@ -40,7 +40,7 @@ def slips_on_curve(cells: Parameters, options: Options) -> Flags:
 
 
 def sticks_on_curve(cells: Parameters) -> Flags:
-    """Whether static friction is where the curve begins, and stays there."""
+    """Return whether static friction is where the curve begins, and stays there."""
     begins = np.isnan(cells["mu_static"]) | (cells["mu_static"] == cells["a1"] + cells["a3"])
     return np.asarray(begins & (cells["ageing_rate"] == 0))
 

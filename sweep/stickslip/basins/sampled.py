@@ -94,7 +94,7 @@ def critical_disturbances(cells: Parameters, steady: Floats, work: Work) -> dict
 
 
 def _first_lost(cells: Parameters, steady: Floats, shift: Floats, shock: Floats, work: Work) -> Floats:
-    """How many times a disturbance of displacement and velocity is enough, per cell."""
+    """Return how many times a disturbance of displacement and velocity is enough, per cell."""
 
     def looked(line: Integers, place: Floats) -> Looked:
         x, v = steady[line] + place * shift[line], place * shock[line]

@@ -20,12 +20,12 @@ SETTLED = (REGIMES.index("damped"), REGIMES.index("creep"))
 
 
 def settled(regimes: Regimes) -> NDArray[np.bool_]:
-    """Whether a motion settles to steady sliding."""
+    """Return whether a motion settles to steady sliding."""
     return np.isin(regimes, SETTLED)
 
 
 def decided(regimes: Regimes) -> NDArray[np.bool_]:
-    """Whether it is known what becomes of a motion."""
+    """Return whether it is known what becomes of a motion."""
     return ~np.isin(regimes, UNDECIDED)
 
 

@@ -108,7 +108,7 @@ def _sample(
 
 
 def _settle_exactly(found: Results, exact: NDArray[np.bool_], reached: NDArray[np.bool_]) -> None:
-    """Where some states settle for certain, the regime is one that settles, though no motion was started there."""
+    """Have cells of which some states settle for certain settle, though no motion was started there."""
     ends = [REGIMES.index("damped"), REGIMES.index("creep")]
     unseen = exact & (found["settling_share"] > 0) & ~reached[:, ends].any(axis=1)
     reached[unseen & (found["damping_ratio"] < 1), ends[0]] = True
@@ -173,7 +173,7 @@ def attractor_study(given: CellsOrConfig, section: Attractors, options: Options)
 
 
 def _attributes(found: Results, box: Box, sampling: Sampling, options: Options) -> dict[str, str | float]:
-    """What was asked, how it was found, and how good it is, as global attributes."""
+    """Return what was asked, how it was found, and how good it is, as global attributes."""
     scan = sampled.SCAN
     counts = {name: int((found["share_method"] == code).sum()) for code, name in enumerate(SHARE_METHODS)}
     bounds = int((found["settling_share_high"] > found["settling_share_low"]).sum())

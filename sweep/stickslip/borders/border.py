@@ -44,7 +44,7 @@ class Limits:
                 raise ValueError(f"{name}: got {value!r}, expected {row.expected}")
 
     def applied(self, options: Options, rtol: float | None) -> Options:
-        """How to integrate; `rtol` is None for a tolerance that leaves borders their digits."""
+        """Return how to integrate; `rtol` is None for a tolerance that leaves borders their digits."""
         rtol = float(np.clip(self.tolerance / 100, 1e-12, 1e-6)) if rtol is None else float(rtol)
         return replace(options, rtol=rtol, early_stop=True)
 
@@ -141,7 +141,7 @@ def _table(found: Results) -> dict[str, NDArray[np.float64]]:
 
 
 def _attributes(found: Results, scan: Side, limits: Limits, options: Options) -> dict[str, str | float]:
-    """What was done and what it cannot see, as global attributes."""
+    """Return what was done and what it cannot see, as global attributes."""
     row = QUANTITIES[scan.name]
     places, unit = scan.places, units.spelled(row.units)
     apart = f"{places[1] - places[0]:.6g} {unit}".rstrip()

@@ -156,7 +156,7 @@ class _Search:
         return self.labels(panel, self.x.at(column, x), self.y.at(row, y))
 
     def nodes(self, cells: Integers) -> _Nodes:
-        """Where labels change on the sides of grid cells."""
+        """Return where labels change on the sides of grid cells."""
         sides = _sides(cells, corner_labels(self.points, cells))
         found = self._crossings(sides)
         direction, panel, row, column = sides[found["line"]].T
@@ -190,7 +190,7 @@ class _Search:
         return found
 
     def segments(self, cells: Integers, nodes: _Nodes) -> list[Segment]:
-        """What is inside the grid cells; where three labels meet, a node is added."""
+        """Return what is inside the grid cells; where three labels meet, a node is added."""
         rings = [_ring(cell, nodes.of_side) for cell in cells.tolist()]
         centres: list[int | None] = [None] * len(cells)
         many = np.array([i for i, ring in enumerate(rings) if len(ring) > 2], np.int64)
@@ -216,7 +216,7 @@ class _Search:
 
 
 def _share(side: Side, tolerance: float) -> float:
-    """How much of a side of a grid cell the tolerance is, at least, where a border may lie."""
+    """Return how much of a side of a grid cell the tolerance is, at least, where a border may lie."""
     low, high = np.abs(side.places[:-1]), np.abs(side.places[1:])
     scale = (np.maximum(low, high) / np.diff(side.places)).min()
     return float(np.clip(tolerance * scale, _SMALLEST, 0.5))
@@ -255,7 +255,7 @@ def _table(chains: list[Chain], nodes: _Nodes) -> Results:
 
 
 def _attributes(whole: Results, y: Side, x: Side, limits: Limits, options: Options) -> dict[str, str | float]:
-    """What was done and what it cannot see, as global attributes."""
+    """Return what was done and what it cannot see, as global attributes."""
     rows, columns = y.points, x.points
     lines, loops = whole["closed"].size, np.count_nonzero(whole["closed"])
     inside = whole["node_along"] == _JUNCTION

@@ -31,7 +31,7 @@ _MOVED = 0.2  # kappa_1, over the first width; kappa_2 is 2
 
 
 def first_reach(width: Floats, narrow: Floats) -> Floats:
-    """How wide a bracket may be after the next round so that halving still ends in time, in the first round.
+    """Return how wide a bracket may be after the next round so that halving still ends in time, in the first round.
 
     width, narrow : of the bracket, and at which the search ends. The reach halves with each round.
     """
@@ -97,7 +97,7 @@ class Scan:
         return spread(self.low, self.high, self.points)
 
     def width(self, tolerance: float, low: Floats, high: Floats) -> Floats:
-        """How wide brackets may stay: relative to the place; next to 0, to a thousandth of a range that holds it."""
+        """The width that brackets may keep: of the place; next to 0, to a thousandth of a range that holds it."""
         ends = [np.abs(low), np.abs(high)]
         least = _NEAR_ZERO * max(abs(self.low), abs(self.high)) if self.low <= 0 <= self.high else 0.0
         return np.asarray(tolerance * np.maximum(np.maximum(*ends), least))

@@ -49,7 +49,7 @@ class Chain:
 
     @property
     def closed(self) -> bool:
-        """Whether it is a loop."""
+        """Return whether it is a loop."""
         return self.nodes[0] == self.nodes[-1]
 
 
@@ -133,7 +133,7 @@ def meeting_points(cells: int, labels_at: LabelsInCells, rounds: int) -> tuple[F
 
 
 def _third_most(labels: Labels) -> Integers:
-    """How often the third most frequent of labels occurs, along the last axis."""
+    """Return how often the third most frequent of labels occurs, along the last axis."""
     counts = np.stack([(labels == one).sum(axis=-1) for one in range(int(labels.max(initial=0)) + 1)], axis=-1)
     if counts.shape[-1] < 3:
         return np.zeros(counts.shape[:-1], np.int64)

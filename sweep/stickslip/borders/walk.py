@@ -44,7 +44,7 @@ class Points:
 
     @property
     def looked_at(self) -> int:
-        """How many points have been computed."""
+        """Return how many points have been computed."""
         return int(np.count_nonzero(self.known))
 
 

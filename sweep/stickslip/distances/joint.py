@@ -54,7 +54,7 @@ class _Space:
     ends: Floats
 
     def goes_on(self, cell: Integers) -> NDArray[np.bool_]:
-        """Whether the search of cells has not come to its end."""
+        """Return whether the search of cells has not come to its end."""
         return np.asarray(self.search.steps[cell] < self.ends[cell])
 
     def allowed(self, cell: Integers, direction: Floats) -> Floats:
@@ -65,13 +65,13 @@ class _Space:
         return np.asarray(np.divide(kept, length, out=np.zeros_like(kept), where=length > 0))
 
     def longest(self, cell: Integers, direction: Floats) -> Floats:
-        """How long rays are, until a parameter meets its end."""
+        """Return how long rays are, until a parameter meets its end."""
         room = np.where(direction < 0, self.down[cell], self.up[cell]) * self.costs
         with np.errstate(divide="ignore", invalid="ignore"):  # 0/0: no room, and not that way
             return np.asarray(np.min(np.where(direction == 0, np.inf, room / np.abs(direction)), axis=1))
 
     def entries(self, cell: Integers, direction: Floats, length: Floats, points: int, tolerance: float) -> Floats:
-        """Where rays of a length first enter another regime (of `into`); inf where they do not."""
+        """Return where rays of a length first enter another regime (of `into`); inf where they do not."""
 
         def labels_at(line: Integers, place: Floats) -> Looked:
             changes = direction[line] * (place * length[line])[:, np.newaxis] / self.costs
@@ -149,7 +149,7 @@ def _starts(space: _Space, cell: Integers, points: int, single: Floats) -> tuple
 
 
 def _scanned(space: _Space, cell: Integers, direction: Floats, longest: Floats, points: int) -> Floats:
-    """Where rays up to some length first enter another regime; places as close as `points` over all there is room for,
+    """Scan rays up to some length for another regime, at places as close as `points` over all there is room for,
     or closer."""
     room = space.longest(cell, direction)
     length, found = np.minimum(room, longest), np.full(cell.size, np.inf)
@@ -202,7 +202,7 @@ def _step(
 
 
 def _fineness(step: Floats, tolerance: float) -> Floats:
-    """How exactly borders are needed: what the cost may change by in a step, in powers of ten."""
+    """Return how exactly borders are needed: what the cost may change by in a step, in powers of ten."""
     return np.asarray(np.maximum(10.0 ** np.round(np.log10(_OF_STEP * step**2)), tolerance))
 
 

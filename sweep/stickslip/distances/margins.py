@@ -188,7 +188,7 @@ def _margins(search: Search, question: Question) -> Results:
 
 
 def _single(search: Search, reach: Reach, found: Borders, question: Question) -> Results:
-    """What is said of one parameter: both borders, the nearer of them as distance and as factor, and the checks."""
+    """The columns of one parameter: both borders, the nearer of them as distance and as factor, and the checks."""
     size = reach.value.size
     middle = found.low + (found.high - found.low) / 2
     nearer = np.argmin(np.where(np.isnan(found.change), np.inf, np.abs(found.change)), axis=1)
@@ -208,7 +208,7 @@ def _single(search: Search, reach: Reach, found: Borders, question: Question) ->
 
 
 def _joint(search: Search, reaches: Sequence[Reach], best: Cheapest, question: Question) -> Results:
-    """What is said of the cheapest joint change."""
+    """Return what is said of the cheapest joint change."""
     found = {"joint_cost": np.where(np.isfinite(best.cost), best.cost, NAN)}
     everywhere = np.arange(best.cost.size)
     known = np.isfinite(best.cost)
@@ -242,7 +242,7 @@ def _checked(search: Search, reaches: Sequence[Reach], changes: Floats, beyond: 
 
 
 def _attributes(question: Question, table: Mapping[str, NDArray[Any]], options: Options) -> dict[str, str | float]:
-    """What was done and what it cannot see, as global attributes."""
+    """Return what was done and what it cannot see, as global attributes."""
     open_cells = int(np.count_nonzero(~decided(table["regime"])))
     none = [name for name in question.parameters if np.isnan(table[f"margin_{name}"]).all()]
     within = within_of(question.within, question.parameters)
@@ -271,7 +271,7 @@ def _attributes(question: Question, table: Mapping[str, NDArray[Any]], options: 
 
 
 def _all_spelled(within: Mapping[str, float | tuple[float, float]]) -> str:
-    """How far each parameter may go; one factor for all of them where it is."""
+    """Return how far each parameter may go; one factor for all of them where it is."""
     if len(set(within.values())) == 1 and isinstance(first := next(iter(within.values())), float):
         return f"{_spelled(first)}, along {', '.join(within)}"
     return ", ".join(f"{name}: {_spelled(one)}" for name, one in within.items())

@@ -99,7 +99,7 @@ def within_of(within: float | Within, parameters: tuple[str, ...]) -> dict[str, 
 
 
 def reach_of(name: str, cells: Parameters, within: float | tuple[float, float]) -> Reach:
-    """How far a parameter may be changed: within a factor or a range, and within what is possible."""
+    """Return how far a parameter may be changed: within a factor or a range, and within what is possible."""
     value = _value(name, cells)
     scale = np.broadcast_to(_scale(name, cells), value.shape).astype(np.float64)
     by_factor = (value != 0) & ~np.isnan(value) & (name not in _SIGNED)
@@ -117,7 +117,7 @@ def reach_of(name: str, cells: Parameters, within: float | tuple[float, float]) 
 
 
 def is_possible(cells: Parameters) -> NDArray[np.bool_]:
-    """Whether cells could be computed: the bounds between parameters, as `as_cells` checks them."""
+    """Return whether cells could be computed: the bounds between parameters, as `as_cells` checks them."""
     bounds = {name: cells[name] for name in ("a1", "mu_static", "mu_stop")}
     broken = broken_bounds(cells["a1"] + cells["a3"], **bounds)
     return np.asarray((cells["a1"] >= 0) & ~np.logical_or.reduce([*broken.values()]))
@@ -155,7 +155,7 @@ def _value(name: str, cells: Parameters) -> Floats:
 
 
 def _scale(name: str, cells: Parameters) -> Floats:
-    """What a change of a parameter that may be 0 is compared with."""
+    """Return what a change of a parameter that may be 0 is compared with."""
     by, mu_start = Scales(cells), cells["a1"] + cells["a3"]
     slope = np.where(cells["a3"] > 0, cells["a3"], np.maximum(mu_start, 1.0)) / cells["a4"]
     speed = np.where(cells["belt_speed"] != 0, np.abs(cells["belt_speed"]), cells["a4"])

@@ -76,7 +76,7 @@ def worst(regimes: Labels) -> Labels:
 
 
 def decided(regimes: Labels) -> NDArray[np.bool_]:
-    """Which regimes say what the motion is."""
+    """Return which regimes say what the motion is."""
     return ~np.isin(regimes, UNDECIDED)
 
 

@@ -26,7 +26,7 @@ if hasattr(os, "register_at_fork"):
 
 
 def will_compile(name: str = "stribeck", signals: bool = False) -> bool:
-    """Whether a computation with this law compiles the kernels first: once per machine, version and law.
+    """Return whether a computation with this law compiles the kernels first: once per machine, version and law.
 
     signals : for trajectories and rigs rather than for regimes.
     """
@@ -34,7 +34,7 @@ def will_compile(name: str = "stribeck", signals: bool = False) -> bool:
 
 
 def is_cached(name: str, signals: bool = False) -> bool:
-    """Whether other processes will find the kernels of a law compiled."""
+    """Return whether other processes will find the kernels of a law compiled."""
     folder = objects.CACHE_FOLDER
     return folder is not None and objects.read(folder / objects.name_of(name, signals)) is not None
 

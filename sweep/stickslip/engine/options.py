@@ -105,5 +105,5 @@ class Computed:
 
     @property
     def complete(self) -> bool:
-        """Whether every cell was computed."""
+        """Return whether every cell was computed."""
         return self.done == len(self.results["regime"])

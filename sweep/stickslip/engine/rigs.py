@@ -60,7 +60,7 @@ def compute_rigs(
 
 
 def _samples(drive: Floats, rate: float, start: float) -> int:
-    """How many samples fit between `start` and the end of a drive; none at its very end, which rounding might miss."""
+    """Count the samples between `start` and the end of a drive; none at its very end, which rounding might miss."""
     end = float(drive[:, 0].sum())
     rounding = 1e-6 + 4.0 * np.finfo(float).eps * len(drive) * end * rate  # of a step
     return max(0, int((end - start) * rate - rounding) + 1)

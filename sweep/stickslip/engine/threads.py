@@ -57,7 +57,7 @@ def spread(
 
 
 def in_order(work: Callable[[Item], T], items: Iterable[Item], threads: int | None) -> Iterator[T]:
-    """What `work` makes of the items, in their order, on threads (None: one per processor) that are a few ahead."""
+    """Yield what `work` makes of the items, in order, on threads (None: one per processor) that are a few ahead."""
     threads = threads or processors()
     waiting: deque[Future[T]] = deque()
     with ThreadPoolExecutor(threads) as pool:

@@ -86,7 +86,7 @@ def _text(unit: Unit, value: float) -> str:
 
 
 def cell_html(motions: CellMotions, where: str, sides: Collection[str] = ()) -> str:
-    """Which cell it is, and what is known of its unstable cycle. sides : what `where` says already."""
+    """Return which cell it is, and what is known of its unstable cycle. sides : what `where` says already."""
     parameters = ", ".join(
         f"{spoken(name)} {quantity(value, PARAMETERS[name].units)}"
         for name, value in motions.cell.items()

@@ -207,7 +207,7 @@ def _window(results: Mapping[str, float], natural: float, sticking: bool, beside
 
 
 def _essential(mode: Floats, visible: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Which samples are drawn: of a stick phase, a straight line, its ends; of slip as many as can be seen."""
+    """Return which samples are drawn: of a stick phase, a straight line, its ends; of slip as many as can be seen."""
     stick = mode == MODES.index("stick")
     inside = stick.copy()
     inside[0] = inside[-1] = False

@@ -45,7 +45,7 @@ class Cone:
 
     @cached_property
     def faces(self) -> Flags:
-        """Which parts each face has, (f, p); one at least."""
+        """Return which parts each face has, (f, p); one at least."""
         free = len(self.parts) - self.bounded
         bounded = np.array([*product((True, False), repeat=self.bounded)], bool).reshape(2**self.bounded, -1)
         faces = np.hstack([bounded, np.ones((len(bounded), free), bool)])

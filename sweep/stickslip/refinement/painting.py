@@ -51,7 +51,7 @@ class Sketch:
 
     @cached_property
     def _rows(self) -> NDArray[np.int32]:
-        """Where in the results each place of the window is; -1 for what was not computed."""
+        """Return where in the results each place of the window is; -1 for what was not computed."""
         rows = np.full(self._boxes.known.size, -1, np.int32)
         rows[self.places] = np.arange(self.places.size, dtype=np.int32)
         return rows

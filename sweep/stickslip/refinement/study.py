@@ -83,7 +83,7 @@ class RefinedMap(Study):
         return map_dataset(self.grid, painter.cells(range(self.grid.size)), {**attributes, **self.findings(parts)})
 
     def findings(self, parts: Iterable[Results]) -> dict[str, Any]:
-        """What the results of all tiles say of the map, as attributes."""
+        """Return what the results of all tiles say of the map, as attributes."""
         counts = np.array([[part[name].sum(dtype=np.int64) for name in _OF_TILE] for part in parts]).sum(axis=0)
         audit = Audit(*map(int, counts[1:]))
         wrong = audit.bound * audit.inferred / self.grid.size

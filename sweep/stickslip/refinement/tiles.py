@@ -52,12 +52,12 @@ class Tile:
         return np.ravel_multi_index(points, self.grid)
 
     def places(self, cells: Indices) -> Indices:
-        """Where cells of the grid are in the window that holds them."""
+        """Return where cells of the grid are in the window that holds them."""
         points = np.unravel_index(cells, self.grid)
         return np.ravel_multi_index([points[i] - self.starts[i] for i in self.refined], self.shape)
 
     def owns(self, places: Indices) -> NDArray[np.bool_]:
-        """Whether places of the window are cells of this tile."""
+        """Return whether places of the window are cells of this tile."""
         points = np.unravel_index(places, self.shape)
         inside = [(side.start <= at) & (at < side.stop) for side, at in zip(self.own, points, strict=True)]
         owned: NDArray[np.bool_] = np.logical_and.reduce(inside)

@@ -23,7 +23,7 @@ from stickslip.study import Moved, Study
 
 
 def study_of(config: Config) -> Study:
-    """What a configuration asks for: its map, unless a section names something else.
+    """Return what a configuration asks for: its map, unless a section names something else.
 
     Rooms are imported when they are asked for: a map waits for none of them.
     """
@@ -82,27 +82,27 @@ class Work:
 
     @cached_property
     def study(self) -> Study:
-        """What is computed."""
+        """Return what is computed."""
         return study_of(self.config)
 
     @property
     def options(self) -> Options:
-        """How cells are integrated."""
+        """Return how cells are integrated."""
         return self.study.options
 
     @cached_property
     def size(self) -> int:
-        """How many items there are."""
+        """Return how many items there are."""
         return prod(self.study.shape)
 
     @cached_property
     def blocks(self) -> Blocks:
-        """How they are cut."""
+        """Return how they are cut."""
         study = self.study
         return self.cut or blocks_of(study.shape if study.is_array else (self.size,), study.weight)
 
     def packing(self, output: Location | None) -> str:
-        """How blocks are packed: as chunks of the file, if they are to be these; of a netCDF file if none is named."""
+        """The packing of blocks: as chunks of the file, if they are to be these; of a netCDF file if none is named."""
         of_netcdf = output is None or output.suffix == ".nc"
         return NETCDF if self.study.is_array and of_netcdf else PLAIN
 
@@ -128,12 +128,12 @@ class Work:
 
     @property
     def map(self) -> MapStudy:
-        """What is computed, where that is known to be a map."""
+        """Return what is computed, where that is known to be a map."""
         assert isinstance(self.study, MapStudy)
         return self.study
 
     def known_cells(self, number: int) -> tuple[NDArray[np.bool_], Results] | None:
-        """Which cells of a block an older map holds, and their results; None if it holds none."""
+        """Return which cells of a block an older map holds, and their results; None if it holds none."""
         return self.known.cells(self.blocks.cells(number)) if self.known else None
 
     def joined(self, number: int, known: tuple[NDArray[np.bool_], Results], computed: Results) -> Results:
@@ -154,7 +154,7 @@ class Work:
         return results
 
     def fits(self, number: int, types: Mapping[str, np.dtype[Any]], sizes: Collection[int]) -> bool:
-        """Whether columns of these types and sizes are those of a block of this study."""
+        """Return whether columns of these types and sizes are those of a block of this study."""
         size = None if self.study.ragged else len(self.blocks.cells(number))
         wanted = {name: dtype.newbyteorder("<") for name, dtype in self.study.columns.items()}
         return types == wanted and all(size in (None, found) for found in sizes)

@@ -37,7 +37,7 @@ class Cycles:
 
 
 def results_of(cells: Parameters, options: Options) -> Results:
-    """What becomes of cells, by names of `VARIABLES`."""
+    """Return what becomes of cells, by names of `VARIABLES`."""
     return compute(Cells.of(cells), options).results
 
 

@@ -59,7 +59,7 @@ _REACHED = STATUSES.index("horizon_reached")
 
 
 def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Results, Floats]:
-    """What becomes of some cells, by names of `VARIABLES`, and their levels in dB, in this thread.
+    """Return what becomes of some cells, by names of `VARIABLES`, and their levels in dB, in this thread.
 
     NaN where there is no cycle, or its integration failed; -inf where nothing of it is heard: it is all above 20 kHz,
     or a vibration so slow and smooth that its audible harmonics are lost in rounding. The numbers of a cell do not

@@ -153,7 +153,7 @@ def _transient(cell: Parameters, results: Results, motion: _Motion, count: int) 
 
 
 def _sticks_at_first(cell: Parameters) -> bool:
-    """Whether the contact holds at the start; else it slips at once, and its first break-away is a later one."""
+    """Return whether the contact holds at the start; else it slips at once, and its first break-away is a later one."""
     if not np.isnan(cell["velocity"][0]):
         return False
     mu = np.fmax(cell["mu_static"], cell["a1"] + cell["a3"])

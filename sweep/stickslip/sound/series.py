@@ -47,7 +47,7 @@ class Series:
 
     @property
     def mean_squares(self) -> Floats:
-        """What each harmonic contributes to the mean square of the acceleration, (m/s2)^2."""
+        """Return what each harmonic contributes to the mean square of the acceleration, (m/s2)^2."""
         return 2.0 * (self.harmonics.real**2 + self.harmonics.imag**2)
 
     def values(self, rate: float, count: int) -> Floats:
@@ -88,7 +88,7 @@ def series_of(displacement: Floats, ends: Floats, duration: float, count: int) -
 
 
 def samples_for(duration: Floats, highest: float, natural: Floats, oversampling: int) -> NDArray[np.int64]:
-    """How many intervals to sample of motions over their durations (s), for tones up to `highest` (Hz).
+    """Return how many intervals to sample of motions over their durations (s), for tones up to `highest` (Hz).
 
     At least oversampling x 2 for each period of the highest tone, and of SWIFTEST times the natural frequency (Hz): the
     slip of a stiff contact is over within a fraction of the highest tone's period, and the spectrum of the displacement

@@ -78,7 +78,7 @@ class Sound:
 
     @property
     def seconds(self) -> float:
-        """How long it lasts."""
+        """Return how long it lasts."""
         return self.acceleration.size / self.rate
 
     @cached_property
@@ -88,7 +88,7 @@ class Sound:
 
     @property
     def clips(self) -> bool:
-        """Whether some of it is compressed."""
+        """Return whether some of it is compressed."""
         return self.peak > KNEE * self.full_scale
 
     @property
@@ -102,7 +102,7 @@ class Sound:
         return wav_bytes(self.samples, self.rate, said.removesuffix("; 1 times slower"), floating)
 
     def remarks(self) -> list[str]:
-        """What one should know to judge it by ear, a line each."""
+        """Return what one should know to judge it by ear, a line each."""
         return [line for line in (self._of_regime(), self._of_pitch(), self._of_level()) if line]
 
     def _of_regime(self) -> str:

@@ -134,7 +134,7 @@ class Truncated:
         return _deviate(float(ndtr(inner) - below) / inside, float(ndtr(-inner) - above) / inside)
 
     def _shares(self) -> tuple[float, float, float]:
-        """What of the whole lies below, above and inside."""
+        """Return what of the whole lies below, above and inside."""
         a, b = self.whole.score(self.low), self.whole.score(self.high)
         inside = float(ndtr(b) - ndtr(a)) if a < 0 else float(ndtr(-a) - ndtr(-b))
         return float(ndtr(a)), float(ndtr(-b)), inside

@@ -49,7 +49,7 @@ class SobolPoints:
 
     @property
     def held(self) -> int:
-        """How many points `near` has of each scrambling."""
+        """Return how many points `near` has of each scrambling."""
         return int(self.near.shape[1])
 
     def at(self, scrambling: Integers, number: Integers) -> Floats:
@@ -139,7 +139,7 @@ class Design:
         return SobolPoints.scrambled(self.plain * self.quantities, self.draws, self.scramblings, self.seed)
 
     def place(self, start: int, stop: int) -> Place:
-        """Where the items from `start` to `stop` stand."""
+        """Return where the items from `start` to `stop` stand."""
         shape = (-(-stop // self.per_cell) or 1, self.scramblings, self.matrices, self.draws)
         return Place(*np.unravel_index(np.arange(start, stop, dtype=np.int64), shape))
 

@@ -116,7 +116,7 @@ class _Unit(NamedTuple):
 
 
 def reduced(blocks: Iterable[Results], cells: int, design: Design, summary: Summary) -> dict[str, Floats]:
-    """What the draws say, by name, the first dimension that of the cells.
+    """Return what the draws say, by name, the first dimension that of the cells.
 
     blocks : the items of the run, in order.
     """
@@ -188,7 +188,7 @@ def _index_sums(regime: Labels) -> tuple[IndexSums, IndexSums | None]:
 
 
 def _cell(units: Sequence[_Unit], design: Design, summary: Summary) -> dict[str, Floats]:
-    """What all scramblings of a cell say together."""
+    """Return what all scramblings of a cell say together."""
     counts, known = np.array([one.counts for one in units]), np.array([one.known for one in units])
     total = float(design.scramblings * design.plain * design.draws)
     found = _probabilities(counts, known[:, None], total)

@@ -147,7 +147,7 @@ def numbers_of(parameter: Parameter, value: Any) -> NDArray[np.float64]:
 
 
 def has_missing(values: Any) -> bool:
-    """Whether values are masked (NumPy) or missing (NA of pandas). NaN is neither."""
+    """Return whether values are masked (NumPy) or missing (NA of pandas). NaN is neither."""
     if isinstance(values, np.ma.MaskedArray):
         return bool(np.ma.getmaskarray(values).any())
     if isinstance(values, list | tuple):
@@ -210,7 +210,7 @@ def _at(place: Iterable[Any]) -> str:
 
 
 def _fit_together(a1: float, a3: float, mu_static: float, mu_stop: float) -> bool:
-    """Whether `_check_between` passes numbers that are the same in all cells."""
+    """Return whether `_check_between` passes numbers that are the same in all cells."""
     if a3 < 0.0 and mu_stop == mu_stop:  # the curve may have no minimum
         return False
     return not any(broken_bounds(a1 + a3, a1=a1, mu_static=mu_static, mu_stop=mu_stop).values())

@@ -43,6 +43,7 @@ def audited(truth: np.ndarray, depth: int, share: float) -> tuple[Audit, float, 
     return done.audits[0], wrong, (after.inferred().ravel() != flat).mean()
 
 
+@pytest.mark.slow
 def test_the_bound_holds_in_all_but_one_of_twenty_maps():
     """Conservative, as Clopper and Pearson are: at 95 %, 400 maps, at most 5 % + 3 standard errors below the truth."""
     found = [audited(specks(count, seed), 4, 2.0) for count in (10, 40, 160, 600) for seed in range(100)]

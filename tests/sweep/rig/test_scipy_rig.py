@@ -174,6 +174,7 @@ def test_parameters_are_identified_from_a_record():
         assert found.estimates[name] == pytest.approx(value, rel=0.01), name
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_about_as_often_as_they_say():
     """Records with noise; the standard deviations of the features from repetitions of the same record."""
     random = np.random.default_rng(21)

@@ -48,8 +48,7 @@ def test_an_interrupted_search_resumes_and_gives_the_same_bits(config, tmp_path)
     output, whole = tmp_path / "borders.nc", stickslip.run(config)
     stopped = stop_early(config, output, cells=8)
     assert re.search(r"of 30 lines are safe in", str(stopped))
-    found = len(block_files(f"{output}.parts"))
-    assert 2 <= found < 8
+    assert 1 <= len(block_files(f"{output}.parts")) < 8  # lines in progress count for the call that stops it
     notices = []
     resumed = stickslip.run(config, output, notice=notices.append)
     assert any(re.search(r"of 30 lines were found finished", notice) for notice in notices)

@@ -191,6 +191,7 @@ def test_it_plays_in_a_notebook():
     assert html.startswith('<audio controls src="data:audio/wav;base64,UklGR') and "&lt;pad&gt;" in html
 
 
+@pytest.mark.slow
 def test_two_seconds_take_less_than_a_tenth_of_a_second():
     import gc
 

@@ -69,7 +69,7 @@ class BlockStore:
         return self._numbers(_FAILED) - self.finished()
 
     def cells(self, numbers: Iterable[int]) -> int:
-        """How many cells these blocks have."""
+        """Return how many cells these blocks have."""
         return sum(len(self.blocks.cells(number)) for number in numbers)
 
     def save(self, number: int, block: Block) -> None:
@@ -77,7 +77,7 @@ class BlockStore:
         self.put(number, self.packed(number, block))
 
     def packed(self, number: int, block: Block) -> bytes:
-        """What the file of a computed block holds."""
+        """Return what the file of a computed block holds."""
         return encoded(self.manifest, number, block, self.packing)
 
     def put(self, number: int, data: bytes) -> None:
@@ -152,7 +152,7 @@ class BlockStore:
 
 
 def encoded(manifest: Manifest, number: int, block: Block, packing: str) -> bytes:
-    """What the file of a block holds."""
+    """Return what the file of a block holds."""
     cells = manifest.blocks.cells(number)
     header = {
         "run": manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop,

@@ -52,7 +52,7 @@ class Column:
         return self.packing == _ONE
 
     def content(self) -> bytes:
-        """What identifies the values (`files/seal.py`), without unpacking them if whoever packed them noted it."""
+        """The digest of the values (`files/seal.py`), without unpacking them if whoever packed them noted it."""
         return bytes.fromhex(self.sha256) if self.sha256 else content_of(self.values())
 
     def values(self) -> NDArray[Any]:

@@ -122,7 +122,7 @@ class Lock:
         self.holder = Holder(uuid.uuid4().hex, host(), space(), os.getpid(), _user(), now, now)
 
     def content(self) -> bytes:
-        """What is written into the file, as of now."""
+        """Return what is written into the file, as of now."""
         return json.dumps({**asdict(self.holder), "seen": time.time()}).encode()
 
     @property

@@ -51,7 +51,7 @@ class Manifest:
 
     @property
     def blocks(self) -> Blocks:
-        """How the cells are cut."""
+        """Return how the cells are cut."""
         return Blocks(self.size, self.block, self.plane or self.size)
 
     def config(self, where: str) -> Config:
