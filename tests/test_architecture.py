@@ -21,23 +21,24 @@ FLOORS = (
     ("what is computed, what is fitted", {"engine", "fit"}),
     ("what is asked", {"config"}),
     ("how it is labelled", {"dataset"}),
-    ("what a run may compute, how far it is", {"study", "progress"}),
-    ("what is shown, what is looked for", {"plots", "borders", "refinement", "uncertainty"}),
-    ("where motions end, how far it is, pages", {"basins", "distances", "pages"}),
+    ("how far a computation is", {"progress"}),
+    ("what is shown, what is looked for", {"plots", "studies"}),
+    ("pages", {"pages"}),
     ("what is kept", {"runs"}),
-    ("records of a rig, the Python calls", {"rig", "materials", "sound", "api", "studies"}),
+    ("records of a rig, the Python calls", {"rig", "materials", "sound", "api"}),
     ("what datasets can do", {"accessor"}),
     ("the explorer; the doors", {"backend", "explore", "__init__"}),
     ("the command", {"cli"}),
     ("its process", {"__main__"}),
 )
-# The same inside two rooms that are large; what lies beside the folders comes in where it is needed.
+# The same inside the rooms that are large; what lies beside the folders comes in where it is needed.
 INNER_FLOORS = {
     "rig": (
         {"quantities", "rpn", "labels", "settings"}, {"signals", "records"}, {"sticks", "hum"}, {"defects"},
         {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "config", "simulation"}, {"plots"},
         {"report"},
     ),
+    "studies": ({"study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
     "runs": (
         {"blocks", "settings", "known_cells", "maps", "work", "memory"}, {"workdir"},
         {"request", "existing_output", "probe"}, {"estimate", "threads"}, {"dask", "assembly"},

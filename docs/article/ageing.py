@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from article.curves import friction
 from article.plotting import SERIES, axes_of, blank_plot, legend, name_axes
 from article.recipe import Cell, Findings, Floats, Made, cell, cells, configuration, labelled, traces
-from stickslip.api import run
+from stickslip.api.runs import run
 from stickslip.fit import AgeingFit, Ranking, fit_ageing, rank
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.theory import static_friction

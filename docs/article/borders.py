@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from article.recipe import STICK_SLIP, Findings, Floats, Made, cell, configuration, labelled
-from stickslip.api import run
+from stickslip.api.runs import run
 from stickslip.config.model import Config
 from stickslip.plots import plot_attractors, plot_map
 from stickslip.plots.layout import Figure as Plot

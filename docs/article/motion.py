@@ -23,7 +23,7 @@ from article.recipe import (
     traces,
     trajectory,
 )
-from stickslip.api import run
+from stickslip.api.runs import run
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREY
 from stickslip.vocabulary.flags import MODES, REGIMES
 

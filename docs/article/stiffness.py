@@ -21,7 +21,8 @@ from article.recipe import (
     stick_slip_border,
     traces,
 )
-from stickslip.api import evaluate, run
+from stickslip.api.cells import evaluate
+from stickslip.api.runs import run
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.vocabulary.flags import REGIMES
 

@@ -25,7 +25,8 @@ from article.recipe import (
     labelled,
     stick_slip_border,
 )
-from stickslip.api import evaluate, run
+from stickslip.api.cells import evaluate
+from stickslip.api.runs import run
 from stickslip.plots.layout import Figure as Plot
 from stickslip.plots.palette import BLACK, paint
 from stickslip.theory import tendency

@@ -15,13 +15,14 @@ if TYPE_CHECKING:
     from . import rig as rig
     from . import sound as sound
     from . import theory as theory
-    from .api import collect, evaluate, open, retry_failed, run, run_shard, simulate, status, sweep
+    from .api.cells import evaluate, simulate
+    from .api.runs import collect, open, retry_failed, run, run_shard, status, sweep
+    from .api.studies import attractors, border, contours, margins, ramp
     from .config.model import Config
     from .config.reader import load_config
     from .engine import Options
     from .errors import ClusterError, ConfigError, IncompleteError, Interrupted
     from .materials import compare
-    from .studies import attractors, border, contours, margins, ramp
 
 __all__ = [
     "ClusterError", "Config", "ConfigError", "IncompleteError", "Interrupted", "Options", "__version__",
@@ -32,10 +33,10 @@ __all__ = [
 _HOMES = {
     "Config": "config.model", "load_config": "config.reader", "Options": "engine",
     "ClusterError": "errors", "ConfigError": "errors", "IncompleteError": "errors", "Interrupted": "errors",
-    "collect": "api", "evaluate": "api", "open": "api", "retry_failed": "api", "run": "api",
-    "run_shard": "api", "simulate": "api", "status": "api", "sweep": "api",
-    "compare": "materials", "attractors": "studies", "border": "studies", "contours": "studies", "margins": "studies",
-    "ramp": "studies",
+    "collect": "api.runs", "open": "api.runs", "retry_failed": "api.runs", "run": "api.runs", "run_shard": "api.runs",
+    "status": "api.runs", "sweep": "api.runs", "evaluate": "api.cells", "simulate": "api.cells", "compare": "materials",
+    "attractors": "api.studies", "border": "api.studies", "contours": "api.studies", "margins": "api.studies",
+    "ramp": "api.studies",
 }  # fmt: skip
 _MODULES = ("fit", "plots", "rig", "sound", "theory")
 

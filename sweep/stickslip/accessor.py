@@ -111,14 +111,14 @@ class StickslipAccessor:
         duration : s, or a text with a unit; None for some cycles. at : which cell, as for `cell`.
         The law and the tolerance are those of the result. Returns and raises what `stickslip.simulate` does.
         """
-        from stickslip import api
+        from stickslip.api.cells import evaluate, simulate
         from stickslip.config.select import shared_by
         from stickslip.dataset.survey import duration_of
 
         cell, how = self.cell(**at), shared_by(self._ds)
         if duration is None:
-            duration = duration_of({"solver": {}}, api.evaluate(cell, **how).isel(cell=0).reset_coords())
-        return api.simulate(**{"duration": duration, "samples": samples, **how, **cell})
+            duration = duration_of({"solver": {}}, evaluate(cell, **how).isel(cell=0).reset_coords())
+        return simulate(**{"duration": duration, "samples": samples, **how, **cell})
 
     def sound(self, seconds: float = 2.0, *, slow: float = 1.0, transient: bool = False, **at: Any) -> Sound:
         """Return what one cell sounds like; a notebook plays it.
@@ -156,13 +156,13 @@ def map_behind(ds: xr.Dataset) -> xr.Dataset:
 
     Its title is theirs.
     """
-    from stickslip import api
+    from stickslip.api.runs import run
+    from stickslip.api.studies import coarse_map
     from stickslip.config.reader import parse_config
-    from stickslip.studies import coarse_map
     from stickslip.vocabulary.display_units import units_shown
 
     config = parse_config(str(ds.attrs["configuration"]), "the configuration of the borders")
-    found = api.run(coarse_map(config).shown_in(units_shown(ds)))
+    found = run(coarse_map(config).shown_in(units_shown(ds)))
     return found.assign_attrs(title=ds.attrs.get("title", ""))
 
 

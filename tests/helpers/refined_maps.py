@@ -12,10 +12,10 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.config.reader import make_config
-from stickslip.refinement import RefinedMap
 from stickslip.runs.memory import compute_study
 from stickslip.runs.work import study_of
-from stickslip.study import joined
+from stickslip.studies.refinement import RefinedMap
+from stickslip.studies.study import joined
 
 _RANGE = 2**16  # cells computed or painted together
 CURVES = {"plain": None, "hysteretic": 1.1}  # mu_stop

@@ -227,7 +227,7 @@ def test_an_interrupted_evaluation_hands_over_what_is_finished(monkeypatch):
         done = compute(cells, options)
         return type(done)(done.results, cells.size - 1)
 
-    monkeypatch.setattr("stickslip.api.compute", interrupted)
+    monkeypatch.setattr("stickslip.api.cells.compute", interrupted)
     cell = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
     with pytest.raises(stickslip.Interrupted, match="1 of 2 cells are finished") as caught:
         stickslip.evaluate(cell | {"belt_speed": np.array([0.1, 0.2])})

@@ -14,12 +14,12 @@ from scipy.optimize import brentq
 import stickslip
 from helpers.configs import GOOD, MEASURED_FORM, write_config
 from stickslip import theory
-from stickslip.borders import Looked, Scan, search_lines
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.errors import Interrupted
 from stickslip.files import writing
 from stickslip.runs import blocks
+from stickslip.studies.borders import Looked, Scan, search_lines
 from stickslip.vocabulary.curve import coefficients
 from stickslip.vocabulary.flags import METHODS, REGIMES
 from stickslip.vocabulary.quantities import PARAMETERS

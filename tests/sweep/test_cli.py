@@ -96,7 +96,7 @@ def test_ctrl_c_without_an_output_says_how_far_it_got(here, monkeypatch):
     def interrupted(config, **_):
         raise stickslip.Interrupted(100, 144)
 
-    monkeypatch.setattr("stickslip.api.run", interrupted)
+    monkeypatch.setattr("stickslip.api.runs.run", interrupted)
     done = call("run", write_config(here))
     assert done.exit_code == 1 and "100 of 144 cells are finished, not written" in done.stderr
 

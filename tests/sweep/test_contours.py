@@ -10,14 +10,14 @@ from scipy.integrate import solve_ivp
 import stickslip
 from helpers.configs import GOOD, write_config
 from stickslip import theory
-from stickslip.borders import ContourStudy, Limits, contours, plane_over
-from stickslip.borders.tracing import Crossing, Segment, chained, joined, meeting_points
-from stickslip.borders.walk import Points, border_cells
 from stickslip.config.reader import parse_config
 from stickslip.dataset.polylines import polylines
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
 from stickslip.files import writing
+from stickslip.studies.borders import ContourStudy, Limits, contours, plane_over
+from stickslip.studies.borders.tracing import Crossing, Segment, chained, joined, meeting_points
+from stickslip.studies.borders.walk import Points, border_cells
 from stickslip.vocabulary.flags import REGIMES
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}

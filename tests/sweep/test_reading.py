@@ -83,7 +83,7 @@ def test_opened_results_do_whatever_results_in_memory_do(kind, small_chunks, tmp
 
 
 def test_nobody_pays_for_dask_or_h5py_who_opens_and_writes_no_file():
-    code = "import sys, stickslip.api, stickslip.plots.maps, stickslip.runs.session, stickslip.files.writing\n"
+    code = "import sys, stickslip.api.runs, stickslip.plots.maps, stickslip.runs.session, stickslip.files.writing\n"
     code += "sys.exit(bool({'dask', 'h5py'} & set(sys.modules)))"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0

@@ -58,13 +58,13 @@ def advise(
     sustained) borders to quiet ones (damped, creep, stuck) are looked for unless --into names others, from a quiet one
     those to vibrating ones.
     """
-    from stickslip import studies
+    from stickslip.api.studies import margins, speeds_in
     from stickslip.config.select import cell_of, config_at
     from stickslip.materials.system import ends_of
 
     with refuses_bad_input(""):
         ends = None if speed_range is None else ends_of("--speed-range", speed_range)
-        speeds = studies.speeds_in(ends)
+        speeds = speeds_in(ends)
     if speeds and any(setting.partition("=")[0].strip() == "belt_speed" for setting in at):
         fail("--speed-range: got one and --at belt_speed, expected one of them")
     loaded = config_at(params.recipe_in(config), at if ends is None else (*at, f"belt_speed={ends[0]}"))
@@ -76,11 +76,11 @@ def advise(
         goals = into or (QUIET if home in VIBRATING else VIBRATING)
         how: dict[str, Any] = {"within": within, "into": goals, "speed_range": ends}
         with screen.progress_bar(1, " searched") as move:
-            ds = studies.margins(loaded, parameters or None, costs=weights, progress=move, **how)
+            ds = margins(loaded, parameters or None, costs=weights, progress=move, **how)
         friction = None
         if not parameters and home in VIBRATING:
             with suppress(ValueError):  # a law whose curve has no such quantities
-                friction = studies.margins(loaded, _FRICTION, joint=False, **how)
+                friction = margins(loaded, _FRICTION, joint=False, **how)
     ranges = () if speed_range is None else ("--speed-range", speed_range)
     options = [*(word for setting in at for word in ("--at", setting)), *ranges, *params.settings_again()]
     if speeds:
@@ -107,13 +107,13 @@ def advise(
 
 def _regime(config: Config, cell: Mapping[str, float], speeds: Sequence[float]) -> int:
     """The regime of a cell, integrated as the configuration says; of several belt speeds the worst."""
-    from stickslip import api
-    from stickslip.distances import worst
+    from stickslip.api.cells import evaluate
+    from stickslip.studies.margins import worst
 
     solver = config.solver
     cells: dict[str, Any] = {**cell, **({"belt_speed": speeds} if speeds else {})}
     how = {"law": config.friction.law, "max_steps": solver.max_steps}
-    result = api.evaluate(cells, min(solver.rtol, 1e-9), solver.horizon, **how)
+    result = evaluate(cells, min(solver.rtol, 1e-9), solver.horizon, **how)
     return int(worst(result["regime"].values[None])[0])
 
 
@@ -223,7 +223,7 @@ def _joint_change(
     import numpy as np
 
     from stickslip.dataset.display import unit_of
-    from stickslip.distances import without_measured
+    from stickslip.studies.margins import without_measured
     from stickslip.vocabulary.quantities import SEARCHABLE
 
     if "joint_cost" not in ds or isnan(float(ds["joint_cost"].values.ravel()[0])):

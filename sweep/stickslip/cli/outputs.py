@@ -166,7 +166,7 @@ PLAIN = Picture()
 
 def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     """The operating points of a file, which say their regimes: computed there, not those of the cells around."""
-    from stickslip import api
+    from stickslip.api.cells import evaluate
     from stickslip.config.select import shared_by
     from stickslip.dataset.selection import one_cell
     from stickslip.plots.options import marks_in
@@ -179,7 +179,7 @@ def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
         cells, how = [one_cell(ds, {str(name): at for name, at in mark.at.items()}) for mark in points], shared_by(ds)
     except ValueError:  # a point does not say where it is along each axis, which whoever draws it will say
         return points
-    regimes = api.evaluate({name: [cell[name] for cell in cells] for name in cells[0]}, **how)["regime"].values
+    regimes = evaluate({name: [cell[name] for cell in cells] for name in cells[0]}, **how)["regime"].values
     points = [replace(mark, regime=REGIMES[int(code)]) for mark, code in zip(points, regimes, strict=True)]
     for mark in points:
         screen.echo(f"mark     {mark.label}: {flag_label(mark.regime)}")
@@ -277,9 +277,9 @@ def part_that_fits(ds: xr.Dataset) -> xr.Dataset:
 
 def plot_limits(config: Config) -> str | None:
     """Text on what the plot of a configuration will leave out; None for nothing."""
+    from stickslip.api.studies import coarse_map
     from stickslip.config.grid import build_grid
     from stickslip.dataset.selection import left_out
-    from stickslip.studies import coarse_map
 
     grid = build_grid(coarse_map(config))
     return left_out(dict(zip(grid.dims, grid.shape, strict=True)))

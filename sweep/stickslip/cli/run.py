@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from stickslip.files.locations import Location
     from stickslip.runs.blocks import Shard
     from stickslip.runs.request import Outcome, Request
-    from stickslip.study import Study
+    from stickslip.studies.study import Study
 
 _LONG = 300_000  # cells that take so long that something can be done beside; with fewer, all else would wait as long
 FRESH = click.option("--fresh", is_flag=True, help="Start over, and replace a result of another configuration.")
@@ -140,10 +140,11 @@ def resume_command(words: list[str]) -> str:
 
 def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) -> dict[str, Any]:
     """A run that writes no file, and says so; `keep` is the command that does."""
-    from stickslip import api, engine
+    from stickslip import engine
+    from stickslip.api import runs
     from stickslip.runs.request import Outcome
 
-    api.check_in_memory(request.config, request.dask)
+    runs.check_in_memory(request.config, request.dask)
     them, size = "it" if study.name == "map" else "them", prod(study.shape)
     screen.notice(f"no output is named: the {study.name} will be shown and then discarded; to keep {them}: {keep}")
     for law in study.kernels:
@@ -151,7 +152,7 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     results = []
 
     def compute(request: Request) -> Outcome:
-        results.append(api.run(request.config, progress=request.progress, dask=request.dask))
+        results.append(runs.run(request.config, progress=request.progress, dask=request.dask))
         return Outcome(size, computed=size)
 
     outcome, seconds = execute(compute, request, study)

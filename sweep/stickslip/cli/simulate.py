@@ -74,21 +74,21 @@ def simulate(
     everything else is as in the file. Says the regime, the frequency, the forces and more; -o writes the motion over
     time, --plot draws it, `stickslip listen` makes it heard.
     """
-    from stickslip import api
+    from stickslip.api import cells
     from stickslip.config.select import cell_of, config_at, seconds
     from stickslip.dataset.display import shown_as_written
 
     loaded = config_at(params.recipe_in(config), at)
     given = None if duration is None else seconds(duration)
     law, solver, cell = loaded.friction.law, loaded.solver, cell_of(loaded)
-    result = api.evaluate(cell, solver.rtol, solver.horizon, law=law, max_steps=solver.max_steps)
+    result = cells.evaluate(cell, solver.rtol, solver.horizon, law=law, max_steps=solver.max_steps)
     span = time_span(result, given)
     screen.print_rows(_rows(result))
     answer = _answer(result)
     if output is None and plot is None:
         screen.echo("over time: -o trace.nc, --plot trace.png; as sound: stickslip listen")
         return answer
-    ds = api.simulate(
+    ds = cells.simulate(
         duration=span.duration, samples=samples or span.samples, law=law, rtol=solver.rtol,
         max_steps=solver.max_steps, options=None, **cell,
     )  # fmt: skip

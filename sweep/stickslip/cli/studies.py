@@ -194,7 +194,7 @@ def ramp(
 
     Each value starts from where the motion at the one before ended. The other axes of CONFIG are lines of their own.
     """
-    from stickslip import studies
+    from stickslip.api import studies
 
     loaded = params.configuration(config)
     ends = params.interval(along, between, f"--{along}") if between else None

@@ -13,7 +13,6 @@ from matplotlib.colors import to_hex
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
-from stickslip import borders
 from stickslip.config.model import Config, Range
 from stickslip.config.options import options_of
 from stickslip.dataset import coarse
@@ -27,7 +26,8 @@ from stickslip.explore.view import FULL, Sides, View, start_value
 from stickslip.plots.painting import note
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint
 from stickslip.runs.maps import MapStudy
-from stickslip.study import Finished, Study
+from stickslip.studies import borders
+from stickslip.studies.study import Finished, Study
 from stickslip.vocabulary.display_units import Unit, number, unit_for
 from stickslip.vocabulary.flags import FLAGS, flag_label
 from stickslip.vocabulary.results import VARIABLES

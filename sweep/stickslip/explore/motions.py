@@ -9,9 +9,9 @@ from math import inf, isfinite, isnan, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.basins.exact import Loop, unstable_cycle
-from stickslip.basins.starts import DISTURBANCE, steady_state
 from stickslip.engine import Options, compute, flows, friction_at_belt_speed
+from stickslip.studies.attractors.exact import Loop, unstable_cycle
+from stickslip.studies.attractors.starts import DISTURBANCE, steady_state
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUS_MESSAGES, STATUSES

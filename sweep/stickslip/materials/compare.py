@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.borders import Limits, Scan
 from stickslip.config.examples import points_path
 from stickslip.config.reader import make_config
 from stickslip.config.unit_warnings import friction_question_of_fit, unit_question
@@ -41,6 +40,7 @@ from stickslip.materials.stick_slip_end import (
 )
 from stickslip.materials.system import Amount, Amounts, Request, in_percent, is_plain, quantity, speeds_of, system_of
 from stickslip.progress import Watch, watched
+from stickslip.studies.borders import Limits, Scan
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import VIBRATING

@@ -1,8 +1,8 @@
 """The belt speed above which a pair is quiet, for many friction curves in one system, measured or drawn.
 
 Quiet is a pair whose vibration, begun in stick with a relaxed spring, does not last: no stick-slip, and none without
-sticking. Along the belt speed each curve is a line, searched by the machinery of borders (`borders/search.py`), where
-labels are two: vibrates, or does not. The borders of curves drawn from a fit are the interval that the scatter of the
+sticking. Along the belt speed each curve is a line, searched as borders are (`studies/borders/search.py`), where labels
+are two: vibrates, or does not. The borders of curves drawn from a fit are the interval that the scatter of the
 measured points leaves, and tell which points would narrow it.
 """
 
@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.borders import Limits, Looked, Scan, search_lines
 from stickslip.engine import Options, Progress, compute
 from stickslip.errors import Interrupted
 from stickslip.fit import CurveFit, Drawn, RepeatedFit, draw_curves
 from stickslip.fit.uncertainty import student
 from stickslip.materials.system import Request
-from stickslip.study import Meter, Moved
+from stickslip.studies.borders import Limits, Looked, Scan, search_lines
+from stickslip.studies.study import Meter, Moved
 from stickslip.theory import stribeck
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters

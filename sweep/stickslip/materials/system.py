@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from stickslip.borders import Limits
 from stickslip.engine import Options
 from stickslip.errors import QuantityError
+from stickslip.studies.borders import Limits
 from stickslip.vocabulary.quantities import PARAMETERS
 
 Amount = float | str

@@ -29,7 +29,7 @@ from stickslip.runs.workdir.lock import Notice
 from stickslip.vocabulary.cells import Cells
 
 if TYPE_CHECKING:
-    from stickslip.refinement import RefinedMap
+    from stickslip.studies.refinement import RefinedMap
 
 _REMEMBERED = 2  # blocks; a chunk may begin in one and end in the next
 
@@ -178,7 +178,7 @@ def _refined(work: Work) -> RefinedMap | None:
     """The study, if it is a map of which few cells are computed."""
     if work.config.refine is None:
         return None
-    from stickslip.refinement import RefinedMap
+    from stickslip.studies.refinement import RefinedMap
 
     assert isinstance(work.study, RefinedMap)
     return work.study

@@ -15,7 +15,7 @@ from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir import block_store
 from stickslip.runs.workdir.block_store import Failure
 from stickslip.runs.workdir.lock import Holder, hold_lock, holders, shard_of, writing_alone
-from stickslip.study import Study
+from stickslip.studies.study import Study
 
 _OTHER = block_store.SAME_SETTINGS + ", or name another file with {output}"
 

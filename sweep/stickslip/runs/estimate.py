@@ -11,7 +11,7 @@ from stickslip.engine import bytes_per_cell, processors
 from stickslip.runs.blocks import Blocks
 from stickslip.runs.probe import Probe, probe
 from stickslip.runs.work import Work
-from stickslip.study import Study
+from stickslip.studies.study import Study
 
 _OF_BLOCK = 4  # times its results: they, what the kernels fill, and the bytes that are written
 _ONCE = 20_000_000  # bytes, whatever the map: what writes it, and reads it again for the summary
@@ -97,7 +97,7 @@ class Nodes:
 
 def estimate(config: Config) -> Estimate:
     """Time a few cells of a configuration. Raises KeyboardInterrupt on Ctrl-C."""
-    from stickslip.uncertainty import SampleStudy
+    from stickslip.studies.uncertainty import SampleStudy
 
     work = Work(config)
     study, blocks, options = work.study, work.blocks, work.options

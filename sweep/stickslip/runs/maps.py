@@ -13,7 +13,7 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range, kernels_for
-from stickslip.study import Finished, Moved, Study, joined
+from stickslip.studies.study import Finished, Moved, Study, joined
 
 
 class MapStudy(Study):

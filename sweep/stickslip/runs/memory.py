@@ -20,7 +20,7 @@ from stickslip.engine import Options, Progress, Results, SolverKeywords, spread,
 from stickslip.errors import Interrupted
 from stickslip.progress import Watch, watched
 from stickslip.runs.blocks import blocks_of
-from stickslip.study import Meter, Study
+from stickslip.studies.study import Meter, Study
 
 CellsLike = Mapping[str, ArrayLike] | xr.Dataset
 CellsOrConfig = CellsLike | Given

@@ -13,7 +13,7 @@ from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import STATUSES
 
 if TYPE_CHECKING:
-    from stickslip.uncertainty import SampleStudy
+    from stickslip.studies.uncertainty import SampleStudy
 
 _TOGETHER = 32  # neighbouring cells, as many as there are lanes
 

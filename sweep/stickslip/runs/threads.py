@@ -10,7 +10,7 @@ from stickslip.engine import Progress, StopFlag, processors, spread
 from stickslip.errors import BlockFailedError, StoreError
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir.block_store import BlockStore
-from stickslip.study import Meter
+from stickslip.studies.study import Meter
 
 _WAITING = 2  # threads that may wait for the disk, besides those that compute
 

@@ -19,7 +19,7 @@ from stickslip.files.packing import NETCDF, PLAIN
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.known_cells import KnownCells
 from stickslip.runs.maps import MapStudy
-from stickslip.study import Moved, Study
+from stickslip.studies.study import Moved, Study
 
 
 def study_of(config: Config) -> Study:
@@ -29,29 +29,29 @@ def study_of(config: Config) -> Study:
     """
     options = options_of(config)
     if config.border is not None:
-        from stickslip.borders import border_study
+        from stickslip.studies.borders import border_study
 
         return border_study(config, config.border, options)
     if config.contours is not None:
-        from stickslip.borders import contour_study
+        from stickslip.studies.borders import contour_study
 
         return contour_study(config, config.contours, options)
     if config.attractors is not None:
-        from stickslip.basins import attractor_study
+        from stickslip.studies.attractors import attractor_study
 
         return attractor_study(config, config.attractors, options)
     if config.margins is not None:
-        from stickslip.distances import margin_study
+        from stickslip.studies.margins import margin_study
 
         return margin_study(config, config.margins, options)
     if config.uncertain is not None:
-        from stickslip.uncertainty import RareStudy, SampleStudy
+        from stickslip.studies.uncertainty import RareStudy, SampleStudy
 
         subset = config.uncertain.subset
         return SampleStudy(config, options) if subset is None else RareStudy(config, subset, options)
     options = map_options_of(config)
     if config.refine is not None:
-        from stickslip.refinement import RefinedMap
+        from stickslip.studies.refinement import RefinedMap
 
         return RefinedMap(config, config.refine, options)
     return MapStudy(config, options)

@@ -23,7 +23,7 @@ from stickslip.progress import Watch, watched
 from stickslip.runs.memory import CellsOrConfig, compute_study
 from stickslip.sound.loudness import levels_of
 from stickslip.sound.making import RTOL
-from stickslip.study import Finished, Moved, Study, joined
+from stickslip.studies.study import Finished, Moved, Study, joined
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from stickslip.refinement.boxes import Boxes
-from stickslip.refinement.rounds import Audit, density, refine
-from stickslip.refinement.tiles import Tiles
+from stickslip.studies.refinement.boxes import Boxes
+from stickslip.studies.refinement.rounds import Audit, density, refine
+from stickslip.studies.refinement.tiles import Tiles
 
 
 def refined(truth: np.ndarray, depth: int, share: float = 0.0, dims: tuple[int, ...] | None = None):

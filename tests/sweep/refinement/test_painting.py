@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stickslip.refinement.painting import COMPUTED, Painter, Sketch, labels_of
-from stickslip.refinement.rounds import refine
-from stickslip.refinement.tiles import Tiles
+from stickslip.studies.refinement.painting import COMPUTED, Painter, Sketch, labels_of
+from stickslip.studies.refinement.rounds import refine
+from stickslip.studies.refinement.tiles import Tiles
 from stickslip.vocabulary.flags import REGIMES
 
 STICK_SLIP, DAMPED, UNRESOLVED = (REGIMES.index(name) for name in ("stick_slip", "damped", "unresolved"))

@@ -16,8 +16,8 @@ from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.dataset import coarse
 from stickslip.errors import ConfigError, StoreError
-from stickslip.refinement import tiles
 from stickslip.runs import blocks
+from stickslip.studies.refinement import tiles
 
 PLANE = """\
 system: {mass: 1, normal_load: 1}

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from stickslip.studies.uncertainty.design import Design
+from stickslip.studies.uncertainty.reduction import index_sums, indices_of, ratio
 from stickslip.theory.distributions import Uniform
-from stickslip.uncertainty.design import Design
-from stickslip.uncertainty.reduction import index_sums, indices_of, ratio
 
 A, B = 7.0, 0.1  # of the Ishigami function
 

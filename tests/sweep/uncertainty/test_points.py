@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from stickslip.studies.uncertainty.design import BITS, Design, SobolPoints
 from stickslip.theory.distributions import (
     Lognormal,
     Normal,
@@ -14,7 +15,6 @@ from stickslip.theory.distributions import (
     Uniform,
     share_outside,
 )
-from stickslip.uncertainty.design import BITS, Design, SobolPoints
 
 Z = np.array([-5.0, -2.0, -0.3, 0.0, 0.7, 3.0, 4.0])
 PAIRS = [  # ours, SciPy's

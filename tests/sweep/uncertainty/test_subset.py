@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from stickslip.uncertainty.subset import subset_simulation
+from stickslip.studies.uncertainty.subset import subset_simulation
 
 REPEATED = 16
 

@@ -1,0 +1,142 @@
+"""The calls for cells and trajectories: evaluate, simulate."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from stickslip.config.unit_warnings import friction_question_of_cells
+from stickslip.dataset.build import evaluated_dataset, grid_coordinates, trace_dataset
+from stickslip.dataset.given import given_cells
+from stickslip.dataset.provenance import provenance
+from stickslip.engine import Options, compute, trajectory
+from stickslip.errors import Interrupted, QuantityError, UnitWarning
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.settings import SOLVER
+
+
+def evaluate(
+    cells: Mapping[str, ArrayLike | str | Sequence[str] | xr.DataArray] | xr.Dataset,
+    rtol: float = 1e-6,
+    horizon: float | None = None,
+    early_stop: bool = True,
+    threads: int | None = None,
+    law: str = "stribeck",
+    max_steps: int = Options.max_steps,
+    *,
+    options: Options | None = None,
+) -> xr.Dataset:
+    """Compute regime and metrics of any list of cells.
+
+    Parameters
+    ----------
+    cells : Mapping, Dataset or DataFrame
+        Numbers or arrays in SI, or texts with units ("5 N/mm"), that broadcast against each other: mass, stiffness,
+        damping (0), normal_load, belt_speed, a1, a2, a3, a4, mu_stop (NaN: no hysteresis), mu_static (NaN: a1 + a3),
+        displacement (0), velocity (NaN: sticking), and for the law stribeck_delta `delta`; in brackets the defaults.
+        Static friction grows with the time in contact: mu_static + ageing_rate (0) log10(1 + t/ageing_time (1 s)),
+        counted from contact_time (0) before the start. DataArrays are broadcast by their dimensions, and converted from
+        the units in their attributes. Of a Dataset, variables and coordinates that carry names of parameters are taken.
+        A DataFrame is read by its columns, each a parameter; its index is the dimension. Quantities of Pint are
+        converted. What is masked (NumPy) or missing (NA of pandas) is refused.
+    rtol : float
+        Relative tolerance of the integration.
+    horizon : float, optional
+        s; by default there is no limit.
+    early_stop : bool
+        False integrates every cell to the horizon and adds sticks, stick_time, displacement_end, velocity_end.
+    threads : int, optional
+        By default one per processor.
+    law : str
+        Shape of the weakening of friction, one of `vocabulary.laws.LAWS`.
+    max_steps : int
+        Step budget of a cell.
+    options : Options, optional
+        In place of all of these.
+
+    Returns
+    -------
+    Dataset
+        Over `cell`; over the dimensions of the DataArrays, or of the Dataset, with their coordinates, where cells have
+        such.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For bad input, before anything is computed.
+    """
+    full = given_cells(cells, law if options is None else options.law)
+    if question := friction_question_of_cells(full.listed):
+        warnings.warn(question, UnitWarning, stacklevel=2)
+    if options is None:
+        end = inf if horizon is None else float(horizon)
+        options = Options(law, float(rtol), end, int(max_steps), bool(early_stop), threads)
+    computed = compute(full, options)
+    attributes = provenance(options.described(), title="Cells evaluated one by one", action="evaluate")
+    dataset = evaluated_dataset(full.dims, full.shape, grid_coordinates(full), computed.results, attributes)
+    if not computed.complete:
+        raise Interrupted(computed.done, full.size, dataset=dataset)
+    return dataset
+
+
+def simulate(
+    *,
+    duration: float | str,
+    samples: int = 2001,
+    rtol: float = 1e-6,
+    law: str = "stribeck",
+    max_steps: int = Options.max_steps,
+    options: Options | None = None,
+    **cell: float | str,
+) -> xr.Dataset:
+    """Compute one trajectory over time, by the stepping that computes maps.
+
+    Parameters
+    ----------
+    duration : float or str
+        s, or a text with a unit.
+    samples : int
+        How many, evenly spaced from 0 to `duration`.
+    rtol, law, max_steps, options
+        As for `evaluate`.
+    **cell : float or str
+        The parameters of `evaluate`, a number or a text with a unit each.
+
+    Returns
+    -------
+    Dataset
+        Over `time`: displacement, velocity, relative_speed, friction_coefficient (signed, positive along the belt),
+        spring_force, acceleration, mode.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For bad input.
+    NotReachedError
+        Where the integration does not reach the end.
+    """
+    try:
+        seconds = SOLVER["horizon"].read(duration) if isinstance(duration, str) else float(duration)
+    except QuantityError as error:
+        raise ValueError(f"duration: got {duration!r}, {error}") from None
+    if not (np.isfinite(seconds) and seconds > 0):
+        raise ValueError(f"duration: got {duration!r}, expected a time > 0 (s)")
+    if samples < 2:
+        raise ValueError(f"samples: got {samples!r}, expected at least 2")
+    options = replace(options or Options(law, float(rtol), max_steps=int(max_steps)), horizon=seconds)
+    full = as_cells(cell, options.law)
+    if full["mass"].size != 1:
+        raise ValueError("simulate computes one trajectory: give every parameter one number")
+    times = np.linspace(0.0, seconds, samples)
+    motion = trajectory(full, times, options)
+    solver = {"rtol": options.rtol, "duration": seconds, "samples": int(samples)}
+    text = json.dumps({"friction": {"law": options.law}, "solver": solver})
+    attributes = provenance(text, title="Trajectory", action="simulate")
+    return trace_dataset(times, motion, {name: float(value[0]) for name, value in full.items()}, attributes)

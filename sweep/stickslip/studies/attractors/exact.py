@@ -1,0 +1,153 @@
+"""The share that settles and the critical disturbances of cells whose phase plane is known, exactly.
+
+For a phase portrait, the unstable cycle of a single cell as a closed line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.engine import Options, Results, stop_flag
+from stickslip.studies.attractors import plain
+from stickslip.studies.attractors.area import Orbits, area_in_box, velocities_at_rest_point
+from stickslip.studies.attractors.box import Box
+from stickslip.studies.attractors.cycle import find_cycles, sampled_motion
+from stickslip.studies.attractors.starts import Regimes, Work, settled
+from stickslip.vocabulary.cells import Parameters, taken
+from stickslip.vocabulary.flags import REGIMES
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+SAMPLES, MOST_SAMPLES = 513, 2**15 + 1  # of an unstable cycle
+AREA_ERROR = 1e-9  # of the area, as half as many samples show it
+_CYCLES = [REGIMES.index(name) for name in ("stick_slip", "sustained")]
+_DISTURBANCES = [f"critical_{kind}_{way}" for kind in ("shock", "shift") for way in ("along", "against")]
+_MEASURED = ("settling_share", "unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", *_DISTURBANCES)
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """What the theorems of `plain.py` say of some cells: their masks, empty where they say nothing.
+
+    nowhere : nothing settles. everywhere : all states do. inside : those inside the unstable cycle do.
+    """
+
+    nowhere: Flags
+    everywhere: Flags
+    inside: Flags
+
+
+def verdicts(cells: Parameters, stick: Regimes, work: Work) -> Verdicts:
+    """Return which theorem holds. stick : the regime reached from sticking."""
+    known, stable = plain.slips_on_curve(cells, work.options), plain.damping(cells) > 0
+    everywhere = known & stable & plain.sticks_on_curve(cells) & settled(stick)
+    some = np.flatnonzero(everywhere)
+    far = taken(cells, some)
+    everywhere[some] = settled(work.regimes(far, plain.beyond_all_cycles(far), np.zeros(some.size)))
+    return Verdicts(known & ~stable, everywhere, known & stable & np.isin(stick, _CYCLES))
+
+
+def exact_results(cells: Parameters, stick: Regimes, box: Box, work: Work) -> tuple[Flags, Results]:
+    """Of which cells the share is exact, and their results, by names of `ATTRACTOR_VARIABLES`; NaN elsewhere."""
+    which = verdicts(cells, stick, work)
+    n = stick.size
+    found: Results = {name: np.full(n, np.nan) for name in _MEASURED}
+    for mask, share, disturbance in ((which.nowhere, 0.0, 0.0), (which.everywhere, 1.0, np.inf)):
+        found["settling_share"][mask] = share
+        for name in _DISTURBANCES:
+            found[name][mask] = disturbance
+    inside = np.flatnonzero(which.inside)
+    for name, values in _inside_cycles(taken(cells, inside), box, work).items():
+        found[name][inside] = values
+    return np.isfinite(found["settling_share"]), found
+
+
+def _inside_cycles(cells: Parameters, box: Box, work: Work) -> Results:
+    """Of cells with an unstable cycle, all of it; NaN where the cycle was not found."""
+    ahead = plain.forward(cells)
+    cycles, back = find_cycles(ahead, work), plain.backwards(ahead)
+    found: Results = {name: np.full(cycles.period.size, np.nan) for name in _MEASURED}
+    left, samples = np.flatnonzero(cycles.found), SAMPLES
+    while left.size and samples <= MOST_SAMPLES:
+        some = taken(back, left)
+        motion = sampled_motion(some, cycles.reach[left], cycles.period[left], samples, work.options)
+        x = motion["displacement"] - plain.steady_displacement(some)[:, np.newaxis]
+        orbits = Orbits(x, motion["velocity"], motion["acceleration"], cycles.period[left])
+        ends = _mirrored_box(taken(cells, left), box)
+        area, coarse = area_in_box(orbits, *ends), area_in_box(orbits.thinned(), *ends)
+        done = np.abs(area - coarse) <= AREA_ERROR * np.maximum(area, box.area * AREA_ERROR)
+        slips = motion["velocity"].max(axis=1) < some["belt_speed"]  # what reaches w = 0 is no cycle of slip
+        for name, values in _measures(orbits, area / box.area).items():
+            found[name][left[done & slips]] = values[done & slips]
+        left, samples = left[~done], 4 * (samples - 1) + 1
+    return found
+
+
+def _mirrored_box(cells: Parameters, box: Box) -> tuple[Floats, Floats, Floats, Floats]:
+    """The box in the plane of the motion backwards in time: displacements from steady sliding, of the other sign.
+
+    Where the belt goes the other way the whole plane is mirrored.
+    """
+    ahead, steady = cells["belt_speed"] > 0, np.abs(plain.steady_displacement(cells))
+    (left, right), (low, high) = box.displacement, box.velocity
+    near, far = np.where(ahead, left, -right), np.where(ahead, right, -left)
+    slow, fast = np.where(ahead, low, -high), np.where(ahead, high, -low)
+    return steady - far, steady - near, slow, fast
+
+
+def _measures(orbits: Orbits, share: Floats) -> Results:
+    """Return what is read off cycles that run backwards in time, where displacements have the other sign."""
+    above, below = velocities_at_rest_point(orbits)
+    right, left = orbits.extremes(orbits.x, orbits.v)
+    fastest, slowest = orbits.extremes(orbits.v, orbits.a)
+    return {
+        "settling_share": share,
+        "unstable_period": orbits.period,
+        "unstable_amplitude": 0.5 * (right - left),
+        "unstable_velocity_amplitude": 0.5 * (fastest - slowest),
+        "critical_shock_along": above,
+        "critical_shock_against": -below,
+        "critical_shift_along": -left,
+        "critical_shift_against": right,
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """An unstable cycle: displacements (m) and velocities (m/s) of one round, its end being its start; period in s."""
+
+    displacement: Floats
+    velocity: Floats
+    period: float
+
+    @property
+    def velocity_amplitude(self) -> float:
+        """Half the range of the velocity (m/s)."""
+        return float(np.ptp(self.velocity) / 2.0)
+
+
+def unstable_cycle(cell: Parameters, regime: int, options: Options, samples: int = 257) -> Loop | None:
+    """The unstable cycle of a cell, where the theorems of `plain.py` say that there is one; None elsewhere.
+
+    cell : arrays of length 1. regime : the one it reaches from sticking. On a hysteretic or ageing contact, and under
+    other laws than stribeck, nothing is known.
+    """
+    work = Work(options, stop_flag())
+    with np.errstate(invalid="ignore"):
+        if not verdicts(cell, np.array([regime], np.int8), work).inside[0]:
+            return None
+    ahead = plain.forward(cell)
+    cycles, back = find_cycles(ahead, work), plain.backwards(ahead)
+    if not cycles.found[0]:
+        return None
+    motion = sampled_motion(back, cycles.reach, cycles.period, samples, options)
+    if not motion["velocity"].max() < ahead["belt_speed"][0]:
+        return None
+    turn = float(np.sign(cell["belt_speed"][0]))
+    beyond = motion["displacement"][0] - plain.steady_displacement(back)[0]  # backwards in time its sign is changed
+    displacement = plain.steady_displacement(ahead)[0] - beyond
+    return Loop(turn * displacement, turn * motion["velocity"][0], float(cycles.period[0]))

@@ -1,0 +1,174 @@
+"""Slow ramps of a parameter up and down again: each value starts from where the motion at the one before ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip.dataset.build import grid_coordinates
+from stickslip.dataset.studies import ramp_dataset
+from stickslip.engine import Options, Results, StopFlag
+from stickslip.errors import StoppedError
+from stickslip.studies.attractors.box import Box
+from stickslip.studies.attractors.exact import exact_results
+from stickslip.studies.attractors.starts import DISTURBANCE, SETTLED, Work, settled, unloaded
+from stickslip.studies.borders.lines import CellsOrConfig, Side, lines_along
+from stickslip.studies.study import Finished, Moved, Study, joined
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells, Parameters, taken
+from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.parameter import of_section
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import BETWEEN_VARIABLES, RAMP_VARIABLES
+
+Floats = NDArray[np.float64]
+Lines = NDArray[np.intp]
+State = tuple[Floats, Floats]
+
+_VIBRATION_END = "vibration_end"
+_TOGETHER = 256  # cells that are held with the samples of their cycles
+_ANY = Box((0.0, 1.0), (-1.0, 1.0))  # of starting states, whose share nobody asks for
+_STICK_SLIP, _SUSTAINED, _STUCK = (REGIMES.index(name) for name in ("stick_slip", "sustained", "stuck"))
+_HALVINGS = 30  # of a step of the ramp
+_DECIDED = 10  # of these, the first; closer to the end motions are within the tolerance of it, and may be undecided
+
+
+class RampStudy(Study):
+    """Attractors of lines of cells, its items, as their parameter goes through values (SI) up and down again.
+
+    The ramp waits at every value until the motion has come to its attractor: to a cycle or to steady sliding, where a
+    disturbance of `DISTURBANCE` of the belt speed is left. It begins with an unloaded contact that sticks; down goes on
+    where up ended. A value where the motion stays undecided passes on the state it started from.
+
+    Columns: `RAMP_VARIABLES` and `vibration_end` by line, direction and value; `BETWEEN_VARIABLES` by line and value.
+    """
+
+    name, counted, ragged, weight = "ramp", "lines", True, 64
+
+    def __init__(self, cells: Cells, side: Side, options: Options) -> None:
+        self._cells, self._side = cells, side
+        self._values = np.linspace(side.low, side.high, side.points)
+        self.dims, self.shape = cells.dims, cells.shape
+        self.cells_each, self.options = 3 * side.points, replace(options, early_stop=True)
+        names = (*RAMP_VARIABLES, _VIBRATION_END, *BETWEEN_VARIABLES)
+        self.columns = dict.fromkeys(names, np.dtype(np.float64))
+        if side.name in of_section("start", PARAMETERS.values()):
+            raise ValueError(f"along: {side.name} is a starting state, which a ramp carries from value to value")
+        for end in self._values[[0, -1]]:
+            self._at(end, np.arange(cells.size))
+
+    def _at(self, value: ArrayLike, lines: Lines) -> Parameters:
+        """The cells of some lines at a value of the parameter."""
+        return as_cells(self._cells.take(lines, **{self._side.name: np.array(np.broadcast_to(value, lines.size))}))
+
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+        """The ramps of a range of lines."""
+        lines, work, count = np.arange(items.start, items.stop), Work(self.options, stop), moved or (lambda cells: None)
+        try:
+            results = self._followed(lines, work, count) | self._between(lines, work, count)
+        except StoppedError:
+            return Finished({}, False)
+        return Finished({name: results[name].ravel() for name in self.columns})
+
+    def blank(self, items: range) -> Results:
+        """Lines of which nothing is known."""
+        each = {name: (1 if name in BETWEEN_VARIABLES else 2) * self._values.size for name in self.columns}
+        return {name: np.full(len(items) * each[name], np.nan) for name in self.columns}
+
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """The ramps with the dimensions of the lines, `direction` and the parameter."""
+        points = self._values.size
+        results = {name: values.reshape(*self.shape, *((points,) if name in BETWEEN_VARIABLES else (2, points)))
+                   for name, values in joined(parts).items()}  # fmt: skip
+        return ramp_dataset(
+            self._side.name, self._values, self.dims, grid_coordinates(self._cells), results, results, attributes,
+            self._side.written_in,
+        )  # fmt: skip
+
+    def _followed(self, lines: Lines, work: Work, moved: Moved) -> Results:
+        """By names of `RAMP_VARIABLES`, and `vibration_end`, arrays (lines, direction, values).
+
+        `vibration_end`, at the last value that vibrates: the one, between it and the next, at which vibration gives way
+        to steady sliding; NaN elsewhere, and where that is not known.
+        """
+        values = self._values
+        shape = (lines.size, 2, values.size)
+        found: Results = {name: np.full(shape, np.nan) for name in (*RAMP_VARIABLES, _VIBRATION_END)}
+        state = None
+        for direction, order in enumerate((range(values.size), range(values.size)[::-1])):
+            vibrated, before = np.zeros(lines.size, np.bool_), order[0]
+            for i in order:
+                cells = self._at(values[i], lines)
+                state = unloaded(cells) if state is None else state
+                results = work.results(cells, *state)
+                for name in RAMP_VARIABLES:
+                    found[name][:, direction, i] = results[name]
+                ended = np.flatnonzero(vibrated & settled(results["regime"]))
+                if ended.size:
+                    between, last = (values[before], values[i]), (state[0][ended], state[1][ended])
+                    found[_VIBRATION_END][ended, direction, before] = self._end(lines[ended], between, last, work)
+                state = _passed_on(cells, results, state)
+                vibrated, before = np.isin(results["regime"], (_STICK_SLIP, _SUSTAINED)), i
+                moved(lines.size)
+        return found
+
+    def _end(self, lines: Lines, between: tuple[float, float], state: State, work: Work) -> Floats:
+        """The value at which vibration ends on lines that vibrate at the first of two, not at the other; NaN where a
+        motion between them stays undecided. state : from the first value.
+        """
+        last, first = (np.full(lines.size, value) for value in between)  # that vibrates; that does not
+        known = np.ones(lines.size, np.bool_)
+        for k in range(_HALVINGS):
+            middle = 0.5 * (last + first)
+            cells = self._at(middle, lines)
+            results = work.results(cells, *state)
+            vibrates = np.isin(results["regime"], (_STICK_SLIP, _SUSTAINED))
+            known &= vibrates | settled(results["regime"]) | (k >= _DECIDED)
+            last, first = np.where(vibrates, middle, last), np.where(vibrates, first, middle)
+            x, v = _passed_on(cells, results, state)
+            state = np.where(vibrates, x, state[0]), np.where(vibrates, v, state[1])
+        return np.where(known, 0.5 * (last + first), np.nan)
+
+    def _between(self, lines: Lines, work: Work, moved: Moved) -> Results:
+        """By names of `BETWEEN_VARIABLES`, arrays (lines, values): unstable cycle, stability of steady sliding.
+
+        NaN where there is no unstable cycle, or it is not known exactly (`plain.py` says of which cells it is).
+        """
+        values = self._values
+        cells = self._at(np.tile(values, lines.size), np.repeat(lines, values.size))
+        parts = []
+        for first in range(0, lines.size * values.size, _TOGETHER):
+            some = taken(cells, slice(first, first + _TOGETHER))
+            start = work.results(some, *unloaded(some))
+            _, known = exact_results(some, start["regime"], _ANY, work)
+            parts.append(known | {"damping_ratio": start["damping_ratio"]})
+            moved(some["mass"].size)
+        return {name: np.concatenate([part[name] for part in parts]) for name in BETWEEN_VARIABLES}
+
+
+def ramp_study(
+    given: CellsOrConfig, along: str, between: tuple[float, float] | None, points: int, options: Options
+) -> RampStudy:
+    """The ramps of cells along a parameter. Raises TypeError or ValueError for what cannot be."""
+    return RampStudy(*lines_along(given, along, between, points, options), options)
+
+
+def _passed_on(cells: Parameters, results: Results, state: State) -> State:
+    """A state on each attractor.
+
+    Of stick-slip one of the stick phase: the belt then loads the contact up to the break-away of the next value, from
+    where the slip is the same whatever was before.
+    """
+    regime = results["regime"]
+    slides, sticks = np.isin(regime, SETTLED), np.isin(regime, (_STICK_SLIP, _STUCK))
+    x, v = state
+    x = np.where(regime == _STICK_SLIP, results["restick_displacement"], x)
+    x = np.where(slides | (regime == _STUCK), results["settled_displacement"], x)
+    x = np.where(regime == _SUSTAINED, results["cycle_force_max"] / cells["stiffness"], x)
+    v = np.where(sticks, np.nan, np.where(slides, DISTURBANCE * cells["belt_speed"], v))
+    return x, np.where(regime == _SUSTAINED, 0.0, v)

@@ -1,0 +1,207 @@
+"""The attractors of cells: regimes they reach, share that settles, unstable cycle, critical disturbances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.config.checks import STATES_IN_BOX, state_axes
+from stickslip.config.grid import build_grid
+from stickslip.config.model import Config
+from stickslip.config.studies import Attractors
+from stickslip.dataset.build import grid_coordinates
+from stickslip.dataset.given import given_cells
+from stickslip.dataset.studies import attractor_dataset
+from stickslip.engine import Options, Results, StopFlag
+from stickslip.errors import ArgumentError, StoppedError
+from stickslip.studies.attractors import cycle, exact, sampled
+from stickslip.studies.attractors.box import Box, Sampling
+from stickslip.studies.attractors.exact import exact_results
+from stickslip.studies.attractors.plain import slips_on_curve
+from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares
+from stickslip.studies.attractors.starts import (
+    DISTURBANCE,
+    Work,
+    decided,
+    from_sliding,
+    settled,
+    steady_state,
+    unloaded,
+)
+from stickslip.studies.borders.lines import CellsOrConfig
+from stickslip.studies.study import Finished, Moved, Study, joined
+from stickslip.vocabulary import units
+from stickslip.vocabulary.cells import Cells, Parameters, taken
+from stickslip.vocabulary.flags import FLAGS, REGIMES, SHARE_METHODS
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import ATTRACTOR_VARIABLES
+from stickslip.vocabulary.settings import RANDOMISATIONS
+
+Floats = NDArray[np.float64]
+
+COLUMNS: dict[str, np.dtype[Any]] = {
+    name: np.dtype(np.int8 if name in FLAGS or name == "coexisting" else np.float64) for name in ATTRACTOR_VARIABLES
+}
+TOGETHER = 256  # cells that are held with their samples
+
+
+def find_attractors(
+    cells: Cells,
+    items: range,
+    box: Box,
+    sampling: Sampling,
+    options: Options,
+    stop: StopFlag,
+    moved: Callable[[int], None] | None = None,
+) -> Results:
+    """By names of `ATTRACTOR_VARIABLES`, of the cells with these numbers; in this thread.
+
+    The numbers do not depend on how cells are cut into items. moved : called with motions computed, now and then.
+    Raises StoppedError once `stop` is raised.
+    """
+    work = Work(replace(options, early_stop=True), stop, moved)
+    found = [{name: np.zeros(0) for name in COLUMNS}]
+    for first in range(items.start, items.stop, TOGETHER):
+        last = min(first + TOGETHER, items.stop)
+        found.append(_attractors(cells[first:last], box, sampling, work))
+    return {name: np.concatenate([part[name] for part in found]).astype(kind) for name, kind in COLUMNS.items()}
+
+
+def _attractors(cells: Parameters, box: Box, sampling: Sampling, work: Work) -> Results:
+    """The same of cells that are held together."""
+    n, steady = cells["mass"].size, steady_state(cells, work.options)
+    found: Results = {name: np.full(n, np.nan) for name in COLUMNS}
+    start = work.results(cells, *unloaded(cells))
+    stick, sliding = start["regime"], from_sliding(cells, steady, work)
+    found["damping_ratio"] = start["damping_ratio"]
+    found["regime_from_stick"], found["regime_from_sliding"] = stick, sliding
+    reached = np.arange(len(REGIMES)) == stick[:, np.newaxis]
+    reached |= np.arange(len(REGIMES)) == sliding[:, np.newaxis]
+    exact, known = exact_results(cells, stick, box, work)
+    found |= known
+    for name in ("settling_share_low", "settling_share_high"):
+        found[name] = np.where(exact, found["settling_share"], np.nan)
+    found["share_error"] = np.where(exact, 0.0, np.nan)
+    found["share_method"] = np.where(exact, SHARE_METHODS.index("exact"), SHARE_METHODS.index("sampled"))
+    rest = np.flatnonzero(~exact)
+    if rest.size:
+        some = taken(cells, rest)
+        reached[rest] |= _sample(some, steady[rest], sliding[rest], rest, box, sampling, work, found)
+    _settle_exactly(found, exact, reached)
+    for kind in ("shock", "shift"):
+        ways = found[f"critical_{kind}_along"], found[f"critical_{kind}_against"]
+        found[f"critical_{kind}"] = np.minimum(*ways)
+    found["coexisting"] = reached[:, 1:] @ 2.0 ** np.arange(len(REGIMES) - 1)  # a cell not computed reaches nothing
+    return found
+
+
+def _sample(
+    cells: Parameters, steady: Floats, sliding: NDArray[np.int8], where: NDArray[np.intp], box: Box, sampling: Sampling,
+    work: Work, found: Results,
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Fill in what sampling tells of some cells; the regimes their starting states reached."""
+    shares = sampled_shares(cells, box, sampling, work)
+    found["settling_share"][where], found["share_error"][where] = shares.share, shares.error
+    found["settling_share_low"][where], found["settling_share_high"][where] = shares.low, shares.high
+    slides = settled(sliding)
+    for name, values in critical_disturbances(taken(cells, slides), steady[slides], work).items():
+        found[f"critical_{name}"][where] = np.where(decided(sliding), 0.0, np.nan)
+        found[f"critical_{name}"][where[slides]] = values
+    return shares.reached
+
+
+def _settle_exactly(found: Results, exact: NDArray[np.bool_], reached: NDArray[np.bool_]) -> None:
+    """Have cells of which some states settle for certain settle, though no motion was started there."""
+    ends = [REGIMES.index("damped"), REGIMES.index("creep")]
+    unseen = exact & (found["settling_share"] > 0) & ~reached[:, ends].any(axis=1)
+    reached[unseen & (found["damping_ratio"] < 1), ends[0]] = True
+    reached[unseen & (found["damping_ratio"] >= 1), ends[1]] = True
+
+
+_STATE = ("displacement", "velocity")  # of a start, which the box replaces
+_PROBED = 64  # cells that tell what the others may take
+_EXACT_COST, _SEARCH_COST = 40, 300  # cells that the cycle takes, and the search for critical disturbances
+
+
+class AttractorStudy(Study):
+    """The attractors of cells."""
+
+    name, counted, weight = "attractor set", "cells", 4096 // TOGETHER
+    columns = COLUMNS
+
+    def __init__(self, cells: Cells, box: Box, sampling: Sampling, options: Options) -> None:
+        self._cells, self._box, self._sampling = cells, box, sampling
+        self.dims, self.shape = cells.dims, cells.shape
+        self.options = replace(options, early_stop=True)
+        known = slips_on_curve(cells[: min(cells.size, _PROBED)], options)
+        share = float(known.mean()) if known.size else 1.0
+        self.cells_each = _EXACT_COST + int((1.0 - share) * (sampling.samples + _SEARCH_COST))
+
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+        """The attractors of a range of cells."""
+        try:
+            return Finished(find_attractors(self._cells, items, self._box, self._sampling, self.options, stop, moved))
+        except StoppedError:
+            return Finished({}, False)
+
+    def blank(self, items: range) -> Results:
+        """Cells that are "not computed"."""
+        size = len(items)
+        return {
+            name: np.full(size, np.nan) if kind == np.float64 else np.zeros(size, kind)
+            for name, kind in COLUMNS.items()
+        }
+
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """The attractors with the dimensions of the cells."""
+        whole = joined(parts)
+        coordinates = {name: c for name, c in grid_coordinates(self._cells).items() if name not in _STATE}
+        attributes = dict(attributes) | _attributes(whole, self._box, self._sampling, self.options)
+        return attractor_dataset(self.dims, self.shape, coordinates, whole, attributes)
+
+
+def attractor_study(given: CellsOrConfig, section: Attractors, options: Options) -> AttractorStudy:
+    """The attractors that a section of a configuration asks for; what is said of the state at the start is left out.
+
+    Raises ArgumentError where an axis is a starting state, or the belt has a drive.
+    """
+    box, sampling = Box(section.displacement, section.velocity), Sampling(section.samples, section.seed)
+    if not isinstance(given, Config):
+        return AttractorStudy(given_cells(given, options.law), box, sampling, options)
+    if given.drive is not None:
+        raise ArgumentError("config", "the configuration has a drive: cells of a rig have no attractors")
+    for path in state_axes(given):
+        raise ArgumentError(str(path[-1]), STATES_IN_BOX)
+    return AttractorStudy(build_grid(given), box, sampling, options)
+
+
+def _attributes(found: Results, box: Box, sampling: Sampling, options: Options) -> dict[str, str | float]:
+    """Return what was asked, how it was found, and how good it is, as global attributes."""
+    scan = sampled.SCAN
+    counts = {name: int((found["share_method"] == code).sum()) for code, name in enumerate(SHARE_METHODS)}
+    bounds = int((found["settling_share_high"] > found["settling_share_low"]).sum())
+    result = f"{counts['exact']} cells exact, {counts['sampled']} sampled"
+    if bounds:
+        result += f"; {bounds} with undecided starting states"
+    return {
+        "box_displacement": _range("displacement", box.displacement),
+        "box_velocity": _range("velocity", box.velocity),
+        "attractors_found": result,
+        "attractors_start": f"steady sliding: {DISTURBANCE:g} of the belt speed from it",
+        "share_exact": f"by theorems of the plane; the unstable cycle at rtol {cycle.RTOL:g}, known to {cycle.CLOSED:g}"
+        f" of the belt speed, its area to {exact.AREA_ERROR:g}",
+        "share_sampled": f"{RANDOMISATIONS} randomisations of {sampling.points} scrambled Sobol points, seed "
+        f"{sampling.seed}; the error is that of their mean, or of one point in {sampling.samples} where all agree",
+        "disturbances_sampled": f"{scan.points} places from {scan.low:g} to {scan.high:g} times "
+        f"belt speed plus load mu_start/sqrt(k m), then halved to {sampled.TOLERANCE:g}",
+        "attractors_rtol": options.rtol,
+    }
+
+
+def _range(name: str, ends: tuple[float, float]) -> str:
+    return f"{ends[0]!r} to {ends[1]!r} {units.spelled(PARAMETERS[name].units)}"

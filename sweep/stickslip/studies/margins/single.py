@@ -1,0 +1,151 @@
+"""Labels of cells that were changed, and the nearest borders below and above the value of a parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.engine import Options, StopFlag, solve
+from stickslip.studies.borders.search import Brackets, Looked, Scan, search_lines
+from stickslip.studies.margins.reach import Reach, is_possible, without_measured
+from stickslip.vocabulary.cells import Parameters
+from stickslip.vocabulary.flags import DECIDED, REGIMES, UNDECIDED, VIBRATING
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Labels = NDArray[np.int8]
+NOT_COMPUTED = REGIMES.index("not_computed")
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Cells, by parameters of length n, and how they are computed, until `stop` is raised.
+
+    speeds : belt speeds (m/s) at all of which a cell is computed: the worst of its regimes counts. None: its own.
+    moved : as of a study. steps : of integration that each cell took so far (n,).
+    """
+
+    cells: Parameters
+    options: Options
+    stop: StopFlag
+    speeds: tuple[float, ...] = ()
+    moved: Callable[[int], None] | None = None
+    steps: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "steps", np.zeros(next(iter(self.cells.values())).size))
+
+    def regimes(self, which: Integers, changed: Parameters) -> Labels:
+        """Regimes of the cells `which` (m,) with other values (m,) of some parameters; impossible ones are not
+        computed. Raises StoppedError."""
+        return self._computed(which, changed)[0]
+
+    def looked(self, which: Integers, changed: Parameters, into: list[int] | None) -> Looked:
+        """The same as a search takes it: labels (with `into`, whether it is one of these regimes), and the guide to
+        where stick-slip ends by grazing."""
+        regimes, guide = self._computed(which, changed)
+        labels = regimes if into is None else np.isin(regimes, into).astype(np.int8)
+        return Looked(labels, decided(regimes), guide)
+
+    def _computed(self, which: Integers, changed: Parameters) -> tuple[Labels, Floats]:
+        some = without_measured({name: values[which] for name, values in self.cells.items()} | changed)
+        possible = np.flatnonzero(is_possible(some))
+        found, guide = np.full(which.size, NOT_COMPUTED, np.int8), np.full(which.size, np.nan)
+        if possible.size:
+            each = max(len(self.speeds), 1)
+            cells = {name: np.repeat(values[possible], each) for name, values in some.items()}
+            if self.speeds:
+                cells["belt_speed"] = np.tile(self.speeds, possible.size)
+            results = solve(cells, self.options, self.stop, self.moved)
+            np.add.at(self.steps, which[possible], results["steps"].reshape(-1, each).sum(axis=1))
+            found[possible] = worst(results["regime"].reshape(-1, each))
+            if not self.speeds:  # of several speeds none leads to where all are quiet
+                guide[possible] = results["restick_margin"]
+        return found, guide
+
+
+def worst(regimes: Labels) -> Labels:
+    """Of regimes (n, k) those that matter most: a vibration, else one that is not decided, else the first."""
+    rank = np.zeros(len(REGIMES), np.int8)
+    rank[list(UNDECIDED)] = 1
+    rank[[REGIMES.index(name) for name in reversed(VIBRATING)]] = 2, 3
+    return np.take_along_axis(regimes, np.argmax(rank[regimes], axis=1)[:, None], 1)[:, 0]
+
+
+def decided(regimes: Labels) -> NDArray[np.bool_]:
+    """Return which regimes say what the motion is."""
+    return ~np.isin(regimes, UNDECIDED)
+
+
+def codes(names: Collection[str]) -> list[int]:
+    """Codes of regimes by names; raises ValueError for others."""
+    for name in names:
+        if name not in DECIDED:
+            raise ValueError(f"into: got {name!r}, expected {', '.join(DECIDED)}")
+    return [REGIMES.index(name) for name in names]
+
+
+SIDES = ("below", "above")
+
+
+@dataclass(frozen=True, eq=False)
+class Borders:
+    """The nearest borders of n cells: (n, 2), below and above the value; NaN, and regime 0, where there is none.
+
+    low, high : the last bracket in SI. change : of the side beyond, as `Reach` measures it. beyond : regime there.
+    """
+
+    low: Floats
+    high: Floats
+    change: Floats
+    beyond: Labels
+
+
+def nearest(
+    search: Search, reach: Reach, home: Labels, into: list[int] | None, points: int, tolerance: float
+) -> Borders:
+    """The first change of regime on the way down and up.
+
+    home : regimes of the cells as they are; those that are undecided have no border. into : codes of the regimes to be
+    entered; None for any other. points : places looked at first on either side, evenly spaced in the change.
+    """
+    size = home.size
+    room = np.stack(reach.room)
+
+    def labels_at(line: Integers, place: Floats) -> Looked:
+        cell = line // 2
+        up = line % 2
+        change = place * room[up, cell] * np.where(up == 1, 1.0, -1.0)
+        return search.looked(cell, {reach.name: reach.at(change, cell)}, into)
+
+    searched = np.flatnonzero(decided(home))
+    lines = np.repeat(2 * searched, 2) + np.tile([0, 1], searched.size)
+    lines = lines[room[lines % 2, lines // 2] > 0]
+    scan = Scan(0.0, 1.0, points + 1, "linear")
+    found, _ = search_lines(lines.size, scan, tolerance, lambda line, place: labels_at(lines[line], place))
+    found["line"] = lines[found["line"]]
+    return _table(first_entries(found, into), search, reach, size)
+
+
+def first_entries(found: Brackets, into: list[int] | None) -> Brackets:
+    """The first bracket of each line; with `into`, whose labels are 0 and 1, the first that enters."""
+    entries = found if into is None else found[found["above"] == 1]
+    _, first = np.unique(entries["line"], return_index=True)
+    return entries[first]
+
+
+def _table(found: Brackets, search: Search, reach: Reach, size: int) -> Borders:
+    """First brackets as tables (n, 2)."""
+    cell, up = found["line"] // 2, found["line"] % 2
+    sign = np.where(up == 1, 1.0, -1.0)
+    room = np.stack(reach.room)[up, cell]
+    near, far = (reach.at(found[end] * room * sign, cell) for end in ("low", "high"))
+    low, high, change = (np.full((size, 2), np.nan) for _ in range(3))
+    low[cell, up], high[cell, up] = np.minimum(near, far), np.maximum(near, far)
+    change[cell, up] = found["high"] * room * sign
+    beyond = np.zeros((size, 2), np.int8)
+    beyond[cell, up] = search.regimes(cell, {reach.name: far})
+    return Borders(low, high, change, beyond)

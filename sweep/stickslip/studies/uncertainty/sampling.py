@@ -1,0 +1,63 @@
+"""Draws computed: items of a run are the draws of every cell of the axes; any range is computed by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import prod
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip.config.model import Config
+from stickslip.dataset.studies import uncertain_dataset
+from stickslip.engine import Options, Results, StopFlag, blank_results, columns
+from stickslip.studies.study import Finished, Moved, Study
+from stickslip.studies.uncertainty.design import Design
+from stickslip.studies.uncertainty.inputs import Inputs
+from stickslip.studies.uncertainty.reduction import STATES, Summary, reduced
+from stickslip.vocabulary.cells import Parameters
+
+
+class SampleStudy(Study):
+    """The draws of a configuration; what is kept of each is the regime, and the metrics asked for."""
+
+    name, counted = "sample", "draws"
+
+    def __init__(self, config: Config, options: Options) -> None:
+        self.inputs = Inputs(config)
+        uncertain, grid = self.inputs.uncertain, self.inputs.grid
+        self.design = Design(
+            len(uncertain.names), uncertain.draws, uncertain.scramblings, uncertain.seed, bool(uncertain.indices)
+        )
+        self.dims, self.shape = (*grid.dims, "draw"), (*grid.shape, self.design.per_cell)
+        self.options, types = options, columns(options)
+        self.columns: Mapping[str, np.dtype[Any]] = {name: types[name] for name in ("regime", *uncertain.metrics)}
+
+    @property
+    def size(self) -> int:
+        """Number of draws, of all cells together."""
+        return prod(self.shape)
+
+    def __getitem__(self, part: slice) -> Parameters:
+        """The parameters of a range of draws."""
+        place = self.design.place(part.start, part.stop)
+        return self.inputs.cells(place.cell, self.design.normals(place))[0]
+
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+        """The results of draws."""
+        place = self.design.place(items.start, items.stop)
+        computed = self.inputs.compute(place.cell, self.design.normals(place), self.options, stop, moved)
+        return Finished({name: computed.results[name] for name in self.columns}, computed.complete)
+
+    def blank(self, items: range) -> Results:
+        """Draws that are "not computed", which the bounds of probabilities carry like others that are not decided."""
+        blank = blank_results(len(items), self.options)
+        return {name: blank[name] for name in self.columns}
+
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """Probabilities of the regimes, moments of the metrics and Sobol indices over the axes."""
+        uncertain, grid = self.inputs.uncertain, self.inputs.grid
+        results = reduced(parts, grid.size, self.design, Summary(uncertain.metrics, uncertain.quantiles))
+        attributes = dict(attributes) | self.inputs.attributes(float(results["undecided"].mean()))
+        return uncertain_dataset(grid, STATES, uncertain.names, uncertain.quantiles, results, attributes)

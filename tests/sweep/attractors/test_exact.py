@@ -1,0 +1,164 @@
+"""Shares, unstable cycles and critical disturbances of the plain curve, against SciPy and published numbers."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from helpers.unstable_cycle import Cycle, least_slip_speed
+from stickslip.engine import Options, compute_range, stop_flag
+from stickslip.studies.attractors import Box, Sampling, find_attractors
+from stickslip.theory import unstable_amplitude
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
+
+UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
+BSTAB = UNIT | {"damping": 0.1, "a1": 0.5, "a2": 0.0, "a3": 0.5, "a4": 0.5}
+BSTAB_BOX = Box((-2.0, 2.0), (0.0, 2.0))
+ARTICLE = UNIT | {"damping": 0.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+EXACT = SHARE_METHODS.index("exact")
+# bSTAB's friction case, as pyBasin's tests hold it (main_friction_v_study.json): share of 2,000 starting states that go
+# to the fixed point, and its standard error, over belt speeds from 0.8 to 2.225.
+SPEEDS = 0.8 + 0.075 * np.arange(20)
+PUBLISHED = np.array([0, 0, 0, 0, 0, 0.018, 0.08, 0.1535, 0.226, 0.298, 0.382, 0.45, 0.5085, 0.568, 1, 1, 1, 1, 1, 1])
+
+
+def find(cells, box=BSTAB_BOX, **options):
+    full = as_cells(cells)
+    size = full["mass"].size
+    return find_attractors(Cells.of(full), range(size), box, Sampling(), Options(**options), stop_flag())
+
+
+def test_shares_are_those_published_for_bstab_within_three_of_their_standard_errors():
+    found = find(BSTAB | {"belt_speed": SPEEDS})
+    assert (found["share_method"] == EXACT).all() and not found["share_error"].any()
+    error = np.sqrt(PUBLISHED * (1 - PUBLISHED) / 2000)
+    assert (np.abs(found["settling_share"] - PUBLISHED) <= 3 * error).all()
+
+
+CASES = {
+    "bSTAB, small cycle": (BSTAB, 1.16),
+    "bSTAB": (BSTAB, 1.5),
+    "bSTAB, near the fold": (BSTAB, 1.83),
+    "article": (ARTICLE, 0.5),
+    "article, near the fold": (ARTICLE, 0.79),
+    "strong friction": (UNIT | {"damping": 0.2, "a1": 0.5, "a2": 0.0, "a3": 2.0, "a4": 0.5}, 1.6),
+}
+
+
+@pytest.mark.parametrize(("cell", "belt_speed"), CASES.values(), ids=CASES)
+def test_share_and_cycle_are_those_of_scipy_backwards_in_time(cell, belt_speed):
+    """A box that cuts the cycle on all four sides; agreement to 1e-6 is asked, a hundred times better is found."""
+    curve = tuple(cell[f"a{i}"] for i in range(1, 5))
+    ours = find(cell | {"belt_speed": belt_speed})
+    assert ours["share_method"][0] == EXACT
+    cycle = Cycle(belt_speed, curve, cell["damping"], guess=float(ours["critical_shift_along"][0]))
+    x, v = cycle.states()
+    middle, reach, top = 0.5 * (x.max() + x.min()), 0.4 * np.ptp(x), 0.4 * np.ptp(v)
+    for box in (Box((-20.0, 20.0), (-20.0, 20.0)), Box((middle - reach, middle + reach), (-top, 0.9 * top))):
+        share = find(cell | {"belt_speed": belt_speed}, box)["settling_share"][0]
+        assert share == pytest.approx(cycle.share(box.displacement, box.velocity), rel=1e-8)
+    assert ours["unstable_period"][0] == pytest.approx(cycle.period, rel=1e-8)
+    assert ours["unstable_amplitude"][0] == pytest.approx(0.5 * np.ptp(x), rel=1e-8)
+    assert ours["unstable_velocity_amplitude"][0] == pytest.approx(0.5 * np.ptp(v), rel=1e-8)
+    assert ours["critical_shift_along"][0] == pytest.approx(cycle.reach, rel=1e-8)
+    assert ours["critical_shift_against"][0] == pytest.approx(cycle.steady - x.min(), rel=1e-8)
+    for name, half in (("along", v > 0), ("against", v < 0)):
+        order = np.argsort(x[half])
+        shock = abs(np.interp(cycle.steady, x[half][order], v[half][order]))
+        assert ours[f"critical_shock_{name}"][0] == pytest.approx(shock, rel=1e-8)
+
+
+@pytest.mark.parametrize(("cell", "near_harmonic"), [(BSTAB, 1.8413920), (ARTICLE, 0.80335)])
+def test_bistability_ends_at_the_fold_slightly_below_the_near_harmonic_one(cell, near_harmonic):
+    """The fold by a root of SciPy at 1e-12; there the share jumps to 1."""
+    curve = tuple(cell[f"a{i}"] for i in range(1, 5))
+    fold = brentq(
+        lambda speed: least_slip_speed(speed, curve, cell["damping"]),
+        0.98 * near_harmonic, near_harmonic, xtol=1e-14, rtol=1e-12,
+    )  # fmt: skip
+    assert 0.99 * near_harmonic < fold < near_harmonic
+    found = find(cell | {"belt_speed": fold * (1.0 + np.array([-1e-6, -1e-8, 1e-8, 1e-6]))}, rtol=1e-12)
+    assert (found["share_method"] == EXACT).all()
+    below, near, *above = found["settling_share"]
+    assert below < 0.9 and near == pytest.approx(below, rel=1e-4) and above == [1.0, 1.0]
+
+
+def test_shocks_just_below_and_above_the_critical_ones_part_what_becomes_of_sliding():
+    cells = as_cells(ARTICLE | {"belt_speed": np.linspace(0.36, 0.79, 12)})
+    found = find(cells)
+    steady = 1.0 + 0.1 * cells["belt_speed"] + 0.3 * np.exp(-cells["belt_speed"] / 0.1)
+    for way, sign in (("along", 1.0), ("against", -1.0)):
+        for kind in ("shock", "shift"):
+            for share, ends in ((1 - 1e-6, True), (1 + 1e-6, False)):
+                change = sign * share * found[f"critical_{kind}_{way}"]
+                x, v = (steady, change) if kind == "shock" else (steady + change, 0.0 * change)
+                start = cells | {"displacement": x, "velocity": v}
+                regimes = compute_range(Cells.of(start), 0, 12, Options(rtol=1e-10), stop_flag()).results["regime"]
+                assert (np.isin(regimes, [REGIMES.index("damped"), REGIMES.index("creep")]) == ends).all()
+
+
+def test_nothing_settles_where_steady_sliding_is_unstable_and_everything_where_nothing_feeds_a_vibration():
+    found = find(ARTICLE | {"belt_speed": [0.2, 0.34, 0.9, 3.0]})
+    assert found["settling_share"].tolist() == [0, 0, 1, 1]
+    assert found["critical_shock"].tolist() == found["critical_shift"].tolist() == [0, 0, np.inf, np.inf]
+    assert np.isnan(found["unstable_period"]).all()
+
+
+def test_a_belt_that_runs_the_other_way_mirrors_the_plane():
+    box, mirrored = Box((-0.5, 2.0), (-0.3, 1.0)), Box((-2.0, 0.5), (-1.0, 0.3))
+    ours, other = find(ARTICLE | {"belt_speed": 0.5}, box), find(ARTICLE | {"belt_speed": -0.5}, mirrored)
+    for name, values in ours.items():
+        assert other[name] == pytest.approx(values, rel=1e-9, nan_ok=True), name
+
+
+def test_shares_scale_with_the_units_of_a_cell():
+    """A cell of 2 kg, 50 N/m and 30 N with speeds and lengths scaled alike has the same share."""
+    mass, stiffness, load = 2.0, 50.0, 30.0
+    speed, length = load / np.sqrt(mass * stiffness), load / stiffness
+    cell = {"mass": mass, "stiffness": stiffness, "normal_load": load, "damping": 0.1 * np.sqrt(mass * stiffness)}
+    cell |= {"a1": 0.5, "a2": 0.0, "a3": 0.5, "a4": 0.5 * speed, "belt_speed": 1.5 * speed}
+    large = find(cell, Box((-2 * length, 2 * length), (0.0, 2 * speed)))
+    small = find(BSTAB | {"belt_speed": 1.5})
+    assert large["settling_share"] == pytest.approx(small["settling_share"], rel=1e-9)
+    assert large["critical_shock"] / speed == pytest.approx(small["critical_shock"], rel=1e-9)
+    assert large["critical_shift"] / length == pytest.approx(small["critical_shift"], rel=1e-9)
+
+
+def test_the_cycle_is_found_next_to_the_loss_of_stability_where_it_attracts_too_slowly_to_wait_for():
+    """There it is that of harmonic balance: v_H = a4 ln(1/g) with g = a4 c/(N a3) = 0.1."""
+    speed = 0.5 * np.log(10.0) * (1.0 + np.array([1e-6, 1e-5, 1e-4]))
+    found = find(BSTAB | {"belt_speed": speed})
+    expected = unstable_amplitude(speed, 0.0, 0.5, 0.5, 0.1, 1.0)
+    assert found["unstable_velocity_amplitude"] == pytest.approx(expected, rel=1e-3)
+    assert found["unstable_velocity_amplitude"][0] < 0.006
+
+
+def test_static_friction_and_ageing_do_not_move_the_unstable_cycle():
+    """Inside it the contact never sticks."""
+    plain = find(ARTICLE | {"belt_speed": 0.6})
+    for more in ({"mu_static": 1.5}, {"ageing_rate": 0.1, "ageing_time": 0.1}):
+        aged = find(ARTICLE | {"belt_speed": 0.6} | more)
+        assert aged["share_method"][0] == EXACT
+        assert aged["settling_share"] == pytest.approx(plain["settling_share"], rel=1e-12)
+
+
+def test_regimes_that_coexist_are_bits():
+    bits = {name: 1 << (code - 1) for code, name in enumerate(REGIMES) if code}
+    found = find(ARTICLE | {"belt_speed": [0.2, 0.5, 2.0]})
+    both = bits["stick_slip"] | bits["damped"]
+    assert found["coexisting"][:2].tolist() == [bits["stick_slip"], both]
+    assert not found["coexisting"][2] & bits["stick_slip"]
+    assert [REGIMES[code] for code in found["regime_from_stick"][:2]] == ["stick_slip", "stick_slip"]
+    assert [REGIMES[code] for code in found["regime_from_sliding"][:2]] == ["stick_slip", "damped"]
+
+
+def test_numbers_do_not_depend_on_how_cells_are_cut():
+    cells = as_cells(BSTAB | {"belt_speed": np.linspace(1.0, 2.0, 7), "mu_stop": [np.nan, 0.8] * 3 + [np.nan]})
+
+    def part(items):
+        return find_attractors(Cells.of(cells), items, BSTAB_BOX, Sampling(64), Options(), stop_flag())
+
+    whole, parts = part(range(7)), [part(range(0, 3)), part(range(3, 7))]
+    for name, values in whole.items():
+        np.testing.assert_array_equal(values, np.concatenate([one[name] for one in parts]))
