@@ -16,8 +16,8 @@ from stickslip._version import __version__
 
 CONVENTIONS = "CF-1.11"  # a test holds the compliance checker to it
 REFERENCES = (
-    "Controlling Stick-Slip Noise Generation with Lubricants, Sound & Vibration, June 2016: equation of motion, Eq. (1); "
-    "Stribeck curve, Eq. (2); hysteretic curve, Eq. (2a); stick-slip tendency, Eq. (3)"
+    "Controlling Stick-Slip Noise Generation with Lubricants, Sound & Vibration, June 2016: equation of motion, "
+    "Eq. (1); Stribeck curve, Eq. (2); hysteretic curve, Eq. (2a); stick-slip tendency, Eq. (3)"
 )
 INCOMPLETE = "incomplete"  # attribute of a result that lacks blocks, unless its cells say so themselves
 _REPORTED_PACKAGES = ("numba", "llvmlite", "numpy", "xarray", "netCDF4")
