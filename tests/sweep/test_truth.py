@@ -195,7 +195,7 @@ def test_ringing_without_any_drag_is_no_stick_slip_however_closely_it_is_looked_
 @pytest.mark.parametrize("early_stop", [True, False])
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9])
 def test_friction_that_is_the_same_at_any_speed_never_sticks_again_without_a_damper(rtol, early_stop):
-    """From break-away the slip is a circle that touches standstill: 1 to 25 % of such cells were stick-slip once."""
+    """From break-away the slip is a circle that touches standstill: 1 to 20 % of such cells were stick-slip once."""
     draw, n = np.random.default_rng(1), 300
     cells = {
         "mass": 10 ** draw.uniform(-2, 2, n),

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from stickslip.config.model import Config
-    from stickslip.dataset.display import Unit
     from stickslip.files.locations import Location
+    from stickslip.vocabulary.display_units import Unit
 
 _FRICTION = ("mu_start", "mu_reversal")  # another material may be the cheaper change
 VIBRATING, QUIET = ("stick_slip", "sustained"), ("damped", "creep", "stuck")

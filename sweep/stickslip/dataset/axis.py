@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from stickslip.config.grid import quantity_of
 from stickslip.dataset.coarse import middles
-from stickslip.dataset.display import Unit, unit_of
+from stickslip.dataset.display import unit_of
+from stickslip.vocabulary.display_units import Unit
 
 _MOST_BESIDE = 3  # parameters that vary together and are still spelled out
 _SYMBOLS = ("mu_", "v_")  # how names begin that are symbols, not words

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,38 +24,11 @@ from numpy.typing import NDArray
 
 from stickslip.errors import PlotError, QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.display_units import DISPLAY
+from stickslip.vocabulary.display_units import DISPLAY, Unit
 
 _LEADERS = {"m s-1": ("belt_speed", "velocity"), "N": ("normal_load",), "m": ("displacement", "stroke")}
 _SPEED = re.compile(r"\s*([A-Za-zµμ]+)\s*/\s*[A-Za-z]+\s*")  # a unit of speed as a length over a time
 _FINER_BELOW = 100.0  # of the finer unit of time: 0.1 s are 100 ms
-_POWER = re.compile(r"(?:\^|\*\*)?(-?\d+)")
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
-@dataclass(frozen=True)
-class Unit:
-    """A unit of display. name : as people type it, nothing for pure numbers. size : what one of it is in SI."""
-
-    name: str = ""
-    size: float = 1.0
-
-    def of(self, values: Any) -> Any:
-        """Numbers in SI as numbers in this unit."""
-        return values if self.size == 1.0 else values / self.size
-
-    def to_si(self, values: Any) -> Any:
-        """The opposite of `of`."""
-        return values if self.size == 1.0 else values * self.size
-
-    @property
-    def printed(self) -> str:
-        """The name for plots: powers are raised."""
-        return _POWER.sub(lambda power: power[1].translate(_RAISED), self.name.replace("*", " "))
-
-    def text(self, value: float, digits: int = 6) -> str:
-        """A value in SI as text, with the unit as people type it."""
-        return f"{self.of(value):.{digits}g} {self.name}".rstrip()
 
 
 def unit_of(array: xr.DataArray, values: NDArray[Any] | None = None) -> Unit:

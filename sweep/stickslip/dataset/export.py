@@ -21,12 +21,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.dataset.coarse import Chunk, chunks
-from stickslip.dataset.display import Unit, unit_of
+from stickslip.dataset.display import unit_of
 from stickslip.errors import StoreError, visible
 from stickslip.files.atomic import replaced
 from stickslip.files.targets import check_target
 from stickslip.files.texts import inert, is_live
-from stickslip.vocabulary.display_units import DISPLAY
+from stickslip.vocabulary.display_units import DISPLAY, Unit
 from stickslip.vocabulary.flags import QUIET_STATES
 from stickslip.vocabulary.suggest import listed, nearest
 

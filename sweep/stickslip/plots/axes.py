@@ -11,9 +11,9 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 from numpy.typing import NDArray
 
 from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.display import Unit
 from stickslip.errors import PlotError, visible
 from stickslip.plots.options import PLAIN, Look
+from stickslip.vocabulary.display_units import Unit
 
 _PLAIN = 0.005, 2e4  # between them numbers are written without powers of ten
 _FEW_DECADES = 100.0

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import Pixel
-from stickslip.dataset.display import Unit, unit_of
+from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
 from stickslip.plots.options import Look
 from stickslip.plots.palette import FLAG_COLOURS, HATCHES, Paint, ink, marked, paint
+from stickslip.vocabulary.display_units import Unit
 from stickslip.vocabulary.flags import FLAGS
 
 
