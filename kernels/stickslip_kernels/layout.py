@@ -174,10 +174,21 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     LEAPT,  # how the motion was put where it is known to come (`observers/weak.py`); 0: it was not
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
-) = range(SLOW, SLOW + 52 * WIDTH, WIDTH)  # fmt: skip
+    # the amplitude map (`observers/amplitudes.py`)
+    MAP_STATE,
+    MAP_TAU, MAP_FROM,  # time and amplitude of the turn it begins at
+    MAP_AT,  # amplitude at which the half loop under way began
+    MAP_TO, MAP_TIME,  # amplitude and duration at its end; 0 before
+    MAP_NODES,  # nodes so far
+    MAP_ASIDE,  # first of MAP_ROWS_ASIDE rows: what measuring must not touch
+) = range(SLOW, SLOW + 60 * WIDTH, WIDTH)  # fmt: skip
+MAP_ROWS_ASIDE, MAP_MOST_NODES = 7, 16
+MAP_A = MAP_ASIDE + MAP_ROWS_ASIDE * WIDTH  # first of MAP_MOST_NODES rows: amplitudes of the nodes
+MAP_C = MAP_A + MAP_MOST_NODES * WIDTH  # divided differences of the logarithm of the map
+MAP_T = MAP_C + MAP_MOST_NODES * WIDTH  # the same of the duration
 
 # --- lanes brought together: the same rows once more (`compaction.py`) -----------------------------------------------
-GATHERED = SLOW + 52 * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
+GATHERED = MAP_T + MAP_MOST_NODES * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
 LANE_NUMBERS = 2 * GATHERED
 
 # --- belts that follow segments (`drive.py`): columns of their table; true frame ------------------------------------

@@ -9,6 +9,7 @@ from .. import layout as at
 from ..jit import compiled
 from ..roots import FOR_A_VALUE, arrival, extreme_speed
 from ..stepping import extreme_slope
+from .amplitudes import AFTER, UNTRIED, consider_map
 from .cycles import LOOPS, note_loop
 from .margin import note_closeness, note_trough
 from .tops import is_found
@@ -93,6 +94,7 @@ def record_extrema(m, i, h, w, dw, jerk):
         note_turn(s, i, xi)
         if w > b:
             note_loop(m, i, s[at.TAU + i] + t, s[at.HEAT + i] + work, xi)
+            consider_map(m, i, s[at.TAU + i] + t, xi)
 
 
 @compiled(inline=True)
@@ -108,7 +110,8 @@ def show_tops(s, i):
     to_y = s[at.G + i] * s[at.B + i] - s[at.OFFSET + i]
     s[at.Y_HIGH + i], s[at.Y_LOW + i] = s[at.XI_HIGH + i] + to_y, s[at.XI_LOW + i] + to_y
     may_pass = forward and s[at.LOOP_COUNT + i] >= 0.0 and not confirming
-    s[at.QUIET_BELOW + i] = LOOPS - 1.0 if may_pass else -1.0
+    next_look = AFTER if s[at.MAP_STATE + i] == UNTRIED else LOOPS
+    s[at.QUIET_BELOW + i] = next_look - 1.0 if may_pass else -1.0
 
 
 @compiled(inline=True)

@@ -16,6 +16,7 @@ from ..friction import coefficient_slope, least_coefficient, stable_speeds
 from ..hysteresis_line import along_line
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled
+from .amplitudes import MEASURING, OVER, TO_BEGIN, begin_map, end_map, follow_map, note_half_loop
 from .cycles import PUSH, PUSHED, RETURNS, TO_BE_PUSHED, close_cycle, forget_loops
 from .extrema import (
     has_low_speed,
@@ -61,7 +62,7 @@ ROUNDING = 1e-12  # of friction at rest, below which a negative coefficient is z
 FIRST_PAUSE, AFTER_PASSING = 400.0, 64.0  # steps after which stock is taken, in the beginning and after a slow passage
 LEAP_SHARE, AFTER_LEAP = 0.25, 2000.0  # of the steps, before motions leap ahead; from one look at these to the next
 FROM_ZERO = (
-    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LEAPT, at.LOOP_MOVED, at.LOOP_STILL, at.PUSH_STATE, at.RETURNED,
+    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LEAPT, at.LOOP_MOVED, at.LOOP_STILL, at.MAP_STATE, at.MAP_TO, at.PUSH_STATE, at.RETURNED,
     at.SIDE_LAST, at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE, at.TURN_LAST,
 )  # fmt: skip
 
@@ -110,6 +111,9 @@ def after_pause(m, i):
     """Many steps may be stiff ones."""
     s = m.s
     tried = s[at.TRIED + i]
+    if s[at.MAP_STATE + i] == MEASURING:
+        s[at.PAUSE + i] = min(m.max_steps, tried + AFTER_PASSING)
+        return
     if s[at.DECIDED + i] == 0.0 and comes_to_rest(m, i):
         return
     steps = AFTER_PASSING if pass_slowly(m, i) else tried
@@ -124,6 +128,8 @@ def after_pause(m, i):
 
 
 def status_out_of_steps(m, i):
+    if m.s[at.MAP_STATE + i] == MEASURING:
+        end_map(m, i, m.s[at.MAP_TAU + i], m.s[at.MAP_FROM + i], 0.0)
     if m.s[at.DECIDED + i] == 0.0 and (settles_for_certain(m.law, m.s, i) or decays_on_average(m.law, m.s, i)):
         note_closest_trough(m.s, i)
         decide_settled(m, i, nan, m.s[at.XI_STAR + i], at.SETTLING_CERTAIN)
@@ -217,6 +223,9 @@ def watch_from(m, i, u):
 
 
 def observe_step(m, i, h, y, w, dw, jerk, work):
+    if m.s[at.MAP_STATE + i] == MEASURING:
+        note_half_loop(m, i, h, w, dw, jerk)
+        return
     note_gain(m.s, i, h, w, dw, jerk)
     if m.s[at.MARK + i] > 0.0:
         record_extrema(m, i, h, w, dw, jerk)
@@ -224,6 +233,14 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
 
 
 def observe_no_event(m, i):
+    if m.s[at.MAP_STATE + i] == TO_BEGIN:
+        begin_map(m, i)
+        return
+    if m.s[at.MAP_STATE + i] == MEASURING:
+        follow_map(m, i)
+        if m.s[at.MAP_STATE + i] == MEASURING:
+            return
+        m.s[at.RADIUS2 + i] = proven_radius(m.law, m.s, i, m.s[at.MODE + i], m.s[at.B + i]) ** 2
     if m.s[at.PUSH_STATE + i] == TO_BE_PUSHED:
         push(m, i)
     if m.s[at.MARK + i] > 0.0:
@@ -242,6 +259,8 @@ def push(m, i):
 
 def observe_mode_end(m, i, u, kind):
     s = m.s
+    if s[at.MAP_STATE + i] == TO_BEGIN:
+        s[at.MAP_STATE + i] = OVER
     note_ends(s, i, u, s[at.W + i], s[at.DW + i])
     if kind == TURNED:
         note_peak(s, i, s[at.W + i] - s[at.B + i])
