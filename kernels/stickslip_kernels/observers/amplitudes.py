@@ -14,7 +14,7 @@ it does not come within the tolerance, or the map has a fixed point on the way, 
 L. Reichel, Newton interpolation at Leja points, BIT 30 (1990) 332-346.
 """
 
-from math import inf, log, pi
+from math import floor, inf, log, pi
 
 from .. import layout as at
 from ..exponential import exp
@@ -24,8 +24,8 @@ from .cycles import forget_loops
 from .settling import drag_at
 from .weak import put
 
-AFTER = 2.0  # loops: the first ones lose most, and reach where the curve is steepest
-WORTH = 30.0  # half loops still to come from which the map costs less than they do
+AFTER = 1.0  # loops: the first ones lose most, and reach where the curve is steepest
+WORTH = 20.0  # half loops still to come from which the map costs less than they do
 FEWEST = 5  # nodes before an agreement counts
 AGREEMENT = 0.5  # of the tolerance: the last node may differ by this from what those before foretold
 # Of [-1, 1]; the third stands for a = 0, wherever that is.
@@ -34,9 +34,11 @@ LEJA = (
     -0.15601, 0.77488, -0.97949,
 )  # fmt: skip
 MOST_NODES = 16
+SEVERAL = 16.0  # half loops that are worth a formula
+TRUNCATED = 0.01  # of the tolerance: terms below are left out
 MOST_HALF_LOOPS = 1e5  # on the way down
 ASIDE = (at.TAU_END, at.W_LEAST, at.DW_TOP, at.GAIN, at.GAIN_TOP, at.HEAT, at.BAND2)  # untouched by half loops measured
-UNTRIED, TO_BEGIN, MEASURING, OVER = 0.0, 1.0, 2.0, 3.0  # codes of MAP_STATE
+UNTRIED, TO_BEGIN, MEASURING, REFUSED, OVER = 0.0, 1.0, 2.0, 3.0, 4.0  # codes of MAP_STATE
 
 
 # --- when it is worth it ----------------------------------------------------------------------------------------------
@@ -46,6 +48,8 @@ UNTRIED, TO_BEGIN, MEASURING, OVER = 0.0, 1.0, 2.0, 3.0  # codes of MAP_STATE
 def map_may_begin(m, i):
     """Return whether the maximum of u that was just looked at is one to begin a map from."""
     s = m.s
+    if s[at.MAP_STATE + i] == REFUSED and s[at.LOOP_COUNT + i] == 0.0 and s[at.LOOP_CHANGE + i] < inf:
+        s[at.MAP_STATE + i] = UNTRIED  # the motion has lost some of what the map was refused for
     if s[at.MAP_STATE + i] != UNTRIED or s[at.LOOP_COUNT + i] < AFTER or not m.observer.early_stop:
         return False
     plain = s[at.W_MIN + i] == 0.0 and s[at.B + i] > 0.0 and s[at.DECIDED + i] + s[at.LEAPT + i] == 0.0
@@ -132,7 +136,7 @@ def follow_map(m, i):
         return
     s[at.MAP_TO + i] = 0.0
     if not a * to < 0.0:
-        end_map(m, i, s[at.MAP_TAU + i], s[at.MAP_FROM + i], 0.0)
+        refuse_map(m, i)
         return
     off = add_node(s, i, a, log(-to / a), s[at.MAP_TIME + i])
     n = int(s[at.MAP_NODES + i])
@@ -148,7 +152,7 @@ def follow_map(m, i):
         leap_down(m, i)
         return
     if n == MOST_NODES:
-        end_map(m, i, s[at.MAP_TAU + i], s[at.MAP_FROM + i], 0.0)
+        refuse_map(m, i)
         return
     first, second = s[at.MAP_A + i], s[at.MAP_A + at.WIDTH + i]
     begin_half_loop(m, i, 0.5 * (first + second) + 0.5 * (first - second) * LEJA[n])
@@ -159,19 +163,86 @@ def follow_map(m, i):
 
 @compiled
 def leap_down(m, i):
-    """Put lane i at the last turn but one outside the settling band, or at the last before its horizon."""
+    """Put lane i at the last turn but one outside the settling band, or at the last before its horizon.
+
+    The smaller the amplitude, the fewer powers of it matter.
+    """
     s, n = m.s, int(m.s[at.MAP_NODES + i])
-    a, tau, half_loops, before = s[at.MAP_FROM + i], s[at.MAP_TAU + i], 0.0, 0.0
+    expand_in_powers(s, i, at.MAP_C, n)
+    expand_in_powers(s, i, at.MAP_T, n)
+    a, tau, half_loops, before, wide = s[at.MAP_FROM + i], s[at.MAP_TAU + i], 0.0, 0.0, inf
     while True:
-        c, time = newton(s, i, at.MAP_C, n, a), newton(s, i, at.MAP_T, n, a)
-        if half_loops > 0.0 and c + before >= 0.0 or half_loops > MOST_HALF_LOOPS:  # the map has a fixed point
-            end_map(m, i, s[at.MAP_TAU + i], s[at.MAP_FROM + i], 0.0)
+        if abs(a) < wide:
+            n, wide = terms_that_matter(s, i, n, abs(a), TRUNCATED * m.rtol), 0.7 * abs(a)
+            if n <= 3:
+                many, log_ratio, time = many_half_loops(s, i, n, a, m.rtol)
+                if many > 0.0 and tau + time < s[at.MAP_ASIDE + i]:
+                    a, tau, half_loops = a * exp(log_ratio), tau + time, half_loops + many
+        c, time = power_series(s, i, n, a)
+        if (half_loops > 0.0 and c + before >= 0.0) or half_loops > MOST_HALF_LOOPS:  # the map has a fixed point
+            refuse_map(m, i)
             return
         ratio = exp(c)
         if abs(a) * ratio * ratio <= s[at.BAND + i] or tau + time >= s[at.MAP_ASIDE + i]:
             break
         a, tau, half_loops, before = -a * ratio, tau + time, half_loops + 1.0, c
     end_map(m, i, tau, a, half_loops)
+
+
+@compiled
+def expand_in_powers(s, i, row, nodes):
+    """Turn divided differences into coefficients of the powers of a, in place."""
+    for k in range(nodes - 2, -1, -1):
+        node = s[at.MAP_A + k * at.WIDTH + i]
+        for j in range(k, nodes - 1):
+            s[row + j * at.WIDTH + i] -= node * s[row + (j + 1) * at.WIDTH + i]
+
+
+@compiled
+def terms_that_matter(s, i, most, a, tolerance):
+    """How many terms of c and T there are up to the last above the tolerance at a > 0."""
+    terms, power = 1, 1.0
+    for k in range(1, most):
+        power *= a
+        if power * max(abs(s[at.MAP_C + k * at.WIDTH + i]), abs(s[at.MAP_T + k * at.WIDTH + i])) > tolerance:
+            terms = k + 1
+    return terms
+
+
+@compiled
+def many_half_loops(s, i, terms, a, rtol):
+    """An even number of half loops that all but lead to the settling band, by how much they change ln a, and their time.
+
+    Amplitudes so small that the sums over them are geometric series, to the square of what these amount to.
+    """
+    c_0, c_1, t_0, t_1 = s[at.MAP_C + i], s[at.MAP_C + at.WIDTH + i], s[at.MAP_T + i], s[at.MAP_T + at.WIDTH + i]
+    c_2, t_2 = s[at.MAP_C + 2 * at.WIDTH + i], s[at.MAP_T + 2 * at.WIDTH + i]
+    if terms < 3:
+        c_2, t_2 = 0.0, 0.0
+    ratio = exp(c_0)
+    largest = abs(c_1 * a) + abs(c_2) * a * a / (1.0 - ratio * ratio)
+    many = 2.0 * floor(0.5 * log(abs(a) / s[at.BAND + i]) / -c_0 - 3.0)
+    if not largest * largest <= TRUNCATED * rtol or many < SEVERAL:
+        return 0.0, 0.0, 0.0
+    left = exp(many * c_0)
+    first, second = a * (1.0 - left) / (1.0 + ratio), a * a * (1.0 - left * left) / (1.0 - ratio * ratio)
+    return many, many * c_0 + c_1 * first + c_2 * second, many * t_0 + t_1 * first + t_2 * second
+
+
+@compiled(inline=True)
+def power_series(s, i, terms, a):
+    """c and T at a."""
+    c, time = 0.0, 0.0
+    for k in range(terms - 1, -1, -1):
+        c, time = c * a + s[at.MAP_C + k * at.WIDTH + i], time * a + s[at.MAP_T + k * at.WIDTH + i]
+    return c, time
+
+
+@compiled
+def refuse_map(m, i):
+    """Let the motion go on from where the map began."""
+    end_map(m, i, m.s[at.MAP_TAU + i], m.s[at.MAP_FROM + i], 0.0)
+    m.s[at.MAP_STATE + i] = REFUSED
 
 
 @compiled

@@ -16,7 +16,7 @@ from ..friction import coefficient_slope, least_coefficient, stable_speeds
 from ..hysteresis_line import along_line
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled
-from .amplitudes import MEASURING, OVER, TO_BEGIN, begin_map, end_map, follow_map, note_half_loop
+from .amplitudes import MEASURING, OVER, TO_BEGIN, begin_map, follow_map, note_half_loop, refuse_map
 from .cycles import PUSH, PUSHED, RETURNS, TO_BE_PUSHED, close_cycle, forget_loops
 from .extrema import (
     has_low_speed,
@@ -129,7 +129,7 @@ def after_pause(m, i):
 
 def status_out_of_steps(m, i):
     if m.s[at.MAP_STATE + i] == MEASURING:
-        end_map(m, i, m.s[at.MAP_TAU + i], m.s[at.MAP_FROM + i], 0.0)
+        refuse_map(m, i)
     if m.s[at.DECIDED + i] == 0.0 and (settles_for_certain(m.law, m.s, i) or decays_on_average(m.law, m.s, i)):
         note_closest_trough(m.s, i)
         decide_settled(m, i, nan, m.s[at.XI_STAR + i], at.SETTLING_CERTAIN)
