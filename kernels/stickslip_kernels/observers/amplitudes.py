@@ -52,8 +52,10 @@ def map_may_begin(m, i):
         s[at.MAP_STATE + i] = UNTRIED  # the motion has lost some of what the map was refused for
     if s[at.MAP_STATE + i] != UNTRIED or s[at.LOOP_COUNT + i] < AFTER or not m.observer.early_stop:
         return False
-    plain = s[at.W_MIN + i] == 0.0 and s[at.B + i] > 0.0 and s[at.DECIDED + i] + s[at.LEAPT + i] == 0.0
-    return plain and s[at.CONFIRMING + i] + s[at.PUSH_STATE + i] == 0.0
+    if s[at.W_MIN + i] > 0.0 and (s[at.MODE + i] != at.FAST or s[at.HELD + i] > 0.0):
+        return False  # a loop that leaves the curve is none of this map
+    other = s[at.DECIDED + i] + s[at.LEAPT + i] + s[at.CONFIRMING + i] + s[at.PUSH_STATE + i]
+    return s[at.B + i] > 0.0 and other == 0.0
 
 
 @compiled
