@@ -1,4 +1,4 @@
-"""The ready-to-run configurations, wherever the package is installed.
+"""The ready-to-run configurations, wherever the package is installed, and the one that `stickslip init` writes.
 
 A wheel carries them inside the package (``stickslip/configs``); in a checkout, and in an editable install of one, they
 are the folder ``configs`` at its root. Those in folders below it are called by folder and name: ``article/fig3``.
@@ -16,6 +16,11 @@ from stickslip.vocabulary.suggest import nearest
 _PREFIX = "configs/"
 _PACKAGE = Path(__file__).resolve().parents[1]
 _FOLDERS = (_PACKAGE / "configs", _PACKAGE.parents[1] / "configs")
+
+
+def starter() -> str:
+    """Return the text of the configuration to start from: every section with a comment, ready to run and to change."""
+    return Path(__file__).with_name("starter.yaml").read_text(encoding="utf-8")
 
 
 def config_names() -> list[str]:
