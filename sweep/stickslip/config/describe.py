@@ -9,7 +9,7 @@ from typing import NamedTuple
 from stickslip.config.checks import refined_axes
 from stickslip.config.model import Config, Group, Range, Values
 from stickslip.config.sections import Sensor
-from stickslip.config.unit_warnings import natural_frequency, static_deflection
+from stickslip.config.unit_warnings import magnitudes
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import customary
 from stickslip.vocabulary.laws import LAW_MESSAGES
@@ -61,13 +61,13 @@ def describe(config: Config) -> Iterator[Row]:
 
 def _amounts(config: Config) -> Iterator[Row]:
     """Closed forms of the quantities, in terms that can be held against the machine at hand."""
-    for name, si, span, meaning in (
-        ("natural frequency", "s-1", natural_frequency(config), "sqrt(stiffness/mass)/(2 pi), without friction"),
-        ("static deflection", "m", static_deflection(config),
-         "mu_start times load over stiffness, where it breaks away"),
-    ):  # fmt: skip
-        if span is not None:
-            yield Row(name, span.text("Hz" if si == "s-1" else si) + _in_customary(si, *span), meaning)
+    spans = magnitudes(config)
+    for name, si, unit, meaning in (
+        ("natural frequency", "s-1", "Hz", "sqrt(stiffness/mass)/(2 pi), without friction"),
+        ("static deflection", "m", "m", "mu_start times load over stiffness, where it breaks away"),
+    ):
+        if span := spans.get(name):
+            yield Row(name, span.text(unit) + _in_customary(si, span.least, span.most), meaning)
 
 
 def _studies(config: Config) -> Iterator[Row]:
