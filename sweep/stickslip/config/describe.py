@@ -86,8 +86,8 @@ def _studies(config: Config) -> Iterator[Row]:
         meaning = f"audit {refine.audit:g}; other metrics {others}"
         yield Row("refine", f"boxes of 2^{refine.depth} + 1 cells along {', '.join(names)}", meaning)
     if (uncertain := config.uncertain) is not None:
-        for scatter in uncertain.quantities:
-            yield Row(scatter.name, "uncertain", scatter.in_words)
+        for name, scatter in uncertain.quantities.items():
+            yield Row(name, "uncertain", scatter.in_words(name))
         if uncertain.correlation is not None:
             yield Row("correlation", "of uncertain quantities", uncertain.correlation_in_words)
         method = "subset simulation" if uncertain.subset else "Sobol points"

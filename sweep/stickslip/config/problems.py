@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
+from pydantic import ValidationError
+
+from stickslip.config.sections import REFUSED, AnySection, Section
 from stickslip.config.yaml import Document, hint_about_decimals
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, visible
 from stickslip.vocabulary.suggest import listed, nearest, suggest
 
 _LONGEST_TEXT = 60  # characters of what is quoted in a message
 _WITHOUT_TEXT = {dict: "a mapping", list: "a list", type(None): "nothing"}
+_ENDS = ("low", "high")
+_EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
 _GLUED = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(\s*[:=]\s*)(\S.*)")  # a1:0.2, a1 = 0.2
 
 
@@ -54,6 +59,50 @@ class ProblemCollector:
         if value is not None or not path:
             self.refuse(path, f"a mapping with {expected}", hint)
         return {}
+
+    def read(
+        self, model: type[AnySection], path: Path, data: object, context: object = None, inside: int = 0
+    ) -> AnySection | None:
+        """The model of the data at `path`; None, and problems, if something is wrong with it.
+
+        context : of validation; where there is none, how many values of lists are explained. inside : how many of its
+        keys lead to the value at `path` already.
+        """
+        try:
+            return model.model_validate(data, context=context or [MOST_PROBLEMS])
+        except ValidationError as error:
+            self._refuse_all(error, model, path, inside)
+            return None
+
+    def section(self, model: type[AnySection], path: Path, data: object) -> AnySection:
+        """The section at `path`, of what of it is right; the rest becomes problems."""
+        known = self.keys_of(data, path, model.model_fields)
+        try:
+            return model.model_validate(known)
+        except ValidationError as error:
+            bad = self._refuse_all(error, model, path)
+        try:
+            return model.model_validate({key: value for key, value in known.items() if key not in bad})
+        except ValidationError:  # what was left out is missed by the rest; it is reported already
+            return model()
+
+    def _refuse_all(self, error: ValidationError, model: type[Section], path: Path, inside: int = 0) -> set[str | int]:
+        """Note the errors of pydantic; return the keys of the model that are wrong."""
+        details = error.errors(include_url=False)
+        for detail in details:
+            where, context = (*path, *detail["loc"][inside:]), detail.get("ctx", {})
+            around = model_at(model, detail["loc"][:-1])
+            if detail["type"] == REFUSED:
+                self.refuse(where, context["expected"], context["hint"], context["found"])
+            elif detail["type"] == "extra_forbidden":
+                self.unknown_key(where, around.model_fields)
+            elif detail["type"] != "missing":
+                self.refuse(where, _EXPECTED.get(detail["type"], detail["msg"]))
+            elif where[-1] not in self.meant:  # else it is there under another word
+                keys = [key for key, field in around.model_fields.items() if field.is_required() and key != "name"]
+                meaning = around.model_fields[str(where[-1])].description
+                self.add(where, f"missing, expected {meaning or listed(keys, 'and')}")
+        return {detail["loc"][0] for detail in details if detail["loc"]}
 
     def known_keys(self, data: Mapping[str, Any], path: Path, known: Collection[str]) -> dict[str, Any]:
         """`data` without keys that are not `known`, each of which is a problem."""
@@ -121,11 +170,14 @@ class ProblemCollector:
         return document.keys.get(path[:-1]) or (self._place(path[:-1]) if path else None)
 
     def _written(self, path: Path) -> Path:
-        """`path` as it is in the file, where `mass: [1, 2]` may stand for `mass: {values: [1, 2]}`, `x` for `[x]`."""
+        """`path` as it is in the file, where `mass: [1, 2]` may stand for `mass: {values: [1, 2]}`, `x` for `[x]`, and
+        `[0, 1]` for `{low: 0, high: 1}`."""
         value, written = self.document.data, []
         for key in path:
             if (key == "values" and isinstance(value, list)) or (isinstance(key, int) and isinstance(value, str)):
                 continue
+            if isinstance(value, list) and key in _ENDS:
+                key = _ENDS.index(str(key))
             written.append(key)
             inside = isinstance(value, dict) and key in value or isinstance(value, list) and isinstance(key, int)
             value = value[key] if inside else None
@@ -144,3 +196,12 @@ def _suggested(key: str, entries: dict[str, Any], known: Collection[str]) -> Sug
             return Suggestion(None, hint)
     near = suggest(key, known)
     return Suggestion(near, f"did you mean {near}?") if near else None
+
+
+def model_at(model: type[Section], keys: Path) -> type[Section]:
+    """The model in which the keys end that lead into another one."""
+    for key in keys:
+        field = model.model_fields.get(str(key))
+        types = (field.annotation, *get_args(field.annotation)) if field else ()
+        model = next((one for one in types if isinstance(one, type) and issubclass(one, Section)), model)
+    return model

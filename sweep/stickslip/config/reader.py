@@ -12,8 +12,6 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-from pydantic import ValidationError
-
 from stickslip.config import checks, examples, rules
 from stickslip.config.fit_section import COEFFICIENTS, with_fits
 from stickslip.config.model import Axis, Config, Group, Range, Values
@@ -21,11 +19,11 @@ from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
-from stickslip.config.sections import QUANTITY_SECTIONS, REFUSED, SECTIONS, AnySection, Solver
+from stickslip.config.sections import QUANTITY_SECTIONS, SECTIONS, Solver
 from stickslip.config.studies import STUDIES
 from stickslip.config.unit_warnings import warn_of_units
 from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_yaml
-from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
+from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.display_units import written_units
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
@@ -36,7 +34,6 @@ DEFAULT_TITLE = "Regimes of a friction oscillator"
 _AXIS_FORMS = "a list of values, or start, stop and num"
 _CURVE_FORMS = f"{', '.join(REPLACED)}, a4, or {', '.join(MEASURED)}, a4"
 _GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-_EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
 
 Given = Config | str | os.PathLike[str] | Mapping[str, Any]  # what stands for a configuration in Python
 
@@ -111,7 +108,7 @@ class _Reader(ProblemCollector):
         title = data.get("title", DEFAULT_TITLE)
         self.is_text(title, ("title",), "a text")
         raw = {key: self._mapping_of(data.get(key), (key,)) for key in (*SECTIONS, "axes")}
-        sections: dict[str, Any] = {key: self._section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
+        sections: dict[str, Any] = {key: self.section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
         axes = [axis for name, value in raw["axes"].items() if (axis := self._axis(name, value)) is not None]
         studies = self._studies(data, sections["solver"])
         given = self._given(raw, data.get("uncertain"))
@@ -147,10 +144,10 @@ class _Reader(ProblemCollector):
         studies: dict[str, Any] = {}
         for key in keys:
             if key == "uncertain":
-                studies[key] = read_uncertain(self, data[key], self._section, solver.early_stop)
+                studies[key] = read_uncertain(self, data[key], solver.early_stop)
                 continue
             known = self.known_keys(self._mapping_of(data[key], (key,)), (key,), STUDIES[key].model_fields)
-            if (section := self._valid(STUDIES[key], known, (key,))) is not None:
+            if (section := self.read(STUDIES[key], (key,), known)) is not None:
                 studies[key] = section
         return studies
 
@@ -183,38 +180,6 @@ class _Reader(ProblemCollector):
             value = value.get(key) if isinstance(value, dict) else None
         return hint_about_list(value)
 
-    def _section(self, model: type[AnySection], path: Path, data: Mapping[str, Any]) -> AnySection:
-        """A section from what of `data` is right; the rest becomes problems."""
-        known = self.known_keys(data, path, model.model_fields)
-        try:
-            return model.model_validate(known)
-        except ValidationError as error:
-            bad = self._report(error, path)
-        try:
-            return model.model_validate({key: value for key, value in known.items() if key not in bad})
-        except ValidationError:  # what was left out is missed by the rest; reported it is already
-            return model()
-
-    def _report(self, error: ValidationError, path: Path, skipped: int = 0) -> set[str | int]:
-        """Note the errors of pydantic; returns the keys that are wrong.
-
-        skipped : how many of its keys lead to the value at `path` already.
-        """
-        details = error.errors(include_url=False)
-        for detail in details:
-            where = (*path, *detail["loc"][skipped:])
-            context = detail.get("ctx", {})
-            if detail["type"] == REFUSED:
-                self.refuse(where, context["expected"], context["hint"], context["found"])
-            elif detail["type"] == "missing" and where[-1] in self.meant:
-                continue  # under another word
-            elif detail["type"] == "missing":
-                known = STUDIES[str(path[0])].model_fields[str(where[-1])].description if path[0] in STUDIES else None
-                self.add(where, f"missing, expected {known or _AXIS_FORMS}")
-            else:
-                self.refuse(where, _EXPECTED.get(detail["type"], detail["msg"]))
-        return {detail["loc"][0] for detail in details}
-
     # --- axes ---------------------------------------------------------------------------------------------------------
 
     def _axis(self, name: str, raw: object) -> Axis | None:
@@ -233,26 +198,16 @@ class _Reader(ProblemCollector):
             return self._values(name, known["values"], (*path, "values"))
         if isinstance(raw, dict) and raw:
             known = self.known_keys(raw, path, [key for key in Range.model_fields if key != "name"])
-            return self._valid(Range, {"name": name, **known}, path)
+            return self.read(Range, path, {"name": name, **known})
         self.refuse(path, _AXIS_FORMS, f"{name}: {_example_range(name)}")
         return None
-
-    def _valid(
-        self, model: type[AnySection], data: Mapping[str, Any], path: Path, skipped: int = 0
-    ) -> AnySection | None:
-        """The model of `data`, found at `path`; None if something is wrong with it. `skipped`: see `_report`."""
-        try:
-            return model.model_validate(data, context=[MOST_PROBLEMS])
-        except ValidationError as error:
-            self._report(error, path, skipped)
-            return None
 
     def _values(self, name: str, raw: object, path: Path) -> Values | None:
         """The list of values at `path`."""
         if not isinstance(raw, list) or not raw:
             self.refuse(path, "a list of values")
             return None
-        return self._valid(Values, {"name": name, "values": raw}, path, skipped=1)
+        return self.read(Values, path, {"name": name, "values": raw}, inside=1)
 
     def _group(self, path: Path, raw: Mapping[str, Any]) -> Group | None:
         """Quantities that vary together, under a name of their own."""

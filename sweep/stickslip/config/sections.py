@@ -15,7 +15,16 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Annotated, Any, ClassVar, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationInfo, create_model, field_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    ValidationInfo,
+    create_model,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import CoreSchema, PydanticCustomError
 from pydantic_core.core_schema import no_info_before_validator_function
 
@@ -215,6 +224,13 @@ class Section(BaseModel):
     model_config = ConfigDict(defer_build=True, extra="forbid", frozen=True)
     rows: ClassVar[Mapping[str, Parameter]] = {}
 
+    @model_validator(mode="before")
+    @classmethod
+    def _is_mapping(cls, value: object) -> object:
+        if not isinstance(value, dict | Section):
+            raise refused(f"a mapping with the keys {listed(cls.model_fields)}")
+        return value
+
     @field_validator("*", mode="before")
     @classmethod
     def _number(cls, value: object, info: ValidationInfo) -> object:
@@ -251,6 +267,8 @@ def _same(one: Any, other: Any) -> bool:
     """Equality of values; NaN, which stands for a word, is equal to itself."""
     if isinstance(one, tuple) and isinstance(other, tuple):
         return len(one) == len(other) and all(map(_same, one, other))
+    if isinstance(one, dict) and isinstance(other, dict):  # whose order is that of the file
+        return _same(tuple(one.items()), tuple(other.items()))
     return bool(one == other or (one != one and other != other))
 
 
