@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import Any, NamedTuple, get_args
 
 from pydantic import ValidationError
@@ -60,37 +60,34 @@ class ProblemCollector:
             self.refuse(path, f"a mapping with {expected}", hint)
         return {}
 
-    def read(
-        self, model: type[AnySection], path: Path, data: object, context: object = None, inside: int = 0
-    ) -> AnySection | None:
+    def read(self, model: type[AnySection], path: Path, data: object, context: object = None) -> AnySection | None:
         """The model of the data at `path`; None, and problems, if something is wrong with it.
 
-        context : of validation; where there is none, how many values of lists are explained. inside : how many of its
-        keys lead to the value at `path` already.
+        context : of validation; unless given, of lists: how many wrong values are explained, which takes its time.
         """
         try:
-            return model.model_validate(data, context=context or [MOST_PROBLEMS])
+            return model.model_validate(data, context=[MOST_PROBLEMS] if context is None else context)
         except ValidationError as error:
-            self._refuse_all(error, model, path, inside)
+            self._refuse_all(error, model, path)
             return None
 
     def section(self, model: type[AnySection], path: Path, data: object) -> AnySection:
         """The section at `path`, of what of it is right; the rest becomes problems."""
-        known = self.keys_of(data, path, model.model_fields)
         try:
-            return model.model_validate(known)
+            return model.model_validate(data)
         except ValidationError as error:
             bad = self._refuse_all(error, model, path)
+        known = data if isinstance(data, dict) else {}
         try:
             return model.model_validate({key: value for key, value in known.items() if key not in bad})
         except ValidationError:  # what was left out is missed by the rest; it is reported already
             return model()
 
-    def _refuse_all(self, error: ValidationError, model: type[Section], path: Path, inside: int = 0) -> set[str | int]:
-        """Note the errors of pydantic; return the keys of the model that are wrong."""
-        details = error.errors(include_url=False)
+    def _refuse_all(self, error: ValidationError, model: type[Section], path: Path) -> set[str | int]:
+        """Note the errors of pydantic, misspelt keys before those they were meant to be; return the wrong keys."""
+        details = sorted(error.errors(include_url=False), key=lambda detail: detail["type"] != "extra_forbidden")
         for detail in details:
-            where, context = (*path, *detail["loc"][inside:]), detail.get("ctx", {})
+            where, context = (*path, *detail["loc"]), detail.get("ctx", {})
             around = model_at(model, detail["loc"][:-1])
             if detail["type"] == REFUSED:
                 self.refuse(where, context["expected"], context["hint"], context["found"])
@@ -174,13 +171,13 @@ class ProblemCollector:
         `[0, 1]` for `{low: 0, high: 1}`."""
         value, written = self.document.data, []
         for key in path:
-            if (key == "values" and isinstance(value, list)) or (isinstance(key, int) and isinstance(value, str)):
+            inside = isinstance(value, dict) and key in value
+            if (key == "values" and not inside) or (isinstance(key, int) and isinstance(value, str)):
                 continue
             if isinstance(value, list) and key in _ENDS:
                 key = _ENDS.index(str(key))
             written.append(key)
-            inside = isinstance(value, dict) and key in value or isinstance(value, list) and isinstance(key, int)
-            value = value[key] if inside else None
+            value = value[key] if inside or (isinstance(value, list) and isinstance(key, int)) else None
         return tuple(written)
 
 

@@ -97,21 +97,21 @@ class _Reader(ProblemCollector):
 
     def config(self) -> Config:
         """The configuration. Raises ConfigError."""
-        whole = self._mapping_of(self.document.data, ())
+        known = [key for key in (*Config.model_fields, *self._others) if checks.belongs(self._rig, key)]
+        whole = self.mapping(self.document.data, (), f"the keys {listed(known)}")
         if not isinstance(self.document.data, dict):  # everything else would be missing
             raise ConfigError(self.document.name, self.problems)
         for problem in checks.misplaced(self._rig, whole):
             self.meant |= DRIVE.keys() if problem.path == ("drive",) else set()
             self.add(problem.path, problem.message, problem.hint, at_key=True)
-        known = [key for key in (*Config.model_fields, *self._others) if checks.belongs(self._rig, key)]
         data = self.known_keys(whole, (), known)
         title = data.get("title", DEFAULT_TITLE)
         self.is_text(title, ("title",), "a text")
-        raw = {key: self._mapping_of(data.get(key), (key,)) for key in (*SECTIONS, "axes")}
-        sections: dict[str, Any] = {key: self.section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
-        axes = [axis for name, value in raw["axes"].items() if (axis := self._axis(name, value)) is not None]
+        sections: dict[str, Any] = {key: self.section(model, (key,), data.get(key)) for key, model in SECTIONS.items()}
+        varied = self.mapping(data.get("axes"), ("axes",), "names of quantities")
+        axes = [axis for name, value in varied.items() if (axis := self._axis(name, value)) is not None]
         studies = self._studies(data, sections["solver"])
-        given = self._given(raw, data.get("uncertain"))
+        given = self._given(data)
         self._check_once(given)
         self._check_curve(given)
         self._check_law(sections["friction"], given)
@@ -146,20 +146,11 @@ class _Reader(ProblemCollector):
             if key == "uncertain":
                 studies[key] = read_uncertain(self, data[key], solver.early_stop)
                 continue
-            known = self.known_keys(self._mapping_of(data[key], (key,)), (key,), STUDIES[key].model_fields)
-            if (section := self.read(STUDIES[key], (key,), known)) is not None:
+            if (section := self.read(STUDIES[key], (key,), data[key])) is not None:
                 studies[key] = section
         return studies
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
-
-    def _mapping_of(self, value: object, path: Path) -> dict[str, Any]:
-        """`value` if it is a mapping, with the keys that belong there; else an empty one, which may be a problem."""
-        section = (SECTIONS | STUDIES).get(str(path[0])) if path else None
-        whole = [key for key in Config.model_fields if checks.belongs(self._rig, key)]
-        keys = listed(section.model_fields if section else whole)
-        hint = f"output: {{file: {value}}}" if path == ("output",) and isinstance(value, str) else None
-        return self.mapping(value, path, "names of quantities" if path == ("axes",) else f"the keys {keys}", hint)
 
     def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
         """Note that the last key of `path` is none of those `known`; a quantity belongs elsewhere."""
@@ -191,27 +182,17 @@ class _Reader(ProblemCollector):
             quantities = [quantity for quantity in QUANTITIES if checks.belongs(self._rig, quantity)]
             self.unknown_key(path, quantities, "quantity", "a group of quantities needs the key zip")
             return None
-        if isinstance(raw, list):
-            return self._values(name, raw, path)
-        if isinstance(raw, dict) and "values" in raw:
-            known = self.known_keys(raw, path, ("values",))
-            return self._values(name, known["values"], (*path, "values"))
-        if isinstance(raw, dict) and raw:
-            known = self.known_keys(raw, path, [key for key in Range.model_fields if key != "name"])
-            return self.read(Range, path, {"name": name, **known})
-        self.refuse(path, _AXIS_FORMS, f"{name}: {_example_range(name)}")
-        return None
-
-    def _values(self, name: str, raw: object, path: Path) -> Values | None:
-        """The list of values at `path`."""
-        if not isinstance(raw, list) or not raw:
-            self.refuse(path, "a list of values")
+        data = {"values": raw} if isinstance(raw, list) else raw
+        if not isinstance(data, dict) or not data:
+            self.refuse(path, _AXIS_FORMS, f"{name}: {_example_range(name)}")
             return None
-        return self.read(Values, path, {"name": name, "values": raw}, inside=1)
+        model: type[Range | Values] = Values if "values" in data else Range
+        known = self.known_keys(data, path, [key for key in model.model_fields if key != "name"])
+        return self.read(model, path, {"name": name, **known})
 
     def _group(self, path: Path, raw: Mapping[str, Any]) -> Group | None:
         """Quantities that vary together, under a name of their own."""
-        name, before = str(path[-1]), len(self.problems)
+        name, labels, before = str(path[-1]), raw.get("labels"), len(self.problems)
         if name in QUANTITIES or name in MAP_VARIABLES or not _GROUP_NAME.fullmatch(name):
             expected = "a name of its own for the group: a word that is no quantity and no result"
             self.add(path, f"got the name {name}, expected {expected}", at_key=True)
@@ -220,45 +201,36 @@ class _Reader(ProblemCollector):
             self.add((*path, "zip"), "expected a mapping of quantities to lists of values", "zip: {mass: [1, 2], ...}")
             return None
         zipped = self.known_keys(lists, (*path, "zip"), QUANTITIES)
-        members = [self._values(member, value, (*path, "zip", member)) for member, value in zipped.items()]
-        labels = raw.get("labels")
-        lengths = {(*path, "zip", key): len(value) for key, value in zipped.items() if isinstance(value, list)}
-        if labels is not None and self._are_labels(labels, (*path, "labels")):
-            lengths[(*path, "labels")] = len(labels)
-        self._check_lengths(lengths)
+        members = [self.read(Values, (*path, "zip", member), {"name": member, "values": values})
+                   for member, values in zipped.items()]  # fmt: skip
+        if labels is not None and not isinstance(labels, list):
+            self.refuse((*path, "labels"), "a list of names")
+        for i, label in enumerate(labels if isinstance(labels, list) else ()):
+            if self.is_text(label, (*path, "labels", i), "a name") and label in labels[:i]:
+                self.refuse((*path, "labels", i), "a name that is not in the list yet")
+        columns = {(*path, "zip", member): values for member, values in zipped.items()} | {(*path, "labels"): labels}
+        lengths = {place: len(values) for place, values in columns.items() if isinstance(values, list)}
+        first = next(iter(lengths), ())
+        for place, length in lengths.items():
+            if length != lengths[first]:
+                self.add(place, f"got {length} values, expected {lengths[first]} like {first[-1]}{self.line(first)}")
         if len(self.problems) > before:
             return None
-        return Group(name=name, members=tuple(m for m in members if m), labels=labels)
-
-    def _are_labels(self, labels: object, path: Path) -> bool:
-        """True if `labels` is a list of texts that differ; if not, the reason is noted."""
-        if not isinstance(labels, list):
-            self.refuse(path, "a list of names")
-            return False
-        for i, label in enumerate(labels):
-            if self.is_text(label, (*path, i), "a name") and label in labels[:i]:
-                self.refuse((*path, i), "a name that is not in the list yet")
-        return True
-
-    def _check_lengths(self, lengths: Mapping[Path, int]) -> None:
-        """Lists of a group are of one length."""
-        first = next(iter(lengths), ())
-        for path, length in lengths.items():
-            if length != lengths[first]:
-                self.add(path, f"got {length} values, expected {lengths[first]} like {first[-1]}{self.line(first)}")
+        return Group(name=name, members=tuple(member for member in members if member), labels=labels)
 
     # --- every quantity exactly once ----------------------------------------------------------------------------------
 
-    def _given(self, raw: Mapping[str, Mapping[str, Any]], uncertain: object) -> dict[str, list[Path]]:
+    def _given(self, data: Mapping[str, Any]) -> dict[str, list[Path]]:
         """The positions at which each quantity is given, rightly or wrongly."""
+        inside = {key: value if isinstance(value, dict) else {} for key, value in data.items()}
         paths: list[Path] = [(key, name) for key, model in QUANTITY_SECTIONS.items()
-                             for name in raw[key] if name in model.model_fields and name in QUANTITIES]  # fmt: skip
-        scattered = uncertain.get("quantities") if isinstance(uncertain, dict) else None
-        named = scattered if isinstance(scattered, dict) else ()
-        paths += [(*QUANTITIES_PATH, name) for name in named if name in QUANTITIES]
+                             for name in inside.get(key, ()) if name in model.model_fields]  # fmt: skip
+        scattered = inside.get("uncertain", {}).get("quantities")
+        paths += [(*QUANTITIES_PATH, name) for name in scattered] if isinstance(scattered, dict) else []
         given: dict[str, list[Path]] = {}
-        for path in [*paths, *checks.varied_paths(raw["axes"])]:
-            given.setdefault(str(path[-1]), []).append(path)
+        for path in (*paths, *checks.varied_paths(inside.get("axes", {}))):
+            if path[-1] in QUANTITIES:
+                given.setdefault(str(path[-1]), []).append(path)
         return given
 
     def _check_once(self, given: Mapping[str, list[Path]]) -> None:

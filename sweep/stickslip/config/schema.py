@@ -6,7 +6,6 @@ exactly once, and what must hold between quantities, is checked by `load_config`
 
 from __future__ import annotations
 
-
 from stickslip.config.model import Range
 from stickslip.config.problems import model_at
 from stickslip.config.reader import DEFAULT_TITLE

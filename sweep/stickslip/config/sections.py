@@ -226,10 +226,15 @@ class Section(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _is_mapping(cls, value: object) -> object:
-        if not isinstance(value, dict | Section):
-            raise refused(f"a mapping with the keys {listed(cls.model_fields)}")
-        return value
+    def _mapping(cls, value: object) -> object:
+        if not isinstance(value, dict | Section | None):
+            raise refused(f"a mapping with the keys {listed(cls.model_fields)}", cls._meant(value))
+        return {} if value is None else value
+
+    @classmethod
+    def _meant(cls, value: object) -> str | None:
+        """A hint for what is given in place of a mapping."""
+        return None
 
     @field_validator("*", mode="before")
     @classmethod
@@ -376,6 +381,10 @@ class Output(Section):
     variables: Annotated[tuple[Annotated[str, one_of(VARIABLES, "a variable of a map")], ...] | None, _VARIABLES] = (
         Field(None, description="variables of a map that are stored and written, the others are not; regime always is")
     )
+
+    @classmethod
+    def _meant(cls, value: object) -> str | None:
+        return f"output: {{file: {value}}}" if isinstance(value, str) else None
 
     @field_validator("variables")
     @classmethod
