@@ -16,7 +16,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import reduce
-from operator import getitem
+from operator import add, getitem
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +28,8 @@ from stickslip.config.yaml import Document
 from stickslip.errors import Problem, UnitWarning
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import LIKELY
+from stickslip.vocabulary.models import BREAKAWAY, model_of, model_with
+from stickslip.vocabulary.parameter import FRICTION
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
@@ -43,7 +45,7 @@ _FAR_OFF = 10.0  # times: as near a value that replaces another one is expected
 _ENDS = 1e-6  # relative, of what is copied from a screen
 _BARE_HINT = "numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help units`)"
 _WRITTEN_HINT = "it is computed as it is written (`stickslip help units`)"
-_FRICTION = (QUANTITIES["mu_start"].plausible or (math.inf,))[-1]
+_FRICTION = FRICTION[-1]
 
 
 @dataclass(frozen=True)
@@ -77,21 +79,20 @@ class Span:
 
 
 Spans = Mapping[str, Span]
-# What several quantities come to, by name; SI.
+# What several quantities come to, by name. `friction` is that at break-away, `slope` and `decay` are of the curve.
 _DERIVED: dict[str, Callable[[Spans], Span]] = {
-    "friction": lambda q: q["mu_start"] if "mu_start" in q else q["a1"] + q["a3"],  # at break-away, by either form
     "natural frequency": lambda q: (q["stiffness"] / q["mass"]).root().scaled(0.5 / math.pi),
     "static deflection": lambda q: q["friction"] * q["normal_load"] / q["stiffness"],
-    "speeds": lambda q: q["belt_speed"] / q["a4"],
+    "speeds": lambda q: q["belt_speed"] / q["decay"],
     "damping ratio": lambda q: q["damping"] / (q["stiffness"] * q["mass"]).root().scaled(2.0),
-    "rise": lambda q: q["a2"] * q["belt_speed"],
+    "rise": lambda q: q["slope"] * q["belt_speed"],
 }
 # Of a number without a unit: what it comes to with others, from where on that is implausible, and why.
 _RELATIONS = (
     # A belt so many times faster than the speed over which friction falls never reaches the drop, whatever the spring.
-    ("belt_speed", "speeds", 30.0, ", {:.0f} times a4"),
+    ("belt_speed", "speeds", 30.0, ", {:.0f} times {decay}"),
     ("damping", "damping ratio", 10.0, ", {:.3g} times critical damping, under which nothing oscillates"),
-    ("a2", "rise", _IMPOSSIBLE, ", which adds {:.3g} to the friction coefficient at the speed of the belt"),
+    ("slope", "rise", _IMPOSSIBLE, ", which adds {:.3g} to the friction coefficient at the speed of the belt"),
 )
 
 
@@ -200,21 +201,21 @@ def friction_question_of_cells(cells: Mapping[str, NDArray[np.float64]]) -> str 
 
     Cells of ratios, of which two of mass, stiffness and load are 1, are not questioned.
     """
-    start = np.fmax(cells["a1"] + cells["a3"], cells["mu_static"])
+    start = model_with(cells).static_of(cells)
     if not (start > _FRICTION).any():
         return None
     ones = sum((cells[name] == 1.0).astype(np.int8) for name in ("mass", "stiffness", "normal_load"))
     odd = start[(start > _FRICTION) & (ones < 2)]
-    return _friction_question(float(odd.max()), "mu_start") if odd.size else None
+    return _friction_question(float(odd.max()), BREAKAWAY) if odd.size else None
 
 
-def friction_question_of_fit(mu_start: float, measured: ArrayLike | None) -> str | None:
+def friction_question_of_fit(breakaway: float, measured: ArrayLike | None) -> str | None:
     """The question about a fitted curve whose friction is implausible, at its points or at break-away."""
     most = 0.0 if measured is None else float(np.max(measured))
     if most > _FRICTION:
         return _friction_question(most, "measured friction")
     follows = " It follows from the fit, not from a point."
-    return f"{_friction_question(mu_start, 'mu_start')}{follows}" if mu_start > _FRICTION else None
+    return f"{_friction_question(breakaway, BREAKAWAY)}{follows}" if breakaway > _FRICTION else None
 
 
 def _friction_question(value: float, what: str) -> str:
@@ -241,10 +242,20 @@ def magnitudes(config: Config) -> dict[str, Span]:
     points |= {name: np.array([value]) for name, value in config.fixed().items()}
     numbers = {name: np.abs(values[~np.isnan(values)]) for name, values in points.items()}
     spans = {name: Span(float(sizes.min()), float(sizes.max())) for name, sizes in numbers.items() if sizes.size}
+    model = model_of(config.friction.law)
+    spans |= {role: spans[name] for role, name in _roles(config).items() if name in spans}
+    if BREAKAWAY in spans or all(name in spans for name in model.levels):
+        spans["friction"] = spans.get(BREAKAWAY) or reduce(add, (spans[name] for name in model.levels))
     for name, formula in _DERIVED.items():
         with suppress(KeyError):  # a quantity that is not known
             spans[name] = formula(spans)
     return spans
+
+
+def _roles(config: Config) -> dict[str, str]:
+    """The names of the slope and the decay speed of the friction curve, if there is one."""
+    curve = model_of(config.friction.law).curve
+    return {"slope": curve.slope, "decay": curve.decay} if curve else {}
 
 
 def _bare_numbers(data: Any) -> dict[str, Span]:
@@ -279,12 +290,14 @@ def _doubts(config: Config, bare: Spans, may_lack: Collection[str]) -> list[Doub
         "friction" in spans and spans["friction"].most >= _FRICTION_OF_RATIOS
         and all(name in spans and low <= spans[name].least <= high for name in ("mass", "normal_load"))
     )  # fmt: skip
-    doubts = [*_single_values(spans, bare, _IMPOSSIBLE if of_ratios else _FRICTION)]
-    for name, derived, limit, reason in _RELATIONS:
+    doubts = [*_single_values(config, spans, bare, _IMPOSSIBLE if of_ratios else _FRICTION)]
+    roles = _roles(config)
+    for role, derived, limit, reason in _RELATIONS:
+        name = roles.get(role, role)
         if name in related and derived in spans and (least := spans[derived].least) > limit:
             if name != "belt_speed" or spans[name].least > _SLOW:
                 more = " and more" if name == "belt_speed" and spans[name].least < spans[name].most else ""
-                doubts.append(_doubt(spans, related, name, reason.format(least) + more))
+                doubts.append(_doubt(spans, related, name, reason.format(least, **roles) + more))
     if not of_ratios:
         doubts += _machine(spans, related)
     first: dict[str, Doubt] = {}
@@ -293,7 +306,7 @@ def _doubts(config: Config, bare: Spans, may_lack: Collection[str]) -> list[Doub
     return list(first.values())
 
 
-def _single_values(spans: Spans, bare: Spans, most_friction: float) -> Iterator[Doubt]:
+def _single_values(config: Config, spans: Spans, bare: Spans, most_friction: float) -> Iterator[Doubt]:
     coefficients = False
     for name, row in QUANTITIES.items():
         if row.plausible is None or name not in spans:
@@ -309,9 +322,9 @@ def _single_values(spans: Spans, bare: Spans, most_friction: float) -> Iterator[
         elif span.most > most:
             upto, largest = "up to " if span.least < span.most else "", f"{span.most:.3g}"
             yield Doubt(name, f"{upto}{largest} {_unit(name)}", "", f"{largest} {LIKELY[row.units]}")
-    start = spans.get("friction")
+    start, levels = spans.get("friction"), model_of(config.friction.law).levels
     if not coefficients and start is not None and start.most > most_friction:
-        yield Doubt("a3", f"mu_start = a1 + a3 = {start.text()}", ", a friction coefficient")
+        yield Doubt(levels[-1], f"{BREAKAWAY} = {' + '.join(levels)} = {start.text()}", ", a friction coefficient")
 
 
 def _machine(spans: Spans, bare: Spans) -> Iterator[Doubt]:
