@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping
-from typing import Any, NamedTuple, get_args
+from typing import Any, get_args
 
 from pydantic import ValidationError
 
@@ -18,13 +18,6 @@ _WITHOUT_TEXT = {dict: "a mapping", list: "a list", type(None): "nothing"}
 _ENDS = ("low", "high")
 _EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
 _GLUED = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(\s*[:=]\s*)(\S.*)")  # mass:0.2, mass = 0.2
-
-
-class Suggestion(NamedTuple):
-    """The key that an unknown one was probably meant to be, if it is one that is known, and the next step."""
-
-    key: str | None
-    hint: str
 
 
 class ProblemCollector:
@@ -115,8 +108,8 @@ class ProblemCollector:
     def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
         """Note that the last key of `path` is none of those `known`."""
         if suggestion := _suggested(str(path[-1]), self._around(path), known):
-            self.meant |= {suggestion.key} if suggestion.key else set()
-            hint = suggestion.hint
+            meant, hint = suggestion
+            self.meant |= {meant} if meant else set()
         if any(problem.path == path[:-1] and problem.place == self._place(path, True) for problem in self.problems):
             return  # that it is no word is noted already
         self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
@@ -181,18 +174,21 @@ class ProblemCollector:
         return tuple(written)
 
 
-def _suggested(key: str, entries: dict[str, Any], known: Collection[str]) -> Suggestion | None:
-    """The key that an unknown one was probably meant to be; `entries` is the mapping it stands in."""
+def _suggested(key: str, entries: dict[str, Any], known: Collection[str]) -> tuple[str | None, str] | None:
+    """The key that an unknown one was probably meant to be, if it is one that is known, and the next step.
+
+    entries : the mapping in which the unknown one stands.
+    """
     if entries.get(key) is None:
         if glued := _GLUED.fullmatch(key):
             name, sign, value = glued.groups()
             if ours := name if name in known else nearest(name, known):
                 lacks = "a space after the colon" if ":" in sign else "a colon and a space instead of ="
-                return Suggestion(ours, f"write {lacks}: {ours}: {value}")
+                return ours, f"write {lacks}: {ours}: {value}"
         if hint := hint_about_decimals(key, entries):
-            return Suggestion(None, hint)
+            return None, hint
     near = suggest(key, known)
-    return Suggestion(near, f"did you mean {near}?") if near else None
+    return (near, f"did you mean {near}?") if near else None
 
 
 def model_at(model: type[Section], keys: Path) -> type[Section]:

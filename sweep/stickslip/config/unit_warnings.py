@@ -150,7 +150,7 @@ def warn_of_cell(source: str, given: Mapping[str, Any], recipe: Config | None, m
 
     source : the option that gave them. given : by quantity. recipe : what the cell was picked out of, `made` the cell.
     """
-    spans = {} if recipe is None else magnitudes(recipe)
+    spans = magnitudes(recipe) if recipe else {}
     plain: dict[str, Any] = {}
     lines = []
     for name, value in given.items():
