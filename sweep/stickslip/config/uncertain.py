@@ -19,9 +19,9 @@ from stickslip.config.sections import (
     Schema,
     Section,
     list_of,
-    of_row,
     one_of,
     refused,
+    with_rows,
 )
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
@@ -212,13 +212,8 @@ class Matrix(Section):
 # --- sampling ---------------------------------------------------------------------------------------------------------
 
 
-class Subset(Section):
+class Subset(with_rows(Section, SUBSET)):  # type: ignore[misc]
     """Subset simulation: rare stick-slip, one order of magnitude after the other."""
-
-    rows = SUBSET
-    samples: int = of_row(SUBSET["samples"])
-    repetitions: int = of_row(SUBSET["repetitions"])
-    seed: int = of_row(SUBSET["seed"])
 
     @field_validator("samples")
     @classmethod
@@ -239,13 +234,9 @@ def _quantiles(value: object) -> tuple[float, ...]:
 _QUANTILE: Schema = {"exclusiveMinimum": 0, "exclusiveMaximum": 1}
 
 
-class Sampling(Section):
+class Sampling(with_rows(Section, UNCERTAIN)):  # type: ignore[misc]
     """How uncertain inputs are drawn, and what is told of the results."""
 
-    rows = UNCERTAIN
-    draws: int = of_row(UNCERTAIN["draws"])
-    scramblings: int = of_row(UNCERTAIN["scramblings"])
-    seed: int = of_row(UNCERTAIN["seed"])
     metrics: Annotated[
         tuple[Annotated[str, one_of(METRICS, "a result")], ...],
         list_of(METRICS, "a list of results", unique=True, single=True, empty=True),
