@@ -64,7 +64,7 @@ class ProblemCollector:
             self._refuse_all(error, model, path)
             return None
 
-    def section(self, model: type[AnySection], path: Path, data: object) -> AnySection:
+    def section_of(self, model: type[AnySection], path: Path, data: object) -> AnySection:
         """The section at `path`, of what of it is right; the rest becomes problems."""
         try:
             return model.model_validate(data)

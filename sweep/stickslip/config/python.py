@@ -138,7 +138,8 @@ def _range(values: Any, row: Parameter, path: Path) -> dict[str, Any] | None:
 
 def _scalar(given: Any) -> Any:
     """A number or a path as YAML would give it; anything else as it is."""
-    for kind, plain in ((bool | np.bool_, bool), (Integral, int), (Real, float), (str, str)):
+    kinds: tuple[tuple[Any, Any], ...] = ((bool | np.bool_, bool), (Integral, int), (Real, float), (str, str))
+    for kind, plain in kinds:
         if isinstance(given, kind):
             return plain(given)
     return os.fspath(given) if isinstance(given, os.PathLike) else given

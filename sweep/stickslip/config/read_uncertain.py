@@ -29,13 +29,13 @@ def read_uncertain(problems: ProblemCollector, raw: object, early_stop: bool) ->
     """The section in plain data `raw`; None where something is wrong with it. early_stop : of the solver."""
     path: Path = (SECTION,)
     data = problems.keys_of(raw, path, ("quantities", "correlation", "covariance", "subset", *Sampling.model_fields))
-    sampling = problems.section(Sampling, path, {key: data[key] for key in data if key in Sampling.model_fields})
+    sampling = problems.section_of(Sampling, path, {key: data[key] for key in data if key in Sampling.model_fields})
     for name in sampling.metrics if early_stop else ():
         if VARIABLES[name].when != "always":
             problems.refuse((*path, "metrics"), f"no {name}: it needs solver: {{early_stop: false}} and a horizon")
     subset = None
     if "subset" in data:
-        subset = problems.section(Subset, (*path, "subset"), data["subset"])
+        subset = problems.section_of(Subset, (*path, "subset"), data["subset"])
         for key in (key for key in NOT_WITH_SUBSET if key in data):
             problems.add((*path, key), f"got {key} besides subset, expected one of them",
                          "subset simulation tells the probability of stick-slip and nothing else",
@@ -59,7 +59,10 @@ def read_uncertain(problems: ProblemCollector, raw: object, early_stop: bool) ->
         problems.refuse((*path, "indices"), "false: Sobol indices are defined for independent inputs",
                         "leave the correlation out to see which input matters")  # fmt: skip
     settings = dict(sampling) | {"indices": correlation is None if sampling.indices is None else sampling.indices}
-    return Uncertain.model_construct(**settings, quantities=scatters, correlation=correlation, subset=subset)
+    whole: Uncertain = Uncertain.model_construct(
+        **settings, quantities=scatters, correlation=correlation, subset=subset
+    )
+    return whole
 
 
 # --- one quantity -----------------------------------------------------------------------------------------------------

@@ -107,7 +107,9 @@ class _Reader(ProblemCollector):
         data = self.known_keys(whole, (), known)
         title = data.get("title", DEFAULT_TITLE)
         self.is_text(title, ("title",), "a text")
-        sections: dict[str, Any] = {key: self.section(model, (key,), data.get(key)) for key, model in SECTIONS.items()}
+        sections: dict[str, Any] = {
+            key: self.section_of(model, (key,), data.get(key)) for key, model in SECTIONS.items()
+        }
         varied = self.mapping(data.get("axes"), ("axes",), "names of quantities")
         axes = [axis for name, value in varied.items() if (axis := self._axis(name, value)) is not None]
         studies = self._studies(data, sections["solver"])
@@ -205,12 +207,13 @@ class _Reader(ProblemCollector):
                    for member, values in zipped.items()]  # fmt: skip
         if labels is not None and not isinstance(labels, list):
             self.refuse((*path, "labels"), "a list of names")
-        for i, label in enumerate(labels if isinstance(labels, list) else ()):
-            if self.is_text(label, (*path, "labels", i), "a name") and label in labels[:i]:
+        names = labels if isinstance(labels, list) else []
+        for i, label in enumerate(names):
+            if self.is_text(label, (*path, "labels", i), "a name") and label in names[:i]:
                 self.refuse((*path, "labels", i), "a name that is not in the list yet")
         columns = {(*path, "zip", member): values for member, values in zipped.items()} | {(*path, "labels"): labels}
         lengths = {place: len(values) for place, values in columns.items() if isinstance(values, list)}
-        first = next(iter(lengths), ())
+        first: Path = next(iter(lengths), ())
         for place, length in lengths.items():
             if length != lengths[first]:
                 self.add(place, f"got {length} values, expected {lengths[first]} like {first[-1]}{self.line(first)}")

@@ -262,7 +262,7 @@ class Section(BaseModel):
         """Equality of what is resolved, in this order; NaN, which stands for a word, is equal to itself."""
         if type(self) is not type(other):
             return NotImplemented
-        return repr(self.resolved()) == repr(other.resolved())  # type: ignore[attr-defined]
+        return repr(self.resolved()) == repr(other.resolved())
 
 
 AnySection = TypeVar("AnySection", bound=Section)

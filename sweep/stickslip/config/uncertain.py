@@ -6,6 +6,7 @@ The models are shaped like the file; `read_uncertain.py` checks what must hold b
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from stickslip.config.sections import (
 )
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
+from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import SEARCHABLE
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.settings import SUBSET, UNCERTAIN
@@ -55,7 +57,8 @@ class _Numbers(Section):
     @field_validator("*", mode="before")
     @classmethod
     def _number(cls, value: object, info: ValidationInfo) -> float:
-        name, row = str(info.field_name), info.context
+        name = str(info.field_name)
+        row: Parameter = info.context  # type: ignore[assignment]
         unit, (least, hint) = "1" if name == "factor" else row.units, _MORE_THAN.get(name, (-math.inf, None))
         try:
             number = units.si_value(value, unit)
@@ -182,9 +185,10 @@ class Matrix(Section):
     @field_validator("between", mode="before")
     @classmethod
     def _names(cls, names: Any, info: ValidationInfo) -> Any:
+        possible: Collection[str] = info.context or ()
         if not (isinstance(names, list) and len(names) > 1 and len(set(map(str, names))) == len(names)
-                and all(isinstance(name, str) and name in info.context for name in names)):  # fmt: skip
-            raise refused(f"two or more of the uncertain quantities: {listed(info.context)}", _EXAMPLE)
+                and all(isinstance(name, str) and name in possible for name in names)):  # fmt: skip
+            raise refused(f"two or more of the uncertain quantities: {listed(possible)}", _EXAMPLE)
         return names
 
     @field_validator("matrix", mode="before")
@@ -287,8 +291,8 @@ class Uncertain(Sampling):
     def draws_per_cell(self) -> int:
         """Cells computed for each cell of the axes: by one simulation of a subset simulation, one level."""
         if self.subset is not None:
-            return self.subset.samples * self.subset.repetitions
-        return self.draws * self.scramblings * (len(self.quantities) + 2 if self.indices else 1)
+            return int(self.subset.samples * self.subset.repetitions)
+        return int(self.draws * self.scramblings * (len(self.quantities) + 2 if self.indices else 1))
 
     @property
     def correlation_in_words(self) -> str:
