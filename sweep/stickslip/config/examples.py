@@ -25,8 +25,7 @@ def starter() -> str:
 
 def config_names() -> list[str]:
     """Names of the configurations that come with the package, sorted, without ``.yaml``; folders before a slash."""
-    folder = _folder()
-    return sorted(path.relative_to(folder).with_suffix("").as_posix() for path in folder.rglob("*.yaml"))
+    return sorted(_shipped())
 
 
 def config_path(name: str) -> Path:
@@ -34,12 +33,12 @@ def config_path(name: str) -> Path:
 
     Raises FileNotFoundError, naming those that exist.
     """
-    names, stem = config_names(), _stem(name)
-    if stem not in names:
-        near = nearest(stem, names)
+    shipped, stem = _shipped(), _stem(name)
+    if stem not in shipped:
+        near = nearest(stem, sorted(shipped))
         hint = f"did you mean {near}? " if near else ""
-        raise FileNotFoundError(f"no configuration is called {name!r}; {hint}there are {', '.join(names)}")
-    return _folder() / f"{stem}.yaml"
+        raise FileNotFoundError(f"no configuration is called {name!r}; {hint}there are {', '.join(sorted(shipped))}")
+    return shipped[stem]
 
 
 def existing_config(path: str | os.PathLike[str]) -> Path:
@@ -47,11 +46,10 @@ def existing_config(path: str | os.PathLike[str]) -> Path:
     ``NAME`` calls. A path that calls none either is returned as it is, for whoever reads it to complain.
     """
     here = Path(path)
-    name = here.as_posix()
-    called = name.startswith(_PREFIX) if here.suffix else True  # my.yaml that is not there is a mistake
-    if here.exists() or not called or not any(folder.is_dir() for folder in _FOLDERS):
+    calls = not here.suffix or here.as_posix().startswith(_PREFIX)  # my.yaml that is not there is a mistake
+    if here.exists() or not calls or not any(folder.is_dir() for folder in _FOLDERS):
         return here
-    return config_path(name) if _stem(name) in config_names() else here
+    return _shipped().get(_stem(here.as_posix()), here)
 
 
 def points_path(path: str | os.PathLike[str]) -> Path:
@@ -65,9 +63,10 @@ def points_path(path: str | os.PathLike[str]) -> Path:
     return next((there for there in shipped if there.is_file()), here)
 
 
-def _folder() -> Path:
+def _shipped() -> dict[str, Path]:
+    """The configurations that come with the package, by name."""
     if folder := next((folder for folder in _FOLDERS if folder.is_dir()), None):
-        return folder
+        return {path.relative_to(folder).with_suffix("").as_posix(): path for path in folder.rglob("*.yaml")}
     folders = ", ".join(f"no {folder}" for folder in _FOLDERS)
     raise FileNotFoundError(f"the configurations that come with stickslip are missing: {folders}")
 

@@ -48,7 +48,7 @@ def load_config(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iter
     """
     document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.existing_config(path))
     document = overridden(document, settings)
-    config = _read(document)
+    config = read_document(document)
     warn_of_units(document, config)
     return config
 
@@ -65,26 +65,24 @@ def is_config(given: object) -> bool:
     )
 
 
-def read_rig_config(document: Document, others: Collection[str]) -> Config:
-    """The configuration of a test rig, with a drive; keys `others` are somebody else's. Raises ConfigError."""
-    return _read(document, rig=True, others=others)
-
-
 def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = ()) -> Config:
     """The configuration in a YAML text, such as the one kept in a result; `name` stands for a file in messages.
 
     settings : of a command line, which are put into the text. Raises ConfigError.
     """
-    return _read(overridden(parse_yaml(text, name), settings))
+    return read_document(overridden(parse_yaml(text, name), settings))
 
 
 def make_config(data: Mapping[str, Any], name: str = "<data>") -> Config:
     """The configuration in mappings shaped like the YAML; `name` stands for a file in messages. Raises ConfigError."""
-    return _read(python_document(data, name))
+    return read_document(python_document(data, name))
 
 
-def _read(document: Document, rig: bool = False, others: Collection[str] = ()) -> Config:
-    """A document with its curve fitted, if it names points, and then checked."""
+def read_document(document: Document, rig: bool = False, others: Collection[str] = ()) -> Config:
+    """The configuration in a document, its curve fitted if it names points; nobody is warned. Raises ConfigError.
+
+    rig : with a drive. others : keys that are somebody else's.
+    """
     return _Reader(with_fits(document), rig, others).config().shown_in(written_units(document.data))
 
 

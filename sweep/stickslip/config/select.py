@@ -10,7 +10,7 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.config.grid import build_grid, quantity_of
+from stickslip.config.grid import build_grid, quantity_of, value_text
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.reader import make_config, parse_config
@@ -23,7 +23,6 @@ from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.settings import SOLVER
 from stickslip.vocabulary.suggest import did_you_mean, listed
-from stickslip.vocabulary.units import spelled
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
 
@@ -146,15 +145,6 @@ def point_text(axis: Axis, i: int) -> str:
         label = axis.labels[i] if axis.labels else ""
         return label if label and label == label.strip() else str(i)
     return value_text(axis.name, float(axis.points()[i]))
-
-
-def value_text(name: str, value: float) -> str:
-    """A quantity as a setting: its shortest exact spelling in SI with its unit, or the word for its absence."""
-    quantity = QUANTITIES[name]
-    written = quantity.written(value)
-    if isinstance(written, str):
-        return written
-    return repr(written) if quantity.units == "1" else f"{written!r} {spelled(quantity.units)}"
 
 
 def _split(setting: str, option: str) -> tuple[str, str]:

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.config.grid import value_text
 from stickslip.config.model import Axis, Config, Group, Range, Values
 from stickslip.config.reader import make_config
-from stickslip.config.select import point_text, value_text
+from stickslip.config.select import point_text
 from stickslip.errors import ConfigError, Problem
 from stickslip.explore.source import Source
 from stickslip.vocabulary.display_units import Unit, unit_for
