@@ -237,7 +237,7 @@ def test_every_plot_shows_itself_in_a_notebook(ds):
 def test_a_configuration_shows_what_was_understood(ds):
     shown = ds.stickslip.configuration._repr_html_()
     assert "<td>normal_load</td><td>1 N</td><td>normal load</td>" in shown and "two greases" in shown
-    assert "<td>axis belt_speed</td><td>0.01 to 1 m/s" in shown and "5 values, linear spacing" in shown
+    assert "0.01 to 1 m/s, 5 values, linear" in shown
 
 
 class Shown:

@@ -165,6 +165,7 @@ class Group(Section):
 
 
 Axis = Range | Values | Group
+_LONGEST = 80  # characters of a value in a notebook
 
 
 class Config(Section):
@@ -246,12 +247,30 @@ class Config(Section):
         return {key: value for key, value in plain.items() if value is not None}
 
     def _repr_html_(self) -> str:
-        """A table for notebooks: the rows of `describe`, what was understood, with units and meaning."""
-        from stickslip.config.describe import describe
-
-        rows = ("".join(f"<td>{escape(text)}</td>" for text in row) for row in describe(self))
-        return f"<b>{escape(self.title)}</b><table>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
+        """A table for notebooks: a row for each key of the resolved configuration, with unit and meaning."""
+        resolved = self.resolved()
+        rows = ["<tr><th>section</th><th>key</th><th>value</th><th></th></tr>"]
+        for section, keys in resolved.items():
+            for i, (key, value) in enumerate(keys.items() if isinstance(keys, Mapping) else ()):
+                row = QUANTITIES.get(key)
+                unit = "" if row is None else units.spelled(row.units)
+                texts = ("" if i else section, key, _short(value, unit), "" if row is None else row.long_name)
+                rows.append(f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in texts)}</tr>")
+        return f"<b>{escape(str(resolved['title']))}</b><table>{''.join(rows)}</table>"
 
     def to_yaml(self) -> str:
         """`resolved` as YAML text; what result files keep, and what `reader.parse_config` reads."""
         return write_yaml(self.resolved())
+
+
+def _short(value: Any, unit: str) -> str:
+    """A value of a resolved configuration in few characters."""
+    if isinstance(value, Mapping) and "start" in value:
+        text = f"{value['start']:g} to {value['stop']:g} {unit}".rstrip()
+        return f"{text}, {value['num']:,} values, {value['spacing']}"
+    if isinstance(value, Mapping):
+        value = value["values"] if set(value) == {"values"} else value
+    if isinstance(value, float):
+        return f"{value:.6g} {unit}".rstrip()
+    text = f"{value} {unit if isinstance(value, list) else ''}".rstrip()
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
