@@ -55,7 +55,7 @@ def json_schema() -> Schema:
 
 def _uncertain() -> Schema:
     """Quantities that scatter, and how they are drawn."""
-    scatter = _section(Scatter)
+    scatter, kinds = _section(Scatter), [name for name in Scatter.model_fields if name != "truncated"]
     uniform = scatter["properties"]["uniform"]
     scatter["properties"]["uniform"] = {"anyOf": [uniform, {**RANGE}]}
     scatter |= {"type": "object", "minProperties": 1}
@@ -64,7 +64,7 @@ def _uncertain() -> Schema:
     matrices: Schema = {"anyOf": [matrix, {"type": "array", "items": matrix}]}
     own: Schema = {
         "quantities": {
-            "description": f"by quantity, its distribution: {listed(Scatter.model_fields)}",
+            "description": f"by quantity, its distribution: {listed(kinds)}",
             **_strict(quantities),
         },
         "correlation": matrices | {"description": "of the normal deviates of quantities (a Gaussian copula)"},
