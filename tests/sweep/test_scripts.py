@@ -288,7 +288,7 @@ class Told:
 def lines(moves, doing=""):
     """What is told of moves (time, done) of 6,000 cells."""
     clock, console = Clock(), Told()
-    shown = progress.Lines(console, doing, "cells", every=60.0, clock=clock)
+    shown = progress.Lines(console, "cells", doing, every=60.0, clock=clock)
     for clock.now, done in moves:
         shown.move(done, 6000)
     shown.end()
@@ -327,14 +327,12 @@ def test_a_shard_counts_its_own_cells(here, monkeypatch):
 
 def test_the_bar_is_for_terminals(monkeypatch):
     made = []
-    monkeypatch.setattr(
-        progress, "Bar", lambda console, *rest: made.append(console) or progress.Lines(console, *rest[1:])
-    )
-    with progress_bar(10):
+    monkeypatch.setattr(progress, "Bar", lambda console, *rest: made.append(console) or progress.Lines(console, *rest))
+    with progress_bar():
         pass
     assert not made
     monkeypatch.setattr(screen, "terminal", lambda stderr: type("Terminal", (), {"is_terminal": True})())
-    with progress_bar(10):
+    with progress_bar():
         pass
     assert len(made) == 1
 

@@ -75,7 +75,7 @@ def advise(
             fail(f"{config}: this cell is {flag_label(home)}: nothing can be said of it\nhint: raise max_steps")
         goals = into or (QUIET if home in VIBRATING else VIBRATING)
         how: dict[str, Any] = {"within": within, "into": goals, "speed_range": ends}
-        with screen.progress_bar(1, " searched") as move:
+        with screen.progress_bar(doing=" searched") as move:
             ds = margins(loaded, parameters or None, costs=weights, progress=move, **how)
         friction = None
         if not parameters and home in VIBRATING:

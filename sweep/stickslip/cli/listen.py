@@ -186,7 +186,7 @@ def _levels(
     changes = [change for text in reference for change in _BETWEEN.split(text)]
     zero = cell_of(config_at(recipe, [*at, *changes], "--reference")) if changes else None
     threads, size = loaded.execution.threads, build_grid(loaded).size
-    with refuses_bad_input(config), screen.progress_bar(size) if size > 1 else nullcontext() as move:
+    with refuses_bad_input(config), screen.progress_bar() if size > 1 else nullcontext() as move:
         ds = sound.levels(loaded, zero, max_steps=loaded.solver.max_steps, threads=threads, progress=move)
     summary = _summary(ds)
     _show_levels(ds, summary)

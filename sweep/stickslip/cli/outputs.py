@@ -74,7 +74,7 @@ def save_table(
             front = RankTable(ds).sheet()
         table = export.write_table(ds, target, variables, decimal=decimal, front=front)
     else:
-        with screen.progress_bar(rows, " written", "rows") as move:
+        with screen.progress_bar("rows", " written") as move:
             table = export.write_table(ds, target, variables, decimal=decimal, progress=move)
     show_file("table", target, f"{table.rows:,} rows, {len(table.columns)} columns")
     if table.left_out:

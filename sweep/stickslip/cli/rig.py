@@ -82,7 +82,7 @@ def run(
     along = " x ".join(f"{dim} ({length})" for dim, length in zip(grid.dims, grid.shape, strict=True))
     screen.echo(f"{loaded.config.title}\n{f'{size:,} tests: {along}' if along else 'one test'}")
     began = perf_counter()
-    with screen.progress_bar(size, of="tests") as move:
+    with screen.progress_bar("tests") as move:
         ds = run_matrix(loaded, move)
     _show(ds, tests, perf_counter() - began)
     drawn = list(chosen) or (list(range(size)) if size <= _MOST_TRACES else [])

@@ -106,7 +106,7 @@ def features(
     records: dict[str, xr.Dataset] = {}
     given = {name: text for name, text in (("normal_load", load), ("drive_speed", speed)) if text is not None}
     for name, file in zip(_names(files), files, strict=True):
-        with screen.progress_bar(1, " read", "bytes") as move:  # which only moves for long records
+        with screen.progress_bar("bytes", " read") as move:  # which only moves for long records
             record = rig.read_record(file, settings.record, settings.conditions, move)
         _show_overruled(file, record, given, settings)
         if left := record.attrs["not_used"]:

@@ -112,7 +112,7 @@ def identify(
         if missing := [name for name, value in begin.items() if isnan(value)]:
             fail(f"{config}: gives no {missing[0]} to begin with: --start {missing[0]}=VALUE")
         _check_conditions(record, simulate(begin), names, file, config)
-        with screen.progress_bar(0, of="simulated records at most") as move:
+        with screen.progress_bar("simulated records at most") as move:
             identified = rig.identify(simulate, record, begin, settings=judged, progress=move)
     _show(identified)
     for remark in filter(None, str(rig.features(record, judged)["remarks"].item()).splitlines()):

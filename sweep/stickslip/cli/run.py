@@ -184,8 +184,8 @@ def execute(
             Thread(target=_import_what_follows, args=(request.output, will_draw)).start()
         began = finished = perf_counter()
 
-    size, of = prod(study.shape), study.counted
-    with screen.progress_bar(size, of=of) as move, screen.progress_bar(size, " written") as write:
+    size = prod(study.shape)
+    with screen.progress_bar(study.counted) as move, screen.progress_bar(doing=" written") as write:
 
         def note(done: float, of: int) -> None:
             nonlocal began, finished, moving

@@ -137,13 +137,9 @@ def share_text(fraction: float) -> str:
 
 
 @contextmanager
-def progress_bar(total: int, doing: str = "", of: str = "cells") -> Iterator[Callable[[float, int], None]]:
-    """A bar of cells, or what else is counted, with the rate and the time left; gives the function that moves it.
-
-    It is shown once it moves. What is done by then was found finished, and does not count for the rate. Where standard
-    error is no terminal there are lines instead of a bar.
-    """
-    bar = on_console(terminal(stderr=True), total, doing, of)
+def progress_bar(counted: str = "cells", doing: str = "") -> Iterator[Callable[[float, int], None]]:
+    """A bar of cells, or what else is counted, with the rate and the time left; gives the function that moves it."""
+    bar = on_console(terminal(stderr=True), counted, doing)
     try:
         yield (lambda _done, _total: None) if is_quiet() else bar.move
     finally:
