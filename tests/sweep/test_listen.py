@@ -278,4 +278,4 @@ def test_a_record_is_resampled_to_its_pitch():
     spectrum = np.abs(np.fft.rfft(middle, 2**19))
     assert np.argmax(spectrum) * 44_100 / 2**19 == pytest.approx(440.0, rel=1e-3)
     assert heard.seconds == pytest.approx(2.0, abs=1e-3) and heard.peak == pytest.approx(1.0, rel=0.02)
-    assert heard.told().startswith("peaks of 1")
+    assert heard.described().startswith("peaks of 1")

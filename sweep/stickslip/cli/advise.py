@@ -37,7 +37,7 @@ Examples:
   stickslip advise configs/quickstart.yaml --at stiffness=50 --at belt_speed=0.5 \\
       --parameter belt_speed --parameter stiffness --cost stiffness=2 --within 20"""
 )
-@params.CONFIG_OR_RESULT
+@params.CONFIG
 @params.AT
 @click.option("--parameter", "parameters", multiple=True, metavar="NAME", help="What may change; may be repeated.")
 @click.option("--cost", "costs", multiple=True, metavar="NAME=NUMBER", help="Cost of a change; 1 unless given.")

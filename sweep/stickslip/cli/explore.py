@@ -23,7 +23,7 @@ Examples:
   stickslip explore quickstart.nc --port 8123 --no-browser
   stickslip explore quickstart.nc --static quickstart.html     # a page to send to someone"""
 )
-@params.CONFIG_OR_RESULT
+@params.CONFIG
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: any that is free]")
 @click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
 @click.option(

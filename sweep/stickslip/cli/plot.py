@@ -9,7 +9,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import fail, reports_errors
-from stickslip.cli.outputs import Picture, free_name, result_figure, save_page
+from stickslip.cli.outputs import Picture, result_figure, save_page
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -94,7 +94,7 @@ def plot(
         request = _request_text({**picture.given(), "variable": variable, "select": select, "lines": lines,
                                  "map": map_file, "no_borders": no_borders})  # fmt: skip
         stem = (file if isinstance(file, Path) else Path(file.name)).with_suffix("")  # in this folder if behind a URL
-        target = output or free_name(stem, None if variable == plots.subject(ds) else variable, places, request)
+        target = output or plots.free_name(stem, None if variable == plots.subject(ds) else variable, places, request)
         picture.save(figure, target, request)
     except PlotError as error:
         fail(f"{file}: {error}")

@@ -44,13 +44,13 @@ def info(text: str) -> None:
         notice(text)
 
 
-def remembered_option(*names: str, **attributes: Any) -> Callable[[Any], Any]:
-    """An option that no command takes as an argument: `remembered` gives its value."""
-    return click.option(*names, expose_value=False, callback=_remember, **attributes)
+def remembered_option(*names: str, read: Callable[..., Any] | None = None, **attributes: Any) -> Callable[[Any], Any]:
+    """An option that no command takes as an argument: `remembered` gives its value. read : a callback of click's."""
 
+    def remember(context: click.Context, option: click.Parameter, value: Any) -> None:
+        context.meta[f"stickslip.{option.name}"] = read(context, option, value) if read else value
 
-def _remember(context: click.Context, option: click.Parameter, value: Any) -> None:
-    context.meta[f"stickslip.{option.name}"] = value
+    return click.option(*names, expose_value=False, callback=remember, **attributes)
 
 
 def remembered(name: str) -> Any:
@@ -124,11 +124,9 @@ def size_of(path: Location) -> str:
 
 def memory(count: float) -> str:
     """A number of bytes, for people."""
-    for unit in ("B", "kB", "MB"):
-        if count < 999.5:
-            return f"{count:.3g} {unit}"
-        count /= 1000
-    return f"{count:.3g} GB"
+    sizes = ((1.0, "B"), (1e3, "kB"), (1e6, "MB"), (1e9, "GB"))
+    size, unit = next((row for row in sizes if count < 999.5 * row[0]), sizes[-1])
+    return f"{count / size:.3g} {unit}"
 
 
 def share_text(fraction: float) -> str:

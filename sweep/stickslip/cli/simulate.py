@@ -51,7 +51,7 @@ Examples:
   stickslip simulate configs/lubricants.yaml \\
       --at lubricant=grease --at belt_speed=0.1 --plot trace.png"""
 )
-@params.CONFIG_OR_RESULT
+@params.CONFIG
 @params.AT
 @click.option(
     "-t",

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import chain, count
+from pathlib import Path
 from textwrap import fill
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -21,7 +23,7 @@ from matplotlib.ticker import FixedFormatter, FuncFormatter
 
 from stickslip.errors import PlotError, StoreError, reason, visible
 from stickslip.files.atomic import replaced
-from stickslip.files.targets import check_target
+from stickslip.files.targets import NO_FILE_NAME, check_target
 from stickslip.plots import marks
 
 DPI = 150  # of pictures unless asked for
@@ -234,6 +236,19 @@ def request_of(path: str | os.PathLike[str]) -> str | None:
     except (OSError, ValueError):
         return None
     return text.removeprefix(_MADE_BY).strip() if text.startswith(_MADE_BY) else None
+
+
+def free_name(stem: Path, variable: str | None, places: Mapping[str, str], request: str) -> Path:
+    """The name of a picture nobody named: FILE.png, FILE-VARIABLE.png, FILE-VARIABLE-DIM-VALUE.png.
+
+    stem : FILE, without suffix. variable : unless it is what the file shows by itself. Where another picture has the
+    name, one made for another request or by somebody else, it gets a number: FILE-2.png.
+    """
+    words = [stem.name, *filter(None, [variable]), *(f"{name}-{value}" for name, value in places.items())]
+    base = NO_FILE_NAME.sub("_", "-".join(words)) if len(words) > 1 else stem.name
+    names = chain([f"{base}.png"], (f"{base}-{number}.png" for number in count(2)))
+    targets = map(stem.with_name, names)
+    return next(target for target in targets if not target.exists() or request_of(target) == request)
 
 
 def show_verbatim(figure: PlainFigure, part: Artist | None = None) -> None:

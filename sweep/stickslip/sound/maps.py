@@ -82,6 +82,18 @@ def levels(
     return dataset
 
 
+def summary(ds: xr.Dataset) -> dict[str, Any]:
+    """Numbers of cells with and without a level, and the range of levels (dB), of what `levels` gives."""
+    level = ds[LEVEL.name]
+    known = level.values[np.isfinite(level.values)]
+    ends = (float(known.min()), float(np.median(known)), float(known.max())) if known.size else (None, None, None)
+    return {
+        "cells": level.size, "without_cycle": int(np.isnan(level.values).sum()),
+        "not_heard": int(np.isneginf(level.values).sum()), "with_level": int(known.size),
+        **dict(zip(("lowest", "median", "highest"), ends, strict=True)), "long_name": level.attrs["long_name"],
+    }  # fmt: skip
+
+
 class LevelStudy(Study):
     """Levels of cells (dB), its items, over that of a reference."""
 

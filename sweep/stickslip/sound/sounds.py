@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import io
+import os
 import struct
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import wavfile  # type: ignore[import-untyped]
 
+from stickslip.files.atomic import replaced
 from stickslip.sound.loudness import HIGHEST
 
 Floats = NDArray[np.float64]
@@ -101,6 +103,19 @@ class Sound:
         said = f"{self.title or 'stickslip'}; full scale {self.full_scale:g} m/s2; {self.slow:g} times slower"
         return wav_bytes(self.samples, self.rate, said.removesuffix("; 1 times slower"), floating)
 
+    def save(self, path: str | os.PathLike[str], floating: bool = False) -> None:
+        """Write a WAV file, whole or not at all. Raises StoreError."""
+        with replaced(path) as temporary:
+            temporary.write_bytes(self.wav(floating))
+
+    def described(self) -> str:
+        """Regime, frequency and peak, on a line."""
+        kind = f"{self.regime.replace('_', '-')}, " if self.regime else ""
+        if self.regime and isfinite(self.frequency):
+            kind += f"{_hertz(self.frequency)}, "
+        pace = "" if self.slow == 1.0 else f", {self.slow:g} times slower"
+        return f"{kind}peaks of {self.peak:.3g} m/s2{pace}"
+
     def remarks(self) -> list[str]:
         """Return what one should know to judge it by ear, a line each."""
         return [line for line in (self._of_regime(), self._of_pitch(), self._of_level()) if line]
@@ -150,15 +165,8 @@ class Sound:
 
     def _repr_html_(self) -> str:
         data = base64.b64encode(self.wav()).decode("ascii")
-        words = "<br>".join(map(escape, filter(None, [self.title, self.told(), *self.remarks()])))
+        words = "<br>".join(map(escape, filter(None, [self.title, self.described(), *self.remarks()])))
         return f'<audio controls src="data:audio/wav;base64,{data}"></audio><div>{words}</div>'
-
-    def told(self) -> str:
-        """Regime, frequency and peak, on a line."""
-        tone = f", {_hertz(self.frequency)}" if isfinite(self.frequency) else ""
-        pace = "" if self.slow == 1.0 else f", {self.slow:g} times slower"
-        kind = f"{self.regime.replace('_', '-')}{tone}, " if self.regime else ""
-        return f"{kind}peaks of {self.peak:.3g} m/s2{pace}"
 
 
 def softly_clipped(samples: Floats) -> Floats:
