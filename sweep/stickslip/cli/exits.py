@@ -126,6 +126,11 @@ def drawing(target: object) -> Iterator[None]:
         click.get_current_context().meta[_UNDRAWN] = True
 
 
+def fields(thing: object, *names: str, **keys: str) -> dict[str, Any]:
+    """Attributes of something by their names, and by other keys."""
+    return {key: getattr(thing, name) for key, name in (dict(zip(names, names, strict=True)) | keys).items()}
+
+
 def is_for_programs() -> bool:
     """True if `--json` is given."""
     return bool(screen.remembered("json"))

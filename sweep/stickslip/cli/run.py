@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import EXIT_CODES, JSON, QUIET, fail, reports_errors
+from stickslip.cli.exits import EXIT_CODES, JSON, QUIET, fail, fields, reports_errors
 from stickslip.cli.outputs import Outputs, plot_limits, save_table, show_file
 from stickslip.cli.summary import rate_text, show_result, threads_text
 
@@ -250,16 +250,12 @@ def study_answer(title: str, study: Study, size: int) -> dict[str, Any]:
 
 def _outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: float) -> dict[str, Any]:
     """The end of a run."""
-    names = ("computed", "found", "reused", "machines", "up_to_date", "output")
-    return {
-        **study_answer(request.config.title, study, outcome.cells),
-        **{name: getattr(outcome, name) for name in names},
-        "seconds": seconds,
-        "shard": str(request.shard) if request.shard else None,
-        "store": outcome.where,
-        "plot": None,
-        "regimes": None,
-    }
+    shard = str(request.shard) if request.shard else None
+    return (
+        study_answer(request.config.title, study, outcome.cells)
+        | fields(outcome, "computed", "found", "reused", "machines", "up_to_date", "output", store="where")
+        | {"seconds": seconds, "shard": shard, "plot": None, "regimes": None}
+    )
 
 
 def _result_answer(ds: xr.Dataset, plot: Path | None) -> dict[str, Any]:
