@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import ceil, floor, isfinite, log10, pi, sqrt
+from math import ceil, floor, isfinite, log10, nan, pi, sqrt
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,8 +13,7 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, reports_errors
 from stickslip.cli.outputs import save_plot, save_result
-from stickslip.vocabulary import units
-from stickslip.vocabulary.display_units import customary
+from stickslip.vocabulary.display_units import quantity
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
 from stickslip.vocabulary.results import VARIABLES
 
@@ -54,11 +53,9 @@ Examples:
 @params.CONFIG
 @params.AT
 @click.option(
-    "-t",
-    "--duration",
-    metavar="TIME",
+    "-t", "--duration", metavar="TIME",
     help='How long: seconds, or with a unit ("2 min").  [default: eight cycles, or until it has settled]',
-)
+)  # fmt: skip
 @click.option("--samples", type=click.IntRange(2), help="Number of points in time.  [default: 2001, or 60 a vibration]")
 @params.OUTPUT
 @params.plot_option()
@@ -93,7 +90,7 @@ def simulate(
         max_steps=solver.max_steps, options=None, **cell,
     )  # fmt: skip
     ds = shown_as_written(ds, loaded.written_in)
-    over = f"{customary('s', span.duration) or f'{span.duration:.4g} s'}{f', {span.why}' if span.why else ''}"
+    over = ", ".join(filter(None, [quantity(span.duration, "s"), span.why]))
     save_result(ds, output, "trajectory", over)
     if plot is not None:
         from stickslip import plots
@@ -115,9 +112,9 @@ def time_span(result: xr.Dataset, duration: float | None = None) -> TimeSpan:
 
     result : what `evaluate` says of it: eight cycles after the first break-away; a decay until it has settled.
     """
-    natural, why = _natural_period(result), ""
+    values = _values(result, "breakaway_time", "period", "settling_time", "mass", "stiffness")
+    natural, why = 2.0 * pi * sqrt(values["mass"] / values["stiffness"]), ""
     if duration is None:
-        values = {name: float(result[name].values[0]) for name in ("breakaway_time", "period", "settling_time")}
         regime = REGIMES[int(result["regime"].values[0])]
         began = values["breakaway_time"] if isfinite(values["breakaway_time"]) else 0.0
         after, why = _SLOW * natural, f"{_SLOW:g} natural periods"
@@ -139,35 +136,29 @@ def _rounded_up(seconds: float) -> float:
     return float(f"{ceil(seconds / scale * (1.0 - 1e-12)) * scale:.12g}")
 
 
-def _natural_period(result: xr.Dataset) -> float:
-    """Of the mass on its spring, s."""
-    return 2.0 * pi * sqrt(float(result["mass"].values[0]) / float(result["stiffness"].values[0]))
+def _values(result: xr.Dataset, *names: str) -> dict[str, float]:
+    return {name: float(result[name].values[0]) for name in names}
 
 
 def _rows(result: xr.Dataset) -> list[tuple[str, str]]:
     """Labels and values of a cell as texts; only what is finite."""
     regime, status = REGIMES[int(result["regime"].values[0])], STATUSES[int(result["status"].values[0])]
     rows = [("regime", f"{flag_label(regime)}: {REGIME_MESSAGES[regime]}"), ("", STATUS_MESSAGES[status])]
-    values = {name: float(result[name].values[0]) for name in _LABELS}
+    values = _values(result, *_LABELS)
     largest = max(abs(values[name]) for name in _FORCES)
     values |= {name: 0.0 for name in _FORCES if abs(values[name]) < _ROUNDING * largest}
-    hidden = set() if regime in ("stick_slip", "sustained") else set(_OF_CYCLES)
-    hidden |= set() if regime == "stick_slip" else {"stick_fraction"}
-    if regime == "damped" and abs(values["damping_ratio"]) < 1.0:
-        decay = sqrt(1.0 - values["damping_ratio"] ** 2) / _natural_period(result)
-        rows.append(("vibrates at", f"{_text('frequency', decay)} while it decays, by linear theory"))
-    shown = [name for name in _LABELS if isfinite(values[name]) and name not in hidden]
-    return rows + [(_LABELS[name], _text(name, values[name])) for name in shown]
-
-
-def _text(name: str, value: float) -> str:
-    """A variable of a cell in a customary unit: ``81.2 ms``."""
-    if name == "stick_fraction":
-        return f"{value:.1%} of the period"
-    unit = VARIABLES[name].units
-    if unit == "s-1":
-        return f"{value / 1e3:.4g} kHz" if value >= 1e3 else f"{value:.4g} Hz"
-    return customary(unit, value) or f"{value:.4g} {units.spelled(unit)}".rstrip()
+    if regime not in ("stick_slip", "sustained"):
+        values |= dict.fromkeys(_OF_CYCLES, nan)
+    if regime == "damped" and abs(ratio := values["damping_ratio"]) < 1.0:
+        cell = _values(result, "mass", "stiffness")
+        decay = sqrt((1.0 - ratio**2) * cell["stiffness"] / cell["mass"]) / (2.0 * pi)
+        rows.append(("vibrates at", f"{quantity(decay, 's-1')} while it decays, by linear theory"))
+    texts = {name: quantity(value, VARIABLES[name].units) for name, value in values.items() if isfinite(value)}
+    if regime == "stick_slip":
+        texts["stick_fraction"] = f"{values['stick_fraction']:.1%} of the period"
+    else:
+        texts.pop("stick_fraction", "")
+    return rows + [(_LABELS[name], text) for name, text in texts.items()]
 
 
 def _answer(result: xr.Dataset) -> dict[str, Any]:
