@@ -9,7 +9,7 @@ That of a record is made from an acceleration that was measured, or simulated on
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import isfinite, nan, pi
 from typing import Unpack
@@ -17,15 +17,15 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine import Options, Results, Scales, SolverKeywords, sampled
+from stickslip.engine import Options, Results, Scales, SolverKeywords, compute, sampled
 from stickslip.errors import NotReachedError
-from stickslip.sound.cycles import cycles_of, results_of
+from stickslip.sound.cycles import cycles_of
 from stickslip.sound.loudness import HIGHEST
 from stickslip.sound.series import Series, natural_frequency, samples_for, series_of
 from stickslip.sound.sounds import FULL_SCALE, Sound
 from stickslip.theory.ageing import static_friction
 from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Parameters
+from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 
 Floats = NDArray[np.float64]
@@ -86,7 +86,7 @@ def of(
     if full["mass"].size != 1:
         raise ValueError("a sound is that of one cell: give every parameter one number")
     options = Options.of(SolverKeywords(**{"rtol": RTOL, **solver}))
-    results, count = results_of(full, options), max(round(seconds * rate), 2)
+    results, count = compute(Cells.of(full), options).results, max(round(seconds * rate), 2)
     motion = _Motion(rate * slow, min(HIGHEST, 0.499 * rate) * slow, _LEAD / slow, options)
     cycles = cycles_of(full, results, motion.lead)
     regime, repeats = REGIMES[int(results["regime"][0])], bool(cycles.which.size) and not transient
@@ -128,8 +128,7 @@ class _Motion:
 
     def cycle(self, cell: Parameters, period: float) -> Series:
         """The series of a period; what rounding leaves of its mean is none."""
-        found = self.series(cell, period)
-        return Series(found.duration, 0.0, found.harmonics)
+        return replace(self.series(cell, period), mean=0.0)
 
     def stretch(self, cell: Parameters, count: int) -> Floats:
         """The first `count` values of the acceleration."""
