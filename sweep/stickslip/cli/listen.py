@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, fail, refuses_bad_input, reports_errors
+from stickslip.cli.exits import JSON, fail, fields, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_plot, save_result, show_file
 from stickslip.cli.simulate import cell_title
 
@@ -112,10 +112,8 @@ def listen(
             save_plot(plots.plot_sound(made.acceleration, made.rate, title=title, slow=made.slow), plot)
     if output is None and plot is None:
         screen.echo("nothing was written: name a file (-o squeak.wav), a plot (--plot spectrogram.png), or both")
-    return {name: getattr(made, name) for name in _ANSWER} | {
-        "acceleration_max": made.peak, "acceleration_level_a": cell_level, "remarks": made.remarks(),
-        "output": output, "plot": plot,
-    }  # fmt: skip
+    answer = fields(made, *_ANSWER, acceleration_max="peak") | {"acceleration_level_a": cell_level}
+    return answer | {"remarks": made.remarks(), "output": output, "plot": plot}
 
 
 # --- files, also for tests of rigs ------------------------------------------------------------------------------------

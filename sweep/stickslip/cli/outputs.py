@@ -8,7 +8,7 @@ from __future__ import annotations
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.cli import screen
 from stickslip.cli.exits import drawing
@@ -89,18 +89,19 @@ class Outputs:
 
     def save(self, ds: xr.Dataset) -> Path | None:
         """Write everything, and give the plot if there is one. A plot or page that fails is said, and goes without."""
-        from stickslip import plots
-
         drawn = None
-        if self.plot is not None and plots.is_drawn(ds):
+        if self.plot is not None:
+            from stickslip import plots
+
             with drawing(self.plot):
-                save_plot(result_figure(ds, self.map), self.plot)
-                drawn = self.plot
-        save_table(ds, self.table)
+                if plots.is_drawn(ds):
+                    save_plot(result_figure(ds, self.map), self.plot)
+                    drawn = self.plot
         if self.page is not None:
             with drawing(self.page):
                 save_page(ds, self.page, self.map)
-        save_table(ds, requested_table())
+        for table in (self.table, requested_table()):
+            save_table(ds, table)
         return drawn
 
 
@@ -140,21 +141,6 @@ class Picture:
         look = Look.of(ds, log=self.log, limits=self.limits, marks=self.marks, hatched=not self.no_hatch,
                        held=not self.no_note)  # fmt: skip
         return look if self.marks_file is None else replace(look, marks=(*look.marks, *_points(ds, self.marks_file)))
-
-    def save(self, figure: Figure, target: Path, request: str = "") -> None:
-        """Write a figure in the size and at the resolution that are asked for. Raises PlotError."""
-        from stickslip import plots
-        from stickslip.plots.layout import resize
-        from stickslip.plots.options import inches
-
-        dpi = self.dpi or plots.DPI
-        if self.size is not None:
-            resize(figure, *inches(self.size, dpi))
-        plots.save(figure, target, dpi, request)
-
-    def given(self) -> dict[str, Any]:
-        """Those options that are given."""
-        return {name: value for name, value in vars(self).items() if value}
 
 
 PLAIN = Picture()

@@ -44,32 +44,31 @@ def plan(config: Path, nodes: int | None) -> dict[str, Any]:
     whole = estimate(loaded)
     shared = None if nodes is None else whole.on(nodes, loaded.execution.threads or whole.tried.threads)
     lines = {} if shared is None else _shell_lines(config, loaded, shared)
-    _show(config, loaded, whole)
-    if shared is not None:
-        screen.print_labelled(_on_nodes(whole, shared, lines))
+    screen.echo(f"{loaded.title}\n{whole.study.described()}")
+    screen.print_rows([*_here(config, loaded, whole), *(_on_nodes(whole, shared, lines) if shared else ())])
     return _answer(loaded, whole, shared, lines)
 
 
-def _show(config: Path, loaded: Config, whole: Estimate) -> None:
-    """Print the estimate for this machine."""
+def _here(config: Path, loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
+    """The estimate for this machine, in rows of a label and a text."""
     study, tried = whole.study, whole.tried
+    yield "blocks", f"{whole.blocks.count:,} of up to {whole.largest:,} {study.counted}, {whole.at_once} at a time"
+    if whole.map_cells:
+        yield from _space(loaded, whole)
     rate = f"{1 / tried.seconds_per_cell:,.0f} cells/s, from {tried.cells:,} cells spread over the map"
-    rows = [("blocks", f"{whole.blocks.count:,} of up to {whole.largest:,} {study.counted}, {whole.at_once} at a time")]
-    rows += _space(loaded, whole) if whole.map_cells else []
-    rows.append(("time", f"about {screen.duration_text(whole.seconds)} ({rate})"))
+    yield "time", f"about {screen.duration_text(whole.seconds)} ({rate})"
     if tried.at_step_limit:
         share = screen.share_text(tried.at_step_limit / tried.cells)
         limit = f"unresolved with solver: {{max_steps: {study.options.max_steps}}}"
-        rows.append(("steps", f"{tried.at_step_limit:,} of these cells ({share}) ended at the step limit: {limit}"))
-    targets = ((study.name, loaded.output.file), ("plot", loaded.output.plot))
-    rows += [(name, target) for name, target in targets if target is not None]
+        yield "steps", f"{tried.at_step_limit:,} of these cells ({share}) ended at the step limit: {limit}"
+    for name, target in ((study.name, loaded.output.file), ("plot", loaded.output.plot)):
+        if target is not None:
+            yield name, target
     if loaded.output.plot is not None and (part := plot_limits(loaded)):
-        rows.append(("", part))
+        yield "", part
     if loaded.output.file is None:
         command = resume_command(["run", str(config), "-o", f"{config.stem}.nc"])
-        rows.append((study.name, f"not kept, no output is named; to keep it: {command}"))
-    screen.echo(f"{loaded.title}\n{study.described()}")
-    screen.print_labelled(rows)
+        yield study.name, f"not kept, no output is named; to keep it: {command}"
 
 
 def _space(loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:

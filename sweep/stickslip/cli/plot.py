@@ -91,11 +91,11 @@ def plot(
                                        borders=not no_borders, lines=over)  # fmt: skip
             for point in selection.points_taken(ds, {name: at for name, at in places.items() if name != "state"}):
                 screen.echo(f"drawn    {point}")
-        request = _request_text({**picture.given(), "variable": variable, "select": select, "lines": lines,
+        request = _request_text({**options, "variable": variable, "select": select, "lines": lines,
                                  "map": map_file, "no_borders": no_borders})  # fmt: skip
         stem = (file if isinstance(file, Path) else Path(file.name)).with_suffix("")  # in this folder if behind a URL
         target = output or plots.free_name(stem, None if variable == plots.subject(ds) else variable, places, request)
-        picture.save(figure, target, request)
+        plots.save(figure, target, picture.dpi or plots.DPI, request, picture.size)
     except PlotError as error:
         fail(f"{file}: {error}")
     if not no_borders and "quiet_above" not in ds and (absent := why_absent(ds, "damping_ratio")):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -112,12 +112,6 @@ def print_rows(rows: Sequence[tuple[str, ...]], indent: str = "") -> None:
     for *cells, last in rows:
         padded = (f"{cell:{width}}  " for cell, width in zip(cells, widths, strict=True))
         echo(f"{indent}{''.join(padded)}{last}".rstrip())
-
-
-def print_labelled(rows: Iterable[tuple[str, str]], width: int = 8) -> None:
-    """Print lines of text, each behind its label."""
-    for label, text in rows:
-        echo(f"{label:{width}} {text}")
 
 
 def size_of(path: Location) -> str:

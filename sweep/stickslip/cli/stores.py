@@ -136,7 +136,7 @@ def _show(progress: Status) -> None:
         rows.append(("held", f"by no process: stickslip {next_command}"))
     rows += [("failed", f"block {failure.block}: {failure.message}") for failure in failures]
     screen.echo(progress.title)
-    screen.print_labelled(rows, width=9)
+    screen.print_rows(rows)
     if failures and failures[0].traceback:
         screen.echo(f"\nWhat happened in block {failures[0].block}:\n{failures[0].traceback.rstrip()}")
 

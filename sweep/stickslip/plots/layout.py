@@ -25,6 +25,7 @@ from stickslip.errors import PlotError, StoreError, reason, visible
 from stickslip.files.atomic import replaced
 from stickslip.files.targets import NO_FILE_NAME, check_target
 from stickslip.plots import marks
+from stickslip.plots.options import inches
 
 DPI = 150  # of pictures unless asked for
 TITLE_WIDTH = 70  # letters in a line above a plot
@@ -204,12 +205,17 @@ def folded(text: str, width: int) -> str:
     return "\n".join(wrapped(line, width).replace("\n", " \n") for line in lines)
 
 
-def save(figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, request: str = "") -> None:
+def save(
+    figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, request: str = "", size: str | None = None
+) -> None:
     """Write a plot; its format is that of the name (.png, .svg, .pdf). Raises PlotError.
 
+    size : as text, "16 cm x 9 cm" or "1920 px x 1080 px"; None for its own.
     request : what was asked of the picture besides what it shows by itself; kept in it, so that `request_of` tells
     pictures apart.
     """
+    if size is not None:
+        resize(figure, *inches(size, dpi))
     fit(figure)
     suffix = os.path.splitext(path)[1].lower()
     where = _METADATA_KEY.get(suffix)

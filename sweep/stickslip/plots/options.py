@@ -91,7 +91,7 @@ def pairs(text: str, value: str) -> Iterator[tuple[str, str]]:
         yield name.strip(), content.strip()
 
 
-def inches(text: str, dpi: int) -> tuple[float, float]:
+def inches(text: str, dpi: float) -> tuple[float, float]:
     """`16 cm x 9 cm` or `1920 px x 1080 px` as width and height; a width without a unit has that of the height."""
     example = "such as '16 cm x 9 cm' or '1920 px x 1080 px'"
     sides = _SIZE.fullmatch(text.strip())
