@@ -18,6 +18,7 @@ from stickslip.vocabulary.flags import REGIMES
 
 Floats = NDArray[np.float64]
 
+RTOL = 1e-9  # of the motion, so that its errors are not heard beside it
 LEAD = 0.02  # s of sticking before a break-away, at most
 _PERIODIC = REGIMES.index("stick_slip"), REGIMES.index("sustained")
 

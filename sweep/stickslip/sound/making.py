@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Options, Results, Scales, SolverKeywords, compute, sampled
 from stickslip.errors import NotReachedError
-from stickslip.sound.cycles import cycles_of
-from stickslip.sound.loudness import HIGHEST
-from stickslip.sound.series import Series, natural_frequency, samples_for, series_of
+from stickslip.sound.cycles import RTOL, cycles_of
+from stickslip.sound.series import HIGHEST, Series, natural_frequency, samples_for, series_of
 from stickslip.sound.sounds import FULL_SCALE, Sound
 from stickslip.theory.ageing import static_friction
 from stickslip.vocabulary.cell_values import as_cells
@@ -31,7 +30,6 @@ from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 Floats = NDArray[np.float64]
 
 RATE = 44_100  # samples a second
-RTOL = 1e-9  # of the motion, so that its errors are not heard beside it
 OVERSAMPLING = 8
 _LEAD = 0.02  # s before a first break-away
 _FADE = 0.005  # s, at both ends

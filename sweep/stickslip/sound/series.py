@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _TOGETHER = 2**17  # values that are summed at once: the angles of more of them lose digits
+HIGHEST = 20e3  # Hz; what lies above is not heard
 SWIFTEST = 4.0  # natural frequencies that a slip has
 MOST_INTERVALS = 2**22
 _FEW_SIZES = (4, 5, 6, 7)  # times a power of two: transforms of few different lengths, none a quarter too long

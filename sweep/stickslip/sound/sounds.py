@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.io import wavfile  # type: ignore[import-untyped]
 
 from stickslip.files.atomic import replaced
-from stickslip.sound.loudness import HIGHEST
+from stickslip.sound.series import HIGHEST
 
 Floats = NDArray[np.float64]
 _LOUDEST = 32767  # of 16 bits
