@@ -53,8 +53,8 @@ _BLOCK = 256  # cells
 
 def _unscaled(frequency: NDArray[np.float64]) -> NDArray[np.float64]:
     f2 = frequency * frequency
-    one, two, three, four = (pole * pole for pole in _POLES)
-    return np.asarray(four * f2 * f2 / ((f2 + one) * np.sqrt((f2 + two) * (f2 + three)) * (f2 + four)))
+    p1, p2, p3, p4 = (pole * pole for pole in _POLES)
+    return np.asarray(p4 * f2 * f2 / ((f2 + p1) * np.sqrt((f2 + p2) * (f2 + p3)) * (f2 + p4)))
 
 
 _AT_1_KHZ = float(_unscaled(np.array(1000.0)))

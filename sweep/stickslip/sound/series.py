@@ -64,13 +64,13 @@ class Series:
             spectrum = np.zeros(whole // 2 + 1, np.complex128)
             spectrum[1 : self.harmonics.size + 1] = self.harmonics
             return np.asarray(self.mean + fft.irfft(spectrum, whole, norm="forward")[:count])
-        found, turn = np.empty(count), 1.0 / per_duration
+        values, turn = np.empty(count), 1.0 / per_duration
         numbers = np.arange(1, self.harmonics.size + 1)
         for first in range(0, count, _TOGETHER):
-            part = found[first : first + _TOGETHER]
+            part = values[first : first + _TOGETHER]
             turned = self.harmonics * np.exp(2j * np.pi * (numbers * (first * turn % 1.0) % 1.0))
             part[:] = self.mean + 2.0 * _chirp(turned, turn, part.size).real
-        return found
+        return values
 
 
 def series_of(displacement: Floats, ends: Floats, duration: float, count: int) -> Series:

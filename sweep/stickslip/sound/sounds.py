@@ -32,10 +32,9 @@ def wav_bytes(samples: NDArray[np.float64], rate: int, comment: str = "", floati
     samples : 1 is full scale; what is beyond is cut off. floating : 32-bit numbers instead of 16-bit integers, which
         keep what is fainter than 1/65534 of full scale. comment : goes into the file, where players show comments.
     """
-    held = np.clip(samples, -1.0, 1.0)
-    stored = held.astype(np.float32) if floating else np.rint(held * _LOUDEST).astype(np.int16)
+    samples = np.clip(samples, -1.0, 1.0)
     file = io.BytesIO()
-    wavfile.write(file, rate, stored)
+    wavfile.write(file, rate, samples.astype(np.float32) if floating else np.rint(samples * _LOUDEST).astype(np.int16))
     return _with_comment(file.getvalue(), comment) if comment else file.getvalue()
 
 
@@ -101,8 +100,9 @@ class Sound:
 
     def wav(self, floating: bool = False) -> bytes:
         """A WAV file, 16-bit, or 32-bit floating."""
-        said = f"{self.title or 'stickslip'}; full scale {self.full_scale:g} m/s2; {self.slow:g} times slower"
-        return wav_bytes(self.samples, self.rate, said.removesuffix("; 1 times slower"), floating)
+        pace = "" if self.slow == 1.0 else f"; {self.slow:g} times slower"
+        comment = f"{self.title or 'stickslip'}; full scale {self.full_scale:g} m/s2{pace}"
+        return wav_bytes(self.samples, self.rate, comment, floating)
 
     def save(self, path: str | os.PathLike[str], floating: bool = False) -> None:
         """Write a WAV file, whole or not at all. Raises StoreError."""
