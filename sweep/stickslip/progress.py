@@ -22,6 +22,7 @@ Watch = Moved | bool | Literal["auto"] | None
 PATIENCE = 0.5  # s before the bar of a notebook appears
 REFRESH = 0.1  # s between its movements
 EVERY = 60.0  # s between lines
+_SOON = 1.0  # s
 
 
 @contextmanager
@@ -100,18 +101,18 @@ class _Progress:
         self._moved()
 
     def words(self, ended: bool = False) -> str:
-        """`40.0 %  400 of 1,000 cells, 10 per second, about 60 s left`; once it has ended, how long it took."""
+        """`40.0 %  400 of 1,000 cells, 10/s, about 60 s left`; once it has ended, how long it took."""
         assert self._first is not None
         (before, began), (done, total) = self._first, self._last
         share = 100.0 * done / total if total else 100.0
         text = f"{share:5.1f} %  {floor(done):,} of {total:,} {self._counted}"
         seconds = max(self._now - began, 1e-9)
-        rate = (done - before) / seconds
-        if rate > 0.0:
-            text += f", {rate:,.0f} per second" if rate >= 10.0 else f", {rate:.2g} per second"
+        if rate := (done - before) / seconds:
+            text += f", {rate:,.0f}/s" if rate >= 10.0 else f", {rate:.2g}/s"
         if ended:
             return f"{text}, after {duration_text(seconds)}"
-        return f"{text}, about {duration_text((total - done) / rate)} left" if rate > 0.0 and done < total else text
+        left = (total - done) / rate if rate > 0.0 else 0.0
+        return f"{text}, about {duration_text(left)} left" if left >= _SOON else text
 
     def _moved(self) -> None:
         raise NotImplementedError

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from stickslip.files.locations import Location
 
 _WIDE = 1000  # characters, wider than any table
+_LABEL = 7  # characters, at least: `map`, `blocks` and `collect` have what follows in one column
 
 
 def echo(text: object = "", *, err: bool = False, file: IO[str] | None = None) -> None:
@@ -107,8 +108,8 @@ def print_table(table: Table) -> None:
 
 
 def print_rows(rows: Sequence[tuple[str, ...]], indent: str = "") -> None:
-    """Print rows of texts as columns; the last is as wide as it is."""
-    widths = [max(map(len, column)) for column in list(zip(*rows, strict=True))[:-1]]
+    """Print rows of texts as columns, labels first; the last is as wide as it is."""
+    widths = [max(_LABEL, *map(len, column)) for column in list(zip(*rows, strict=True))[:-1]]
     for *cells, last in rows:
         padded = (f"{cell:{width}}  " for cell, width in zip(cells, widths, strict=True))
         echo(f"{indent}{''.join(padded)}{last}".rstrip())
