@@ -10,7 +10,6 @@ import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from html.entities import html5
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -241,17 +240,14 @@ def _declared(word: str) -> str:
 
 # --- for the terminal -------------------------------------------------------------------------------------------------
 
-_PARTS = re.compile(  # of a page: what stays as it is, what only a site shows, formulas, links
-    r"""
+_PARTS = r"""(?msx)  # of a page: what stays as it is, what only a site shows, formulas, links
     (?P<only_site> ^```\{.*?^```\n? | !\[[^\]]*\]\([^)]*\)\n? | ^<!--.*?-->\n? )
   | (?P<code> ^```.*?^```[^\n]*$ | (?P<ticks>`+)[^\n]*?(?P=ticks)
             | (?<=\n\n)(?:(?:[ ]{4}|\t)[^\n]*(?:\n|\Z) | \n(?=[ ]{4}))+ )
   | ^\$\$\n(?P<formula>.*?)^\$\$
   | (?<![\\$])\$(?P<inline>[^$\n`]+)\$
   | \[(?P<text>[^\]]+)\]\((?:(?:[\w.]+/)*(?P<page>[\w-]+)\.md(?:\#[\w-]*)?|(?!https?:)[^)\s]*)\)
-    """,
-    re.MULTILINE | re.DOTALL | re.VERBOSE,
-)
+"""
 # Of TeX, innermost braces first; signs are named as in HTML, but for these.
 _TEX = (
     (r"([_^])\{(\w)\}", r"\1\2"),
@@ -268,7 +264,7 @@ _SIGNS = {"cdot": "·", "to": "→", "infty": "∞", "partial": "∂", "ldots": 
 
 def for_terminal(text: str) -> str:
     """A page without what only a site shows: pictures, directives, formulas as TeX, links between pages."""
-    return _PARTS.sub(_part_for_terminal, text)
+    return re.sub(_PARTS, _part_for_terminal, text)
 
 
 def _part_for_terminal(part: re.Match[str]) -> str:
@@ -287,6 +283,8 @@ def _part_for_terminal(part: re.Match[str]) -> str:
 
 def plain_formula(tex: str) -> str:
     """A formula in TeX as one line of characters."""
+    from html.entities import html5
+
     tex, before = re.sub(r"\\(?:left|right|[bB]igg?[lr]?)(?![A-Za-z])", "", tex), ""
     while tex != before:
         before = tex

@@ -68,7 +68,7 @@ def save_table(
     with screen.progress_bar("rows", " written") if is_long else nullcontext() as move:
         decimal = "," if decimal_comma else "."
         table = export.write_table(ds, target, variables, decimal=decimal, front=front, progress=move)
-    show_file("table", target, f"{table.rows:,} rows, {len(table.columns)} columns")
+    show_file("table", target, f"{table.rows:,} row{'s' * (table.rows != 1)}, {len(table.columns)} columns")
     if table.left_out:
         names = ", ".join(table.left_out)
         screen.echo(f"left out {names}: of other dimensions; write them with stickslip export --variable")

@@ -13,6 +13,7 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, reports_errors
 from stickslip.cli.outputs import save_plot, save_result
+from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import quantity
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
 from stickslip.vocabulary.results import VARIABLES
@@ -170,7 +171,13 @@ def _answer(result: xr.Dataset) -> dict[str, Any]:
 def cell_title(title: str, at: Iterable[str]) -> str:
     """The title of a picture of one cell: that of the configuration, and below it what was set."""
     from stickslip.dataset.axis import spoken
+    from stickslip.files.tables import NUMBER
+    from stickslip.vocabulary.quantities import QUANTITIES
 
-    pairs = (text.partition("=") for text in at)
-    named = [f"{spoken(name.strip())} = {value.strip()}" for name, _, value in pairs]
+    named = []
+    for name, _, value in (text.partition("=") for text in at):
+        name, value = name.strip(), value.strip()
+        if name in QUANTITIES and NUMBER.fullmatch(value):
+            value = f"{value} {units.spelled(QUANTITIES[name].units)}".rstrip()
+        named.append(f"{spoken(name)} = {value}")
     return "\n".join([*wrap(title, _WIDTH), *wrap(", ".join(named), _WIDTH)])
