@@ -172,7 +172,7 @@ def _explained(topic: str, known: dict[str, Page]) -> str | None:
     if "glossary" in known and all(about.name != "glossary" for about, _, _ in sections):
         parts = [f"- {text}" for names, text in known["glossary"].terms() if pattern.search(names)]
     if not parts and not sections:
-        return page and page.text
+        return page.text if page else None
     parts += [text for _, _, text in sections[:2]]
     more = [_reference(about, heading) for about, heading, _ in sections[2:]] + ([_reference(page)] if page else [])
     return "\n\n".join([*parts, *([f"More to read: {'; '.join(more)}"] if more else [])])

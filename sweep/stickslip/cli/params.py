@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.shell_completion import CompletionItem
 
 from stickslip.cli import screen
 from stickslip.cli.exits import fail
@@ -27,13 +26,14 @@ _RESUMING = ("run", "border", "contours", "attractors", "collect", "retry-failed
 # --- places -----------------------------------------------------------------------------------------------------------
 
 
-class Place(click.ParamType):  # type: ignore[type-arg]
+class Place(click.Path):
     """A file, or the URL of a Zarr store, which a `Path` would spoil.
 
     expected : what is named where it is missing, a `result` or a `configuration`.
     """
 
     def __init__(self, expected: str = "result") -> None:
+        super().__init__()
         self.name, self._expected = "path_or_url", expected
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
@@ -41,10 +41,6 @@ class Place(click.ParamType):  # type: ignore[type-arg]
         from stickslip.files.locations import location
 
         return location(value)
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Files, as the shell finds them."""
-        return [CompletionItem(incomplete, type="file")]
 
     def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
         """Files of this folder that could have been named."""
@@ -60,6 +56,7 @@ class Target(Place):
     """A file to be written (`targets.check_target`), refused before anything is computed if it cannot be."""
 
     def __init__(self, *kinds: str) -> None:
+        super().__init__()
         self.name, self._kinds = "path", kinds
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
