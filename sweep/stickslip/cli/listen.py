@@ -98,7 +98,7 @@ def listen(
     cell_level = float(sound.levels(cell, law=law)[LEVEL.name][0])
     screen.echo(made.described())
     if not isfinite(made.frequency) or cell_level == cell_level:
-        screen.echo(f"level    {_level_text(cell_level)}")
+        screen.row("level", _level_text(cell_level))
     for line in made.remarks():
         screen.echo(line)
     if isinstance(output, Path):
@@ -128,8 +128,8 @@ def save_sounds(target: Path, sounds: Iterable[tuple[str, Sound]]) -> None:
         full_scale, loudest = sound.full_scale, max(loudest, sound.peak)
         written, clipping = written + 1, clipping + sound.clips
     if not written:
-        return screen.echo("sounds   none: no test was integrated to its end")
-    screen.echo(f"sounds   {target if single else target / '*.wav'} (full scale {full_scale:g} m/s2)")
+        return screen.row("sounds", "none: no test was integrated to its end")
+    screen.row("sounds", f"{target if single else target / '*.wav'} (full scale {full_scale:g} m/s2)")
     if clipping:
         screen.echo(f"{clipping:,} of {written:,} clip, with peaks of up to {loudest:.3g} m/s2: softly compressed")
 
@@ -192,7 +192,7 @@ def _show_summary(summary: dict[str, Any]) -> None:
 
 def _show_level(level: float, reference: str) -> None:
     """Print the level of a cell, and how it compares: `2.6 dB louder than the reference: stiffness=12 N/mm`."""
-    screen.echo(f"level    {_level_text(level, 'the reference' if reference else '1e-6 m/s2')}")
+    screen.row("level", f"{_level_text(level, 'the reference' if reference else '1e-6 m/s2')}")
     if reference and not isfinite(level):
         screen.echo(f"nothing to compare with the reference: {reference}")
     elif reference and abs(level) < _ALIKE:

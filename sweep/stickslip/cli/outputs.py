@@ -27,7 +27,7 @@ _LONG = 500_000  # rows of a table from which a bar tells how far it is
 
 def show_file(kind: str, target: Location, note: str = "") -> None:
     """Print `kind  file (note, size)`."""
-    screen.echo(f"{kind:8} {target} ({f'{note}, ' if note else ''}{screen.size_of(target)})")
+    screen.row(kind, f"{target} ({f'{note}, ' if note else ''}{screen.size_of(target)})")
 
 
 def save_result(ds: xr.Dataset, target: Location | None, kind: str = "written", note: str = "") -> None:
@@ -46,7 +46,7 @@ def save_plot(figure: Figure, target: Path, note: str = "") -> None:
     from stickslip import plots
 
     plots.save(figure, target)
-    screen.echo(f"plot     {target}{f' ({note})' if note else ''}")
+    screen.row("plot", f"{target}{f' ({note})' if note else ''}")
 
 
 def save_table(
@@ -71,7 +71,7 @@ def save_table(
     show_file("table", target, f"{table.rows:,} row{'s' * (table.rows != 1)}, {len(table.columns)} columns")
     if table.left_out:
         names = ", ".join(table.left_out)
-        screen.echo(f"left out {names}: of other dimensions; write them with stickslip export --variable")
+        screen.row("left out", f"{names}: of other dimensions; write them with stickslip export --variable")
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     regimes = evaluate({name: [cell[name] for cell in cells] for name in cells[0]}, **how)["regime"].values
     points = [replace(mark, regime=REGIMES[int(code)]) for mark, code in zip(points, regimes, strict=True)]
     for mark in points:
-        screen.echo(f"mark     {mark.label}: {flag_label(mark.regime)}")
+        screen.row("mark", f"{mark.label}: {flag_label(mark.regime)}")
     return points
 
 
@@ -193,7 +193,7 @@ def part_that_fits(ds: xr.Dataset) -> xr.Dataset:
 
     part, places = selection.part_that_fits(ds, ds[plots.subject(ds)].dims)
     for place in places:
-        screen.echo(f"drawn    {place}; others with stickslip plot --select")
+        screen.row("drawn", f"{place}; others with stickslip plot --select")
     return part
 
 

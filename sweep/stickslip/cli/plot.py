@@ -90,7 +90,7 @@ def plot(
             figure = plots.plot_result(ds, variable, select=places, title=picture.title, look=picture.look(ds),
                                        borders=not no_borders, lines=over)  # fmt: skip
             for point in selection.points_taken(ds, {name: at for name, at in places.items() if name != "state"}):
-                screen.echo(f"drawn    {point}")
+                screen.row("drawn", point)
         request = _request_text({**options, "variable": variable, "select": select, "lines": lines,
                                  "map": map_file, "no_borders": no_borders})  # fmt: skip
         stem = (file if isinstance(file, Path) else Path(file.name)).with_suffix("")  # in this folder if behind a URL
@@ -100,7 +100,7 @@ def plot(
         fail(f"{file}: {error}")
     if not no_borders and "quiet_above" not in ds and (absent := why_absent(ds, "damping_ratio")):
         screen.notice(f"{file}: no borders of linear theory are drawn: the map {absent}")
-    screen.echo(f"plot     {target}")
+    screen.row("plot", target)
 
 
 def _request_text(options: dict[str, Any]) -> str:

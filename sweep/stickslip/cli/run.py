@@ -213,7 +213,7 @@ def report_result(outcome: Outcome, seconds: float, request: Request, outputs: O
     study = study_of(request.config)
     with reading.look_into(outcome.output) as ds:
         if outcome.up_to_date:
-            screen.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
+            screen.row(study.name, f"{outcome.output} is complete already; --fresh computes it again")
             if not outputs.is_lacking():
                 save_table(ds, params.requested_table())
                 return _result_answer(ds, outputs.plot)
@@ -224,9 +224,9 @@ def report_result(outcome: Outcome, seconds: float, request: Request, outputs: O
         show_file("map" if "regime" in ds else "written", outcome.output)
         answer = _result_answer(ds, outputs.save(ds))
     if outcome.reused:
-        screen.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
+        screen.row("reused", f"{outcome.reused:,} {study.counted} of the earlier {study.name}")
     if outcome.where:
-        screen.echo(f"blocks   kept in {outcome.where}")
+        screen.row("blocks", f"kept in {outcome.where}")
     return answer
 
 

@@ -34,6 +34,11 @@ def echo(text: object = "", *, err: bool = False, file: IO[str] | None = None) -
     click.echo(visible(str(text)), err=err, file=file)
 
 
+def row(label: str, text: object) -> None:
+    """Print a line of text behind its label."""
+    echo(f"{label:{_LABEL}}  {text}")
+
+
 def notice(text: str) -> None:
     """Print something worth knowing on standard error."""
     echo(text, err=True)

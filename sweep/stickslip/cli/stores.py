@@ -58,11 +58,11 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
         fail(f"{error.on_command_line}{_where_blocks_are(request, config_or_store)}")
     study = collected.study
     if collected.up_to_date:
-        screen.echo(f"{study.name:8} {collected.output} is complete already, and there is no store beside it")
+        screen.row(study.name, f"{collected.output} is complete already, and there is no store beside it")
     else:
         show_file(study.name, collected.output)
     if collected.where:
-        screen.echo(f"blocks   kept in {collected.where}")
+        screen.row("blocks", f"kept in {collected.where}")
     if table := params.requested_table():
         with reading.look_into(collected.output) as ds:
             save_table(ds, table)
@@ -109,7 +109,7 @@ def status(config_or_store: str, store: str | None) -> dict[str, Any]:
     request = request_for(config_or_store, None, store, params.settings())
     output = request.output if request.place is None else None
     if output is not None and output.exists() and is_empty(request.folder()):
-        screen.echo(f"map      {output} is there, and no unfinished run beside it")
+        screen.row("map", f"{output} is there, and no unfinished run beside it")
         return _finished_answer(request.config, output)
     progress = collecting.status(request)
     _show(progress)
@@ -163,7 +163,7 @@ def retry_failed(config_or_store: str, store: str | None, output: Location | Non
     if outcome.output is not None:
         report_result(outcome, seconds, request, Outputs())
     else:
-        screen.echo(f"blocks   {outcome.computed:,} {study.counted} computed into {outcome.where}")
+        screen.row("blocks", f"{outcome.computed:,} {study.counted} computed into {outcome.where}")
 
 
 # --- for programs -----------------------------------------------------------------------------------------------------
