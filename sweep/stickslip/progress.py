@@ -82,11 +82,10 @@ class _Progress:
     """The progress of a computation in words.
 
     counted : what is counted. doing : what is done with it (" written"), besides the computation itself.
-    clock : s, of any beginning.
     """
 
-    def __init__(self, counted: str, doing: str = "", clock: Callable[[], float] = perf_counter) -> None:
-        self._counted, self._clock = f"{counted}{doing}", clock
+    def __init__(self, counted: str, doing: str = "") -> None:
+        self._counted, self._besides = f"{counted}{doing}", bool(doing)
         self._first: tuple[float, float] | None = None  # done at the first move, and its time
         self._last: tuple[float, int] = (0.0, 0)
         self._now = 0.0
@@ -96,7 +95,7 @@ class _Progress:
 
         What is done at the first move was finished before, and does not count for the rate.
         """
-        self._now, self._last = self._clock(), (done, total)
+        self._now, self._last = perf_counter(), (done, total)
         self._first = self._first or (done, self._now)
         self._moved()
 
@@ -140,7 +139,8 @@ class NotebookBar(_Progress):
             self._show_bar()
 
     def _show_bar(self) -> None:
-        words, (done, total) = self.words().strip(), self._last
+        done, total = self._last
+        words = self.words(ended=done >= total).strip()
         bar = f'<progress value="{done}" max="{total}" style="width: 20em; vertical-align: middle"></progress>'
         self._show({"text/plain": words, "text/html": f"<div>{bar} {words}</div>"})
 
@@ -181,20 +181,14 @@ class Bar(_Progress):
 
 
 class Lines(_Progress):
-    """A line at the start, every now and then, and at the end; of what is done besides, only those in between.
+    """A line at the start, every now and then, and at the end; of what is done besides, only those in between."""
 
-    every : s; EVERY unless given.
-    """
+    _next: float | None = None  # time of the next line
+    _printed: tuple[float, int] | None = None
 
-    def __init__(
-        self, console: Console, counted: str, doing: str = "", every: float | None = None,
-        clock: Callable[[], float] = perf_counter,
-    ) -> None:  # fmt: skip
-        super().__init__(counted, doing, clock)
-        self._console, self._besides = console, bool(doing)
-        self._every = EVERY if every is None else every
-        self._next: float | None = None  # time of the next line
-        self._printed: tuple[float, int] | None = None
+    def __init__(self, console: Console, counted: str, doing: str = "") -> None:
+        super().__init__(counted, doing)
+        self._console = console
 
     def say(self, words: str) -> None:
         """Print words."""
@@ -207,11 +201,11 @@ class Lines(_Progress):
 
     def _moved(self) -> None:
         is_first, (done, total) = self._next is None, self._last
-        self._next = self._now + self._every if self._next is None else self._next
+        self._next = self._now + EVERY if self._next is None else self._next
         at_an_end = not self._besides and (is_first or done >= total and self._printed != self._last)
         if at_an_end or self._now >= self._next:
             self._print(ended=done >= total and not is_first)
 
     def _print(self, ended: bool) -> None:
         self.say(self.words(ended))
-        self._printed, self._next = self._last, self._now + self._every
+        self._printed, self._next = self._last, self._now + EVERY

@@ -288,10 +288,12 @@ class Told:
 def lines(moves, doing=""):
     """What is told of moves (time, done) of 6,000 cells."""
     clock, console = Clock(), Told()
-    shown = progress.Lines(console, "cells", doing, every=60.0, clock=clock)
-    for clock.now, done in moves:
-        shown.move(done, 6000)
-    shown.end()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(progress, "perf_counter", clock)
+        shown = progress.Lines(console, "cells", doing)
+        for clock.now, done in moves:
+            shown.move(done, 6000)
+        shown.end()
     return console.lines
 
 

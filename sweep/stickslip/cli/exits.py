@@ -69,10 +69,9 @@ def _log_on_screen() -> Iterator[None]:
 
     class Screen(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
-            if record.levelno >= logging.WARNING or not screen.is_quiet():
-                screen.notice(self.format(record))
+            screen.notice(self.format(record))
 
-    logger, handler = logging.getLogger("stickslip"), Screen()
+    logger, handler = logging.getLogger("stickslip"), Screen(logging.WARNING if screen.is_quiet() else logging.INFO)
     level = logger.level
     logger.addHandler(handler)
     logger.setLevel(logging.INFO)
