@@ -82,7 +82,7 @@ def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
         return None
     if (name := word.removesuffix(".md")) in commands and name in known:
         screen.echo(f"The page; the command of that name: `stickslip {name} --help`\n")
-    parts = [text for text in (_beyond_the_model(word, known), _declared(word), _explained(word, known)) if text]
+    parts = [text for text in (beyond.hint(word), _declared(word), _explained(word, known)) if text]
     if not parts:
         near = nearest(word, [*known, *_ALSO, *commands, *QUANTITIES, *_settings(), *_results(), *REGIMES])
         question = f"; did you mean `stickslip help {near}`?" if near else ""
@@ -201,12 +201,6 @@ def _results() -> dict[str, Variable]:
               results.ATTRACTOR_VARIABLES, results.UNCERTAIN_VARIABLES, results.TRACE_VARIABLES,
               results.LEVEL_VARIABLES, results.MATERIAL_VARIABLES, results.MAP_VARIABLES)  # fmt: skip
     return {name: declared for table in tables for name, declared in table.items()}
-
-
-def _beyond_the_model(word: str, known: dict[str, Page]) -> str | None:
-    """A sentence on a word for which the model has nothing, and the page about tools that have it."""
-    sentence, page = beyond.beyond_the_model(word), known.get(beyond.PAGE)
-    return sentence and f"{sentence}." + (f" More to read: {_reference(page)}." if page else "")
 
 
 def _declared(word: str) -> str:

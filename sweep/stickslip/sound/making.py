@@ -98,7 +98,10 @@ def of(
     elif not repeats:
         acceleration = _transient(full, results, motion, count)
     elif cycles.period[0] <= count / motion.rate:
-        acceleration = motion.cycle(cycles.cells, float(cycles.period[0])).values(motion.rate, count)
+        cycle = replace(
+            motion.series(cycles.cells, float(cycles.period[0])), mean=0.0
+        )  # what is left of it is rounding
+        acceleration = cycle.values(motion.rate, count)
     else:
         acceleration = motion.stretch(cycles.cells, count)
     acceleration *= fades(count, rate)
@@ -124,10 +127,6 @@ class _Motion:
             name = STATUSES[int(status[0])]
             raise NotReachedError(f"the motion is not known to {duration:g} s, {name}: {STATUS_MESSAGES[name]}")
         return series_of(motions[0], ends[0], duration, harmonics)
-
-    def cycle(self, cell: Parameters, period: float) -> Series:
-        """The series of a period; what rounding leaves of its mean is none."""
-        return replace(self.series(cell, period), mean=0.0)
 
     def stretch(self, cell: Parameters, count: int) -> Floats:
         """The first `count` values of the acceleration."""
