@@ -106,16 +106,16 @@ class StickslipAccessor:
     def simulate(self, duration: float | str | None = None, samples: int = 2001, **at: Any) -> xr.Dataset:
         """One cell over time.
 
-        duration : s, or a text with a unit; None for some cycles. at : which cell, as for `cell`.
+        duration : s, or a text with a unit; None for eight cycles, or until it has settled.
+        at : which cell, as for `cell`.
         The law and the tolerance are those of the result. Returns and raises what `stickslip.simulate` does.
         """
-        from stickslip.api.cells import evaluate, simulate
+        from stickslip.api.cells import evaluate, simulate, time_span
         from stickslip.config.select import shared_by
-        from stickslip.dataset.survey import duration_of
 
         cell, how = self.cell(**at), shared_by(self._ds)
         if duration is None:
-            duration = duration_of({"solver": {}}, evaluate(cell, **how).isel(cell=0).reset_coords())
+            duration = time_span(evaluate(cell, **how)).duration
         return simulate(**{"duration": duration, "samples": samples, **how, **cell})
 
     def sound(self, seconds: float = 2.0, *, slow: float = 1.0, transient: bool = False, **at: Any) -> Sound:

@@ -13,8 +13,8 @@ from scipy.io import wavfile
 import stickslip
 from helpers.configs import write_config
 from stickslip import plots, sound
+from stickslip.api.cells import CYCLES, time_span
 from stickslip.cli import main
-from stickslip.cli.simulate import CYCLES, time_span
 from stickslip.errors import PlotError
 
 STICKS = ("--at", "stiffness=1", "--at", "belt_speed=0.1")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import ceil, floor, isfinite, log10, nan, pi, sqrt
+from math import isfinite, nan, pi, sqrt
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -23,12 +23,6 @@ if TYPE_CHECKING:
 
     from stickslip.files.locations import Location
 
-CYCLES = 8.0  # shown after the first break-away
-_SETTLED = 1.1  # settling times shown
-_SLOW = 30.0  # natural periods, for what neither sticks nor settles
-_PER_PERIOD = 60  # samples a natural period
-_MOST_SAMPLES = 40_001
-_LONGEST = 1e3  # natural periods, of what does not stick
 _WIDTH = 90  # characters of a title
 _LABELS = {  # by variable, in the order of the rows
     "frequency": "frequency", "period": "period", "stick_fraction": "sticking", "displacement_amplitude": "amplitude",
@@ -80,7 +74,7 @@ def simulate(
     given = None if duration is None else seconds(duration)
     law, solver, cell = loaded.friction.law, loaded.solver, cell_of(loaded)
     result = cells.evaluate(cell, solver.rtol, solver.horizon, law=law, max_steps=solver.max_steps)
-    span = time_span(result, given)
+    span = cells.time_span(result, given)
     screen.print_rows(_rows(result))
     answer = _answer(result)
     if output is None and plot is None:
@@ -98,43 +92,6 @@ def simulate(
 
         save_plot(plots.plot_trace(ds, title=cell_title(loaded.title, at)), plot, note=over if output is None else "")
     return answer | {"duration": span.duration, "output": output, "plot": plot}
-
-
-class TimeSpan(NamedTuple):
-    """Duration of a trajectory (s), its number of samples, and the reason in words."""
-
-    duration: float
-    samples: int
-    why: str
-
-
-def time_span(result: xr.Dataset, duration: float | None = None) -> TimeSpan:
-    """The time that shows what becomes of a cell, or the one that is given.
-
-    result : what `evaluate` says of it: eight cycles after the first break-away; a decay until it has settled.
-    """
-    values = _values(result, "breakaway_time", "period", "settling_time", "mass", "stiffness")
-    natural, why = 2.0 * pi * sqrt(values["mass"] / values["stiffness"]), ""
-    if duration is None:
-        regime = REGIMES[int(result["regime"].values[0])]
-        began = values["breakaway_time"] if isfinite(values["breakaway_time"]) else 0.0
-        after, why = _SLOW * natural, f"{_SLOW:g} natural periods"
-        if regime == "stick_slip":
-            after, why = CYCLES * values["period"], f"{CYCLES:g} cycles"
-        elif regime == "sustained":
-            after = max(_SLOW * natural, CYCLES * values["period"])
-        elif regime in ("damped", "creep") and isfinite(values["settling_time"]):
-            after, why = max(_SETTLED * values["settling_time"], natural), "until it has settled"
-        if regime != "stick_slip" and after > _LONGEST * natural:
-            after, why = _LONGEST * natural, f"{_LONGEST:g} natural periods, no more"
-        duration = _rounded_up(began + after)
-    return TimeSpan(duration, min(max(2001, ceil(_PER_PERIOD * duration / natural) + 1), _MOST_SAMPLES), why)
-
-
-def _rounded_up(seconds: float) -> float:
-    """A duration with two digits, no shorter."""
-    scale = 10.0 ** (floor(log10(seconds)) - 1)
-    return float(f"{ceil(seconds / scale * (1.0 - 1e-12)) * scale:.12g}")
 
 
 def _values(result: xr.Dataset, *names: str) -> dict[str, float]:
