@@ -140,7 +140,8 @@ POINTS = "label;stiffness [N/mm];Belt speed (mm/s)\nFett 1: gut, Öl;0,9;90\nB;2
 def test_marks_of_a_file_have_their_regimes_and_a_legend_of_a_quarter(folder, monkeypatch):
     (folder / "points.csv").write_text(POINTS, encoding="utf-8")
     drawn = []
-    monkeypatch.setattr(plots, "save", lambda figure, *_, **__: drawn.append(figure))
+    save = plots.save
+    monkeypatch.setattr(plots, "save", lambda figure, *rest: (save(figure, *rest), drawn.append(figure)))
     done = call("plot", folder / "map.nc", "--marks", folder / "points.csv", "--size", "16 cm x 9 cm")
     assert done.exit_code == 0, done.output
     said = re.findall(r"^mark     (.*): (\S+)$", done.stdout, re.MULTILINE)
