@@ -61,9 +61,9 @@ def in_notebook() -> bool:
 
 def will_compile(kernels: str) -> bool:
     """Return whether kernels must be compiled first; the engine is loaded when that is asked for."""
-    from stickslip import engine
+    from stickslip.engine import compiled
 
-    return engine.will_compile(kernels)
+    return compiled.will_compile(kernels)
 
 
 def on_console(console: Console, counted: str, doing: str = "") -> Bar | Lines:
