@@ -33,7 +33,7 @@ Examples:
   stickslip listen configs/quickstart.yaml \\
       --at stiffness="5 N/mm" --at belt_speed="20 mm/s" -o squeak.wav --plot squeak.png
   stickslip listen configs/quickstart.yaml \\
-      --at stiffness=5 --at belt_speed="20 mm/s" --slow 0.01 -o faster.wav
+      --at stiffness="5 N/m" --at belt_speed="20 mm/s" --slow 0.01 -o faster.wav
   stickslip listen quickstart.nc --at stiffness="5 N/mm" --at belt_speed=1 -o decay.wav
   stickslip listen configs/lubricants.yaml --level -o levels.nc   # how loud every cell is"""
 )

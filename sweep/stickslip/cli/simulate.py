@@ -41,7 +41,7 @@ _ROUNDING = 1e-9  # of the largest force; less is none
 Examples:
   stickslip simulate configs/quickstart.yaml --at stiffness="5 N/mm" --at belt_speed="20 mm/s"
   stickslip simulate configs/quickstart.yaml \\
-      --at stiffness=5 --at belt_speed="10 cm/s" -t "1 min" -o trace.nc
+      --at stiffness="5 N/m" --at belt_speed="10 cm/s" -t "1 min" -o trace.nc
   stickslip simulate configs/lubricants.yaml \\
       --at lubricant=grease --at belt_speed=0.1 --plot trace.png"""
 )
