@@ -22,7 +22,7 @@ from stickslip.dataset.display import unit_of
 from stickslip.dataset.polylines import polylines
 from stickslip.engine import StopFlag, blocks, spread, warm_up
 from stickslip.explore.source import Source
-from stickslip.explore.view import FULL, Sides, View, start_value
+from stickslip.explore.view import FULL, Sides, View
 from stickslip.plots.painting import note
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint
 from stickslip.runs.maps import MapStudy
@@ -34,7 +34,8 @@ from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.units import spelled
 
 Floats = NDArray[np.float64]
-LEVELS = 255  # of the colours of numbers; one more is for cells without a value
+SHADES = 256  # colours of a picture
+_LEVELS = SHADES - 1  # of the colours of numbers; the last one is for cells without a value
 HOVER = ("regime", "frequency", "stick_fraction", "velocity_amplitude", "slip_speed_max", "spring_force_max")
 _ORDER = {name: i for i, name in enumerate(VARIABLES)}
 _BLANK = "#ffffff"  # of cells without a flag
@@ -78,6 +79,10 @@ class Side:
         """The coordinate of pixel `i`: a value in SI, or the position of a listed point."""
         return i if self.kind == "listed" else float(self.values[i])
 
+    def text(self, at: float | int) -> str:
+        """Such a coordinate in words."""
+        return self.labels[int(at)] if self.kind == "listed" else self.unit.text(float(at), 4)
+
 
 @dataclass(frozen=True, eq=False)
 class Column:
@@ -94,9 +99,9 @@ class Column:
 class Picture:
     """A map as it is drawn.
 
-    shades : (rows, columns), numbers of colours in `palette`. legend : names and colours of flags. ticks : of the scale
-    of a number, places from 0 to 1 with their words. note : what a pixel shows, where it is not one cell. cells : the
-    dataset behind it. regions : names of flags, and where in the picture they are written: x and y.
+    shades : (rows, columns), numbers of colours in `palette`, which has `SHADES`. legend : names and colours of flags.
+    ticks : of the scale of a number, places from 0 to 1 with their words. note : what a pixel shows, where it is not
+    one cell. cells : the dataset behind it. regions : names of flags, and where they are written: x and y.
     """
 
     y: Side
@@ -157,7 +162,7 @@ def read(source: Source, view: View) -> xr.Dataset:
         if name not in view.plane:
             at[dim] = view.points.get(name, 0)
             if name not in view.points and MapAxis(ds, dim).is_numeric:
-                value = view.values.get(name, start_value(source, name))
+                value = view.values.get(name, source.typical[name])
                 at[dim] = int(np.abs(ds[dim].values - value).argmin())
     return ds.isel(at).transpose(dims[view.y], dims[view.x], ...)
 
@@ -245,13 +250,13 @@ def _shaded(
         painted = paint(variable, known, reduced.present)
         colours = [to_hex(painted.colours(painted.norm(code))) for code in range(2 * len(FLAG_COLOURS[variable]))]
         shades = np.ma.filled(values.astype(np.uint8), len(colours))
-        return shades, (*colours, _BLANK), painted, known
+        return shades, (*colours, *[_BLANK] * (SHADES - len(colours))), painted, known
     values = coarse.numbers(array, pixel).values
     painted = paint(variable, values)
     finite = np.isfinite(values)
     shares = np.asarray(painted.norm(np.where(finite, values, float(painted.norm.vmin or 0.0))), np.float64)
-    shades = np.where(finite, np.clip(shares * (LEVELS - 1), 0, LEVELS - 1).round(), LEVELS)
-    colours = [to_hex(painted.colours(i / (LEVELS - 1))) for i in range(LEVELS)]
+    shades = np.where(finite, np.clip(shares * (_LEVELS - 1), 0, _LEVELS - 1).round(), _LEVELS)
+    colours = [to_hex(painted.colours(i / (_LEVELS - 1))) for i in range(_LEVELS)]
     return shades.astype(np.uint8), (*colours, UNDEFINED_COLOUR), painted, values
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import shlex
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from math import prod
@@ -17,21 +17,21 @@ from bokeh.document import Document
 from bokeh.events import Tap
 
 from stickslip.config.model import Config
-from stickslip.config.select import cell_of
 from stickslip.engine import StopFlag, stop_flag
 from stickslip.errors import ConfigError, NotReachedError, StoreError
 from stickslip.explore import maps
 from stickslip.explore.controls import Actions, Controls, sound_of
 from stickslip.explore.html import cell_html, map_csv, motions_csv, part, place_words, simulate_command
 from stickslip.explore.maps import Line, Picture, border_lines
-from stickslip.explore.motions import CellMotions, motions_of
-from stickslip.explore.page import Page, columns_of, fill
+from stickslip.explore.motions import CellMotions, motions_by_line, motions_of
+from stickslip.explore.page import Page
 from stickslip.explore.source import Source
 from stickslip.explore.view import (
     COARSE,
     FULL,
+    At,
     View,
-    cell_config,
+    cell_of_view,
     config_of,
     first_view,
     is_as_opened,
@@ -91,7 +91,6 @@ class LatestOnly(Generic[Job]):
 _LOG = logging.getLogger(__name__)
 _BREATH = 0.05  # s, in which the browser draws the coarse map, and a slider that still moves asks for the next
 _COMING = "exact borders ..."
-At = Mapping[str, float | int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +144,7 @@ class Session:
         self._cells: LatestOnly[tuple[View, At, Picture]] = LatestOnly(self._compute_cell, "cell")
         self._sounds: LatestOnly[tuple[str, SelectedCell, float, bool]] = LatestOnly(self._compute_sound, "sound")
         self.controls.show(self._state.view)
-        fill(document, self.page, [self.controls.column, *self.page.roots, self.actions.column], source.notes)
+        self.page.fill(document, [self.controls.column, *self.page.roots, self.actions.column], source.notes)
         self._maps.ask(self._state.view)
 
     def close(self) -> None:
@@ -164,7 +163,7 @@ class Session:
             self._cells.ask((state.view, state.at, state.shown))
 
     def _sided(self, y: str, x: str) -> None:
-        self._see_other_sides(with_plane(self._source, self._state.view, y, x))
+        self._see_other_sides(with_plane(self._state.view, y, x))
 
     def _reset(self) -> None:
         self._see_other_sides(replace(first_view(self._source), variable=self._state.view.variable))
@@ -212,8 +211,8 @@ class Session:
             return ""
         if name == "map.csv":
             return "" if shown is None else map_csv(shown)
-        columns = columns_of(*self._state.motions)
-        return motions_csv([(head, motion) for _, head, motion in columns]) if columns else ""
+        motions = motions_by_line(*self._state.motions)
+        return motions_csv(motions.values()) if motions else ""
 
     # --- work beside the loop -----------------------------------------------------------------------------------------
 
@@ -250,7 +249,7 @@ class Session:
     def _compute_cell(self, job: tuple[View, At, Picture], stop: StopFlag) -> None:
         view, at, shown = job
         with self._reporting_errors(stop):
-            motions = motions_of(cell_of(cell_config(self._source, view, at)), self._source.options)
+            motions = motions_of(cell_of_view(self._source, view, at), self._source.options)
             command = simulate_command(self._source, view, at, motions)
             self._schedule(stop, self._show_selected, SelectedCell(at, place_words(shown, at), motions, command))
 

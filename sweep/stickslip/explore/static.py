@@ -13,23 +13,31 @@ import numpy as np
 from bokeh.document import Document
 from bokeh.embed import file_html
 from bokeh.events import Tap
-from bokeh.models import Column, ColumnDataSource, CustomJS, Select
+from bokeh.models import Column, ColumnDataSource, Select
 from bokeh.resources import INLINE
 from numpy.typing import NDArray
 
 from stickslip._version import __version__
 from stickslip.config.model import Axis, Range
-from stickslip.config.select import cell_of
 from stickslip.dataset.axis import spoken
 from stickslip.engine import stop_flag
 from stickslip.explore import maps
-from stickslip.explore.figures import axis_words, cell_data, lines_of, motions_by_line, regions_of, units_of
 from stickslip.explore.html import cell_html, legend_html, numbers_html, part, place_words, simulate_command
 from stickslip.explore.maps import Line, Picture, border_lines
-from stickslip.explore.motions import Motion, motions_of
-from stickslip.explore.page import WIDGETS, Page, columns_data, columns_of, fill, meta_of, words
+from stickslip.explore.motions import Motion, motions_by_line, motions_of
+from stickslip.explore.page import (
+    WIDGETS,
+    Page,
+    calling,
+    cell_data,
+    columns_of,
+    lines_of,
+    meta_of,
+    regions_of,
+    words,
+)
 from stickslip.explore.source import Source
-from stickslip.explore.view import Sides, View, cell_config, config_of, first_view, is_listed, labels_of
+from stickslip.explore.view import Sides, View, cell_of_view, config_of, first_view, is_listed, labels_of
 from stickslip.files.atomic import replaced
 
 MOST: Sides = (160, 200)  # pixels; the file is to be sent
@@ -40,46 +48,6 @@ _DEVIATION = 2e-3  # of the range of what is drawn: less than a pixel
 _DRAWN = ("displacement", "velocity", "friction_coefficient")
 _SOURCES = ("stick", "sliding", "cycle", "curve", "steady", "blank")
 _NEAREST = "the nearest cell whose motion is in this page"
-
-_PAINT = """
-const sheet = sheets.tags[Number(point.value)], one = sheet.pictures[variable.value]
-mapper.palette = one.palette
-cells.data = {...cells.data, image: [one.shades]}
-regions.data = one.regions
-legend.text = one.legend
-"""
-_DRAW = """
-let nearest = null, least = Infinity
-for (const one of sheet.cells) {
-  const away = ((one.x - at.x)/wide)**2 + ((one.y - at.y)/high)**2
-  if (away < least) { least = away; nearest = one }
-}
-for (const [name, source] of Object.entries(sources)) source.data = nearest.data[name]
-marks.data = {x: [nearest.x], y: [nearest.y], name: [""], colour: ["white"]}
-for (const [plot, [x, y]] of Object.entries(nearest.axes)) {
-  plots[plot].below[0].axis_label = x
-  plots[plot].left[0].axis_label = y
-}
-for (const line of belt) { line.location = nearest.belt; line.visible = true }
-cell_words.text = nearest.words
-numbers.text = nearest.numbers
-"""
-_SIZE = """
-const meta = columns.tags[0]
-const [wide, high] = [meta.x.high - meta.x.low, meta.y.high - meta.y.low]
-"""
-_CLICK = f"""{_SIZE}
-const sheet = sheets.tags[Number(point.value)], at = cb_obj
-if (at.x < meta.x.low || at.x > meta.x.high || at.y < meta.y.low || at.y > meta.y.high) return
-{_DRAW}"""
-_TURN = f"""{_PAINT}
-columns.data = sheet.columns
-columns.tags = [sheet.meta]
-lines.data = sheet.lines
-if (marks.data.x.length == 0) return
-{_SIZE}
-const at = {{x: marks.data.x[0], y: marks.data.y[0]}}
-{_DRAW}"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,17 +64,15 @@ class _Sheet:
         """The regimes."""
         return self.pictures["regime"]
 
-    def data(self, page: Page) -> dict[str, Any]:
-        """The sheet, for the scripts."""
+    def data(self) -> dict[str, Any]:
+        """The sheet, for `page.js`."""
         pictures = {
-            name: {
-                "shades": one.shades, "legend": legend_html(one), "palette": page.map.palette_of(one),
-                "regions": regions_of(one),
-            } for name, one in self.pictures.items()
+            name: {"shades": one.shades, "legend": legend_html(one), "palette": list(one.palette),
+                   "regions": regions_of(one)} for name, one in self.pictures.items()
         }  # fmt: skip
         return {
             "pictures": pictures, "cells": self.cells, "lines": lines_of(self.lines),
-            "columns": columns_data(self.first), "meta": meta_of(self.first),
+            "columns": columns_of(self.first), "meta": meta_of(self.first),
         }  # fmt: skip
 
 
@@ -132,7 +98,7 @@ def page_html(source: Source) -> str:
     about = part("about", __version__, len(sheets), f"{rows} x {columns}", len(first.cells), source.name)
     below = words("below", about + part("yaml", config_of(source, points[0][1], MOST).to_yaml()))
     document = Document()
-    fill(document, page, [_controls(page, title, sheets), *page.roots, below], (*source.notes, *left_out(source)))
+    page.fill(document, [_controls(page, title, sheets), *page.roots, below], (*source.notes, *left_out(source)))
     return str(
         file_html(document, INLINE, document.title, template=document.template,
                   template_variables=document.template_variables)
@@ -208,20 +174,17 @@ def _places(shown: Picture, cells: Sides) -> list[tuple[int, int]]:
 
 
 def _cell(source: Source, view: View, shown: Picture, i: int, j: int) -> dict[str, Any]:
-    """The words and curves of the cell of a pixel, for the scripts."""
+    """The words and curves of the cell of a pixel, for `page.js`."""
     at = {shown.y.name: shown.y.at(i), shown.x.name: shown.x.at(j)}
-    motions = motions_of(cell_of(cell_config(source, view, at)), source.options)
-    drawn = {line: _thinned(motion) for line, motion in motions_by_line(motions, {}).items()}
-    units = units_of([motion for motion in drawn.values() if motion.samples])
-    data = cell_data(motions, drawn, units)
-    light = {name: {key: np.asarray(v, np.float32) for key, v in data[name].items()} for name in _SOURCES}
+    motions = motions_of(cell_of_view(source, view, at), source.options)
+    by_line = motions_by_line(motions, {})
+    drawn = cell_data(motions, {line: _thinned(motion) for line, motion in by_line.items()})
+    light = {name: {key: np.asarray(v, np.float32) for key, v in drawn["data"][name].items()} for name in _SOURCES}
     command = part("command", simulate_command(source, view, at, motions))
-    return {
+    return drawn | {
         "x": float(shown.x.centres[j]), "y": float(shown.y.centres[i]), "data": light,
-        "axes": {name: list(titles) for name, titles in axis_words(units).items()},
-        "belt": motions.cell["belt_speed"] / units.speed.size,
         "words": f"{cell_html(motions, place_words(shown, at), at)}<br>{part('note', _NEAREST)}",
-        "numbers": numbers_html(columns_of(motions, {}), shown.units) + command,
+        "numbers": numbers_html(by_line, shown.units) + command,
     }  # fmt: skip
 
 
@@ -270,16 +233,15 @@ def _controls(page: Page, title: str, sheets: list[_Sheet]) -> Column:
     variable = Select(title="colours show", options=named, value="regime", name="variable", **wide)
     labels = [(str(i), sheet.label) for i, sheet in enumerate(sheets)]
     point = Select(title=title, options=labels, value="0", name="point", visible=len(sheets) > 1, **wide)
-    data = ColumnDataSource({}, name="sheets", tags=[sheet.data(page) for sheet in sheets])
     given = {
-        "sheets": data, "variable": variable, "point": point,
-        "mapper": page.map.mapper, "cells": page.map.cells, "regions": page.map.regions, "legend": page.legend,
-        "lines": page.map.lines, "columns": page.columns, "marks": page.map.marks, "belt": page.cell.belt,
+        "sheets": ColumnDataSource({}, name="sheets", tags=[sheet.data() for sheet in sheets]),
+        "variable": variable, "point": point, "mapper": page.map.mapper, "cells": page.map.cells,
+        "regions": page.map.regions, "legend": page.legend, "lines": page.map.lines, "columns": page.map.columns,
+        "marks": page.map.marks, "belt": page.cell.belt, "plots": page.cell.plots,
         "sources": {name: page.cell.sources[name] for name in _SOURCES},
-        "plots": {str(plot.name): plot for plot in page.cell.plots}, "cell_words": page.cell_words,
-        "numbers": page.numbers,
+        "cell_words": page.cell_words, "numbers": page.numbers,
     }  # fmt: skip
-    variable.js_on_change("value", CustomJS(args=given, code=_PAINT))
-    point.js_on_change("value", CustomJS(args=given, code=_TURN))
-    page.map.plot.js_on_event(Tap, CustomJS(args=given, code=_CLICK))
+    variable.js_on_change("value", calling("paint", **given))
+    point.js_on_change("value", calling("turn", **given))
+    page.map.plot.js_on_event(Tap, calling("click", **given))
     return Column(children=[point, variable], name="controls", sizing_mode="stretch_width")

@@ -106,7 +106,7 @@ def test_a_tab_shows_the_map_of_the_file_with_its_borders(tab):
     assert np.array_equal(one.shades, known.astype(np.uint8))
     assert len(one.data("map_borders")["xs"]) >= 2
     assert "57,600 cells" in one.status and "stick-slip" in one.model("legend").text
-    columns = one.session.page.columns
+    columns = one.session.page.map.columns
     assert columns.data["regime"].size == known.size and columns.tags[0]["x"]["n"] == 240
 
 
@@ -181,7 +181,7 @@ def test_borders_never_lie_over_cells_of_another_view(tab, monkeypatch):
 def test_the_card_and_the_table_tell_a_quantity_in_one_unit_and_commands_have_few_digits(tab):
     one = tab()
     one.click(0.45, 2.0)
-    columns = {column["name"]: column["unit"] for column in one.session.page.columns.tags[0]["columns"]}
+    columns = {column["name"]: column["unit"] for column in one.session.page.map.columns.tags[0]["columns"]}
     assert len(columns) <= 6 and columns["slip_speed_max"] in ("m/s", "mm/s")
     numbers = one.model("numbers").text
     for name in ("velocity_amplitude", "slip_speed_max"):
