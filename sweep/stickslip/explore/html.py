@@ -86,7 +86,7 @@ def numbers_html(motions: Mapping[str, Motion], units: Mapping[str, Unit] | None
     return part("numbers", columns, rows, sorted({motion.why for motion in motions.values() if motion.why}))
 
 
-def cell_html(motions: CellMotions, where: str, sides: Collection[str] = ()) -> str:
+def cell_html(motions: CellMotions, where: str, sides: Collection[str] = (), remark: str = "") -> str:
     """The place of a cell, its parameters, and what is known of its unstable cycle. sides : what `where` says."""
     parameters = ", ".join(
         f"{spoken(name)} {quantity(value, PARAMETERS[name].units)}"
@@ -94,7 +94,7 @@ def cell_html(motions: CellMotions, where: str, sides: Collection[str] = ()) -> 
         if name not in sides and isfinite(value) and (name not in _RARE or value != PARAMETERS[name].default)
     )
     speed = None if motions.cycle is None else quantity(motions.cycle.velocity_amplitude, "m s-1")
-    return part("cell", where, parameters, speed, any(motion.late for motion in motions.motions))
+    return part("cell", where, parameters, speed, any(motion.late for motion in motions.motions), remark)
 
 
 def simulate_command(source: Source, view: View, at: At, motions: CellMotions) -> str:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import logging
 import shlex
-import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from math import prod
-from time import perf_counter
+from time import perf_counter, sleep
 from typing import Any, Generic, TypeVar
 
 import xarray as xr
@@ -49,47 +49,31 @@ class LatestOnly(Generic[Job]):
     """
 
     def __init__(self, work: Callable[[Job, StopFlag], None], name: str) -> None:
-        self._work, self._waiting = work, list[Job]()
-        self._changed, self._closed = threading.Condition(), False
-        self._stop = stop_flag()
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-        self._thread.start()
+        self._work, self._thread = work, ThreadPoolExecutor(1, name)
+        self._last, self._stop = Future[None](), stop_flag()
 
     def ask(self, job: Job) -> None:
         """Have this done, and nothing else any more."""
-        with self._changed:
-            self._waiting = [job]
-            self._stop[0] = 1
-            self._changed.notify()
-
-    def pause(self, seconds: float) -> None:
-        """For the job that runs: wait, no longer than until the next one is asked for."""
-        with self._changed:
-            self._changed.wait_for(lambda: bool(self._waiting) or self._closed, seconds)
+        self._last.cancel()
+        self._stop[0], self._stop = 1, stop_flag()
+        self._last = self._thread.submit(self._work, job, self._stop)
 
     def close(self) -> None:
         """End the thread, which leaves within milliseconds."""
-        with self._changed:
-            self._closed, self._waiting = True, []
-            self._stop[0] = 1
-            self._changed.notify()
-        if threading.current_thread() is not self._thread:
-            self._thread.join(timeout=2.0)
+        self._stop[0] = 1
+        self._thread.shutdown(cancel_futures=True)
 
-    def _run(self) -> None:
-        while True:
-            with self._changed:
-                while not self._waiting and not self._closed:
-                    self._changed.wait()
-                if self._closed:
-                    return
-                job, self._stop = self._waiting.pop(), stop_flag()
-                stop = self._stop
-            self._work(job, stop)
+
+def pause(seconds: float, stop: StopFlag) -> None:
+    """Wait, no longer than until a flag is raised."""
+    end = perf_counter() + seconds
+    while not stop[0] and perf_counter() < end:
+        sleep(_A_LITTLE)
 
 
 _LOG = logging.getLogger(__name__)
 _BREATH = 0.05  # s, in which the browser draws the coarse map, and a slider that still moves asks for the next
+_A_LITTLE = 0.005  # s
 _COMING = "exact borders ..."
 
 
@@ -225,7 +209,7 @@ class Session:
                 small, full = config_of(self._source, view, COARSE), config_of(self._source, view, FULL)
                 if _size(small) < _size(full):
                     self._show_dataset(view, stop, lambda: maps.computed(small, stop), f"{_size(small):,} cells")
-                    self._maps.pause(_BREATH)
+                    pause(_BREATH, stop)
                 shown = self._show_dataset(view, stop, lambda: maps.computed(full, stop), f"{_size(full):,} cells")
             if shown is not None:
                 config, began = config_of(self._source, view, FULL), perf_counter()

@@ -354,7 +354,7 @@ def test_of_jobs_asked_for_while_one_runs_the_last_is_done_and_the_running_one_i
         time.sleep(0.001)
     latest.close()
     assert stopped[0] == (0, 1) and done[-1] == 49 and len(done) < 50
-    assert not latest._thread.is_alive()
+    assert not any(thread.name.startswith("test_0") for thread in threading.enumerate())
 
 
 def test_a_closed_thread_ends_and_an_idle_one_uses_no_time():
@@ -363,4 +363,4 @@ def test_a_closed_thread_ends_and_an_idle_one_uses_no_time():
     time.sleep(0.2)
     assert time.process_time() - began < 0.1
     latest.close()
-    assert not latest._thread.is_alive()
+    assert not any(thread.name.startswith("test_0") for thread in threading.enumerate())
