@@ -19,6 +19,7 @@ from stickslip.explore.source import Source
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import parameters_of
 from stickslip.vocabulary.display_units import Unit, unit_for
+from stickslip.vocabulary.models import Model, Slider, laws_with, model_of
 from stickslip.vocabulary.quantities import QUANTITIES
 
 Sides = tuple[int, int]  # most points along y and x
@@ -230,10 +231,10 @@ class SliderRange:
 def sliders_of(source: Source, without: tuple[str, ...] = ()) -> Iterator[SliderRange]:
     """The sliders beside a map, those of people's everyday first. without : the sides of the map."""
     ranges = {name: axis for name, axis in source.axes.items() if isinstance(axis, Range)}
-    ends = _ends({"mu_start": source.typical.get("a1", 0.0) + source.typical.get("a3", 0.0)} | source.typical)
     names = [name for name in QUANTITIES if (name in source.fixed or name in ranges) and name not in without]
-    if source.options.law != "stribeck_delta" and "delta" in names:
-        names.remove("delta")
+    law = source.config.friction.law
+    names = [name for name in names if law in laws_with(name)]
+    ends = _ends(source.typical, model_of(law))
     for name in sorted(names, key=lambda name: name in _RARE):
         value, written = source.typical[name], source.written_in.get(name)
         if axis := ranges.get(name):
@@ -247,10 +248,11 @@ def slider_of(source: Source, name: str) -> SliderRange:
     return {slider.name: slider for slider in sliders_of(source)}[name]
 
 
-def _range(name: str, value: float, ends: tuple[float, float, float] | None) -> tuple[float, float, bool, float]:
+def _range(name: str, value: float, ends: Slider | None) -> tuple[float, float, bool, float]:
     """Of the slider of a fixed quantity: its ends, whether ratios count, and what it shows until it is switched on."""
     if ends:
         low, high, otherwise = ends
+        high = high if high > low else low + 1.0  # without friction, say
         if isnan(value):
             return low, high, False, otherwise
         return min(low, value), max(high, 2.0 * value if value > high else high), False, value
@@ -260,26 +262,14 @@ def _range(name: str, value: float, ends: tuple[float, float, float] | None) -> 
     return min(0.0, -high if value < 0 else 0.0), high, False, value
 
 
-def _ends(cell: Mapping[str, float]) -> dict[str, tuple[float, float, float]]:
+def _ends(cell: Mapping[str, float], model: Model) -> dict[str, Slider]:
     """Ends of sliders that follow from other quantities, and what they show where the quantity is absent."""
-    start, speed, stiffness = cell["mu_start"], abs(cell["belt_speed"]), cell["stiffness"]
-    friction = 0.0, _rounded(2.0 * start) or 1.0, 0.0
-    slope = 3.0 * abs(cell.get("a2", 0.0)) or start / max(speed, 1e-3)  # so much doubles friction at the belt speed
-    shift, fast = _rounded(2.0 * start * cell["normal_load"] / stiffness) or 1.0, _rounded(2.0 * speed) or 1.0
+    fast = _rounded(2.0 * abs(cell["belt_speed"])) or 1.0
     return {
-        "damping": (0.0, _rounded(sqrt(stiffness * cell["mass"])), 0.0),  # half of critical without friction
-        "a1": friction,
-        "a2": (0.0, _rounded(slope) or 1.0, 0.0),
-        "a3": friction,
-        "mu_start": friction,
-        "mu_reversal": (0.0, start, 0.0),
-        "mu_stop": (0.0, start, _rounded(0.8 * start)),
-        "mu_static": (start, _rounded(2.0 * start), _rounded(1.1 * start)),
-        "ageing_rate": (0.0, _rounded(0.1 * start), 0.0),
+        "damping": (0.0, _rounded(sqrt(cell["stiffness"] * cell["mass"])), 0.0),  # half of critical without friction
         "contact_time": (0.0, 1000.0, 0.0),
-        "displacement": (-shift, shift, 0.0),
         "velocity": (-fast, fast, 0.0),
-        "delta": (1.0, 4.0, 1.0),
+        **model.sliders(cell, _rounded),
     }
 
 
