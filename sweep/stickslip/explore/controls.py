@@ -12,12 +12,12 @@ from typing import Any
 from bokeh.models import Button, Checkbox, Column, ColumnDataSource, Row, Select, Slider, UIElement
 
 from stickslip import sound
-from stickslip.dataset.axis import spoken
 from stickslip.explore.html import part
 from stickslip.explore.motions import CellMotions
-from stickslip.explore.page import WIDGETS, calling, place_format, words
+from stickslip.explore.page import WIDGETS, Page, calling, place_format, words
 from stickslip.explore.source import Source
 from stickslip.explore.view import SliderRange, View, is_listed, labels_of, sides, sliders_of
+from stickslip.vocabulary.display_units import spoken
 from stickslip.vocabulary.parameter import NAN
 
 _STEPS = 400  # of a slider
@@ -138,19 +138,17 @@ class Actions:
     """
 
     def __init__(
-        self, *, pin: Callable[[str], None], unpin: Callable[[], None], hear: Callable[[str], None],
+        self, page: Page, *, pin: Callable[[str], None], unpin: Callable[[], None], hear: Callable[[str], None],
         texts: Callable[[str], str],
     ) -> None:  # fmt: skip
-        self._texts = texts
-        self._shown = {"command": "", "yaml": ""}
-        self._copied = ColumnDataSource({}, name="texts")
+        self._page, self._texts = page, texts
         self._outbox = ColumnDataSource({"name": [], "text": []}, name="outbox")
         self._outbox.js_on_change("data", calling("download", box=self._outbox))
         self._wave = ColumnDataSource({"wav": []}, name="sound")
         self._wave.js_on_change("data", calling("play", wave=self._wave))
         self._pace = Select(options=list(_PACES), value="1", name="pace", width=200, stylesheets=[WIDGETS])
         self._loud = Checkbox(label="as loud as may be", name="loud", stylesheets=[WIDGETS], margin=(10, 5, 5, 5))
-        self._heard, self._reproduce = words("heard"), words("reproduce")
+        self._heard = words("heard")
         self._heard.visible = False
         pins = [_button(f"Pin as {name}", f"pin_{name}", partial(pin, name)) for name in ("A", "B")]
         sounds = [
@@ -164,7 +162,7 @@ class Actions:
         copies = [self._copying("Copy the command", "command"), self._copying("Copy the YAML", "yaml")]
         rows = [
             _row(*pins, _button("Unpin", "unpin", unpin)), _row(*sounds, self._pace, self._loud), self._heard,
-            _row(*files, *copies), self._reproduce,
+            _row(*files, *copies), page.reproduce,
         ]  # fmt: skip
         self.column = Column(children=rows, name="below", sizing_mode="stretch_width")
         self.column.tags = [self._outbox, self._wave]  # what no widget shows is a part of the document all the same
@@ -179,18 +177,6 @@ class Actions:
         """True if each sound is as loud as may be; else all are of one scale."""
         return bool(self._loud.active)
 
-    @property
-    def yaml(self) -> str:
-        """The YAML that is shown."""
-        return self._shown["yaml"]
-
-    def show(self, **texts: str) -> None:
-        """Show the command or the YAML that reproduces what is seen."""
-        self._shown |= texts
-        self._copied.tags = [dict(self._shown)]
-        command = part("command", self._shown["command"]) if self._shown["command"] else ""
-        self._reproduce.text = command + part("yaml", self._shown["yaml"])
-
     def play(self, name: str, heard: sound.Sound) -> None:
         """Have the browser play a sound, and say what to know of it."""
         self._wave.data = {"wav": [base64.b64encode(heard.wav()).decode("ascii")]}
@@ -203,7 +189,7 @@ class Actions:
 
     def _copying(self, label: str, which: str) -> Button:
         button = Button(label=label, name=f"copy_{which}", stylesheets=[WIDGETS])
-        button.js_on_click(calling("copy", texts=self._copied, which=which, button=button, label=label))
+        button.js_on_click(calling("copy", texts=self._page.texts, which=which, button=button, label=label))
         return button
 
 

@@ -14,7 +14,6 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment, PackageLoader
 
-from stickslip.dataset.axis import spoken
 from stickslip.dataset.build import variable_of
 from stickslip.dataset.export import write_table
 from stickslip.errors import ConfigError
@@ -22,9 +21,9 @@ from stickslip.explore.maps import Picture
 from stickslip.explore.motions import CellMotions, Motion, regime_of
 from stickslip.explore.source import Source
 from stickslip.explore.view import At, View, cell_of_view, settings
-from stickslip.plots.palette import BLUE, FLAG_COLOURS, GREEN, ORANGE, PURPLE, regime_label
-from stickslip.vocabulary.display_units import Unit, number, quantity, unit_for
-from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES
+from stickslip.plots.palette import BLUE, FLAG_COLOURS, GREEN, ORANGE, PURPLE
+from stickslip.vocabulary.display_units import Unit, number, quantity, spoken, unit_for
+from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES, flag_label
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
@@ -71,7 +70,8 @@ def numbers_html(motions: Mapping[str, Motion], units: Mapping[str, Unit] | None
     units : by variable, those in which the map tells it; others have what suits their largest value.
     """
     columns = [
-        {"line": line, "label": motion.label, "style": motion.regime, "regime": regime_label(motion.regime),
+        {"line": line, "label": motion.label, "style": motion.regime,
+         "regime": flag_label(motion.regime).replace("_", "-"),
          "meaning": f"{REGIME_MESSAGES[motion.regime]}: {STATUS_MESSAGES[motion.status]}"}
         for line, motion in motions.items()
     ]  # fmt: skip

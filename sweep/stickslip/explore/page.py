@@ -30,13 +30,12 @@ from bokeh.models import (
 from bokeh.models.axes import Axis
 from bokeh.plotting import figure
 
-from stickslip.dataset.axis import spoken
-from stickslip.explore.html import LINES, STYLE, legend_html, numbers_html
+from stickslip.explore.html import LINES, STYLE, legend_html, numbers_html, part
 from stickslip.explore.maps import SHADES, Line, Picture, Side
 from stickslip.explore.motions import CellMotions, Motion, motions_by_line
 from stickslip.explore.source import Source
 from stickslip.plots.palette import BLACK, GREEN, GREY, PURPLE, VERMILLION
-from stickslip.vocabulary.display_units import Unit, unit_for
+from stickslip.vocabulary.display_units import Unit, spoken, unit_for
 
 TOOLS = "box_zoom,pan,wheel_zoom,reset,save"
 WIDGETS = ":host { font-size: 13px; --font-size: 13px; } .bk-slider-title, label { color: #1b1b1b; }"
@@ -300,6 +299,8 @@ class Page:
         self.map, self.cell = MapFigure(), CellFigures()
         self.legend, self.status = words("legend"), words("status")
         self.cell_words, self.numbers = words("cell_words"), words("numbers", numbers_html({}))
+        self.reproduce, self.texts = words("reproduce"), ColumnDataSource({}, name="texts")
+        self.texts.tags = [{"command": "", "yaml": ""}]
 
     @property
     def roots(self) -> list[UIElement]:
@@ -318,6 +319,19 @@ class Page:
         self.cell.show(current, pinned)
         self.cell_words.text = text
         self.numbers.text = numbers_html(motions_by_line(current, pinned), units)
+
+    @property
+    def yaml(self) -> str:
+        """The YAML that is shown."""
+        return str(self.texts.tags[0]["yaml"])
+
+    def show_texts(self, **texts: str) -> None:
+        """Show the command or the YAML that reproduces what is seen."""
+        shown = self.texts.tags[0] | texts
+        self.texts.tags = [shown]
+        self.reproduce.text = (part("command", shown["command"]) if shown["command"] else "") + part(
+            "yaml", shown["yaml"]
+        )
 
     def fill(self, document: Document, roots: Sequence[UIElement], notes: Sequence[str]) -> None:
         """Give a document these roots, and what the template around them (`page.html`) has to know."""

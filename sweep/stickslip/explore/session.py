@@ -122,7 +122,7 @@ class Session:
             picked=lambda name, point: self._see(points={**self._state.view.points, name: point}),
             varied=lambda variable: self._see(variable=variable),
         )  # fmt: skip
-        self.actions = Actions(pin=self._pin, unpin=self._unpin, hear=self._hear, texts=self._text)
+        self.actions = Actions(self.page, pin=self._pin, unpin=self._unpin, hear=self._hear, texts=self._text)
         self.page.map.plot.on_event(Tap, self._clicked)
         self._maps: LatestOnly[View] = LatestOnly(self._compute_map, "map")
         self._cells: LatestOnly[tuple[View, At, Picture]] = LatestOnly(self._compute_cell, "cell")
@@ -157,7 +157,7 @@ class Session:
         self._state.at = self._state.cell = None
         self._draw_borders([], None)
         self._show_cell()
-        self.actions.show(command="")
+        self.page.show_texts(command="")
         self._see(**vars(view))
         self.controls.show(view)
 
@@ -187,7 +187,7 @@ class Session:
     def _text(self, name: str) -> str:
         """The content of a file to download; nothing where there is none yet."""
         if name == "view.yaml":
-            return self.actions.yaml
+            return self.page.yaml
         shown = self._state.shown
         if name == "map.csv" and shown is not None and shown.cells["regime"].size > prod(FULL):
             file = shlex.quote(self._source.name)
@@ -283,12 +283,12 @@ class Session:
         self._draw_borders(lines, view)
         self._state.timings["borders"] = text
         self._show_timings()
-        self.actions.show(yaml=yaml)
+        self.page.show_texts(yaml=yaml)
 
     def _show_selected(self, cell: SelectedCell) -> None:
         self._state.at, self._state.cell = cell.at, cell
         self._show_cell()
-        self.actions.show(command=cell.command)
+        self.page.show_texts(command=cell.command)
 
     def _show_cell(self) -> None:
         state = self._state

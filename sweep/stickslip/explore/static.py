@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from stickslip import pages
 from stickslip._version import __version__
 from stickslip.config.model import Axis, Range
-from stickslip.dataset.axis import spoken
 from stickslip.engine import stop_flag
 from stickslip.explore import maps
 from stickslip.explore.html import cell_html, legend_html, numbers_html, part, place_words, simulate_command
@@ -39,6 +38,7 @@ from stickslip.explore.page import (
 )
 from stickslip.explore.source import Source
 from stickslip.explore.view import Sides, View, cell_of_view, config_of, first_view, is_listed, labels_of
+from stickslip.vocabulary.display_units import spoken
 
 MOST: Sides = (160, 200)  # pixels; the file is to be sent
 CELLS: Sides = (10, 14)  # whose motions are in it

@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.config.checks import broken_rules
 from stickslip.config.model import Axis, Config, Group, Range
-from stickslip.config.select import point_text, value_text
+from stickslip.config.select import point_text
 from stickslip.errors import ConfigError, Problem
 from stickslip.explore.source import Source
 from stickslip.vocabulary.cell_values import as_cells
@@ -122,7 +122,7 @@ def settings(source: Source, view: View, at: At, digits: int | None = None) -> l
     def text(name: str, value: float | int) -> str:
         if is_listed_in(source, name):
             return point_text(source.axes[name], int(value))
-        return value_text(name, value if digits is None or isnan(value) else float(f"{value:.{digits}g}"))
+        return QUANTITIES[name].setting(value if digits is None or isnan(value) else float(f"{value:.{digits}g}"))
 
     return [f"{name}={text(name, value)}" for name, value in _chosen(source, view, at).items()]
 

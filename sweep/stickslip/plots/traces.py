@@ -10,14 +10,13 @@ import xarray as xr
 from matplotlib.ticker import ScalarFormatter
 from numpy.typing import NDArray
 
-from stickslip.dataset.axis import spoken
 from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
 from stickslip.plots.axes import shade
 from stickslip.plots.layout import Figure, entitle, labelled, legend
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
-from stickslip.vocabulary.display_units import quantity
+from stickslip.vocabulary.display_units import quantity, spoken
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.quantities import PARAMETERS
 

@@ -67,7 +67,7 @@ class Tab:
 
     @property
     def yaml(self):
-        return self.session.actions.yaml
+        return self.session.page.yaml
 
     def click(self, x, y):
         before = self.model("cell_words").text
@@ -267,7 +267,6 @@ def test_another_variable_and_other_sides(tab):
 
 def test_two_cells_are_pinned_and_compared(tab):
     one = tab()
-    below = one.session.actions
     one.click(0.3, 2.0)
     one.session._pin("A")
     first = one.data("motion_A")["x"]
@@ -281,7 +280,7 @@ def test_two_cells_are_pinned_and_compared(tab):
     assert {row.split(",")[0] for row in rows[1:]} == {"from stick", "from near sliding", "A", "B"}
     one.session._unpin()
     assert one.data("motion_A")["x"] == [] and one.data("map_marks")["name"] == [""]
-    assert below.yaml.startswith("title:")
+    assert one.yaml.startswith("title:")
 
 
 def test_the_sound_of_the_cell_reaches_the_page(tab):
