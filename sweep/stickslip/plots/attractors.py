@@ -119,13 +119,13 @@ def plot_ramp(
     for name, word, marker, colour, style, width in (
         ("up", "rising", ">", _RISING, "solid", 2.6), ("down", "falling", "<", BLACK, "dashed", 1.2),
     ):  # fmt: skip
-        branch, look = ds.sel(direction=name), {"color": colour, "linestyle": style, "linewidth": width}
+        branch, look = ds.sel(direction=name), dict[str, Any](color=colour, linestyle=style, linewidth=width)
         values, few = unit.of(branch[variable].values), slice(None, None, max(1, x.length // 25))
         ax.plot(x.centres, values, zorder=2, **look)
         colours = [FLAG_COLOURS["regime"][REGIMES[int(code)]] for code in branch["regime"].values[few]]
         ax.scatter(x.centres[few], values[few], marker=marker, s=34, c=colours, edgecolors="black", linewidths=0.5,
                    zorder=3)  # fmt: skip
-        handles.append(Line2D([], [], marker=marker, markerfacecolor="white", label=word, **look))  # type: ignore[arg-type]
+        handles.append(Line2D([], [], marker=marker, markerfacecolor="white", label=word, **look))
     if attractors is not None:
         if variable not in _UNSTABLE:
             raise PlotError(f"the unstable cycle has no {variable}")

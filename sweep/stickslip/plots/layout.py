@@ -102,7 +102,7 @@ def annotate(figure: PlainFigure, notes: Sequence[str | None]) -> None:
 
 def labelled(*axes: Axes) -> list[Artist]:
     """The artists of axes that have a label, one for each label."""
-    artists = {}
+    artists: dict[str, Artist] = {}
     for ax in axes:
         for artist, label in zip(*ax.get_legend_handles_labels(), strict=True):
             artists.setdefault(label, artist)
