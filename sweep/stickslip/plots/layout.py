@@ -100,7 +100,7 @@ def annotate(figure: PlainFigure, notes: Sequence[str | None]) -> None:
 # --- legend -----------------------------------------------------------------------------------------------------------
 
 
-def labelled(*axes: Axes) -> list[Artist]:
+def labelled(*axes: Axes) -> list[Any]:
     """The artists of axes that have a label, one for each label."""
     artists: dict[str, Artist] = {}
     for ax in axes:
