@@ -104,7 +104,25 @@ class CurveFit:
         return np.minimum(np.maximum(low, 0.0), middle), np.maximum(high, middle)
 
     def draw(self, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:
-        """Curves as likely as the points leave them; see `draw_curves`."""
+        """Curves as likely as the points leave them, or as the repeats of a `RepeatedFit` do.
+
+        a4 has the confidence distribution of the fit's profile likelihood, the others are t-distributed about the best
+        ones for it, with the fit's degrees of freedom: quantiles of what follows from draws are profile-likelihood
+        intervals. Draws beyond the bounds of the fit are drawn again. What the fit assumed is in all of them; where the
+        points show no branch, the draws have those that they may hide.
+
+        Parameters
+        ----------
+        count : of the curves
+        seed : the same gives the same draws
+        falling : include curves with a2 < 0, which fall for ever: where the points do not show that friction rises
+            again, leaving these out would make it look certain
+
+        Returns
+        -------
+        Drawn or None
+            None where the points are too few to draw any.
+        """
         if not self.allowed.can_draw:
             return None
         random = np.random.default_rng(seed)
@@ -117,26 +135,7 @@ class CurveFit:
 
 
 def draw_curves(fit: CurveFit, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:
-    """Curves as likely as the points leave them, or as the repeats of a `RepeatedFit` do.
-
-    a4 has the confidence distribution of the fit's profile likelihood, the others are t-distributed about the best ones
-    for it, with the fit's degrees of freedom: quantiles of what follows from draws are profile-likelihood intervals.
-    Draws beyond the bounds of the fit are drawn again. What the fit assumed is in all of them; where the points show no
-    branch, the draws have those that they may hide.
-
-    Parameters
-    ----------
-    fit : of a curve
-    count : of the curves
-    seed : the same gives the same draws
-    falling : keep curves with a2 < 0 as well, which fall for ever: where the points do not show that friction rises
-        again, leaving these out would make it look certain
-
-    Returns
-    -------
-    Drawn or None
-        None where the points are too few to draw any.
-    """
+    """Curves as likely as the points leave them: `CurveFit.draw`."""
     return fit.draw(count, seed, falling=falling)
 
 
@@ -204,49 +203,51 @@ def _fitted(given: MeasuredPoints, criteria: Mapping[str, float], unit: str) -> 
     left_out = outliers(given)
     points = given.without(left_out)
     chosen = points.choose()
-    allowed = Allowed(points, chosen)
-    if points.deviation is None and (slope := allowed.uneven) is not None:
+    if (slope := points.uneven(chosen)) is not None:
         points = replace(points, slope=slope)
         chosen = points.choose()
-        allowed = Allowed(points, chosen)
-    form, known = chosen.form, points.deviation is not None
+    allowed, form, known = Allowed(points, chosen), chosen.form, points.deviation is not None
     freedom = math.inf if known else float(points.freedom(form))
     residuals = points.mu - points.curve(chosen.best) * points.units[0]
     variance = 1.0 if known else points.left(chosen.best) / freedom if freedom > 0 else math.inf
     matrix = _covariance(points, chosen, variance)
     estimates = dict(zip(COEFFICIENTS, map(float, chosen.best * points.units), strict=True))
-    estimates["mu_start"] = estimates["a1"] + estimates["a3"]
-    at_bound = _at_bound(estimates, chosen, points)
-    share = r_squared(points.mu, residuals, (points.weight / points.weight.max()) ** 2)
-    nothing = dict.fromkeys(estimates, (0.0, math.inf))
-    interval = allowed.intervals() if allowed.can_draw else nothing
-    quality = Quality(chosen, estimates, interval, at_bound, points, rms(residuals), share, unit, criteria,
-                      given, left_out)  # fmt: skip
-    doubts = [*quality.shape()]
-    reservations = [*quality.reservations(), *doubts]
-    return CurveFit(
-        **{name: estimates[name] for name in COEFFICIENTS},
+    open_ends = dict.fromkeys((*COEFFICIENTS, "mu_start"), (0.0, math.inf))
+    fit = CurveFit(
+        **estimates,
         standard_error=_errors(matrix),
-        interval=nothing if doubts else interval,  # intervals are those of the right curve
+        interval=allowed.intervals() if allowed.can_draw else open_ends,
         covariance=matrix,
         freedom=freedom,
         speeds=(float(points.speed.min()), float(points.speed.max())),
         searched=(float(points.limits[0] * points.units[3]), float(points.limits[1] * points.units[3])),
-        residual_rms=quality.residual_rms,
-        r_squared=share,
+        residual_rms=rms(residuals),
+        r_squared=r_squared(points.mu, residuals, (points.weight / points.weight.max()) ** 2),
         points=int(points.speed.size),
-        unidentified=quality.unidentified(),
+        unidentified=(),
         assumed=form.assumed,
-        at_bound=at_bound,
+        at_bound=_at_bound(estimates, chosen, points),
         outliers=left_out,
         scatter=math.exp(points.slope),
-        determined=quality.determined(),
-        has_intervals=allowed.can_draw and not doubts,
-        good=not reservations,
-        quality=" ".join(reservations) or quality.praise(),
+        determined=False,
+        has_intervals=allowed.can_draw,
+        good=False,
+        quality="",
         law=points.law,
         preferred=criteria["stribeck"] - criteria[points.law],
         allowed=allowed,
+    )
+    quality = Quality(fit, chosen, points, given, criteria, unit)
+    doubts = [*quality.shape()]
+    reservations = [*quality.reservations(), *doubts]
+    return replace(
+        fit,
+        interval=open_ends if doubts else fit.interval,  # intervals are those of the right curve
+        unidentified=quality.unidentified(),
+        determined=quality.determined(),
+        has_intervals=fit.has_intervals and not doubts,
+        good=not reservations,
+        quality=" ".join(reservations) or quality.praise(),
     )
 
 
@@ -265,9 +266,8 @@ def outliers(points: MeasuredPoints) -> tuple[int, ...]:
         others = inside.without((position,))
         if np.unique(others.speed).size < _FEWEST:
             break
-        if inside.deviation is None and (slope := Allowed(others, others.choose()).uneven) is not None:
-            if _apart(replace(inside, slope=slope)) != position:
-                break
+        if (slope := others.uneven(others.choose())) is not None and _apart(replace(inside, slope=slope)) != position:
+            break
         out.append(int(np.delete(np.arange(points.speed.size), out)[position]))
     return tuple(sorted(out))
 
@@ -306,9 +306,9 @@ def _errors(matrix: Floats) -> dict[str, float]:
 
 def _at_bound(estimates: Mapping[str, float], chosen: Chosen, points: MeasuredPoints) -> tuple[str, ...]:
     """Estimates, mu_start among them, at the end of the range that was allowed."""
+    values = {name: estimates[name] for name in COEFFICIENTS[:3]} | {"mu_start": estimates["a1"] + estimates["a3"]}
     floor = {*chosen.form.nonnegative, "mu_start"} - {*chosen.form.assumed}
-    bounded = (*COEFFICIENTS[:3], "mu_start")
-    at_end = [name for name in bounded if name in floor and estimates[name] == 0.0]
+    at_end = [name for name, value in values.items() if name in floor and value == 0.0]
     low, high = points.limits
     if chosen.form is not STRAIGHT and not low * (1 + _AT_END) < chosen.best[3] < high * (1 - _AT_END):
         at_end.append("a4")

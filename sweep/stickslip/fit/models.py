@@ -41,6 +41,11 @@ class Form:
     assumed: tuple[str, ...] = ()
     nonnegative: tuple[str, ...] = COEFFICIENTS
 
+    @property
+    def whole(self) -> Form:
+        """The form without what it fixes."""
+        return self if self is STRENGTHENING else WEAKENING
+
     @cached_property
     def cone(self) -> Cone:
         """Its a1, a2 and a3."""
@@ -78,6 +83,7 @@ class MeasuredPoints:
     law: str
     slope: float = 0.0
     _fits: dict[Form, Floats] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _regions: dict[Form, Region] = field(default_factory=dict, repr=False, compare=False)  # of any slope
 
     @cached_property
     def order(self) -> Floats:
@@ -132,6 +138,26 @@ class MeasuredPoints:
     def freedom(self, form: Form) -> int:
         """Points to spare."""
         return self.speed.size - 4 + len(form.assumed)
+
+    def region(self, form: Form) -> Region:
+        """What the points allow of a form, whatever the slope: it is searched."""
+        if form not in self._regions:
+            known, spare = self.deviation is not None, self.freedom(form)
+            few = not known and 0 < spare <= _FEW
+            spare = spare if known or spare >= _LEAST else 0  # one tells nothing of the scatter
+            self._regions[form] = Region(
+                replace(self, slope=0.0).model, form.cone, math.inf if known and spare > 0 else float(spare),
+                None if known else self.order, 1 if form is WEAKENING else None,
+                student(spare, _WIDER if few else CONFIDENCE) if spare > 0 and not known else None,
+            )  # fmt: skip
+        return self._regions[form]
+
+    def uneven(self, chosen: Chosen) -> float | None:
+        """The slope of a scatter that differs along the speed beyond doubt; None if it may be even, or is given."""
+        if self.deviation is not None or self.residuals(chosen) is None:
+            return None
+        slope, deviance = self.region(chosen.form.whole).slope
+        return slope if deviance > _UNEVEN and self.freedom(WEAKENING) > _FEW else None
 
     # --- curves -------------------------------------------------------------------------------------------------------
 
@@ -253,23 +279,7 @@ class Allowed:
 
     def __init__(self, points: MeasuredPoints, chosen: Chosen) -> None:
         self._points, self._chosen = points, chosen
-        form = self._form = chosen.form if chosen.form is STRENGTHENING else WEAKENING
-        known, spare = points.deviation is not None, points.freedom(form)
-        few = not known and 0 < spare <= _FEW
-        spare = spare if known or spare >= _LEAST else 0  # one tells nothing of the scatter
-        self.region = Region(
-            replace(points, slope=0.0).model, form.cone, math.inf if known and spare > 0 else float(spare),
-            None if known else points.order, 1 if form is WEAKENING else None,
-            student(spare, _WIDER if few else CONFIDENCE) if spare > 0 and not known else None,
-        )  # fmt: skip
-
-    @property
-    def uneven(self) -> float | None:
-        """The slope of a scatter that differs along the speed beyond doubt; None if it may be even."""
-        if self._points.residuals(self._chosen) is None:
-            return None
-        slope, deviance = self.region.slope
-        return slope if deviance > _UNEVEN and self._points.freedom(WEAKENING) > _FEW else None
+        self.region = points.region(chosen.form.whole)
 
     def intervals(self) -> Mapping[str, Interval]:
         """Of a1 to a4 and of mu_start; an end that the points leave open is inf, or 0."""
@@ -326,7 +336,7 @@ class Allowed:
     def can_draw(self) -> bool:
         """True where points are to spare, so that their scatter is known."""
         least = 1 if self._points.deviation is not None else _LEAST
-        return self._points.freedom(self._form) >= least
+        return self._points.freedom(self._chosen.form.whole) >= least
 
     def draw(self, count: int, random: np.random.Generator) -> Floats:
         """a1 to a4 of curves, (count, 4) or fewer: those within the bounds of the form, but for a2, which may be < 0.
