@@ -14,10 +14,10 @@ import numpy as np
 
 from stickslip.errors import ConfigError, Problem
 from stickslip.fit.ageing import AgeingFit, fit_ageing
-from stickslip.fit.columns import Wanted
 from stickslip.fit.curve import CurveFit, fit_curve
 from stickslip.fit.points import Columns, kind_of, only, read_materials
 from stickslip.fit.repeats import fit_repeats
+from stickslip.fit.roles import Wanted
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 

@@ -36,20 +36,9 @@ from stickslip.files.tables import (
     thousands,
     wrong_count,
 )
-from stickslip.fit.columns import (
-    GAPS,
-    MOST_FRICTION,
-    MU,
-    WHOLE,
-    Role,
-    Search,
-    Wanted,
-    example,
-    load_above,
-    newtons,
-    titled,
-)
-from stickslip.fit.headings import PURE, heading, with_units_below
+from stickslip.fit.columns import HeadedTable, example, load_above, newtons, titled
+from stickslip.fit.headings import PURE, heading
+from stickslip.fit.roles import GAPS, MOST_FRICTION, MU, WHOLE, Role, Search, Wanted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
@@ -147,10 +136,9 @@ def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wante
         With everything that is wrong, by line and column.
     """
     wanted = wanted or Wanted()
-    table = _table(Path(path), columns, (columns[0].name,), wanted)
-    headings, has_units = with_units_below(table, [heading(cell.text) for cell in table.heading])
-    rows = list(cells(table))[has_units:]
-    roles, group, notes = Search(table, headings, rows, columns, wanted).roles()
+    headed = HeadedTable(_table(Path(path), columns, (columns[0].name,), wanted))
+    table, headings, rows = headed.table, headed.headings, list(cells(headed.table))
+    roles, group, notes = Search(headed, rows, columns, wanted).roles()
     materials = _Reader(table, rows, roles, group).materials()
     _ask_about_load(table, wanted)
     for role in roles:
