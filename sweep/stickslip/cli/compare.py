@@ -101,8 +101,7 @@ Examples:
 def compare(
     files: tuple[Path, ...], mass: str, stiffness: str, load: tuple[str, ...], damping: tuple[str, ...],
     speed: tuple[str, ...], scale_friction: tuple[str, ...],
-    between: tuple[str, str] | None, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
-    same: tuple[str, ...], level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None,
+    between: tuple[str, str] | None, level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None,
     title: str | None, report: Path | None, decimal_comma: bool,
 ) -> Answer:  # fmt: skip
     """Rank materials by the belt speed above which each is quiet.
@@ -116,8 +115,7 @@ def compare(
     from stickslip.materials.table import RankTable
 
     one_load = load[0] if len(load) == 1 and ".." not in load[0] else None
-    choice = column_choice(unit, speed_column, friction_column, load=one_load)
-    fits = fit_files(files, choice, same)
+    fits = fit_files(files, column_choice(one_load))
     show_columns(fits)
     with refuses_bad_input(""), screen.progress_bar(1, " compared", "curves") as move:
         ds = materials.compare(
@@ -137,7 +135,7 @@ def compare(
     def answer() -> dict[str, Any]:
         from stickslip.fit.report import columns_of
 
-        parts = [part for fit in fits for part in fit.repeats or (fit,)]
+        parts = [part for fit in fits for part in fit.parts]
         read = {part.name: {"file": str(part.path), **columns_of(part)} for part in parts}
         return _answer(ds, ranking, written) | {"read": read}
 

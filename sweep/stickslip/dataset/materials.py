@@ -60,7 +60,7 @@ def material_dataset(
         variables["repeats"] = xr.Variable("material", counts, {"units": "1", "long_name": "repeats of the material"})
         repeats = ("; ".join(repeat.name for repeat in fit.repeats) for fit in fits)
         variables["repeat_names"] = _text(repeats, "names of the repeats")
-    files = (dict.fromkeys(str(part.path) for part in fit.repeats or (fit,)) for fit in fits)
+    files = (dict.fromkeys(str(part.path) for part in fit.parts) for fit in fits)
     variables["file"] = _text(map("; ".join, files), "files of the measured points")
     coordinates = of_points | {
         "material": xr.Variable("material", names, {"long_name": "material"}),

@@ -375,7 +375,7 @@ def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> di
         "searched_from": scan.low, "searched_to": scan.high, "searched_points": scan.points,
         "tendency_at": speed, "confidence": request.level, "draws": request.draws, "seed": request.seed,
         "vibrating_regimes": " ".join(VIBRATING),
-        "files": "\n".join(dict.fromkeys(str(each.path) for fit in fits for each in fit.repeats or (fit,))),
+        "files": "\n".join(dict.fromkeys(str(each.path) for fit in fits for each in fit.parts)),
     }  # fmt: skip
     if len(speeds) > 1:
         del attributes["tendency_at"]
