@@ -112,7 +112,6 @@ def compare(
     """
     from stickslip import materials
     from stickslip.dataset.display import with_units
-    from stickslip.materials.table import RankTable
 
     one_load = load[0] if len(load) == 1 and ".." not in load[0] else None
     fits = fit_files(files, column_choice(one_load))
@@ -128,41 +127,24 @@ def compare(
         speeds = [str(name) for name, values in ds.variables.items() if values.attrs.get("units") == "m s-1"]
         ds = with_units(ds, dict.fromkeys(speeds, speed_unit))
     ds = ds if title is None else ds.assign_attrs(title=title)
-    ranking = RankTable(ds)
-    _show(ranking)
+    answer = show(ds)
     written = _save(ds, outputs, plot, report, decimal_comma)
 
-    def answer() -> dict[str, Any]:
+    def with_files() -> dict[str, Any]:
         from stickslip.fit.report import columns_of
 
         parts = [part for fit in fits for part in fit.parts]
         read = {part.name: {"file": str(part.path), **columns_of(part)} for part in parts}
-        return _answer(ds, ranking, written) | {"read": read}
+        return answer() | {"written": written, "read": read}
 
-    return answer
+    return with_files
 
 
 def show(ds: xr.Dataset) -> Answer:
-    """Print a comparison that was read from a file."""
+    """Print a comparison, a table of ranks and remarks."""
     from stickslip.materials.table import RankTable
 
     ranking = RankTable(ds)
-    _show(ranking)
-    return lambda: _answer(ds, ranking, {})
-
-
-def _single(texts: tuple[str, ...]) -> str | tuple[str, ...]:
-    return texts[0] if len(texts) == 1 else texts
-
-
-def _unit_of(speeds: tuple[str, ...]) -> str | None:
-    """The unit in which the belt speeds were given, for the table."""
-    units = [speed.rpartition("..")[2].lstrip("+-.0123456789eE ").strip() for speed in speeds]
-    return next(filter(None, units), None)
-
-
-def _show(ranking: RankTable) -> None:
-    """Print the table of ranks, and remarks."""
     screen.echo(f"system   {', '.join(f'{name} {value}' for name, value in ranking.conditions())}\n")
     _print_table(ranking.columns())
     if ranking.speeds:
@@ -175,6 +157,17 @@ def _show(ranking: RankTable) -> None:
             screen.echo(f"note     {remark}")
     for text in ranking.method():
         screen.echo(text)
+    return lambda: _answer(ds, ranking)
+
+
+def _single(texts: tuple[str, ...]) -> str | tuple[str, ...]:
+    return texts[0] if len(texts) == 1 else texts
+
+
+def _unit_of(speeds: tuple[str, ...]) -> str | None:
+    """The unit in which the belt speeds were given, for the table."""
+    units = [speed.rpartition("..")[2].lstrip("+-.0123456789eE ").strip() for speed in speeds]
+    return next(filter(None, units), None)
 
 
 def _print_table(columns: Iterable[RankColumn]) -> None:
@@ -209,24 +202,25 @@ def _save(
     return {kind: str(file) for kind, file in files.items() if file is not None}
 
 
-def _answer(ds: xr.Dataset, ranking: RankTable, written: dict[str, str]) -> dict[str, Any]:
+def _answer(ds: xr.Dataset, ranking: RankTable) -> dict[str, Any]:
     """The comparison for programs, in SI."""
     from stickslip.dataset.export import table_of
 
     several = "belt_speed" in ds.dims
     shared = ds.drop_dims("belt_speed") if several else ds
-    materials = [_row(shared, i) for i in range(ds.sizes["material"])]
-    for i, material in enumerate(materials):
-        if several:
-            at = ds.drop_vars([name for name in shared.data_vars if name not in ("quiet_above", "quiet_state")])
-            rows = [_row(at.isel(belt_speed=j), i) for j in range(len(ranking.speeds))]
+    materials = _rows(shared)
+    if several:
+        other = ds.drop_vars([name for name in shared.data_vars if name not in ("quiet_above", "quiet_state")])
+        rows = [_rows(other.isel(belt_speed=j)) for j in range(len(ranking.speeds))]
+        for i, material in enumerate(materials):
             material["at"] = [
-                {name: value for name, value in row.items() if name not in material or name == "margin"}
-                | {"belt_speed": speed}
-                for row, speed in zip(rows, ranking.speeds, strict=True)
+                {name: value for name, value in at[i].items() if name not in material} | {"belt_speed": speed}
+                for at, speed in zip(rows, ranking.speeds, strict=True)
             ]
-        for name in ranking.varied:
-            material[f"quiet_above_over_{name}"] = ds[f"quiet_above_over_{name}"].values[i].tolist()
+    for name in ranking.varied:
+        borders = ds[f"quiet_above_over_{name}"].values.tolist()
+        for material, values in zip(materials, borders, strict=True):
+            material[f"quiet_above_over_{name}"] = values
     units = {name: str(array.attrs["units"]) for name, array in table_of(ds).columns.items() if "units" in array.attrs}
     return {
         "materials": materials,
@@ -235,17 +229,17 @@ def _answer(ds: xr.Dataset, ranking: RankTable, written: dict[str, str]) -> dict
         **{name: ds.attrs[name] for name in _ATTRIBUTES if name in ds.attrs},
         **{name: ds[name].values.tolist() for name in ranking.varied},
         "remarks": ranking.remarks(),
-        "written": written,
+        "written": {},
     }
 
 
-def _row(ds: xr.Dataset, i: int) -> dict[str, Any]:
-    """The variables of a material by name, flags as ranking."""
+def _rows(ds: xr.Dataset) -> list[dict[str, Any]]:
+    """The variables of each material by name, flags as words."""
     from stickslip.dataset.export import table_of
 
-    row = {"name": str(ds["material"].values[i])}
+    columns = {"name": ds["material"].values.tolist()}
     for name, array in table_of(ds).columns.items():
         if name != "material":
-            value = array.values[i].tolist() if hasattr(array.values[i], "tolist") else array.values[i]
-            row[name] = [*FLAGS[name]][value] if name in FLAGS else value
-    return row
+            values, words = array.values.tolist(), [*FLAGS.get(name, ())]
+            columns[name] = [words[value] for value in values] if words else values
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]

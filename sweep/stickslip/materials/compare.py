@@ -161,7 +161,7 @@ def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progre
     scan = _scan([curves[i] for i in known], curves, request)
     table, quiet = _blank(len(fits), request), dict[int, QuietSpeeds | None]()
     total = max(len(known), 1) * (1 + request.draws)
-    watch = watcher(request.limits, len(known), total, progress)
+    watch = watcher(request.limits, total, progress)
     if known:
         coefficients = {name: np.array([getattr(curves[i], name) for i in known]) for name in _COEFFICIENTS}
         borders = quiet_above(

@@ -121,17 +121,17 @@ def regimes(cells: Parameters, options: Options, moved: Moved | None = None) -> 
     return block.results
 
 
-def watcher(limits: Limits, first: int, curves: int, progress: Progress | None) -> Callable[[int, int], Moved]:
+def watcher(limits: Limits, curves: int, progress: Progress | None) -> Callable[[int, int], Moved]:
     """For one search of curves after the other, by number and how many they are, what counts its cells.
 
-    first : curves of search 0. curves : of all searches. progress : called with curves done, in part too, and in all.
+    curves : of all searches. progress : called with curves done, in part too, and in all.
     """
-    meter, sizes = Meter(limits.scan + int(-np.log2(limits.tolerance))), {0: first}
+    meter, sizes = Meter(limits.scan + int(-np.log2(limits.tolerance))), list[int]()
 
     def watch(number: int, size: int) -> Moved:
         if number:
             meter.end(number - 1, sizes[number - 1])
-        sizes[number] = size
+        sizes.append(size)
         count = meter.watch(number, size)
 
         def moved(cells: int) -> None:
