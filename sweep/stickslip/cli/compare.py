@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,7 @@ _ATTRIBUTES = (
     *("belt_speed", "speed_range_from", "speed_range_to", "friction_scale", "searched_from", "searched_to"),
     *("tendency_at", "confidence", "draws", "seed"),
 )
+_SEVERAL = partial(click.option, multiple=True)
 _EXAMPLES = {"mass": "100 g", "stiffness": "5 N/mm", "load": "10 N"}
 
 
@@ -36,11 +38,11 @@ class AllAtOnce(click.Command):
             return super().parse_args(ctx, args)
         except click.MissingParameter:
             values = self.make_parser(ctx).parse_args(given)[0]
-            is_given = {name: isinstance(value, str | tuple) and bool(value) for name, value in values.items()}
-            missing = [param for param in self.params if param.required and not is_given.get(str(param.name))]
+            known = {name for name, value in values.items() if isinstance(value, str | tuple) and value}
+            missing = [param for param in self.params if param.required and param.name not in known]
             names = ", ".join(param.get_error_hint(ctx).replace("'", "") for param in missing)
-            examples = [f'{p.opts[0]} "{_EXAMPLES[str(p.name)]}"' for p in missing if p.name in _EXAMPLES]
-            hint = f"\nhint: for instance {' '.join(examples)}" if examples else ""
+            examples = " ".join(f'{p.opts[0]} "{_EXAMPLES[str(p.name)]}"' for p in missing if p.name in _EXAMPLES)
+            hint = f"\nhint: for instance {examples}" if examples else ""
             raise click.UsageError(f"missing {names}{hint}", ctx) from None
 
 
@@ -56,44 +58,22 @@ Examples:
 @params.RECORDS
 @click.option("--mass", required=True, help='Of the oscillator: kg, or with a unit ("100 g").')
 @click.option("--stiffness", required=True, help='Of its spring: N/m, or with a unit ("5 N/mm").')
-@click.option(
-    "--load",
-    required=True,
-    multiple=True,
-    help='Normal load: N, or with a unit ("2 kN"); several, or a range ("5..20 N").',
-)
-@click.option(
-    "--damping",
-    multiple=True,
-    help='Of its damper: N s/m, "1 N s/m" or, of critical damping, "3 %"; several, or a range ("0.5..5 %").'
-    "  [default: 0]",
-)
-@click.option(
-    "--speed",
-    multiple=True,
-    metavar="SPEED",
-    help='Belt speed at which regime and margin are told; several, a column each; or a range ("5..60 mm/s"), '
-    "in which it is to be quiet throughout.",
-)
-@click.option(
-    "--scale-friction",
-    multiple=True,
-    metavar="FACTOR",
-    help="Multiply friction, where the part has another than the rig; several, or a range.  [default: 1]",
-)
+@_SEVERAL("--load", required=True, help='Normal load: N, or with a unit ("2 kN"); several, or a range ("5..20 N").')
+@_SEVERAL("--damping", help='Of its damper: N s/m, "1 N s/m" or, of critical damping, "3 %"; several, or a range '
+          '("0.5..5 %").  [default: 0]')  # fmt: skip
+@_SEVERAL("--speed", metavar="SPEED", help="Belt speed at which regime and margin are told; several, a column each; or "
+          'a range ("5..60 mm/s"), in which it is to be quiet throughout.')  # fmt: skip
+@_SEVERAL("--scale-friction", metavar="FACTOR", help="Multiply friction, where the part has another than the rig; "
+          "several, or a range.  [default: 1]")  # fmt: skip
 @click.option("--between", nargs=2, metavar="LOW HIGH", help="Belt speeds to search.  [default: from the points]")
 @COLUMNS
 @click.option("--level", type=float, default=0.95, show_default=True, help="Of confidence of the intervals.")
 @click.option("--draws", type=int, default=1000, show_default=True, help="Curves drawn a material; 0: no intervals.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the draws.")
-@click.option(
-    "--decimal-comma", is_flag=True, help="Write decimal commas, and semicolons between columns, into CSV."
-)  # fmt: skip
-@click.option(
-    "-o", "--output", "outputs", type=params.Target("table", "result"), multiple=True,
-    help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.",
-)  # fmt: skip
-@click.option("--plot", type=params.Target("plot"), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--decimal-comma", is_flag=True, help="Write decimal commas, and semicolons between columns, into CSV.")
+@_SEVERAL("-o", "--output", "outputs", type=params.Target("table", "result"),
+          help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.")  # fmt: skip
+@params.plot_option()
 @click.option("--title", help="Of plot and page.")
 @click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): ranks, plot, fits.")
 @JSON

@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.fit.models import (
-    COEFFICIENTS,
-    STRAIGHT,
-    WEAKENING,
-    Allowed,
-    Chosen,
-    Drawn,
-    MeasuredPoints,
-    drawn_in_batches,
-)
+from stickslip.fit.models import COEFFICIENTS, STRAIGHT, WEAKENING, Allowed, Chosen, Drawn, MeasuredPoints
 from stickslip.fit.quality import Quality
 from stickslip.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms
 from stickslip.theory.shapes import SHAPES
@@ -131,7 +123,7 @@ class CurveFit:
             values = self.allowed.draw(count, random)
             return values if falling or self.a3 < 0 else values[values[:, 1] >= 0]
 
-        return drawn_in_batches(batch, count)
+        return Drawn.in_batches(batch, count)
 
 
 def draw_curves(fit: CurveFit, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:
@@ -181,9 +173,8 @@ def fit_curve(
     if not y.any():
         raise ValueError("mu: got nothing but 0, expected friction coefficients")
     by_law = {name: MeasuredPoints(w, y, deviation, name) for name in LAWS}
-    criteria = {name: _criterion(points) for name, points in by_law.items()}
-    chosen_law = min(LAWS, key=lambda name: criteria[name]) if law == BEST else law
-    return _fitted(by_law[chosen_law], criteria, unit)
+    criterion = cache(lambda name: _criterion(by_law[name]))  # other laws are fitted where they are compared
+    return _fitted(by_law[min(LAWS, key=criterion) if law == BEST else law], criterion, unit)
 
 
 def _criterion(points: MeasuredPoints) -> float:
@@ -198,7 +189,7 @@ def _criterion(points: MeasuredPoints) -> float:
     return likelihood + 2.0 * free * n / (n - free - 1.0)
 
 
-def _fitted(given: MeasuredPoints, criteria: Mapping[str, float], unit: str) -> CurveFit:
+def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str) -> CurveFit:
     """The curve through the points but outliers, weighted as their scatter asks for."""
     left_out = outliers(given)
     points = given.without(left_out)
@@ -234,10 +225,10 @@ def _fitted(given: MeasuredPoints, criteria: Mapping[str, float], unit: str) -> 
         good=False,
         quality="",
         law=points.law,
-        preferred=criteria["stribeck"] - criteria[points.law],
+        preferred=criterion("stribeck") - criterion(points.law),
         allowed=allowed,
     )
-    quality = Quality(fit, chosen, points, given, criteria, unit)
+    quality = Quality(fit, chosen, points, given, criterion, unit)
     doubts = [*quality.shape()]
     reservations = [*quality.reservations(), *doubts]
     return replace(

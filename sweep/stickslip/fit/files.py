@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import partial
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stickslip.errors import ConfigError, Problem
 from stickslip.fit.ageing import AgeingFit, fit_ageing
@@ -74,17 +75,17 @@ def fit_ageing_file(path: Path, unit: str | None = None) -> AgeingFit:
 
 
 def fit_materials(
-    paths: Sequence[Path],
+    materials: Sequence[Path] | Mapping[str, tuple[ArrayLike, ArrayLike] | CurveFit],
     wanted: Wanted | None = None,
     columns: Sequence[Parameter] | None = None,
     same: Sequence[str] = (),
     law: str = "stribeck",
 ) -> list[MaterialFit]:
-    """A fit for each material of some files, in their order: a wide table has several.
+    """A fit for each material, in their order: a wide table has several.
 
     Parameters
     ----------
-    paths : of CSV or .xlsx files
+    materials : CSV or .xlsx files; or by name, points (slip speeds in m/s, friction coefficients) or a fit of them
     wanted : which columns to take, and in which units, where the headings do not say
     columns : CURVE_COLUMNS or AGEING_COLUMNS; None takes what each file has
     same : as for `join_repeats`
@@ -98,23 +99,38 @@ def fit_materials(
     Raises
     ------
     ConfigError
+        For files that will not do.
+    ValueError
         For points that will not do.
     """
+    if isinstance(materials, Mapping):
+        return join_repeats([_named(name, points, law) for name, points in materials.items()], same)
     wanted = wanted or Wanted()
-    materials: list[tuple[str, str, Path, Columns]] = []
-    for file, path in zip(names_of(paths), paths, strict=True):
+    rows: list[tuple[str, str, Path, Columns]] = []
+    for file, path in zip(names_of(materials), materials, strict=True):
         read = read_materials(path, columns or kind_of(path, wanted), wanted)
-        materials += [(label, file, path, points) for label, points in read.items()]
-    labels = Counter(label or file for label, file, *_ in materials)
+        rows += [(label, file, path, points) for label, points in read.items()]
+    labels = Counter(label or file for label, file, *_ in rows)
     names = _numbered([f"{file}: {label}" if label and labels[label] > 1 else label or file
-                       for label, file, *_ in materials])  # fmt: skip
+                       for label, file, *_ in rows])  # fmt: skip
     fits = [
         MaterialFit(name, path, points, ageing=_fitted(path, label, points, fit_ageing))
         if "time" in points
         else MaterialFit(name, path, points, _curve(path, label, points, law))
-        for name, (label, _, path, points) in zip(names, materials, strict=True)
+        for name, (label, _, path, points) in zip(names, rows, strict=True)
     ]
     return join_repeats(fits, same)
+
+
+def _named(name: str, points: tuple[ArrayLike, ArrayLike] | CurveFit, law: str) -> MaterialFit:
+    """A material of points, or of a curve whose points nobody knows."""
+    if isinstance(points, CurveFit):
+        return MaterialFit(name, Path(name), Columns(), points)
+    speed, mu = (np.asarray(values, np.float64) for values in points)
+    try:
+        return MaterialFit(name, Path(name), Columns({"speed": speed, "mu": mu}), fit_curve(speed, mu, law=law))
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
 
 
 def join_repeats(fits: Sequence[MaterialFit], same: Sequence[str]) -> list[MaterialFit]:

@@ -99,12 +99,12 @@ class MeasuredPoints:
     @cached_property
     def place(self) -> Floats:
         """The speeds in units of the largest."""
-        return np.asarray(self.speed / self.speed.max())
+        return np.asarray(self.speed / self.units[3])
 
     @cached_property
     def target(self) -> Floats:
         """The friction in units of the largest."""
-        return np.asarray(self.mu / self.mu.max())
+        return np.asarray(self.mu / self.units[0])
 
     @cached_property
     def weight(self) -> Floats:
@@ -121,12 +121,9 @@ class MeasuredPoints:
     def model(self) -> Model:
         """Linear in a1, a2 and a3 for a given a4."""
         lines = np.column_stack([np.ones_like(self.place), self.place])
-        return Model(self.target, self.weight, lines, lambda a4: self.shape(self.place / a4[:, None]), self.limits)
-
-    @property
-    def shape(self) -> Callable[[Floats], Floats]:
-        """That of the law."""
-        return SHAPES[self.law]
+        return Model(
+            self.target, self.weight, lines, lambda a4: SHAPES[self.law](self.place / a4[:, None]), self.limits
+        )
 
     def without(self, positions: tuple[int, ...]) -> MeasuredPoints:
         """The points, some left out."""
@@ -199,7 +196,7 @@ class MeasuredPoints:
 
     def curve(self, a: Floats) -> Floats:
         """Friction at the points."""
-        return np.asarray(a[0] + a[1] * self.place + a[2] * self.shape(self.place / a[3]))
+        return np.asarray(a[0] + a[1] * self.place + a[2] * SHAPES[self.law](self.place / a[3]))
 
     def left(self, a: Floats) -> float:
         """The weighted sum of squares that a curve leaves."""
@@ -215,7 +212,7 @@ class MeasuredPoints:
 
     def residuals(self, chosen: Chosen) -> Residuals | None:
         """The residuals of a curve, weighted; None where they are rounding, or no points are to spare."""
-        apart = self.curve(chosen.best) - self.mu / self.units[0]
+        apart = self.curve(chosen.best) - self.target
         span = float(np.ptp(self.mu)) / self.units[0]
         if self.freedom(chosen.form) < 1 or rms(apart) <= max(_VISIBLE * span, _ROUNDING):
             return None
@@ -226,19 +223,19 @@ class MeasuredPoints:
         """Derivatives of the curve with respect to a1 to a4, weighted; points by coefficients."""
         step = 1e-6
         ends = a[3] * np.array([1.0 - step, 1.0 + step])
-        below, above = self.shape(self.place / ends[:, None])
+        below, above = SHAPES[self.law](self.place / ends[:, None])
         scale = a[2] * (above - below) / np.ptp(ends)
-        columns = [np.ones_like(self.place), self.place, self.shape(self.place / a[3]), scale]
+        columns = [np.ones_like(self.place), self.place, SHAPES[self.law](self.place / a[3]), scale]
         return np.asarray(np.column_stack(columns) * self.weight[:, None])
 
     def steepened(self, a: Floats) -> Floats:
         """Derivative by d, about 1, of a curve of the shape with (w/a4)^d for w/a4, weighted."""
-        z, step = self.place / a[3], 1e-4
-        return np.asarray((self.shape(z ** (1.0 + step)) - self.shape(z)) * self.weight / step)
+        z, step, shape = self.place / a[3], 1e-4, SHAPES[self.law]
+        return np.asarray((shape(z ** (1.0 + step)) - shape(z)) * self.weight / step)
 
     def _rate(self, a: Floats) -> float:
         slowest, step = float(self.place.min()), 1e-6 * a[3]
-        weakening = self.shape(np.array([slowest, slowest + step]) / a[3])
+        weakening = SHAPES[self.law](np.array([slowest, slowest + step]) / a[3])
         return float(a[1] + a[2] * (weakening[1] - weakening[0]) / step)
 
     def _straight(self, falling: bool) -> tuple[Floats, float]:
@@ -262,16 +259,16 @@ class Drawn(NamedTuple):
         """Curves that fall for ever, since a2 < 0."""
         return np.asarray(self.coefficients["a2"] < 0)
 
-
-def drawn_in_batches(batch: Callable[[], Floats], count: int) -> Drawn | None:
-    """Curves drawn `count` at a time, of which a batch (n, 4) lies within the bounds, until these are as many."""
-    inside: list[Floats] = []
-    for batches in range(1, _BATCHES + 1):
-        inside.append(batch())
-        if (enough := sum(map(len, inside))) >= count:
-            values = np.concatenate(inside)[:count].T
-            return Drawn(dict(zip(COEFFICIENTS, values, strict=True)), enough / (batches * count))
-    return None
+    @classmethod
+    def in_batches(cls, batch: Callable[[], Floats], count: int) -> Drawn | None:
+        """Curves drawn `count` at a time, of which a batch (n, 4) lies within the bounds, until these are as many."""
+        inside: list[Floats] = []
+        for batches in range(1, _BATCHES + 1):
+            inside.append(batch())
+            if (enough := sum(map(len, inside))) >= count:
+                values = np.concatenate(inside)[:count].T
+                return cls(dict(zip(COEFFICIENTS, values, strict=True)), enough / (batches * count))
+        return None
 
 
 class Allowed:
@@ -316,7 +313,7 @@ class Allowed:
             return low * size, high * size
 
         def rows(scale: Floats) -> Floats:
-            weakening = points.shape(u / scale[:, None])
+            weakening = SHAPES[points.law](u / scale[:, None])
             return np.stack([np.ones_like(weakening), np.broadcast_to(u, weakening.shape), weakening], axis=2)
 
         low, high = self.region.extent(rows)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ from scipy import stats  # type: ignore[import-untyped]
 
 from stickslip.fit.models import COEFFICIENTS, FALLING, STRAIGHT, STRENGTHENING, WEAKENING, Chosen, MeasuredPoints
 from stickslip.vocabulary import units
+from stickslip.vocabulary.laws import LAWS
 
 if TYPE_CHECKING:
     from stickslip.fit.curve import CurveFit
@@ -82,14 +83,14 @@ class Quality:
     """A fitted curve whose quality is not judged yet, its points, and the sentences about them.
 
     fit : with the intervals of a curve of the right shape. points : those that were fitted; given : all of them.
-    criteria : AICc of the best curve of each law. unit : in which speeds are written.
+    criterion : AICc of the best curve of a law. unit : in which speeds are written.
     """
 
     fit: CurveFit
     chosen: Chosen
     points: MeasuredPoints
     given: MeasuredPoints
-    criteria: Mapping[str, float]
+    criterion: Callable[[str], float]
     unit: str
 
     @property
@@ -213,8 +214,8 @@ class Quality:
         points, law = self.points, self.points.law
         residuals = points.residuals(self.chosen) if self.chosen.seen else None
         if residuals is not None:
-            best = min(self.criteria, key=lambda name: self.criteria[name])
-            lower = self.criteria[law] - self.criteria[best]
+            best = min(LAWS, key=self.criterion)
+            lower = self.criterion(law) - self.criterion(best)
             is_better = math.isfinite(lower) and lower > _BETTER
             follows = residuals.chance_of_runs() < _CHANCE
             if self.freedom > 1 and self.chosen.form is not FALLING:
@@ -228,7 +229,7 @@ class Quality:
 
     def praise(self) -> str:
         """The sentences of a good fit."""
-        fit, limit = self.fit, self.criteria[self.points.law] + _ALIKE
+        fit, limit = self.fit, self.criterion(self.points.law) + _ALIKE
         fastest, known, more = self._speed(fit.speeds[1]), "a1, a3 and a4", []
         if "a2" in fit.at_bound:
             more.append(say("no rise", fastest=fastest))
@@ -238,7 +239,7 @@ class Quality:
             known = "all four coefficients"
         if self.chosen.form is STRENGTHENING:
             more.append(say("rising"))
-        if alike := [name for name, value in self.criteria.items() if name != self.points.law and value < limit]:
+        if alike := [law for law in LAWS if law != self.points.law and self.criterion(law) < limit]:
             more.append(say("alike", laws=", ".join(alike)))
         good = say("good", share=100 * fit.r_squared, count=fit.points, rms=fit.residual_rms, known=known)
         return " ".join([good, *more])

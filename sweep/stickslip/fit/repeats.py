@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.fit.curve import CurveFit, fit_curve
-from stickslip.fit.models import COEFFICIENTS, Drawn, drawn_in_batches
+from stickslip.fit.models import COEFFICIENTS, Drawn
 from stickslip.fit.uncertainty import CONFIDENCE, Floats, Interval, student
 from stickslip.theory import stribeck
 
@@ -53,7 +53,7 @@ class RepeatedFit(CurveFit):
             of_kind = ((a2 >= 0) | falling) & (a3 >= 0) if self.a3 >= 0 else a3 <= 0
             return np.asarray(drawn[of_kind & (a1 >= 0) & (a1 + a3 >= 0) & (a4 > 0) & np.isfinite(drawn).all(axis=1)])
 
-        return drawn_in_batches(batch, count)
+        return Drawn.in_batches(batch, count)
 
     def band(self, speed: ArrayLike) -> tuple[Floats, Floats]:
         """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s): quantiles of draws."""

@@ -53,6 +53,11 @@ class Role(NamedTuple):
     label: str = ""
     load: tuple[int, str] | float | None = None
 
+    @property
+    def positions(self) -> tuple[int, ...]:
+        """Of the column, and of that of its loads."""
+        return (self.position, self.load[0]) if isinstance(self.load, tuple) else (self.position,)
+
 
 class Roles(NamedTuple):
     """The roles of the columns, the position of that which names materials, and remarks on what was taken."""

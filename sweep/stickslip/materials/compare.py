@@ -6,7 +6,6 @@ import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,8 +20,7 @@ from stickslip.dataset.materials import material_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, Progress
 from stickslip.errors import ConfigError, Problem, UnitWarning
-from stickslip.fit import CurveFit, MaterialFit, Wanted, fit_curve, fit_materials, join_repeats
-from stickslip.fit.points import Columns
+from stickslip.fit import CurveFit, MaterialFit, Wanted, fit_materials, join_repeats
 from stickslip.materials.stick_slip_end import (
     CHANCES,
     NOT_DETERMINED,
@@ -203,13 +201,12 @@ def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progre
 
 def _fits(materials: Materials, wanted: Wanted) -> list[MaterialFit]:
     if isinstance(materials, Mapping):
-        fits = [_fit(name, points) for name, points in materials.items()]
+        fits = fit_materials(materials)
     else:
         several = [materials] if isinstance(materials, str | os.PathLike) else [*materials]
         fits = [one for one in several if isinstance(one, MaterialFit)]
-        if len(fits) < len(several):
-            paths = [points_path(one) for one in several if not isinstance(one, MaterialFit)]
-            fits = fit_materials(paths, wanted)
+        paths = [points_path(one) for one in several if not isinstance(one, MaterialFit)]
+        fits += fit_materials(paths, wanted)
     if not fits:
         raise ValueError("materials: got none, expected at least one")
     for fit in fits:
@@ -218,16 +215,6 @@ def _fits(materials: Materials, wanted: Wanted) -> list[MaterialFit]:
             problem = Problem((), "friction over waiting time, expected it over speed", hint=hint)
             raise ConfigError(str(fit.path), [problem])
     return fits
-
-
-def _fit(name: str, points: Points) -> MaterialFit:
-    if isinstance(points, CurveFit):
-        return MaterialFit(name, Path(name), Columns(), points)
-    speed, mu = (np.asarray(values, np.float64) for values in points)
-    try:
-        return MaterialFit(name, Path(name), Columns({"speed": speed, "mu": mu}), fit_curve(speed, mu))
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from None
 
 
 def _curves(fits: Sequence[MaterialFit]) -> list[CurveFit]:
