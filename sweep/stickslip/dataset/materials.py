@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from stickslip.dataset.build import NO_FILL, parameter_variable, shown_in, variable_of
 from stickslip.fit import CurveFit, MaterialFit
+from stickslip.vocabulary.models import FITTED
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import MATERIAL_VARIABLES
 
 Floats = NDArray[np.float64]
 _CURVE_POINTS = 120
 _NONE = np.zeros(0)
-_COEFFICIENTS = ("a1", "a2", "a3", "a4", "mu_start")
 
 
 def material_dataset(
@@ -44,13 +44,13 @@ def material_dataset(
             variables[name] = variable_of(declared, dims, results[name])
     if np.isnan(results["rank"]).any():  # an integer cannot be absent
         variables["rank"] = xr.Variable("material", results["rank"], variables["rank"].attrs)
-    for name in _COEFFICIENTS:
+    for name in FITTED:
         ends = np.array([curve.interval[name] for curve in curves]).T
         for (which, adjective), values in zip((("low", "lower"), ("high", "upper")), ends, strict=True):
             long_name = f"{adjective} end of the 95 % interval of {name}"
             about = {"units": variables[name].attrs["units"], "long_name": long_name}
             variables[f"{name}_{which}"] = xr.Variable("material", values, about)
-    for name in (*_COEFFICIENTS, "quiet_above"):
+    for name in (*FITTED, "quiet_above"):
         if f"{name}_low" in variables:
             variables[name].attrs["ancillary_variables"] = f"{name}_low {name}_high"
     qualities = (f"{reason} {curve.quality}".strip() for reason, curve in zip(reasons, curves, strict=True))
@@ -88,7 +88,7 @@ def speeds_of(ds: xr.Dataset) -> list[float]:
 
 def _of_fits(curves: Sequence[CurveFit]) -> dict[str, Floats]:
     """The numbers of curves, by names of MATERIAL_VARIABLES."""
-    columns = {name: [getattr(curve, name) for curve in curves] for name in (*_COEFFICIENTS, "residual_rms", "points")}
+    columns = {name: [getattr(curve, name) for curve in curves] for name in (*FITTED, "residual_rms", "points")}
     slowest, fastest = zip(*(curve.speeds for curve in curves), strict=True)
     good = [curve.good for curve in curves]
     columns |= {"slowest_point": [*slowest], "fastest_point": [*fastest], "fit_good": good}

@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike
 
 from stickslip.errors import ConfigError, Problem
 from stickslip.fit.ageing import AgeingFit, fit_ageing
-from stickslip.fit.curve import CurveFit, fit_curve
+from stickslip.fit.curve import CurveFit
+from stickslip.fit.fitting import fit_curve, fit_repeats
 from stickslip.fit.points import Columns, kind_of, only, read_materials, read_points
-from stickslip.fit.repeats import fit_repeats
 from stickslip.fit.roles import Wanted
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS

@@ -1,12 +1,11 @@
-"""Forms of a friction curve a1 + a2 w + a3 shape(w/a4), measured points, and the curves that they allow.
+"""Forms of a friction curve a1 + a2 w + a3 shape(w/a4), and measured points with the best curve of each form.
 
-A form says which coefficients are free, and of what sign. Intervals, bands and draws come from one likelihood.
+A form says which coefficients are free, and of what sign.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -16,17 +15,16 @@ from scipy import stats  # type: ignore[import-untyped]
 from scipy.optimize import nnls  # type: ignore[import-untyped]
 
 from stickslip.fit.profile import Cone, Model, Region, bottom
-from stickslip.fit.uncertainty import CONFIDENCE, Flags, Floats, Interval, Residuals, covariance, rms, student
-from stickslip.theory.shapes import SHAPES
+from stickslip.fit.uncertainty import CONFIDENCE, Floats, Interval, Residuals, rms, student
+from stickslip.theory.curve import SHAPES
+from stickslip.vocabulary.models import CURVE
 
-COEFFICIENTS = ("a1", "a2", "a3", "a4")
 _VISIBLE, _ROUNDING = 0.01, 1e-9  # of the span, of the friction: smaller residuals do no harm; are none
 _CERTAIN = 0.99  # confidence with which a branch must be seen
 _TREND = 0.05  # chance of as many falls among points without a trend
 _UNEVEN = 6.63  # by which the deviance falls where the scatter differs along the speed: chi-squared, 1 %
-_LEAST = 2  # points to spare for an interval, where the scatter is not given
+LEAST = 2  # points to spare for an interval, where the scatter is not given
 _FEW, _WIDER = 3, 0.975  # with so few points to spare a branch that is seen was often seen by luck: 97.5 % cover 95 %
-_BATCHES = 200  # of draws, until enough of them lie within the bounds
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,7 @@ class Form:
     parts: tuple[tuple[int, int, int], ...]
     free: tuple[tuple[int, int, int], ...] = ()
     assumed: tuple[str, ...] = ()
-    nonnegative: tuple[str, ...] = COEFFICIENTS
+    nonnegative: tuple[str, ...] = CURVE
 
     @property
     def whole(self) -> Form:
@@ -141,7 +139,7 @@ class MeasuredPoints:
         if form not in self._regions:
             known, spare = self.deviation is not None, self.freedom(form)
             few = not known and 0 < spare <= _FEW
-            spare = spare if known or spare >= _LEAST else 0  # one tells nothing of the scatter
+            spare = spare if known or spare >= LEAST else 0  # one tells nothing of the scatter
             self._regions[form] = Region(
                 replace(self, slope=0.0).model, form.cone, math.inf if known and spare > 0 else float(spare),
                 None if known else self.order, 1 if form is WEAKENING else None,
@@ -216,7 +214,7 @@ class MeasuredPoints:
         span = float(np.ptp(self.mu)) / self.units[0]
         if self.freedom(chosen.form) < 1 or rms(apart) <= max(_VISIBLE * span, _ROUNDING):
             return None
-        free = [name not in chosen.form.assumed for name in COEFFICIENTS]
+        free = [name not in chosen.form.assumed for name in CURVE]
         return Residuals(apart * self.weight, self.jacobian(chosen.best)[:, free], self.speed)
 
     def jacobian(self, a: Floats) -> Floats:
@@ -243,107 +241,3 @@ class MeasuredPoints:
         columns = [np.ones_like(self.place), self.place, *([-self.place] if falling else [])]
         line, norm = nnls(np.column_stack(columns) * self.weight[:, None], self.target * self.weight)
         return line, float(norm)
-
-
-# --- what the points allow --------------------------------------------------------------------------------------------
-
-
-class Drawn(NamedTuple):
-    """Curves drawn. coefficients : a1 to a4 by name, each (count,). kept : share of the draws within the bounds."""
-
-    coefficients: dict[str, Floats]
-    kept: float
-
-    @property
-    def falling(self) -> Flags:
-        """Curves that fall for ever, since a2 < 0."""
-        return np.asarray(self.coefficients["a2"] < 0)
-
-    @classmethod
-    def in_batches(cls, batch: Callable[[], Floats], count: int) -> Drawn | None:
-        """Curves drawn `count` at a time, of which a batch (n, 4) lies within the bounds, until these are as many."""
-        inside: list[Floats] = []
-        for batches in range(1, _BATCHES + 1):
-            inside.append(batch())
-            if (enough := sum(map(len, inside))) >= count:
-                values = np.concatenate(inside)[:count].T
-                return cls(dict(zip(COEFFICIENTS, values, strict=True)), enough / (batches * count))
-        return None
-
-
-class Allowed:
-    """The curves that points allow, in SI: 95 % intervals by profile likelihood, and draws of the same likelihood."""
-
-    def __init__(self, points: MeasuredPoints, chosen: Chosen) -> None:
-        self._points, self._chosen = points, chosen
-        self.region = points.region(chosen.form.whole)
-
-    def intervals(self) -> Mapping[str, Interval]:
-        """Of a1 to a4 and of mu_start; an end that the points leave open is inf, or 0."""
-        form, units = self._chosen.form, self._points.units
-        names = ("a1", "a2", "a3", "mu_start")
-        if form is STRAIGHT:  # a branch that the points do not show may hide in any of them
-            return dict.fromkeys((*COEFFICIENTS, "mu_start"), (0.0, math.inf))
-        rows = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1]])
-        low, high = self.region.extent(lambda scale: np.broadcast_to(rows, (scale.size, 4, 3)))
-        best = np.append(self._chosen.best[:3], self._chosen.best[0] + self._chosen.best[2])
-        ends = {
-            name: (float(min(a, b) * unit), float(max(c, b) * unit))
-            for name, a, b, c, unit in zip(names, low, best, high, units[[0, 1, 2, 0]], strict=True)
-        }
-        slow, fast = self.region.scale
-        if slow == 0.0 and self._points.speed.min() > 0 and form is not STRENGTHENING:
-            # a branch below the slowest point may be as steep as it likes
-            ends |= {name: (ends[name][0], math.inf) for name in ("a3", "mu_start")}
-        if math.isinf(fast):  # a1 and a3 are one coefficient then, and with a2 a straight line
-            ends |= {**dict.fromkeys(("a1", "a3"), (0.0, math.inf)), "a2": (ends["a2"][0], math.inf)}
-        floor = (*form.nonnegative, "mu_start")
-        ends = {name: (max(a, 0.0) if name in floor else a, b) for name, (a, b) in ends.items()}
-        ends["a4"] = float(slow * units[3]), float(fast * units[3])
-        if form is FALLING:  # without the rise that was assumed away, the others are not known
-            ends |= dict.fromkeys(("a1", "a2", "a3"), (0.0, math.inf))
-        return ends
-
-    def friction(self, speed: Floats) -> tuple[Floats, Floats]:
-        """Lower and upper ends of the friction coefficient at slip speeds (c,) in m/s."""
-        points = self._points
-        u, size = speed / points.units[3], points.units[0]
-        if self._chosen.form is STRAIGHT:
-            low, high = self._line(np.column_stack([np.ones_like(u), u]))
-            return low * size, high * size
-
-        def rows(scale: Floats) -> Floats:
-            weakening = SHAPES[points.law](u / scale[:, None])
-            return np.stack([np.ones_like(weakening), np.broadcast_to(u, weakening.shape), weakening], axis=2)
-
-        low, high = self.region.extent(rows)
-        return np.broadcast_to(low, u.shape) * size, np.broadcast_to(high, u.shape) * size
-
-    def _line(self, rows: Floats) -> tuple[Floats, Floats]:
-        """The ends of combinations (c, 2) of the two coefficients of a straight line."""
-        points, best, known = self._points, self._chosen.best, self._points.deviation is not None
-        spare = points.freedom(STRAIGHT)
-        variance = 1.0 if known else points.left(best) / spare
-        error = np.sqrt(variance * np.einsum("ci,ij,cj->c", rows, covariance(points.jacobian(best)[:, :2]), rows))
-        reach = student(math.inf if known else spare) * error
-        middle = rows @ best[:2]
-        return middle - reach, middle + reach
-
-    @property
-    def can_draw(self) -> bool:
-        """True where points are to spare, so that their scatter is known."""
-        least = 1 if self._points.deviation is not None else _LEAST
-        return self._points.freedom(self._chosen.form.whole) >= least
-
-    def draw(self, count: int, random: np.random.Generator) -> Floats:
-        """a1 to a4 of curves, (count, 4) or fewer: those within the bounds of the form, but for a2, which may be < 0.
-
-        Of points that show no branch: those with one they may hide, its a4 anywhere between the slowest and the
-        fastest of them.
-        """
-        form, speed = self._chosen.form, self._points.place
-        hidden = (float(speed[speed > 0].min()), 1.0) if form is STRAIGHT else None
-        values, scale = self.region.draw(count, random, hidden)
-        start, branch = values[:, 0] + values[:, 2], values[:, 2] <= 0 if form is STRENGTHENING else values[:, 2] >= 0
-        inside = (values[:, 0] >= 0) & (start >= 0) & branch
-        return np.asarray(np.column_stack([values, scale])[inside] * self._points.units)

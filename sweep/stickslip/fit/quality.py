@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import stats  # type: ignore[import-untyped]
 
-from stickslip.fit.models import COEFFICIENTS, FALLING, STRAIGHT, STRENGTHENING, WEAKENING, Chosen, MeasuredPoints
+from stickslip.fit.curve import CurveFit
+from stickslip.fit.models import FALLING, STRAIGHT, STRENGTHENING, WEAKENING, Chosen, MeasuredPoints
 from stickslip.vocabulary import units
-from stickslip.vocabulary.laws import LAWS
-
-if TYPE_CHECKING:
-    from stickslip.fit.curve import CurveFit
+from stickslip.vocabulary.models import CURVE, LAWS
 
 _SHARE = 0.5  # of the mean friction: a coefficient that moves the curve by more, within its interval, is not known
 _RATIO = 8.0  # of the ends of an interval: a3 or a4 is not determined if it is more
@@ -110,7 +107,7 @@ class Quality:
             least, most = sorted((abs(low), abs(high)))
             if not (math.isfinite(high) and low * high > 0 and most < _RATIO * least):
                 unknown.add(name)
-        return tuple(name for name in COEFFICIENTS if name in unknown)
+        return tuple(name for name in CURVE if name in unknown)
 
     def determined(self) -> bool:
         """True where the points tell where vibration ends."""

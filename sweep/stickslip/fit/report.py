@@ -8,12 +8,12 @@ from typing import Any
 
 from stickslip.fit.ageing import AgeingFit, rank
 from stickslip.fit.files import MaterialFit
-from stickslip.fit.models import COEFFICIENTS
 from stickslip.fit.steps import StepPoints
+from stickslip.vocabulary.models import CURVE, FITTED
 from stickslip.vocabulary.suggest import listed
 
-_UNITS = {"a2": "s/m", "a4": "m/s", "t0": "s", "beta": "per decade"}
-_CURVE, _AGEING = (*COEFFICIENTS, "mu_start"), ("mu0", "beta", "t0")  # the numbers of a fit
+_UNITS = {CURVE.slope: "s/m", CURVE.decay: "m/s", "t0": "s", "beta": "per decade"}
+_AGEING = ("mu0", "beta", "t0")
 
 
 def describe(material: MaterialFit) -> str:
@@ -23,7 +23,7 @@ def describe(material: MaterialFit) -> str:
     rows = []
     if curve and curve.law != "stribeck":
         rows.append(f"  law: {curve.law} (AICc lower than that of stribeck by {curve.preferred:.2g})")
-    for name in _CURVE if curve else _AGEING:
+    for name in FITTED if curve else _AGEING:
         low, high = fit.interval[name]
         known = f"95 %: {low:.4g} to {high:.4g}" if math.isfinite(low) else f"95 %: {high:.4g} or less"
         if math.isinf(high):
@@ -89,7 +89,7 @@ def is_plain(material: MaterialFit) -> bool:
 
 def as_plain(material: MaterialFit) -> dict[str, Any]:
     """A fit as plain data, for programs."""
-    fit, names = material.curve or material.ageing, _CURVE if material.curve else _AGEING
+    fit, names = material.curve or material.ageing, FITTED if material.curve else _AGEING
     assert fit is not None
     own = ("law", "outliers", "unidentified", "assumed", "at_bound") if material.curve else ()
     shared = ("standard_error", "covariance", "residual_rms", "r_squared", "points", "good", "quality")
@@ -113,8 +113,8 @@ def as_yaml(materials: Sequence[MaterialFit]) -> str:
         return "\n".join(f"# {one.name}\n{as_yaml([one])}" for one in materials if one.curve is not None)
     (law,) = laws
     of_law = [] if law == "stribeck" else [f"  law: {law}", *(["  delta: 2"] if law == "stribeck_delta" else [])]
-    rows = {name: [_number(getattr(curve, name)) for _, curve in curves] for name in COEFFICIENTS}
-    comments = {name: f"# {_UNITS[name]}" if name in _UNITS else "" for name in COEFFICIENTS}
+    rows = {name: [_number(getattr(curve, name)) for _, curve in curves] for name in CURVE}
+    comments = {name: f"# {_UNITS[name]}" if name in _UNITS else "" for name in CURVE}
     if len(curves) == 1:
         lines = [f"  {name}: {value:14}{comments[name]}".rstrip() for name, (value,) in rows.items()]
         return "\n".join(["friction:", *of_law, *lines])

@@ -15,14 +15,13 @@ from stickslip.materials.table import RankColumn, RankTable
 from stickslip.pages import Section
 from stickslip.plots.materials import plot_materials
 from stickslip.vocabulary import units
+from stickslip.vocabulary.models import BREAKAWAY, FITTED, FORMULA
 from stickslip.vocabulary.results import MATERIAL_VARIABLES
 
-_COEFFICIENTS = ("a1", "a2", "a3", "a4", "mu_start")
 _MOST_DIGITS = 6
 _ONLY_SCATTER = "Other specimens, another temperature and what is not known of the system are in no number here."
-_FORMULA = "Friction coefficient over slip speed w: a1 + a2 w + a3 exp(-w/a4); in brackets the 95 % intervals."
 _AGAIN = "Saved as a file, this configuration finds all borders of these curves (stickslip run):"
-_SMALL_PRINT = ("tendency", "mu_start")  # columns of ranks that decide nothing; mu_start is among the fits
+_SMALL_PRINT = ("tendency", BREAKAWAY)  # columns of ranks that decide nothing; the latter is among the fits
 
 
 def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = None) -> str:
@@ -38,8 +37,9 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     qualities = pages.terms(zip(ranking.names, map(str, ds["fit_quality"].values), strict=True), "names")
     files = pages.terms([("points", str(ds.attrs["files"]).replace("\n", ", "))], "short")
     origin = [pages.provenance(ds.attrs), files, _paragraphs([_AGAIN]), pages.configuration(ds.attrs["configuration"])]
+    formula = f"Friction coefficient over slip speed w: {FORMULA}; in brackets the 95 % intervals."
     small = [
-        ("The fitted curves", _paragraphs([_FORMULA]) + _table(fits) + qualities),
+        ("The fitted curves", pages.paragraph(formula) + _table(fits) + qualities),
         ("What the numbers mean", _paragraphs(ranking.method()) + pages.terms(_meanings([*ranks, *fits]), "short")),
         ("Where this comes from", "".join(origin)),
     ]
@@ -72,7 +72,7 @@ def _table(columns: list[RankColumn]) -> str:
 
 def _fits(ds: xr.Dataset, ranking: RankTable) -> list[RankColumn]:
     columns = [RankColumn("material", "", True, tuple(ranking.names))]
-    for name in _COEFFICIENTS:
+    for name in FITTED:
         declared = str(ds[name].attrs["units"])
         is_speed = declared == "m s-1"
         unit, factor = (ranking.unit, ranking.factor) if is_speed else (units.spelled(declared), 1.0)

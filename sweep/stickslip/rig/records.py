@@ -32,8 +32,7 @@ from stickslip.rig.quantities import COLUMNS, FORCES, MATERIAL, SIGNALS, TIME
 from stickslip.rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
 from stickslip.rig.signals import Floats, cumulative
 from stickslip.vocabulary import units
-from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.results import Variable
+from stickslip.vocabulary.parameter import Parameter, Variable
 from stickslip.vocabulary.settings import CONDITIONS
 from stickslip.vocabulary.suggest import listed, nearest
 
