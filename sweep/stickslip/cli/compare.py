@@ -107,20 +107,26 @@ def compare(
         speeds = [str(name) for name, values in ds.variables.items() if values.attrs.get("units") == "m s-1"]
         ds = with_units(ds, dict.fromkeys(speeds, speed_unit))
     ds = ds if title is None else ds.assign_attrs(title=title)
-    answer = show(ds)
+    ranking = _show(ds)
     written = _save(ds, outputs, plot, report, decimal_comma)
 
-    def with_files() -> dict[str, Any]:
+    def answer() -> dict[str, Any]:
         from stickslip.fit.report import columns_of
 
         parts = [part for fit in fits for part in fit.parts]
         read = {part.name: {"file": str(part.path), **columns_of(part)} for part in parts}
-        return answer() | {"written": written, "read": read}
+        return _answer(ds, ranking) | {"written": written, "read": read}
 
-    return with_files
+    return answer
 
 
 def show(ds: xr.Dataset) -> Answer:
+    """Print a comparison that was read from a file."""
+    ranking = _show(ds)
+    return lambda: _answer(ds, ranking)
+
+
+def _show(ds: xr.Dataset) -> RankTable:
     """Print a comparison, a table of ranks and remarks."""
     from stickslip.materials.table import RankTable
 
@@ -137,7 +143,7 @@ def show(ds: xr.Dataset) -> Answer:
             screen.echo(f"note     {remark}")
     for text in ranking.method():
         screen.echo(text)
-    return lambda: _answer(ds, ranking)
+    return ranking
 
 
 def _single(texts: tuple[str, ...]) -> str | tuple[str, ...]:
