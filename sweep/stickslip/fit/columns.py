@@ -6,11 +6,11 @@ Measured points, records in steps, records of a rig and pairs of features are al
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from stickslip.errors import ConfigError, Place, Problem, QuantityError
-from stickslip.files.tables import NUMBER, Table, numbers
+from stickslip.files.tables import NUMBER, Cell, Table, numbers
 from stickslip.fit.headings import PERCENT, POINTS, PURE, Heading, heading, with_units_below
 from stickslip.fit.uncertainty import Floats
 from stickslip.vocabulary import units
@@ -109,31 +109,40 @@ def load_above(table: Table) -> tuple[float, int] | None:
 
     Raises ConfigError where several say different loads, or one says it in a way nobody understands.
     """
-    loads: list[tuple[float, int]] = []
-    for line in [*((remark,) for remark in table.remarks), *table.above]:
+    return stated(table, "load", PARAMETERS["normal_load"], [*((remark,) for remark in table.remarks), *table.above])
+
+
+def stated(
+    table: Table, kind: str, row: Parameter, lines: Iterable[Sequence[Cell]], only_numbers: bool = False
+) -> tuple[float, int] | None:
+    """A quantity that lines give as `Name;15;N` or `Name: 15 N`, in SI, and the line of the first; None if none does.
+
+    kind : of heading that its name is. only_numbers : leave out what is none, such as "varied". Raises ConfigError.
+    """
+    known: list[tuple[float, int]] = []
+    for line in lines:
         words = [cell.text for cell in line if cell.text]
         if len(words) > 1:
             name, value = words[0], " ".join(words[1:]).strip()
         else:
             name, _, value = (part.strip() for part in "".join(words).replace("=", ":").partition(":"))
         title = heading(name.strip(" :="))
-        if title.kind != "load" or not value:
+        if title.kind != kind or title.label and only_numbers or not value or only_numbers and not value[0].isdigit():
             continue
         try:
             if re.match(r"[1-9]\d{0,2}[.,]\d{3}(?!\d)", value):  # 1.500 N may be 1500 N
-                raise QuantityError("a load")
+                raise QuantityError(row.expected)
             number, _, unit = value.replace(",", ".").partition(" ")
-            load = units.si_value(f"{number} {column_unit(unit.strip(' []()') or title.unit, 'N')}", "N")
-            if load <= 0:
-                raise QuantityError("a load")
+            si = row.read(f"{number} {column_unit(unit.strip(' []()') or title.unit, row.units)}")
         except QuantityError:
-            message = f"got {' '.join(words)!r}, expected a load such as '15 N'"
+            message = f"got {' '.join(words)!r}, expected a {kind} such as '{units.example(row.units)}'"
             raise ConfigError(table.name, [Problem((), message, line[0].place)]) from None
-        loads.append((load, line[0].place.line))
-    if len({load for load, _ in loads}) > 1:
-        message = f"got the loads {listed([f'{load:g} N' for load, _ in loads], 'and')}, expected one"
-        raise ConfigError(table.name, [Problem((), message, Place(loads[1][1], 1))])
-    return loads[0] if loads else None
+        known.append((si, line[0].place.line))
+    if len({si for si, _ in known}) > 1:
+        values = listed([f"{si:g} {units.spelled(row.units)}" for si, _ in known], "and")
+        message = f"got the {kind}s {values}, expected one"
+        raise ConfigError(table.name, [Problem((), message, Place(known[1][1], 1))])
+    return known[0] if known else None
 
 
 def newtons(load: float | str) -> float:

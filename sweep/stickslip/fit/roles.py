@@ -300,22 +300,18 @@ class Search:
     def _refused(self, one: _Column, expected: str, hint: str | None = None) -> ConfigError:
         return self._table.refused(one.position, expected, hint)
 
-    def _unknown(self, one: _Column) -> ConfigError:
-        near = nearest(one.heading.name, self._known)
-        hint = "the first line names the columns; remarks start with #; columns of other names are taken by "
-        hint = f"did you mean {near!r}?" if near else f"{hint}--speed-column and --friction-column"
-        return self._refused(one, f"{listed([*self._known])}, with the unit in brackets", hint)
-
     def _lacking(self, missing: list[Parameter], others: Iterable[_Column]) -> ConfigError:
         """An error about columns that are not there, with the heading that was perhaps meant."""
         words = [word for word in map(plain, words_for([column.name for column in missing])) if len(word) > 2]
         others = [one for one in others
                   if one.heading.text and (one.heading.label or one.heading.kind not in self._known)]  # fmt: skip
-        for one in others:
-            if nearest(one.heading.name, words):
-                return self._unknown(one)
-        if len(missing) > 1 and others and _may_be_number(others[0].heading.text):
-            return self._unknown(others[0])
+        misspelt = [one for one in others if nearest(one.heading.name, words)]
+        if misspelt or len(missing) > 1 and others and _may_be_number(others[0].heading.text):
+            one = (misspelt or others)[0]
+            near = nearest(one.heading.name, self._known)
+            hint = "the first line names the columns; remarks start with #; columns of other names are taken by "
+            hint = f"did you mean {near!r}?" if near else f"{hint}--speed-column and --friction-column"
+            return self._refused(one, f"{listed([*self._known])}, with the unit in brackets", hint)
         lacking = listed([f"{c.name} ({c.long_name})" for c in missing], "and")
         if not others:
             hint = f"the first line that is not a comment says, for instance, '{example([*self._known.values()])}'"

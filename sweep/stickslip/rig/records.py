@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.files.atomic import replaced
 from stickslip.files.tables import Table, line_of, read_table
-from stickslip.fit.columns import HeadedTable, factor, load_above
+from stickslip.fit.columns import HeadedTable, factor, load_above, stated
 from stickslip.fit.headings import RECORD, Heading, heading, words_for
 from stickslip.rig.quantities import COLUMNS, FORCES, MATERIAL, SIGNALS, TIME
 from stickslip.rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
@@ -133,7 +133,8 @@ def read_record(
     time = signals.pop(TIME.name)
     _check_time(table, time, columns[TIME.name][0])
     remarks, load = _remarks(table), load_above(table)
-    above = ({"normal_load": load[0]} if load else {}) | _speed_above(table)
+    speed = stated(table, "speed", CONDITIONS["drive_speed"], table.above, only_numbers=True)
+    above = {name: value[0] for name, value in (("normal_load", load), ("drive_speed", speed)) if value}
     known = {MATERIAL: Path(path).stem} | dict(conditions or {}) | above | remarks
     positions = {position: name for name, (position, _) in columns.items()}
     units_read = [f"{name} in {headings[i].unit}" if headings[i].unit else name for i, name in positions.items()]
@@ -254,25 +255,6 @@ def _number_or_text(text: str) -> float | str:
         return float(text)
     except ValueError:
         return text
-
-
-def _speed_above(table: Table) -> dict[str, Condition]:
-    """The speed of the drive that lines above the heading give, `Geschwindigkeit;10;mm/s`. Raises ConfigError."""
-    speeds: dict[str, Condition] = {}
-    for line in table.above:
-        words = [cell.text for cell in line if cell.text]
-        column = heading(words[0].strip(" :=")) if len(words) > 1 else None
-        if column is None or column.kind != "speed" or column.label or not words[1][:1].isdigit():
-            continue
-        try:
-            number = words[1].replace(",", ".")
-            speed = condition("drive_speed", f"{number} {' '.join(words[2:]) or column.unit}".strip())
-            if speeds.setdefault("drive_speed", speed) != speed:
-                raise QuantityError("one speed")
-        except QuantityError as error:
-            message = f"got {' '.join(words)!r}, expected {error.expected}"
-            raise ConfigError(table.name, [Problem((), message, line[0].place, error.hint)]) from None
-    return speeds
 
 
 def _check_time(table: Table, time: Floats, column: int) -> None:
