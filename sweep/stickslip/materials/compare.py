@@ -176,18 +176,7 @@ def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progre
                 table[name][i] = value
     if progress:
         progress(total, total)
-    keys = [
-        _rank_key(int(state), speed) for state, speed in zip(table["quiet_state"], table["quiet_above"], strict=True)
-    ]
-    order = sorted(range(len(fits)), key=lambda i: (keys[i], fits[i].name))
-    for place, i in enumerate(order):
-        if i not in known:
-            continue
-        before = order[place - 1] if place else i
-        table["rank"][i] = table["rank"][before] if place and keys[before] == keys[i] else place + 1
-        here, there = quiet[i], quiet.get(order[place + 1]) if place + 1 < len(order) else None
-        if here is not None and there is not None:
-            table["better_than_next"][i] = below(here, there)
+    order = _rank(table, quiet, [fit.name for fit in fits])
     reasons = [doubts[i] or (_NO_CURVES if curves[i].determined and i not in known else "") for i in order]
     fits = [fits[i] for i in order]
     ordered = {name: values[order] for name, values in table.items()}
@@ -322,10 +311,23 @@ def _at_speeds(
     return {"quiet_above": borders.speed, "quiet_state": np.asarray(borders.state, np.float64)} | values
 
 
-def _rank_key(state: int, speed: float) -> tuple[int, float]:
-    """The order of materials: quiet throughout first, then by speed, vibrating throughout and not determined last."""
-    group = {QUIET: 0, VIBRATES: 2, NOT_DETERMINED: 3}.get(state, 1)
-    return group, speed if group == 1 else 0.0
+def _rank(table: dict[str, Floats], quiet: Mapping[int, QuietSpeeds | None], names: Sequence[str]) -> list[int]:
+    """The order of materials: quiet throughout first, then by speed, vibrating throughout and not determined last.
+
+    Equal ranks, and the probability that each is better than the next, are filled in. quiet : of curves drawn, by
+    position of a material that is determined.
+    """
+    groups = [{QUIET: 0, VIBRATES: 2, NOT_DETERMINED: 3}.get(int(state), 1) for state in table["quiet_state"]]
+    keys = [(group, speed if group == 1 else 0.0) for group, speed in zip(groups, table["quiet_above"], strict=True)]
+    order = sorted(range(len(names)), key=lambda i: (keys[i], names[i]))
+    for place, i in enumerate(order):
+        if i in quiet:
+            before = order[place - 1] if place else i
+            table["rank"][i] = table["rank"][before] if place and keys[before] == keys[i] else place + 1
+            here, there = quiet[i], quiet.get(order[place + 1]) if place + 1 < len(order) else None
+            if here is not None and there is not None:
+                table["better_than_next"][i] = below(here, there)
+    return order
 
 
 def _tendency(curve: CurveFit, slip_speed_max: Floats, scale: float) -> Floats:

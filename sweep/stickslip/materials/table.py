@@ -355,7 +355,7 @@ class RankTable:
 def _rows(ds: xr.Dataset) -> list[Any]:
     """Materials, each with its numbers and words by name, NaN for those that the comparison lacks, and its state."""
     count = ds.sizes["material"]
-    columns = dict.fromkeys(MATERIAL_VARIABLES, [math.nan] * count) | {"repeats": [1] * count}
+    columns: dict[str, list[Any]] = {**dict.fromkeys(MATERIAL_VARIABLES, [math.nan] * count), "repeats": [1] * count}
     columns |= {str(name): v.values.tolist() for name, v in ds.variables.items() if v.dims == ("material",)}
     columns |= {"name": columns["material"], "state": [QUIET_STATES[code] for code in columns["quiet_state"]]}
     return [SimpleNamespace(**dict(zip(columns, row, strict=True))) for row in zip(*columns.values(), strict=True)]

@@ -50,7 +50,7 @@ class Drawn(NamedTuple):
     high: Floats
 
 
-def _plain(value: float, _: int | None) -> str:
+def _plain(value: float, _: float) -> str:
     return f"{value:g}"
 
 
