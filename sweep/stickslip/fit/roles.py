@@ -172,10 +172,8 @@ class Search:
         unknown = [one for one in others if one.heading.kind in ("", "material") and one.heading.unit in PURE
                    and not one.is_count and (one.is_numbers or not one.heading.kind)]  # fmt: skip
         names = [plain(one.heading.name) for one in unknown]
-        spreads = {
-            start + name for name in names for start in ("s ", "s", "u ", "u", "d ", "d", "δ", "σ")
-        }  # s_A beside A
-        unknown = [one for one, name in zip(unknown, names, strict=True) if name not in spreads]
+        spreads = {start + name for name in names for start in ("s ", "s", "u ", "u", "d ", "d", "δ", "σ")}
+        unknown = [one for one, name in zip(unknown, names, strict=True) if name not in spreads]  # s_A beside A
         if of_materials:  # others beside them, which are too large, are something else
             unknown = [one for one in unknown if one.largest <= MOST_FRICTION]
         materials = sorted([*of_materials, *unknown], key=lambda one: one.position)
@@ -184,21 +182,18 @@ class Search:
 
     def _unlabelled(self, others: list[_Column]) -> _Column | None:
         """The column of friction as such, of which a table has one. Raises ConfigError where it is not certain."""
-        plain_mu, kinetic, static = (
-            [one for one in others if one.heading.kind == kind and not one.heading.label]
-            for kind in (MU, "kinetic", "static")
+        over = self._along.name
+        kinds = ("kinetic", "static") if over == "speed" else ("static", "kinetic")
+        bare, fitting, other = (
+            [one for one in others if one.heading.kind == kind and not one.heading.label] for kind in (MU, *kinds)
         )
-        name = self._along.name
-        fitting, other, kinds = (kinetic, static, ("kinetic", "static"))
-        if name != "speed":
-            fitting, other, kinds = (static, kinetic, ("static", "kinetic"))
-        chosen = [*plain_mu, *fitting]
-        if len(plain_mu) > 1:
-            raise self._refused(plain_mu[1], "it once", _NAME_ONE)
+        chosen = [*bare, *fitting]
+        if len(bare) > 1:
+            raise self._refused(bare[1], "it once", _NAME_ONE)
         if len(chosen) > 1:
             raise self._refused(chosen[0], "one column of friction", _NAME_ONE)
         if not chosen and other:
-            raise self._refused(other[0], f"{kinds[0]} friction over {name}", _NAME_ONE)
+            raise self._refused(other[0], f"{kinds[0]} friction over {over}", _NAME_ONE)
         self._notes += [f"{one.heading.text!r} is {kinds[1]} friction and not used" for one in other]
         return chosen[0] if chosen else None
 
