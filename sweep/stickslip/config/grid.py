@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from stickslip.config.model import Config, Group, Range, Values
-from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells, Coordinate, Floats
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, PARAMETERS, QUANTITIES
@@ -23,7 +22,7 @@ def build_grid(config: Config) -> Cells:
     for number, axis in enumerate(config.axes):
         labels, name = axis.labels if isinstance(axis, Group) else None, axis.name
         if isinstance(axis, Values) and any(map(math.isnan, axis.values)):  # words, which are no index of numbers
-            labels, name = tuple(value_text(name, value) for value in axis.values), f"{name}_case"
+            labels, name = tuple(map(QUANTITIES[name].setting, axis.values)), f"{name}_case"
         dims.append(name if isinstance(axis, Group) or labels else _coordinate_name(name))
         for member in axis.members:
             row, spacing = QUANTITIES[member.name], member.spacing if isinstance(member, Range) else "values"
@@ -56,9 +55,3 @@ def _coordinate_name(name: str) -> str:
 def quantity_of(coordinate: str) -> str:
     """The quantity behind the name of a coordinate: the opposite of `_coordinate_name`."""
     return coordinate.removesuffix(_OF_CURVE)
-
-
-def value_text(name: str, value: float) -> str:
-    """A quantity as text: its shortest exact spelling in SI with its unit, or the word for its absence."""
-    written = QUANTITIES[name].written(value)
-    return written if isinstance(written, str) else f"{written!r} {units.spelled(QUANTITIES[name].units)}".rstrip()

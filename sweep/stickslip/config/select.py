@@ -10,7 +10,7 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.config.grid import build_grid, quantity_of, value_text
+from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.reader import make_config, parse_config
@@ -107,7 +107,7 @@ def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> 
             points = zip(recipe.axes, position.values(), strict=True)
             return [f"{axis.name}={point_text(axis, i)}" for axis, i in points]
     given = {quantity_of(str(name)): values.isel(position, missing_dims="ignore") for name, values in ds.coords.items()}
-    return [f"{name}={value_text(name, float(given[name]))}" for name in QUANTITIES if name in given]
+    return [f"{name}={QUANTITIES[name].setting(float(given[name]))}" for name in QUANTITIES if name in given]
 
 
 def seconds(text: str, option: str = "--duration") -> float:
@@ -144,7 +144,7 @@ def point_text(axis: Axis, i: int) -> str:
     if isinstance(axis, Group):
         label = axis.labels[i] if axis.labels else ""
         return label if label and label == label.strip() else str(i)
-    return value_text(axis.name, float(axis.points()[i]))
+    return QUANTITIES[axis.name].setting(float(axis.points()[i]))
 
 
 def _split(setting: str, option: str) -> tuple[str, str]:
