@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,8 +11,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, fail, incomplete, print_json, refuses_bad_input, reports_errors
-from stickslip.cli.rig_features import CONDITIONS, CONFIG_OPTION, number_or_text, record_settings
-from stickslip.errors import QuantityError
+from stickslip.cli.rig_features import CONDITIONS, CONFIG_OPTION, record_settings
 from stickslip.vocabulary import units
 
 if TYPE_CHECKING:
@@ -65,7 +64,7 @@ def calibrate(
         screen.notice(f"{name:>{width}}{rpn:7.3g}{number:8.0f}{level:8.2f}{residual:10.2f}{left_out:10.2f}")
     screen.notice(fit.quality())
     columns = ("names", "rpn", "level", "left_out", "default")
-    return {"risk": fit.risk.known, "interval": fit.interval, "unidentified": fit.unidentified,
+    return {"risk": fit.risk.resolved(), "interval": fit.interval, "unidentified": fit.unidentified,
             "leave_one_out_error": fit.error, "default_error": fit.default_error,
             "is_better_than_default": fit.is_better, "noise": fit.noise,
             "omitted": fit.omitted, "pairs": {name: getattr(fit, name) for name in columns}}  # fmt: skip
@@ -101,7 +100,8 @@ def identify(
 
     how = record_settings(None, load, speed, bandwidth)
     loaded = rig.load_rig(config, params.settings())
-    judged = loaded.features if bandwidth is None else replace(loaded.features, bandwidth=how.features.bandwidth)
+    limit = {} if bandwidth is None else {"bandwidth": how.features.bandwidth}
+    judged = loaded.features.model_copy(update=limit)
     record = rig.read_record(file, how.record, how.conditions)
     with refuses_bad_input(file):
         try:
@@ -124,18 +124,15 @@ def identify(
 
 
 def _starts(texts: tuple[str, ...], names: tuple[str, ...]) -> dict[str, float]:
-    """Values of `--start`, in SI."""
+    """Values of `--start`, in SI. Raises ConfigError."""
+    from stickslip.config.select import in_si
     from stickslip.vocabulary.quantities import QUANTITIES
 
-    starts = {}
-    for name, text in params.pairs(texts).items():
+    starts = params.pairs(texts)
+    for name, text in starts.items():
         if name not in names:
             fail(f"--start {name}={text}: name it with --parameter as well")
-        try:
-            starts[name] = QUANTITIES[name].read(number_or_text(text))
-        except QuantityError as error:
-            fail(f"--start {name}={text}: expected {error.expected}")
-    return starts
+    return {name: in_si(QUANTITIES[name], text, "--start", name) for name, text in starts.items()}
 
 
 def _check_conditions(

@@ -12,7 +12,7 @@ from math import prod
 from pathlib import Path
 from threading import Thread
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -33,6 +33,25 @@ _LONG = 300_000  # cells that take so long that something can be done beside; wi
 FRESH = click.option("--fresh", is_flag=True, help="Start over, and replace a result of another configuration.")
 
 
+def BLOCKS(command: params.Command) -> params.Command:  # noqa: N802, a decorator as `FRESH`
+    """The options about blocks, and where they are kept: `place`, `shard`, `fresh`, `keep` and `on_error`."""
+    return params.decorated(
+        command,
+        click.option(
+            "--store", "place", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]"
+        ),
+        click.option(
+            "--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no result."
+        ),
+        FRESH,
+        params.KEEP_PARTS,
+        click.option(
+            "--on-error", type=click.Choice(["continue", "stop"]), default="continue", show_default=True,
+            help="Whether a block that fails ends the run.",
+        ),
+    )  # fmt: skip
+
+
 @click.command(
     epilog=f"""\b
 Examples:
@@ -49,25 +68,15 @@ Examples:
 @params.plot_option()
 @click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): plots, shares, meanings.")
 @click.option("--no-plot", is_flag=True, help="Write no plot.")
-@click.option("--store", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]")
-@click.option("--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no map.")
-@FRESH
-@params.KEEP_PARTS
-@click.option(
-    "--on-error",
-    type=click.Choice(["continue", "stop"]),
-    default="continue",
-    show_default=True,
-    help="Whether a block that fails ends the run.",
-)
+@BLOCKS
 @params.DASK
 @params.THREADS
 @QUIET
 @JSON
 @reports_errors
 def run(
-    config: Path, output: Location | None, plot: Path | None, report: Path | None, no_plot: bool, store: str | None,
-    shard: str | None, fresh: bool, keep_parts: bool, on_error: Literal["continue", "stop"], dask: str | None,
+    config: Path, output: Location | None, plot: Path | None, report: Path | None, no_plot: bool, shard: str | None,
+    dask: str | None, **blocks: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """Compute the map a configuration asks for.
 
@@ -82,12 +91,13 @@ def run(
         fail(f"{output}: no folder {output.parent}, which all shards need to see; make it first, or correct its name")
     output = output or params.configured_target(loaded.output.file, "result")
     target = None if no_plot or shard else plot or params.configured_target(loaded.output.plot, "plot")
-    request = Request(loaded, output, store, _shard(shard, fresh), fresh, keep_parts, on_error, dask=dask)
+    request = Request(loaded, output, shard=shard_of(shard, blocks["fresh"]), dask=dask, **blocks)
     keep = ["run", str(config), "-o", f"{config.stem}.nc"]
     return run_request(request, keep, Outputs(target, page=None if shard else report))
 
 
-def _shard(text: str | None, fresh: bool) -> Shard | None:
+def shard_of(text: str | None, fresh: bool) -> Shard | None:
+    """The share of the blocks that `--shard` names."""
     from stickslip.runs.blocks import parse_shard
 
     if text is None:
@@ -145,7 +155,8 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     from stickslip.runs.request import Outcome
 
     runs.check_in_memory(request.config, request.dask)
-    them, size = "it" if study.name == "map" else "them", prod(study.shape)
+    them, were = ("them", "were") if study.name.endswith("s") else ("it", "was")
+    size = prod(study.shape)
     screen.notice(f"no output is named: the {study.name} will be shown and then discarded; to keep {them}: {keep}")
     for law in study.kernels:
         engine.warm_up(law)
@@ -160,7 +171,7 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     show_result(ds)
     screen.echo(rate_text(size, study.counted, seconds, threads_text(study.options)))
     plot = outputs.save(ds)
-    screen.info(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep {them}: {keep}")
+    screen.info(f"the {study.name} {were} not kept; to keep {them}: {keep}")
     return _outcome_answer(request, study, outcome, seconds) | _result_answer(ds, plot)
 
 

@@ -6,12 +6,16 @@ import re
 from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
+from pydantic import ValidationError
+
+from stickslip.config.sections import REFUSED, AnySection
 from stickslip.config.yaml import Document, hint_about_decimals
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, visible
 from stickslip.vocabulary.suggest import listed, nearest, suggest
 
 _LONGEST_TEXT = 60  # characters of what is quoted in a message
 _WITHOUT_TEXT = {dict: "a mapping", list: "a list", type(None): "nothing"}
+_EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
 _GLUED = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(\s*[:=]\s*)(\S.*)")  # a1:0.2, a1 = 0.2
 
 
@@ -74,6 +78,41 @@ class ProblemCollector:
         if any(problem.path == path[:-1] and problem.place == self._place(path, True) for problem in self.problems):
             return  # that it is no word is noted already
         self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
+
+    def section(self, model: type[AnySection], path: Path, data: Mapping[str, Any]) -> AnySection:
+        """A section from what of `data` is right; the rest becomes problems."""
+        known = self.known_keys(data, path, model.model_fields)
+        try:
+            return model.model_validate(known)
+        except ValidationError as error:
+            bad = self.report(error, path)
+        try:
+            return model.model_validate({key: value for key, value in known.items() if key not in bad})
+        except ValidationError:  # what was left out is missed by the rest; reported it is already
+            return model()
+
+    def report(self, error: ValidationError, path: Path, skipped: int = 0) -> set[str | int]:
+        """Note the errors of pydantic; returns the keys that are wrong.
+
+        skipped : how many of its keys lead to the value at `path` already.
+        """
+        details = error.errors(include_url=False)
+        for detail in details:
+            where = (*path, *detail["loc"][skipped:])
+            context = detail.get("ctx", {})
+            if detail["type"] == REFUSED:
+                self.refuse(where, context["expected"], context["hint"], context["found"])
+            elif detail["type"] == "missing" and where[-1] in self.meant:
+                continue  # under another word
+            elif detail["type"] == "missing":
+                self.add(where, f"missing, expected {self.expected(where)}")
+            else:
+                self.refuse(where, _EXPECTED.get(detail["type"], detail["msg"]))
+        return {detail["loc"][0] for detail in details}
+
+    def expected(self, path: Path) -> str:
+        """Return what is missing at a path, for messages."""
+        return "a value"
 
     def is_text(self, value: object, path: Path, what: str) -> bool:
         """True if a value is a text that a screen can show; if not, that is noted."""

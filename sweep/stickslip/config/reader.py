@@ -16,12 +16,12 @@ from pydantic import ValidationError
 
 from stickslip.config import checks, examples, rules
 from stickslip.config.fit_section import COEFFICIENTS, with_fits
-from stickslip.config.model import Axis, Config, Group, Range, Values
+from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
-from stickslip.config.sections import QUANTITY_SECTIONS, REFUSED, SECTIONS, AnySection, Solver
+from stickslip.config.sections import AnySection, Solver
 from stickslip.config.studies import STUDIES
 from stickslip.config.unit_warnings import warn_of_units
 from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_yaml
@@ -36,29 +36,31 @@ DEFAULT_TITLE = "Regimes of a friction oscillator"
 _AXIS_FORMS = "a list of values, or start, stop and num"
 _CURVE_FORMS = f"{', '.join(REPLACED)}, a4, or {', '.join(MEASURED)}, a4"
 _GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-_EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
 
 Given = Config | str | os.PathLike[str] | Mapping[str, Any]  # what stands for a configuration in Python
 
 
-def load_config(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = ()) -> Config:
+def load_config(
+    path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = (), rig: bool | None = False
+) -> Config:
     """The configuration in a YAML file, or the one of the package that `path` calls (`examples.existing_config`).
 
     path : may be the configuration itself: mappings shaped like the YAML, with numbers in SI, texts with units, lists
         and arrays (`python.py`). Paths in it start at the folder that the program runs in.
-    settings : of a command line, which are put into it.
+    settings : of a command line, which are put into it. rig : whether it is that of a test rig, which has a drive; None
+        for either.
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
     document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.existing_config(path))
     document = overridden(document, settings)
-    config = _read(document)
+    config = _read(document, rig)
     warn_of_units(document, config)
     return config
 
 
-def as_config(given: Given) -> Config:
-    """The configuration that was given: as it is, as a mapping, or as a file. Raises ConfigError."""
-    return given if isinstance(given, Config) else load_config(given)
+def as_config(given: Given, rig: bool | None = False) -> Config:
+    """The configuration that was given: as it is, as a mapping, or as a file. rig : as above. Raises ConfigError."""
+    return given if isinstance(given, Config) else load_config(given, rig=rig)
 
 
 def is_config(given: object) -> bool:
@@ -68,35 +70,40 @@ def is_config(given: object) -> bool:
     )
 
 
-def read_rig_config(document: Document, others: Collection[str]) -> Config:
-    """The configuration of a test rig, with a drive; keys `others` are somebody else's. Raises ConfigError."""
-    return _read(document, rig=True, others=others)
+def is_rig(path: str | os.PathLike[str]) -> bool:
+    """True if a YAML file is that of a rig: whether it has a drive. Raises ConfigError if it cannot be read."""
+    return _has_drive(read_yaml(examples.existing_config(path)))
 
 
-def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = ()) -> Config:
+def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = (), rig: bool | None = None) -> Config:
     """The configuration in a YAML text, such as the one kept in a result; `name` stands for a file in messages.
 
-    settings : of a command line, which are put into the text. Raises ConfigError.
+    settings : of a command line, which are put into the text. rig : as for `load_config`. Raises ConfigError.
     """
-    return _read(overridden(parse_yaml(text, name), settings))
+    return _read(overridden(parse_yaml(text, name), settings), rig)
 
 
-def make_config(data: Mapping[str, Any], name: str = "<data>") -> Config:
+def make_config(data: Mapping[str, Any], name: str = "<data>", rig: bool | None = False) -> Config:
     """The configuration in mappings shaped like the YAML; `name` stands for a file in messages. Raises ConfigError."""
-    return _read(python_document(data, name))
+    return _read(python_document(data, name), rig)
 
 
-def _read(document: Document, rig: bool = False, others: Collection[str] = ()) -> Config:
+def _read(document: Document, rig: bool | None) -> Config:
     """A document with its curve fitted, if it names points, and then checked."""
-    return _Reader(with_fits(document), rig, others).config().shown_in(written_units(document.data))
+    rig = _has_drive(document) if rig is None else rig
+    return _Reader(with_fits(document), rig).config().shown_in(written_units(document.data))
+
+
+def _has_drive(document: Document) -> bool:
+    return isinstance(document.data, dict) and "drive" in document.data
 
 
 class _Reader(ProblemCollector):
     """Reads one document and collects what is wrong with it."""
 
-    def __init__(self, document: Document, rig: bool = False, others: Collection[str] = ()) -> None:
+    def __init__(self, document: Document, rig: bool) -> None:
         super().__init__(document)
-        self._rig, self._others = rig, others
+        self._rig = rig
 
     def config(self) -> Config:
         """The configuration. Raises ConfigError."""
@@ -106,12 +113,12 @@ class _Reader(ProblemCollector):
         for problem in checks.misplaced(self._rig, whole):
             self.meant |= DRIVE.keys() if problem.path == ("drive",) else set()
             self.add(problem.path, problem.message, problem.hint, at_key=True)
-        known = [key for key in (*Config.model_fields, *self._others) if checks.belongs(self._rig, key)]
+        known = [key for key in Config.model_fields if checks.belongs(self._rig, key)]
         data = self.known_keys(whole, (), known)
         title = data.get("title", DEFAULT_TITLE)
         self.is_text(title, ("title",), "a text")
         raw = {key: self._mapping_of(data.get(key), (key,)) for key in (*SECTIONS, "axes")}
-        sections: dict[str, Any] = {key: self._section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
+        sections: dict[str, Any] = {key: self.section(model, (key,), raw[key]) for key, model in SECTIONS.items()}
         axes = [axis for name, value in raw["axes"].items() if (axis := self._axis(name, value)) is not None]
         studies = self._studies(data, sections["solver"])
         given = self._given(raw, data.get("uncertain"))
@@ -147,7 +154,7 @@ class _Reader(ProblemCollector):
         studies: dict[str, Any] = {}
         for key in keys:
             if key == "uncertain":
-                studies[key] = read_uncertain(self, data[key], self._section, solver.early_stop)
+                studies[key] = read_uncertain(self, data[key], self.section, solver.early_stop)
                 continue
             known = self.known_keys(self._mapping_of(data[key], (key,)), (key,), STUDIES[key].model_fields)
             if (section := self._valid(STUDIES[key], known, (key,))) is not None:
@@ -183,37 +190,11 @@ class _Reader(ProblemCollector):
             value = value.get(key) if isinstance(value, dict) else None
         return hint_about_list(value)
 
-    def _section(self, model: type[AnySection], path: Path, data: Mapping[str, Any]) -> AnySection:
-        """A section from what of `data` is right; the rest becomes problems."""
-        known = self.known_keys(data, path, model.model_fields)
-        try:
-            return model.model_validate(known)
-        except ValidationError as error:
-            bad = self._report(error, path)
-        try:
-            return model.model_validate({key: value for key, value in known.items() if key not in bad})
-        except ValidationError:  # what was left out is missed by the rest; reported it is already
-            return model()
-
-    def _report(self, error: ValidationError, path: Path, skipped: int = 0) -> set[str | int]:
-        """Note the errors of pydantic; returns the keys that are wrong.
-
-        skipped : how many of its keys lead to the value at `path` already.
-        """
-        details = error.errors(include_url=False)
-        for detail in details:
-            where = (*path, *detail["loc"][skipped:])
-            context = detail.get("ctx", {})
-            if detail["type"] == REFUSED:
-                self.refuse(where, context["expected"], context["hint"], context["found"])
-            elif detail["type"] == "missing" and where[-1] in self.meant:
-                continue  # under another word
-            elif detail["type"] == "missing":
-                known = STUDIES[str(path[0])].model_fields[str(where[-1])].description if path[0] in STUDIES else None
-                self.add(where, f"missing, expected {known or _AXIS_FORMS}")
-            else:
-                self.refuse(where, _EXPECTED.get(detail["type"], detail["msg"]))
-        return {detail["loc"][0] for detail in details}
+    def expected(self, path: Path) -> str:
+        """What a section of a study, or an axis, is missing at a path."""
+        if path[0] not in STUDIES:
+            return _AXIS_FORMS
+        return STUDIES[str(path[0])].model_fields[str(path[-1])].description or _AXIS_FORMS
 
     # --- axes ---------------------------------------------------------------------------------------------------------
 
@@ -240,11 +221,11 @@ class _Reader(ProblemCollector):
     def _valid(
         self, model: type[AnySection], data: Mapping[str, Any], path: Path, skipped: int = 0
     ) -> AnySection | None:
-        """The model of `data`, found at `path`; None if something is wrong with it. `skipped`: see `_report`."""
+        """The model of `data`, found at `path`; None if something is wrong with it. `skipped`: see `report`."""
         try:
             return model.model_validate(data, context=[MOST_PROBLEMS])
         except ValidationError as error:
-            self._report(error, path, skipped)
+            self.report(error, path, skipped)
             return None
 
     def _values(self, name: str, raw: object, path: Path) -> Values | None:

@@ -23,9 +23,9 @@ from stickslip.errors import QuantityError
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.laws import LAW_MESSAGES, LAWS
 from stickslip.vocabulary.parameter import Parameter, of_section
-from stickslip.vocabulary.quantities import PROFILES, QUANTITIES
+from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.settings import EXECUTION, SENSOR, SOLVER, STROKES
+from stickslip.vocabulary.settings import EXECUTION, SOLVER
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
 REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
@@ -254,7 +254,7 @@ def _same(one: Any, other: Any) -> bool:
     return bool(one == other or (one != one and other != other))
 
 
-def _with_quantities(base: type[AnySection], section: str) -> type[AnySection]:
+def with_quantities(base: type[AnySection], section: str) -> type[AnySection]:
     """The section with a field for each quantity that the vocabulary puts there."""
     rows = of_section(section, QUANTITIES.values())
     fields: dict[str, Any] = {name: (float | None, None) for name in rows}
@@ -269,7 +269,7 @@ def of_row(row: Parameter) -> Any:
     return Field(None if default is None or row.may_be_absent else default, description=row.long_name)
 
 
-class System(_with_quantities(Section, "system")):  # type: ignore[misc]
+class System(with_quantities(Section, "system")):  # type: ignore[misc]
     """The oscillator: a mass on a belt, held by a spring and a damper."""
 
 
@@ -284,11 +284,11 @@ class _Law(Section):
     )
 
 
-class Friction(_with_quantities(_Law, "friction")):  # type: ignore[misc]
+class Friction(with_quantities(_Law, "friction")):  # type: ignore[misc]
     """The friction curve, by its coefficients a1 to a4 or by what is measured (mu_start to v_reversal, a4)."""
 
 
-class Start(_with_quantities(Section, "start")):  # type: ignore[misc]
+class Start(with_quantities(Section, "start")):  # type: ignore[misc]
     """The initial state."""
 
 
@@ -322,30 +322,6 @@ class Execution(Section):
     )
 
 
-class _Profile(Section):
-    rows = STROKES
-    profile: Annotated[str, one_of(PROFILES)] = Field(
-        "trapezoid", description="speed over time: " + ", ".join(PROFILES)
-    )
-    strokes: int = of_row(STROKES["strokes"])
-
-
-class Drive(_with_quantities(_Profile, "drive")):  # type: ignore[misc]
-    """How the belt of a test rig moves: reciprocating, from standstill, at speeds up to that of the belt (`system`)."""
-
-
-class Sensor(Section):
-    """How a test rig is read: samples, bandwidth, noise."""
-
-    rows = SENSOR
-    rate: float = of_row(SENSOR["rate"])
-    bandwidth: float | None = of_row(SENSOR["bandwidth"])
-    force_noise: float = of_row(SENSOR["force_noise"])
-    acceleration_noise: float = of_row(SENSOR["acceleration_noise"])
-    seed: int = of_row(SENSOR["seed"])
-    oversampling: int = of_row(SENSOR["oversampling"])
-
-
 class Output(Section):
     """Where the result goes. Relative paths start at the folder the command is run in, not at that of the file."""
 
@@ -364,9 +340,3 @@ class Output(Section):
     def _in_order(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         """Each once, in the order of the vocabulary; without the regime nobody could tell what is computed."""
         return tuple(name for name in VARIABLES if name in (*value, "regime"))
-
-
-QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start, "drive": Drive}
-SECTIONS: dict[str, type[Section]] = {
-    **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output, "sensor": Sensor,
-}  # fmt: skip

@@ -7,6 +7,7 @@ from stickslip.pages.html import (
     configuration,
     details,
     embedded,
+    legend,
     page,
     paragraph,
     provenance,
@@ -18,6 +19,6 @@ from stickslip.pages.html import (
 )
 
 __all__ = [
-    "Cell", "Column", "Section", "configuration", "details", "embedded", "page", "paragraph",
+    "Cell", "Column", "Section", "configuration", "details", "embedded", "legend", "page", "paragraph",
     "provenance", "side_by_side", "table", "terms", "warning", "write_page",
 ]  # fmt: skip

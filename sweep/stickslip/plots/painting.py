@@ -63,10 +63,18 @@ _RECTANGLE = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY
 def hatch(ax: Axes, variable: str, codes: NDArray[np.generic], x_edges: Floats, y_edges: Floats) -> None:
     """Hatch the cells of those flags that have a pattern. codes : (rows, columns), edges one longer."""
     for name, pattern in patterns(variable).items():
-        boxes = rectangles(np.asarray(codes == list(FLAGS[variable]).index(name)))
-        if 0 < len(boxes) <= _MOST:
-            corners = np.stack([x_edges[boxes[:, 2]], x_edges[boxes[:, 3]], y_edges[boxes[:, 0]], y_edges[boxes[:, 1]]])
-            ax.add_patch(_patch(corners.T, pattern, ink(FLAG_COLOURS[variable][name])))
+        inside = np.asarray(codes == list(FLAGS[variable]).index(name))
+        hatch_cells(ax, inside, pattern, FLAG_COLOURS[variable][name], x_edges, y_edges)
+
+
+def hatch_cells(
+    ax: Axes, inside: NDArray[np.bool_], pattern: str, colour: str, x_edges: Floats, y_edges: Floats
+) -> None:
+    """Hatch the cells of a colour that are `inside`, (rows, columns); edges one longer."""
+    boxes = rectangles(inside)
+    if 0 < len(boxes) <= _MOST:
+        corners = np.stack([x_edges[boxes[:, 2]], x_edges[boxes[:, 3]], y_edges[boxes[:, 0]], y_edges[boxes[:, 1]]])
+        ax.add_patch(_patch(corners.T, pattern, ink(colour)))
 
 
 def patterns(variable: str) -> Mapping[str, str]:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from stickslip.config.rigs import FeatureSettings
+from stickslip.config.risk import BANDS, FORMULA, INPUTS, RPN_NAME, Risk, band_of, number_of
 from stickslip.rig import defects
 from stickslip.rig.hum import subtract_hum
+from stickslip.rig.labels import dimensions, point_name
 from stickslip.rig.quantities import FEATURES, PER_PEAK
 from stickslip.rig.records import condition_of, drive_displacement, force_of
-from stickslip.rig.rpn import BANDS, FORMULA, INPUTS, RPN_NAME, Risk, band_of, number_of
-from stickslip.rig.settings import FeatureSettings, Settings
+from stickslip.rig.settings import Settings
 from stickslip.rig.signals import (
     Floats,
     Positions,
@@ -28,6 +29,7 @@ from stickslip.rig.signals import (
     turning_points,
 )
 from stickslip.rig.sticks import Sticks, find_sticks
+from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 
 PEAKS = 3  # of the spectrum
 _STROKE = 0.02  # of the range of the drive: the shortest displacement that is a stroke
@@ -174,14 +176,71 @@ def rate(table: xr.Dataset, risk: Risk) -> xr.Dataset:
     )
 
 
-def risk_inputs(table: xr.Dataset) -> dict[str, NDArray[np.float64]]:
+def risk_inputs(table: xr.Dataset) -> dict[str, Floats]:
     """The inputs of the risk model: band-limited accelerations where there are any, else sampled ones."""
-    inputs = {}
-    for name in INPUTS:
-        plain = table[name].values.astype(np.float64)
-        limited = table[f"{name}_limited"].values if f"{name}_limited" in table else np.full_like(plain, np.nan)
-        inputs[name] = np.where(np.isnan(limited), plain, limited)
-    return inputs
+    return {name: rated(table, name) for name in INPUTS}
+
+
+def rated(table: xr.Dataset, feature: str) -> Floats:
+    """A feature, band-limited where the risk model uses that."""
+    plain = table[feature].values.astype(np.float64)
+    name = f"{feature}_limited"
+    return np.where(np.isnan(table[name].values), plain, table[name].values) if name in table else plain
+
+
+# --- tables for people ------------------------------------------------------------------------------------------------
+
+
+class Shown(NamedTuple):
+    """A column of tables for people: a feature, its heading, the unit or what else stands `below`, the `size` of that
+    unit in SI, and how numbers are written."""
+
+    feature: str
+    heading: str
+    below: str = ""
+    size: float = 1.0
+    form: str = ".3g"
+
+
+SHOWN = (
+    Shown("sticks", "sticks", form=".0f"),
+    Shown("acceleration_max", "max |a|", "m/s2"),
+    Shown("acceleration_integral", "int |a|", "m/s"),
+    Shown("drops", "drops", form=".0f"),
+    Shown("drop_mean", "drop", "N"),
+    Shown("impulse_rate", "slips", "per mm", 1e3),
+    Shown("static_friction_first", "mu_s", "first", form=".3f"),
+    Shown("static_friction", "mu_s", form=".3f"),
+    Shown("dynamic_friction", "mu_d", form=".3f"),
+)
+
+
+def shown_text(column: Shown, value: float) -> str:
+    """A value of a column in SI as text; a dash where there is none."""
+    return "–" if np.isnan(value) else format(value / column.size, column.form)
+
+
+def unfinished(matrix: xr.Dataset) -> Iterator[tuple[str, list[int]]]:
+    """A sentence, and numbers, for each reason why tests of a matrix were not integrated to their end."""
+    status = matrix["status"].values.ravel()
+    for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
+        numbers = np.flatnonzero(status == code).tolist()
+        tests = "1 test was" if len(numbers) == 1 else f"{len(numbers):,} tests were"
+        yield f"{tests} not integrated to the end: {STATUS_MESSAGES[STATUSES[code]]}", numbers
+
+
+def as_records(matrix: xr.Dataset) -> xr.Dataset:
+    """The tests of a matrix as records: along the dimension `record`, whose index are their names."""
+    if "record" in matrix.dims:
+        return matrix
+    along = dimensions(matrix, matrix["sticks"].dims)
+    table = matrix.drop_vars(matrix.coords)
+    if along:
+        table = table.stack(record=matrix["sticks"].dims, create_index=False)
+    else:
+        table = table.expand_dims("record")
+    names = [point_name(along, n) or str(matrix.attrs.get("title", "")) for n in range(table.sizes["record"])]
+    return table.transpose("record", ...).assign_coords(record=names)
 
 
 # --- the parts --------------------------------------------------------------------------------------------------------

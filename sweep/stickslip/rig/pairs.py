@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from stickslip.config.risk import HIGHEST, INPUTS, LOWEST
 from stickslip.errors import ConfigError, Place, Problem, QuantityError
 from stickslip.files.tables import Cell, Table, cells, numbers, read_table
 from stickslip.fit.headings import heading, plain
@@ -18,7 +19,6 @@ from stickslip.rig.defects import reason_of
 from stickslip.rig.evaluation import features, risk_inputs
 from stickslip.rig.quantities import FEATURES
 from stickslip.rig.records import read_record
-from stickslip.rig.rpn import HIGHEST, INPUTS, LOWEST
 from stickslip.rig.settings import Settings
 from stickslip.vocabulary import units
 from stickslip.vocabulary.suggest import listed
