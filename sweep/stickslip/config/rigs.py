@@ -57,5 +57,5 @@ class FeatureSettings(Section):
     window: float | None = of_row(FEATURE_SETTINGS["window"])
     tolerance: float = of_row(FEATURE_SETTINGS["tolerance"])
     subtract_offset: Annotated[bool, BOOLEAN] = Field(
-        False, description="whether the median of the acceleration is subtracted as an offset"
+        default=False, description="whether the median of the acceleration is subtracted as an offset"
     )

@@ -194,7 +194,8 @@ class _Ridge:
     def risk(self, p: Floats) -> Risk:
         """The model of some parameters."""
         values = np.where(self._is_scale, np.exp(np.where(self._is_scale, p, 0.0)), p)
-        return self._begin.model_copy(update=dict(zip(self._names, values.tolist(), strict=True)))
+        model: Risk = self._begin.model_copy(update=dict(zip(self._names, values.tolist(), strict=True)))
+        return model
 
     def level(self, p: Floats, columns: Floats) -> Floats:
         """The levels for features (inputs by pairs)."""

@@ -9,11 +9,12 @@ import numpy as np
 import xarray as xr
 
 from stickslip.config.rigs import FeatureSettings
-from stickslip.config.risk import BANDS, FORMULA, INPUTS, RPN_NAME, Risk, band_of, number_of
+from stickslip.config.risk import BANDS, INPUTS, Risk, band_of, number_of
+from stickslip.dataset.build import NO_FILL, attributes_of
 from stickslip.rig import defects
 from stickslip.rig.hum import subtract_hum
 from stickslip.rig.labels import dimensions, point_name
-from stickslip.rig.quantities import FEATURES, PER_PEAK
+from stickslip.rig.quantities import FEATURES, PER_PEAK, RATINGS
 from stickslip.rig.records import condition_of, drive_displacement, force_of
 from stickslip.rig.settings import Settings
 from stickslip.rig.signals import (
@@ -33,7 +34,6 @@ from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 
 PEAKS = 3  # of the spectrum
 _STROKE = 0.02  # of the range of the drive: the shortest displacement that is a stroke
-_NO_FILL = {"_FillValue": None}
 
 Numbers = dict[str, float | Floats]
 
@@ -75,21 +75,11 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
         numbers[name] = np.full_like(numbers[name], np.nan)
     conditions: dict[str, Any] = {str(name): c.variable for name, c in record.coords.items() if not c.dims}
     conditions["remarks"] = xr.Variable((), defects.remarks_of(wrong), {"long_name": "what is wrong with the record"})
-    return _dataset(numbers, conditions, title=record.attrs.get("title", ""))
-
-
-def missing_features() -> xr.Dataset:
-    """The features of a missing record: NaN."""
-    return _dataset({name: np.full(PEAKS, np.nan) if name in PER_PEAK else np.nan for name in FEATURES}, {})
-
-
-def _dataset(numbers: Numbers, conditions: Mapping[str, Any], **attributes: str) -> xr.Dataset:
     variables = {
-        name: xr.Variable(("peak",) if name in PER_PEAK else (), numbers[name],
-                          {"units": declared.units, "long_name": declared.long_name})
+        name: xr.Variable(("peak",) if name in PER_PEAK else (), numbers[name], attributes_of(declared))
         for name, declared in FEATURES.items()
-    }  # fmt: skip
-    return xr.Dataset(variables, conditions, attributes)
+    }
+    return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
 
 
 def _measured(record: xr.Dataset, settings: FeatureSettings) -> tuple[Numbers, Sticks]:
@@ -141,7 +131,7 @@ def _column(rows: Sequence[xr.Dataset], name: str) -> xr.Variable:
     known = next(row[name].variable for row in rows if name in row.variables)
     gap = "" if known.dtype.kind == "U" else np.nan
     values = [row[name].values if name in row.variables else gap for row in rows]
-    encoding = _NO_FILL if known.dtype.kind in "iu" or name in rows[0].coords else {}
+    encoding = NO_FILL if known.dtype.kind in "iu" or name in rows[0].coords else {}
     return xr.Variable(("record", *known.dims), np.stack([np.asarray(v) for v in values]), known.attrs, encoding)
 
 
@@ -154,26 +144,20 @@ def as_columns(table: xr.Dataset) -> xr.Dataset:
 def rate(table: xr.Dataset, risk: Risk) -> xr.Dataset:
     """The features with the model RPN, its level before rounding and its band beside them; and, of a calibrated model,
     whether a feature lies outside the range of its pairs."""
-    inputs = risk_inputs(table)
+    inputs, meanings = risk_inputs(table), ("unknown", *BANDS)
     level = risk.level(inputs)
     number = number_of(level)
-    comment = f"{RPN_NAME}: {FORMULA}"
-    bands = ("unknown", *BANDS)
-    band = np.asarray([bands.index(band_of(n)) for n in number.ravel().tolist()], np.int8).reshape(number.shape)
-    rpn = {"units": "1", "long_name": RPN_NAME, "comment": "1 to 10; missing where a feature is not known"}
-    flags = {"units": "1", "long_name": f"traffic light of the {RPN_NAME}", "flag_meanings": " ".join(bands),
-             "flag_values": np.arange(len(bands), dtype=np.int8)}  # fmt: skip
-    dims = table["sticks"].dims
+    band = [meanings.index(band_of(n)) for n in number.ravel().tolist()]
+    ratings: dict[str, Any] = {"model_rpn_level": level, "model_rpn": number}
+    ratings["model_rpn_band"] = np.asarray(band, np.int8).reshape(number.shape)
     if risk.is_calibrated:
-        outside = np.any([*risk.outside(inputs).values()], axis=0).astype(np.int8)
-        extrapolated = {"units": "1", "long_name": f"whether (1) the {RPN_NAME}, is an extrapolation",
-                        "comment": "a feature lies outside the range of the pairs of the calibration"}  # fmt: skip
-        table = table.assign(model_rpn_extrapolated=xr.Variable(dims, outside, extrapolated, _NO_FILL))
-    return table.assign(
-        model_rpn_level=(dims, level, {"units": "1", "long_name": f"level of the {RPN_NAME}", "comment": comment}),
-        model_rpn=xr.Variable(dims, number, rpn),
-        model_rpn_band=xr.Variable(dims, band, flags, _NO_FILL),
-    )
+        ratings["model_rpn_extrapolated"] = np.any([*risk.outside(inputs).values()], axis=0).astype(np.int8)
+    dims = table["sticks"].dims
+    return table.assign({
+        name: xr.Variable(dims, values, attributes_of(RATINGS[name], meanings if name == "model_rpn_band" else ()),
+                          NO_FILL if values.dtype == np.int8 else None)
+        for name, values in ratings.items()
+    })  # fmt: skip
 
 
 def risk_inputs(table: xr.Dataset) -> dict[str, Floats]:

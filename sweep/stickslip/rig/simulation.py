@@ -21,7 +21,7 @@ from stickslip.config.reader import load_config, make_config
 from stickslip.dataset.build import grid_coordinates, variable_of
 from stickslip.errors import NotReachedError
 from stickslip.rig import apparatus
-from stickslip.rig.evaluation import PEAKS, features, missing_features, rate
+from stickslip.rig.evaluation import PEAKS, features, rate
 from stickslip.rig.identification import Parameters, Simulator
 from stickslip.rig.labels import Dimension, dimensions, point_name
 from stickslip.rig.quantities import EXACT, FEATURES, MATERIAL, PER_PEAK
@@ -141,12 +141,15 @@ class RigTests(Study):
 
     def compute(self, items: range, stop: engine.StopFlag, moved: Moved | None = None) -> Finished:
         """The features of a range of tests."""
-        rows: list[Mapping[str, Any]] = []
+        rows: list[dict[str, Any]] = []
         for test in self.tests(items, stop):
             if stop[0]:
                 return Finished({}, False)
-            row = missing_features() if test.record is None else features(test.record, self.features)
-            rows.append({name: row[name].values for name in FEATURES} | test.exact)
+            row: dict[str, Any] = {**self.blank(range(1)), **test.exact}
+            if test.record is not None:
+                found = features(test.record, self.features)
+                row |= {name: found[name].values for name in FEATURES}
+            rows.append(row)
             if moved:
                 moved(1)
         return Finished(
