@@ -81,15 +81,15 @@ def read_settings(document: Document) -> Settings:
         for key, read in (("columns", _text), ("units", _column_unit))
     )
     conditions = reader.values(data.get("conditions"), ("conditions",), condition_name, condition, _CONDITION_NAMES)
-    features = reader.section(
-        FeatureSettings, ("features",), reader.mapping(data.get("features"), ("features",), "keys")
-    )
-    risk = reader.section(Risk, ("risk",), reader.mapping(data.get("risk"), ("risk",), "keys"))
+    sections: dict[str, Any] = {
+        key: reader.section(model, (key,), reader.keys_of(data.get(key), (key,), model.model_fields))
+        for key, model in (("features", FeatureSettings), ("risk", Risk))
+    }
     ignore = record.get("ignore") or []
     if not isinstance(ignore, list) or not all(isinstance(word, str) for word in ignore):
         reader.refuse(("record", "ignore"), "a list of the names of columns")
     reader.raise_any()
-    return Settings(RecordSettings(columns, units, tuple(ignore)), conditions, features, risk)
+    return Settings(RecordSettings(columns, units, tuple(ignore)), conditions, **sections)
 
 
 class _Reader(ProblemCollector):
