@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,12 +24,11 @@ if TYPE_CHECKING:
     from stickslip.files.locations import Location
     from stickslip.rig.settings import Settings
     from stickslip.sound import Sound
-    from stickslip.vocabulary.parameter import Parameter
 
 CONFIG_OPTION = click.option(
     "-c", "--config", type=click.Path(path_type=Path), help="YAML: columns, units, conditions, features, risk."
 )
-_FASTEST = {"drive_speed": 1.0}  # SI; a plate moves no faster, and what does so lacks its unit
+_FASTEST = 1.0  # m/s; a plate moves no faster, and what does so lacks its unit
 _NEEDED = {"normal_load": "no normal_load (no friction coefficients)", "drive_speed": "no drive_speed"}
 _MOST_NAMES = 5  # of records in a warning
 _MOST_ROWS = 60  # on screen
@@ -174,29 +171,18 @@ def _sounds(records: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, Sound]]:
 
 
 def record_settings(config: Path | None, load: str | None, speed: str | None, bandwidth: str | None) -> Settings:
-    """The settings of a configuration, with those of the options in their place."""
-    from stickslip.rig.settings import Settings, load_settings
-    from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS
+    """The settings of a configuration, with those of the options put in."""
+    from stickslip.config.overrides import Setting
+    from stickslip.rig.settings import load_settings
 
-    settings = load_settings(config) if config is not None else Settings()
-    conditions = {"normal_load": load, "drive_speed": speed}
-    given = {name: _quantity(CONDITIONS[name], text) for name, text in conditions.items() if text is not None}
-    settings = replace(settings, conditions=dict(settings.conditions) | given)
-    if bandwidth is None:
-        return settings
-    limit = {"bandwidth": _quantity(FEATURE_SETTINGS["bandwidth"], bandwidth)}
-    return replace(settings, features=settings.features.model_copy(update=limit))
-
-
-def _quantity(row: Parameter, text: str) -> float:
-    """An option in SI."""
-    from stickslip.config.select import in_si
-
-    value = in_si(row, text, "options", row.name)
-    if value > _FASTEST.get(row.name, math.inf) and not units.unit_in(text):
-        message = f"{row.name}: {text} is read as {text} m/s; did you mean {text} mm/s?"
+    rows = (("load", "conditions.normal_load", load), ("speed", "conditions.drive_speed", speed),
+            ("bandwidth", "features.bandwidth", bandwidth))  # fmt: skip
+    given = [Setting(f"--{option} {text}", key, text) for option, key, text in rows if text is not None]
+    settings = load_settings(config, given)
+    if speed is not None and float(settings.conditions["drive_speed"]) > _FASTEST and not units.unit_in(speed):
+        message = f"drive_speed: {speed} is read as {speed} m/s; did you mean {speed} mm/s?"
         warnings.warn(message, UnitWarning, stacklevel=2)
-    return value
+    return settings
 
 
 def time_window(begin: str | None, end: str | None) -> tuple[float, float] | None:

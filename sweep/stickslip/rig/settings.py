@@ -13,12 +13,14 @@ Every section and every key is optional. Everything is checked at once, with lin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 from typing import Any
 
+from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
+from stickslip.config.python import python_document
 from stickslip.config.rigs import FeatureSettings
 from stickslip.config.risk import Risk
 from stickslip.config.yaml import Document, read_yaml, write_yaml
@@ -60,15 +62,16 @@ class Settings:
         })  # fmt: skip
 
 
-def load_settings(path: FilePath) -> Settings:
-    """Read the settings in a YAML file.
+def load_settings(path: FilePath | None, settings: Iterable[Setting] = ()) -> Settings:
+    """Read the settings in a YAML file, if there is one, and those of a command line, which are put into it.
 
     Raises
     ------
     ConfigError
         With everything that is wrong with the file, by line and column.
     """
-    return read_settings(read_yaml(path))
+    document = python_document({}, "options") if path is None else read_yaml(path)
+    return read_settings(overridden(replace(document, data=document.data or {}), settings))
 
 
 def read_settings(document: Document) -> Settings:
