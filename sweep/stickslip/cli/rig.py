@@ -93,7 +93,8 @@ class _Outputs(Outputs):
 
     def is_lacking(self) -> bool:
         """True if something is to be written though the result is there and was complete already."""
-        return bool(self.report or self.records or self.sound) or super().is_lacking()
+        made = (self.report, self.records, self.sound, params.requested_table())
+        return any(made) or super().is_lacking()
 
     def save(self, ds: xr.Dataset) -> Path | None:
         """Write everything, and give the plot if there is one."""
@@ -121,7 +122,10 @@ class _Outputs(Outputs):
 
             write_report(self.report, ds, self._records(drawn or range(min(size, _MOST_TRACES))), self.tests.config)
             show_file("report", self.report)
-        save_table(ds, params.requested_table())
+        if table := params.requested_table():
+            from stickslip.rig.evaluation import as_columns
+
+            save_table(as_columns(ds), table)
         return self.plot
 
     def _records(self, numbers: Sequence[int]) -> dict[str, xr.Dataset]:

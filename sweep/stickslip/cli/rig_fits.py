@@ -74,7 +74,7 @@ def calibrate(
     epilog="""\b
 Examples:
   stickslip rig identify felt.csv -c my_rig.yaml --parameter mu_static --parameter damping
-  stickslip rig identify felt.csv -c my_rig.yaml --parameter mu_static --start mu_static=0.5 --load "10 N" """
+  stickslip rig identify felt.csv -c my_rig.yaml --parameter mu_static --start mu_static=0.5"""
 )
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("-c", "--config", type=click.Path(path_type=Path), required=True, help="YAML of the simulated rig.",

@@ -87,6 +87,8 @@ class RigTests(Study):
 
     def tests(self, numbers: Sequence[int], stop: engine.StopFlag | None = None) -> Iterator[RigTest]:
         """The tests of these numbers, one after the other, by this thread alone; together those that memory holds."""
+        if not numbers:
+            return
         stop = engine.stop_flag() if stop is None else stop
         fine = self.sensor.rate * self.sensor.oversampling
         cells = self.grid.take(np.asarray(numbers, np.int64))

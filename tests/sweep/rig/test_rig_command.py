@@ -88,8 +88,10 @@ def test_a_page_shows_the_matrix_and_its_size_is_said(tmp_path, config):
 
 def test_of_a_large_matrix_the_first_rows_are_shown_and_the_rest_counted(config):
     config.write_text(TEXT.replace("[5 N, 10 N, 2 kN]", "{start: 5, stop: 10, num: 62}"))
-    done = invoke("rig", config)
+    done = invoke("rig", config, "--plot", config.with_suffix(".png"), "-o", config.with_suffix(".csv"))
     assert done.exit_code == 0 and "... and 2 more" in done.output
+    assert config.with_suffix(".png").stat().st_size > 10_000  # a heat map
+    assert len(config.with_suffix(".csv").read_text().splitlines()) == 1 + 62
 
 
 def test_an_interrupted_matrix_is_resumed_by_the_same_command(tmp_path, config, monkeypatch):
