@@ -11,7 +11,7 @@ import click
 
 from stickslip.cli import params, rig_features, rig_fits, screen
 from stickslip.cli.exits import JSON, QUIET, fail, reports_errors
-from stickslip.cli.groups import GroupWithDefault, renamed
+from stickslip.cli.groups import SectionedGroup, renamed
 from stickslip.cli.listen import check_sounds, save_sounds
 from stickslip.cli.outputs import Outputs, save_plot, save_table, show_file
 from stickslip.cli.run import BLOCKS, run_request, shard_of
@@ -73,7 +73,7 @@ def run(
     if chosen and plot is None and report is None:
         fail("--test says what is plotted: name a plot with --plot, or a page with --report")
     check_sounds(sound, tests.grid.size)
-    request = Request(loaded, output, shard=shard_of(shard, blocks["fresh"]), **blocks)
+    request = Request(loaded, output, shard=shard_of(shard, blocks["fresh"], output), **blocks)
     outputs = _Outputs(plot, tests=tests, report=report, records=records, sound=sound, chosen=chosen, beside=beside,
                        window=window)  # fmt: skip
     return run_request(request, ["rig", "run", str(config), "-o", f"{config.stem}.nc"], outputs)
@@ -154,7 +154,7 @@ class _Outputs(Outputs):
                 yield self._file_name(number), sound.of_record(values, sensor.rate, title=title)
 
 
-rig = GroupWithDefault(
+rig = SectionedGroup(
     "rig",
     default="run",
     sections={"Commands": (run, rig_features.features, rig_fits.calibrate, rig_fits.identify)},
@@ -165,6 +165,6 @@ rig = GroupWithDefault(
     no_args_is_help=True,
 )
 OLD = (  # spellings of earlier versions, which go on working
-    renamed(rig_features.features, "rig-features", hidden=True),
-    renamed(rig_fits.calibrate, "calibrate", hidden=True),
+    renamed(rig_features.features, "rig-features"),
+    renamed(rig_fits.calibrate, "calibrate"),
 )
