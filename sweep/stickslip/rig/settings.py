@@ -85,7 +85,7 @@ def read_settings(document: Document) -> Settings:
     )
     conditions = reader.values(data.get("conditions"), ("conditions",), condition_name, condition, _CONDITION_NAMES)
     sections: dict[str, Any] = {
-        key: reader.section(model, (key,), reader.keys_of(data.get(key), (key,), model.model_fields))
+        key: reader.section_of(model, (key,), data.get(key) or {})
         for key, model in (("features", FeatureSettings), ("risk", Risk))
     }
     ignore = record.get("ignore") or []
