@@ -139,9 +139,9 @@ def _level_text(level: float) -> str:
 
 def save_sound(sound: Sound, path: Path, floating: bool = False) -> None:
     """Write a WAV file, whole or not at all. Raises StoreError."""
-    from stickslip.files import atomic
+    from stickslip.files.targets import replaced
 
-    with atomic.replaced(path) as temporary:
+    with replaced(path) as temporary:
         temporary.write_bytes(sound.wav(floating))
 
 

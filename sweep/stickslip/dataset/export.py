@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 from stickslip.dataset.coarse import Chunk, chunks
 from stickslip.dataset.display import unit_of
 from stickslip.errors import StoreError, visible
-from stickslip.files.atomic import replaced
-from stickslip.files.targets import check_target
+from stickslip.files.targets import check_target, replaced
 from stickslip.files.texts import inert, is_live
 from stickslip.vocabulary.display_units import DISPLAY, Unit
 from stickslip.vocabulary.flags import QUIET_STATES

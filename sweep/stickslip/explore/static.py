@@ -30,7 +30,7 @@ from stickslip.explore.motions import Motion, motions_of
 from stickslip.explore.page import WIDGETS, Page, columns_data, columns_of, fill, meta_of, words
 from stickslip.explore.source import Source
 from stickslip.explore.view import Sides, View, cell_config, config_of, first_view, is_listed, labels_of
-from stickslip.files.atomic import replaced
+from stickslip.files.targets import replaced
 
 MOST: Sides = (160, 200)  # pixels; the file is to be sent
 CELLS: Sides = (10, 14)  # whose motions are in it

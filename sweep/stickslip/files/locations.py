@@ -1,6 +1,6 @@
 """Places of results: a path of this machine, or a URL that fsspec opens.
 
-Services that keep objects write each whole or not at all, but have no rename (`atomic.py`); they copy by themselves. So
+Services that keep objects write each whole or not at all, but have no rename (`targets.py`); they copy by themselves. So
 a new store is written beside its place, under `.NAME.new`. Once it is whole, its objects are copied to its place: the
 root, without which nobody sees a store there, is removed first and written last. Whoever is killed in between leaves
 the new one whole, and `finish` goes on from there. One process at a time writes (`runs/workdir/lock.py`).

@@ -4,7 +4,7 @@ Data variables come back as dask arrays with the chunks of the file; a chunk is 
 is a StoreError that names file, variable and place. Chunks carry checksums and the rest of the file is sealed
 (`seal.py`), so a flipped bit, a missing piece, or a chunk that belongs elsewhere is refused, not drawn.
 
-Threads: netCDF files are opened, read and closed under one lock (`netcdf_lock.py`); Zarr needs none.
+Threads: netCDF files are opened, read and closed under one lock (`netcdf.py`); Zarr needs none.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from xarray.core.indexing import (
 from stickslip.errors import StoreError, reason
 from stickslip.files.lazy_duck_arrays import wait_for_imports
 from stickslip.files.locations import Url, location
-from stickslip.files.netcdf_lock import NETCDF_LOCK
+from stickslip.files.netcdf import NETCDF_LOCK
 from stickslip.files.seal import GROUP, MARKED, SEAL, TABLE, Marks, digest, has_bare_values, is_unwritten, marks_of
 from stickslip.files.sniff import RESULTS, neighbours, wrong_file_type
 

@@ -1,6 +1,6 @@
 """Datasets on disk: netCDF, or Zarr where that optional package is installed.
 
-Writing is all or nothing (`atomic.py`; behind a URL, where only Zarr is written, `locations.py`); netCDF4 opened for
+Writing is all or nothing (`targets.py`; behind a URL, where only Zarr is written, `locations.py`); netCDF4 opened for
 writing would truncate the target first. These files are results, not checkpoints.
 
 Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by it.
@@ -27,13 +27,12 @@ from xarray.backends import NetCDF4DataStore
 from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
-from stickslip.files.atomic import Move, replaced
 from stickslip.files.chunks import Chunks, Packed
 from stickslip.files.locations import Location, Url, location, replaced_store
-from stickslip.files.netcdf_lock import NETCDF_LOCK
+from stickslip.files.netcdf import NETCDF_LOCK, NetcdfChunks
 from stickslip.files.reading import open, require_zarr
 from stickslip.files.seal import GROUP, NOBODY_WROTE, TABLE, marks_of, sealed
-from stickslip.files.targets import check_url
+from stickslip.files.targets import Move, check_url, replaced
 
 if TYPE_CHECKING:
     from stickslip.files.zarr_chunks import NewZarr
@@ -226,8 +225,6 @@ def open_chunks(file: Path | NewZarr, threads: int | None = None) -> Chunks:
         from stickslip.files.zarr_chunks import ZarrChunks
 
         return ZarrChunks(file, threads)
-    from stickslip.files.netcdf_chunks import NetcdfChunks  # here: not all that write know h5py, which takes its time
-
     return NetcdfChunks(file, threads)
 
 
@@ -252,7 +249,7 @@ def _netcdf_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding
     labels = {str(dim): {"dtype": "S1", "char_dim_name": f"{dim}_letters"} for dim in ds.dims if _is_text(ds, dim)}
     for name, options in encoding.items():
         if shape := ds[name].shape:
-            options |= {"zlib": True, "complevel": 4, "shuffle": True}  # see `packing.py`
+            options |= {"zlib": True, "complevel": 4, "shuffle": True}  # see `netcdf.py`
             options |= {"chunksizes": _chunks(shape, chunks), "fletcher32": True}  # HDF5 refuses damaged chunks
     return encoding | labels
 

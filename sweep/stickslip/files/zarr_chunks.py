@@ -6,6 +6,7 @@ Zarr core specification, version 3: "default" chunk keys; codecs `bytes` (little
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -19,7 +20,6 @@ from numpy.typing import NDArray
 from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
 
-from stickslip.files import process
 from stickslip.files.chunks import Chunks, Contents, Layout, Origin, Packed
 from stickslip.files.locations import ROOT
 from stickslip.files.seal import GROUP, SEAL, TABLE, marks_of
@@ -62,9 +62,8 @@ class NewZarr:
         group: Any = zarr.open_group(self.metadata, mode="r+")
         arrays = {name: a for name, a in group.arrays() if a.ndim and a.dtype.kind in "fiu"}
         marks = marks_of(group.attrs[SEAL], {name: (a.shape, a.chunks) for name, a in arrays.items()})
-        for (name, number), content in self.contents.items():
-            marks.note(name, number, content)
-        group.create_group(GROUP).create_array(TABLE, data=marks.table, dimension_names=("chunk",))
+        table = marks.noted(self.contents)
+        group.create_group(GROUP).create_array(TABLE, data=table, dimension_names=("chunk",))
 
     def _consolidate(self, names: Iterable[str]) -> None:
         """Have the root say what its arrays say of themselves, as xarray looks for it first, and warns where it is not.
@@ -87,7 +86,7 @@ class ZarrChunks(Chunks):
     """The chunks of a store that is being written, put by the threads that compress."""
 
     def __init__(self, store: NewZarr, threads: int | None = None) -> None:
-        super().__init__(max(threads or process.processors(), _AT_ONCE) if store.waits else threads)
+        super().__init__(max(threads or os.cpu_count() or 1, _AT_ONCE) if store.waits else threads)
         self._group, self._store = zarr.open_group(store.metadata, mode="r"), store
 
     def _declared(self, name: str) -> Layout:
@@ -96,10 +95,9 @@ class ZarrChunks(Chunks):
         fill = np.asarray(array.fill_value, array.dtype)
         return Layout(array.dtype, array.chunks, fill, _packed, None, name)
 
-    def _place(self, layout: Layout, origin: Origin, data: Packed) -> Callable[[], None]:
+    def _place(self, layout: Layout, origin: Origin, data: Packed) -> None:
         numbers = (str(first // length) for first, length in zip(origin, layout.chunks, strict=True))
         self._store.put("/".join((layout.target, "c", *numbers)), data)
-        return _nothing
 
     def _mark(self, contents: Contents) -> None:
         self._store.contents.update(contents)
@@ -113,7 +111,3 @@ def _packed(values: NDArray[Any]) -> bytes:
     shuffle = blosc.SHUFFLE if values.dtype.itemsize > 1 else blosc.BITSHUFFLE
     data = bytes(blosc.compress(values, b"zstd", LEVEL, shuffle))
     return data + int(google_crc32c.value(data)).to_bytes(4, "little")
-
-
-def _nothing() -> None:
-    """All is done."""

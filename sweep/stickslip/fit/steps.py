@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.errors import ConfigError, Problem, QuantityError
-from stickslip.files.atomic import replaced
 from stickslip.files.tables import numbers, read_table
+from stickslip.files.targets import replaced
 from stickslip.fit.headings import PERCENT, PURE, heading, plain
 from stickslip.fit.uncertainty import Floats
 from stickslip.vocabulary import units

@@ -20,8 +20,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
 
 from stickslip.errors import PlotError, StoreError, reason, visible
-from stickslip.files.atomic import replaced
-from stickslip.files.targets import check_target
+from stickslip.files.targets import check_target, replaced
 from stickslip.plots import marks
 
 DPI = 150  # of pictures unless asked for

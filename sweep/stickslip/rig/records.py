@@ -25,8 +25,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.errors import ConfigError, Problem, QuantityError
-from stickslip.files.atomic import replaced
 from stickslip.files.tables import Table, line_of, numbers, read_table
+from stickslip.files.targets import replaced
 from stickslip.fit.columns import load_above
 from stickslip.fit.headings import PURE, RECORD, Heading, heading, with_units_below, words_for
 from stickslip.rig.quantities import COLUMNS, FORCES, MATERIAL, SIGNALS, TIME

@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as arrays
 
 from stickslip.config.reader import make_config
 from stickslip.errors import DamagedBlockError, DamagedManifestError
-from stickslip.files.packing import PACKINGS
+from stickslip.files.netcdf import PACKINGS
 from stickslip.runs.blocks import blocks_of
 from stickslip.runs.workdir import manifest as manifests
 from stickslip.runs.workdir.encoding import MAGIC, decode, encode

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypedDict
 
 from stickslip._version import __version__
 from stickslip.errors import UncomputedError, UnlikeWorkerError
-from stickslip.files.process import host
+from stickslip.files.targets import host
 
 if TYPE_CHECKING:
     import numpy as np

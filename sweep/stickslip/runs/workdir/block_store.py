@@ -19,7 +19,7 @@ from stickslip.config.model import Config
 from stickslip.dataset.provenance import software
 from stickslip.errors import ConfigError, DamagedBlockError, DamagedManifestError, ForeignBlockError, StoreError
 from stickslip.files.locations import Location
-from stickslip.files.packing import PLAIN
+from stickslip.files.netcdf import PLAIN
 from stickslip.runs.settings import described, differences, fingerprint
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir import manifest as manifests

@@ -14,8 +14,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
-from stickslip.files.atomic import flush, placed
 from stickslip.files.locations import explained, location
+from stickslip.files.targets import flush, placed
 
 TEMPORARY = ".tmp"
 

@@ -21,7 +21,7 @@ from datetime import datetime
 
 from stickslip.errors import StoreError, printable
 from stickslip.files.locations import Location, Url
-from stickslip.files.process import host, is_alive, space
+from stickslip.files.targets import host, is_alive, space
 from stickslip.runs.blocks import Shard
 from stickslip.runs.workdir.folder import Folder
 
