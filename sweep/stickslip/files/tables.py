@@ -4,7 +4,7 @@ Columns separated by commas have decimal points; those separated by semicolons o
 the file: one that mixes them is refused, because "1,234" might mean thousands. Empty lines and those that begin with #
 hold no numbers; such remarks are kept, as are lines above the heading. A first line `sep=;` names the separator.
 
-Records have ten million lines: what lies below their beginning stays bytes, of which `blocks.py` reads blocks of plain
+Records have ten million lines: what lies below their beginning stays bytes, of which `texts.py` reads blocks of plain
 numbers by pandas; any other block, and all that is wrong, is read line by line.
 """
 
@@ -23,8 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, Problem
-from stickslip.files.blocks import blocks, plain_numbers
-from stickslip.files.texts import as_written, check_columns, check_points, read_text
+from stickslip.files.texts import as_written, blocks, check_columns, check_points, plain_numbers, read_text
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
 _SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)

@@ -3,6 +3,11 @@
 A temporary file beside the target is written, flushed and renamed over it: a crash, a full disk or a lack of permission
 leaves the old file as it was, and what is new survives a power failure. All that writes goes through `replaced`, all
 that is asked to write later through `check_target`.
+
+Services that keep objects behind URLs write each whole or not at all, but have no rename; they copy by themselves. So a
+new store is written beside its place, under `.NAME.new`. Once it is whole, its objects are copied to its place: the
+root, without which nobody sees a store there, is removed first and written last. Whoever is killed in between leaves
+the new one whole, and `finish` goes on from there. One process at a time writes (`runs/workdir/lock.py`).
 """
 
 from __future__ import annotations
@@ -10,12 +15,10 @@ from __future__ import annotations
 import glob
 import hashlib
 import os
-import shutil
 import socket
 import stat
 import uuid
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -23,9 +26,8 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 from stickslip.errors import StoreError, reason
-from stickslip.files.locations import ROOT, Url, check_writable, location
+from stickslip.files.locations import ROOT, Move, RemoteFolder, Url, location, placed, remove
 
-Move = Callable[[Path, Path], None]
 _ZARR_MARKERS = (ROOT, ".zgroup")
 _LONGEST_NAME = 255  # bytes, of a file
 _LONGEST_TARGET = 180  # bytes of the target's name in that of the temporary file
@@ -145,19 +147,6 @@ def replaced(path: str | os.PathLike[str], move: Move = os.replace, *, zarr: boo
 
 
 @contextmanager
-def placed(temporary: Path, target: Path, move: Move = os.replace) -> Iterator[None]:
-    """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed."""
-    try:
-        yield
-        _flush_all(temporary)
-        move(temporary, target)
-        flush(target.parent)
-    except BaseException:
-        _remove(temporary)
-        raise
-
-
-@contextmanager
 def _neighbour(target: Path) -> Iterator[Path]:
     """A free name in the folder of `target`, on the same disk so that a rename suffices; gone afterwards.
 
@@ -174,42 +163,84 @@ def _neighbour(target: Path) -> Iterator[Path]:
         for path in target.parent.glob(f"{glob.escape(ours)}*-*.part"):
             pid = path.name.removeprefix(ours).partition("-")[0]
             if pid.isdigit() and not is_alive(int(pid)):
-                _remove(path)
+                remove(path)
         yield temporary
     finally:
-        _remove(temporary)
+        remove(temporary)
 
 
-def flush(path: Path) -> None:
-    """Have the operating system put a file, or the names in a folder, on the disk."""
-    is_folder = path.is_dir()
+# --- stores behind URLs -----------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def replaced_store(target: Url) -> Iterator[Callable[[str, bytes], None]]:
+    """A function that puts the bytes of a new store, inside `with`, its root last; at the end it replaces `target`.
+
+    Whatever goes wrong leaves `target` alone, but for what goes wrong while objects are copied. Raises StoreError.
+    """
+    _check_ours(target)
+    if is_unfinished(target):
+        finish(target)
+    new = _beside(target)
+    _clear(new)
+    keys = set[str]()
+
+    def put(key: str, data: bytes) -> None:
+        new.write(key, bytes(data))
+        keys.add(key)
+
     try:
-        descriptor = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)  # Windows flushes only what may be written
-    except OSError:
-        if is_folder:  # and does not open folders
-            return
+        yield put
+    except BaseException:
+        with suppress(StoreError):  # of what went wrong, the first is told
+            _clear(new)
         raise
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+    _swap(new, target.folder(), keys)
 
 
-def _flush_all(path: Path) -> None:
-    """Put a file, or every file below a folder, on the disk, several at a time: each waits for the disk."""
-    if not path.is_dir():
-        return flush(path)
-    with ThreadPoolExecutor(8) as pool:
-        for _ in pool.map(flush, [Path(parent) / name for parent, _, names in os.walk(path) for name in names]):
-            pass
+def check_writable(target: Url) -> None:
+    """Raise StoreError now if `replaced_store` would fail later."""
+    _check_ours(target)
+    probe, new = "probe", _beside(target)
+    new.write(probe, b"")
+    new.remove(probe)
 
 
-def _remove(path: Path) -> None:
-    """Remove a file or a folder, if it is there."""
-    if path.is_dir():
-        shutil.rmtree(path, ignore_errors=True)
-    with suppress(OSError):
-        path.unlink()
+def is_unfinished(target: Url) -> bool:
+    """Recognize a new store that is whole and not yet in its place: its writer was killed, or is at work."""
+    return _beside(target).has(ROOT) and not target.exists()
+
+
+def finish(target: Url) -> None:
+    """Put a new store in its place that is whole."""
+    new = _beside(target)
+    _swap(new, target.folder(), set(new.keys()))
+
+
+def _swap(new: RemoteFolder, target: RemoteFolder, keys: set[str]) -> None:
+    target.remove(ROOT)
+    new.copy(sorted(keys - {ROOT}), target)
+    if older := set(target.keys()) - keys:
+        target.remove(*older)
+    new.copy([ROOT], target)
+    _clear(new)
+
+
+def _clear(folder: RemoteFolder) -> None:
+    """Remove all objects, the root first: what is left is not whole."""
+    folder.remove(ROOT)
+    if keys := folder.keys():
+        folder.remove(*keys)
+
+
+def _check_ours(target: Url) -> None:
+    """Raise StoreError if something else than a store of ours, or a part of one, has the name of the target."""
+    if not target.exists() and target.folder().keys() and not _beside(target).has(ROOT):
+        raise StoreError(f"{target}: exists and is not a Zarr store, so it is left alone")
+
+
+def _beside(target: Url) -> RemoteFolder:
+    return target.with_name(f".{target.name}.new").folder()
 
 
 # --- by whom ----------------------------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """Datasets on disk: netCDF, or Zarr where that optional package is installed.
 
-Writing is all or nothing (`targets.py`; behind a URL, where only Zarr is written, `locations.py`); netCDF4 opened for
+Writing is all or nothing (`targets.py`; behind a URL only Zarr is written); netCDF4 opened for
 writing would truncate the target first. These files are results, not checkpoints.
 
 Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by it.
@@ -28,11 +28,11 @@ from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
 from stickslip.files.chunks import Chunks, Packed
-from stickslip.files.locations import Location, Url, location, replaced_store
+from stickslip.files.locations import Location, Move, Url, location
 from stickslip.files.netcdf import NETCDF_LOCK, NetcdfChunks
 from stickslip.files.reading import open, require_zarr
 from stickslip.files.seal import GROUP, NOBODY_WROTE, TABLE, marks_of, sealed
-from stickslip.files.targets import Move, check_url, replaced
+from stickslip.files.targets import check_url, replaced, replaced_store
 
 if TYPE_CHECKING:
     from stickslip.files.zarr_chunks import NewZarr

@@ -16,7 +16,7 @@ from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
 from stickslip.dataset.provenance import INCOMPLETE
 from stickslip.errors import ConfigError, StoreError
-from stickslip.files import locations, reading
+from stickslip.files import reading, targets
 from stickslip.files.locations import Location, Url
 from stickslip.runs.known_cells import KnownCells, points_of, rounded
 from stickslip.runs.maps import MapStudy
@@ -41,9 +41,9 @@ class ExistingOutput:
 
 def finish_replacing(output: Location | None, notice: Notice) -> None:
     """Put a result behind a URL in its place, if a run was killed while it did. Raises StoreError if one is at it."""
-    if isinstance(output, Url) and locations.is_unfinished(output):
+    if isinstance(output, Url) and targets.is_unfinished(output):
         with writing_alone(output, notice):
-            locations.finish(output)
+            targets.finish(output)
 
 
 @contextmanager

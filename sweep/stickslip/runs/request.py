@@ -13,10 +13,9 @@ from stickslip.config.reader import Given, as_config, load_config, parse_config
 from stickslip.config.sections import ADDRESS, HERE, is_address
 from stickslip.engine import Progress, warm_up
 from stickslip.errors import StoreError
-from stickslip.files.locations import Location, Url, location
+from stickslip.files.locations import Folder, Location, Url, folder_at, location
 from stickslip.runs.blocks import Shard
 from stickslip.runs.workdir import block_store
-from stickslip.runs.workdir.folder import Folder, folder_at
 from stickslip.runs.workdir.lock import Notice
 
 OnError = Literal["continue", "stop"]

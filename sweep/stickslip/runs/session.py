@@ -9,7 +9,7 @@ from functools import partial
 
 from stickslip.engine import Progress, Results, StopFlag, stop_flag
 from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
-from stickslip.files.locations import Location
+from stickslip.files.locations import Folder, Location
 from stickslip.files.targets import check_target
 from stickslip.runs import existing_output
 from stickslip.runs.assembly import Gathered, assemble
@@ -19,7 +19,6 @@ from stickslip.runs.threads import Tally, compute_blocks
 from stickslip.runs.work import Work
 from stickslip.runs.workdir import block_store
 from stickslip.runs.workdir.block_store import BlockStore
-from stickslip.runs.workdir.folder import Folder
 from stickslip.runs.workdir.lock import Lock, hold_lock, writing_alone
 
 Choice = Callable[[BlockStore, Request], set[int]]

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 from stickslip.engine import Progress, StopFlag
 from stickslip.errors import BlockFailedError, ClusterError, DamagedBlockError, UncomputedError, UnlikeWorkerError
+from stickslip.files.locations import TEMPORARY
 from stickslip.runs.dask.connecting import Cluster
 from stickslip.runs.dask.worker import Job, bits, compute_block, versions
 from stickslip.runs.threads import Tally
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir.block_store import BlockStore
 from stickslip.runs.workdir.encoding import decode
-from stickslip.runs.workdir.folder import TEMPORARY
 
 if TYPE_CHECKING:
     from distributed import Future

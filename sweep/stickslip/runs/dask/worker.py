@@ -151,8 +151,8 @@ def _written(job: Job, manifest: Manifest, number: int, block: Block) -> bool:
     leaves nothing behind.
     """
     from stickslip.errors import StoreError
+    from stickslip.files.locations import folder_at
     from stickslip.runs.workdir.block_store import BlockStore
-    from stickslip.runs.workdir.folder import folder_at
 
     try:
         folder = folder_at(job["place"])

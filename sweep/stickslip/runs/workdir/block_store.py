@@ -18,13 +18,12 @@ from stickslip._version import __version__
 from stickslip.config.model import Config
 from stickslip.dataset.provenance import software
 from stickslip.errors import ConfigError, DamagedBlockError, DamagedManifestError, ForeignBlockError, StoreError
-from stickslip.files.locations import Location
+from stickslip.files.locations import TEMPORARY, Folder, Location
 from stickslip.files.netcdf import PLAIN
 from stickslip.runs.settings import described, differences, fingerprint
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir import manifest as manifests
 from stickslip.runs.workdir.encoding import Column, encode, opened
-from stickslip.runs.workdir.folder import TEMPORARY, Folder
 from stickslip.runs.workdir.lock import Notice, is_lock
 from stickslip.runs.workdir.manifest import Manifest
 

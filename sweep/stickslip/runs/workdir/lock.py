@@ -20,10 +20,9 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 
 from stickslip.errors import StoreError, printable
-from stickslip.files.locations import Location, Url
+from stickslip.files.locations import Folder, Location, Url
 from stickslip.files.targets import host, is_alive, space
 from stickslip.runs.blocks import Shard
-from stickslip.runs.workdir.folder import Folder
 
 PREFIX = "lock"
 WHOLE = "lock.json"
