@@ -23,7 +23,7 @@ from stickslip.runs import collecting, session
 from stickslip.runs.blocks import parse_shard
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.memory import compute_study
-from stickslip.runs.request import OnError, Outcome, Request, request_for
+from stickslip.runs.session import OnError, Outcome, Request, request_for
 from stickslip.runs.work import study_of
 from stickslip.runs.workdir.lock import Notice
 from stickslip.vocabulary.suggest import suggest

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from stickslip.files.locations import Location
     from stickslip.runs.blocks import Shard
-    from stickslip.runs.request import Outcome, Request
+    from stickslip.runs.session import Outcome, Request
     from stickslip.studies.study import Study
 
 _LONG = 300_000  # cells that take so long that something can be done beside; with fewer, all else would wait as long
@@ -75,7 +75,7 @@ def run(
     OUTPUT.parts until the map is written: whatever stops a run, the same command resumes from there. Without an
     output the map is counted, plotted if a plot is asked for, and not kept.
     """
-    from stickslip.runs.request import Request
+    from stickslip.runs.session import Request
 
     loaded = params.configuration(config)
     if shard and isinstance(output, Path) and not output.absolute().parent.is_dir():
@@ -142,7 +142,7 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     """A run that writes no file, and says so; `keep` is the command that does."""
     from stickslip import engine
     from stickslip.api import runs
-    from stickslip.runs.request import Outcome
+    from stickslip.runs.session import Outcome
 
     runs.check_in_memory(request.config, request.dask)
     them, size = "it" if study.name == "map" else "them", prod(study.shape)

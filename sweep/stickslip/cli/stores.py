@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.files.locations import Location
     from stickslip.runs.collecting import Collected, Status
-    from stickslip.runs.request import Request
+    from stickslip.runs.session import Request
 
 
 def STORE(command: params.Command) -> params.Command:  # noqa: N802, a decorator
@@ -49,7 +49,7 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
     from stickslip.errors import StoreError
     from stickslip.files import reading
     from stickslip.runs import collecting
-    from stickslip.runs.request import request_for
+    from stickslip.runs.session import request_for
 
     request = request_for(config_or_store, output, store, params.settings())
     request = replace(request, keep=keep_parts, notice=screen.notice)
@@ -101,7 +101,7 @@ def status(config_or_store: str, store: str | None) -> dict[str, Any]:
     Names a configuration, or the folder or URL of a store.
     """
     from stickslip.runs import collecting
-    from stickslip.runs.request import request_for
+    from stickslip.runs.session import request_for
     from stickslip.runs.workdir.block_store import is_empty
 
     request = request_for(config_or_store, None, store, params.settings())
@@ -153,7 +153,7 @@ def retry_failed(config_or_store: str, store: str | None, output: Location | Non
     The map is written if nothing is missing then. Names a configuration, or the folder or URL of a store.
     """
     from stickslip.runs import session
-    from stickslip.runs.request import request_for
+    from stickslip.runs.session import request_for
     from stickslip.runs.work import study_of
 
     request = replace(request_for(config_or_store, output, store, params.settings()), dask=dask)

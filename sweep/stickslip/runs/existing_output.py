@@ -20,10 +20,10 @@ from stickslip.files import reading, targets
 from stickslip.files.locations import Location, Url
 from stickslip.runs.known_cells import KnownCells, points_of, rounded
 from stickslip.runs.maps import MapStudy
-from stickslip.runs.settings import differences
 from stickslip.runs.work import study_of
 from stickslip.runs.workdir.block_store import START_OVER, refuse, same_major
 from stickslip.runs.workdir.lock import Notice, writing_alone
+from stickslip.runs.workdir.manifest import differences
 from stickslip.vocabulary.suggest import listed
 
 _ANEW = "{fresh} computes it anew and replaces it; "

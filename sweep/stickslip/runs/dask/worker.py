@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import platform
 import signal
-import traceback
 from collections.abc import Mapping
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, TypedDict
@@ -100,8 +99,7 @@ def compute_block(job: Job, number: int, mask: bytes | None = None) -> bytes | N
     try:
         return _computed(job, number, mask)
     except Exception as error:
-        trace = "".join(traceback.format_exception(error))
-        raise UncomputedError(f"{type(error).__name__}: {error}", trace) from None
+        raise UncomputedError.of(error) from None
 
 
 def _computed(job: Job, number: int, mask: bytes | None) -> bytes | None:
