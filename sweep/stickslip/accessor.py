@@ -113,7 +113,7 @@ class StickslipAccessor:
         """
         from stickslip.api.cells import evaluate, simulate
         from stickslip.config.select import shared_by
-        from stickslip.dataset.survey import duration_of
+        from stickslip.dataset.summary import duration_of
 
         cell, how = self.cell(**at), shared_by(self._ds)
         if duration is None:

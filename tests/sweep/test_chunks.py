@@ -158,11 +158,14 @@ def test_a_file_does_not_depend_on_the_number_of_threads(tmp_path):
     assert len(files) == 1 and same_bits(read(tmp_path / "1.nc"), values)
 
 
-def test_lazy_values_in_other_chunks_than_the_file_are_written_as_they_are(tmp_path, monkeypatch):
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+def test_lazy_values_in_other_chunks_than_the_file_are_written_as_they_are(tmp_path, monkeypatch, suffix):
+    if suffix == ".zarr":
+        pytest.importorskip("zarr")
     monkeypatch.setattr(writing, "_CHUNK_VALUES", 100)
     ds = plane(30, 40)
     pieces = ds.chunk(stiffness=7, belt_speed=11)
-    with reading.open(writing.write(pieces, tmp_path / "map.nc")) as back:
+    with reading.open(writing.write(pieces, tmp_path / f"map{suffix}")) as back:
         xr.testing.assert_identical(back.load(), ds)
 
 

@@ -178,7 +178,7 @@ def _answer(result: xr.Dataset) -> dict[str, Any]:
 
 def cell_title(title: str, at: Iterable[str]) -> str:
     """The title of a picture of one cell: that of the configuration, and below it what was set."""
-    from stickslip.dataset.axis import spoken
+    from stickslip.dataset.display import spoken
 
     pairs = (text.partition("=") for text in at)
     named = [f"{spoken(name.strip())} = {value.strip()}" for name, _, value in pairs]

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.dataset.axis import MapAxis
+from stickslip.dataset.display import MapAxis
 from stickslip.dataset.studies import CONTAINER
 
 Floats = NDArray[np.float64]

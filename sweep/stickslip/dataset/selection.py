@@ -15,7 +15,7 @@ import xarray as xr
 
 from stickslip.config.grid import quantity_of
 from stickslip.config.unit_warnings import misread
-from stickslip.dataset.axis import MapAxis
+from stickslip.dataset.display import MapAxis
 from stickslip.errors import PlotError, QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cell_values import as_cells

@@ -12,7 +12,7 @@ from typing import Any
 from bokeh.models import Button, Checkbox, Column, ColumnDataSource, CustomJS, Row, Select, Slider, UIElement
 
 from stickslip import sound
-from stickslip.dataset.axis import spoken
+from stickslip.dataset.display import spoken
 from stickslip.explore import page
 from stickslip.explore.figures import place_format
 from stickslip.explore.html import part

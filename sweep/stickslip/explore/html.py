@@ -15,8 +15,8 @@ import xarray as xr
 from jinja2 import Environment, PackageLoader
 
 from stickslip.config.select import cell_of
-from stickslip.dataset.axis import spoken
 from stickslip.dataset.build import variable_of
+from stickslip.dataset.display import spoken
 from stickslip.dataset.export import write_table
 from stickslip.errors import ConfigError
 from stickslip.explore.maps import Picture

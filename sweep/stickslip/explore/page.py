@@ -10,7 +10,7 @@ from bokeh.document import Document
 from bokeh.events import MouseLeave, MouseMove
 from bokeh.models import ColumnDataSource, CustomJS, Div, UIElement
 
-from stickslip.dataset.axis import spoken
+from stickslip.dataset.display import spoken
 from stickslip.explore.figures import LINES, CellFigures, MapFigure, motions_by_line
 from stickslip.explore.html import legend_html, numbers_html
 from stickslip.explore.maps import Picture

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from stickslip._version import __version__
 from stickslip.config.model import Axis, Range
 from stickslip.config.select import cell_of
-from stickslip.dataset.axis import spoken
+from stickslip.dataset.display import spoken
 from stickslip.engine import stop_flag
 from stickslip.explore import maps
 from stickslip.explore.figures import axis_words, cell_data, lines_of, motions_by_line, regions_of, units_of

@@ -145,7 +145,10 @@ def _create_zarr(ds: xr.Dataset, encoding: Encoding, later: _Later, new: NewZarr
     from xarray.backends import ZarrStore
 
     # Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
-    store = ZarrStore.open_group(new.metadata, mode="w-", consolidated=False, zarr_format=3, write_empty=True)
+    # Chunks of dask need not be those of the store: `_Later` cuts them.
+    store = ZarrStore.open_group(
+        new.metadata, mode="w-", consolidated=False, zarr_format=3, write_empty=True, safe_chunks=False
+    )
     ds.dump_to_store(store, writer=later, encoding=encoding)
     store.close()
 

@@ -14,8 +14,8 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from stickslip.dataset import coarse
-from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import Pixel
+from stickslip.dataset.display import MapAxis
 from stickslip.dataset.polylines import Polyline, border_lines, other_cells
 from stickslip.errors import PlotError
 

@@ -13,9 +13,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import ScalarFormatter
 from numpy.typing import NDArray
 
-from stickslip.dataset.axis import spoken
-from stickslip.dataset.axis import title as array_title
-from stickslip.dataset.display import unit_of
+from stickslip.dataset.display import spoken, unit_of
+from stickslip.dataset.display import title as array_title
 from stickslip.errors import PlotError
 from stickslip.plots.axes import shade
 from stickslip.plots.layout import Figure, entitle, legend

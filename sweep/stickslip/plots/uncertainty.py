@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from stickslip.dataset.axis import MapAxis, spoken
+from stickslip.dataset.display import MapAxis, spoken
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply
 from stickslip.plots.fixed_values import fixed_note

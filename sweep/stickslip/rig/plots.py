@@ -18,7 +18,7 @@ from matplotlib.patches import Patch
 from matplotlib.text import Annotation
 from numpy.typing import NDArray
 
-from stickslip.dataset import axis
+from stickslip.dataset import display as axis
 from stickslip.dataset.display import si_unit
 from stickslip.errors import PlotError
 from stickslip.plots import palette
