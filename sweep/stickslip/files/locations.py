@@ -24,6 +24,7 @@ from stickslip.errors import StoreError
 ROOT = "zarr.json"  # what makes a place a Zarr store
 TEMPORARY = ".tmp"  # suffix of what is not written yet
 Move = Callable[[Path, Path], None]
+Check = Callable[[], None]
 _SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) if hasattr(errno, "EDQUOT") else (errno.ENOSPC, errno.EFBIG)
 _ACCESS = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.ENAMETOOLONG)
 
@@ -308,11 +309,16 @@ def folder_at(place: str | os.PathLike[str]) -> Folder:
 
 
 @contextmanager
-def placed(temporary: Path, target: Path, move: Move = os.replace) -> Iterator[None]:
-    """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed."""
+def placed(temporary: Path, target: Path, move: Move = os.replace, check: Check | None = None) -> Iterator[None]:
+    """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed.
+
+    check : called right before that; what it raises is such an error.
+    """
     try:
         yield
         _flush_all(temporary)
+        if check:
+            check()
         move(temporary, target)
         flush(target.parent)
     except BaseException:

@@ -26,7 +26,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 from stickslip.errors import StoreError, reason
-from stickslip.files.locations import ROOT, Move, RemoteFolder, Url, location, placed, remove
+from stickslip.files.locations import ROOT, Check, Move, RemoteFolder, Url, location, placed, remove
 
 _ZARR_MARKERS = (ROOT, ".zgroup")
 _LONGEST_NAME = 255  # bytes, of a file
@@ -131,14 +131,16 @@ def _behind(path: str | os.PathLike[str], *, zarr: bool = False) -> Path:
 
 
 @contextmanager
-def replaced(path: str | os.PathLike[str], move: Move = os.replace, *, zarr: bool = False) -> Iterator[Path]:
+def replaced(
+    path: str | os.PathLike[str], move: Move = os.replace, check: Check | None = None, *, zarr: bool = False
+) -> Iterator[Path]:
     """A temporary file, to be written inside `with`, that replaces the one behind `path` at its end.
 
-    Whatever goes wrong leaves that alone and becomes a StoreError that names it.
+    Whatever goes wrong leaves that alone and becomes a StoreError that names it. check : as for `placed`.
     """
     try:
         target = _behind(path, zarr=zarr)
-        with _neighbour(target) as temporary, placed(temporary, target, move):
+        with _neighbour(target) as temporary, placed(temporary, target, move, check):
             yield temporary
     except StoreError:
         raise

@@ -28,7 +28,7 @@ from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
 from stickslip.files.chunks import Chunks, Packed
-from stickslip.files.locations import Location, Move, Url, location
+from stickslip.files.locations import Check, Location, Url, location
 from stickslip.files.netcdf import NETCDF_LOCK, NetcdfChunks
 from stickslip.files.reading import open, require_zarr
 from stickslip.files.seal import GROUP, NOBODY_WROTE, TABLE, marks_of, sealed
@@ -42,7 +42,6 @@ __all__ = ["StoreError", "open", "write"]
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
 _MARKS = "digests that bind each chunk to its place, variable and file"
 Fill = Callable[[Any], None]
-Check = Callable[[], None]
 Encoding = dict[str, dict[str, Any]]
 
 
@@ -64,44 +63,30 @@ def write(
     """
     place = location(path)
     if place.suffix == ".zarr":
-        _write_zarr(ds, path, fill, chunks, check)
+        require_zarr(path)
+        from stickslip.files.zarr_chunks import NewZarr
+
+        with replaced_store(place) if isinstance(place, Url) else _replaced_folder(place, check) as put:
+            store = NewZarr(put, waits=isinstance(place, Url))
+            _create(ds, chunks, store, fill)
+            store.finish(map(str, ds.variables))
         return place
     if isinstance(place, Url):
         check_url(place)
     if place.suffix != ".nc":
         raise StoreError(f"{place}: unknown kind of file, expected a name that ends in .nc or .zarr")
-    with replaced(path, _checked(os.replace, check)) as temporary:
+    with replaced(path, check=check) as temporary:
         _create(ds, chunks, temporary, fill)
     return Path(os.path.expanduser(path))
 
 
-def _write_zarr(
-    ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None, chunks: tuple[int, ...] | None, check: Check | None
-) -> None:
-    """Write a Zarr store, a folder or what is behind a URL.
+@contextmanager
+def _replaced_folder(path: Path, check: Check | None) -> Iterator[Callable[[str, Packed], None]]:
+    """A function that puts bytes under the keys of a new store, a folder, which replaces that at `path` in the end.
 
     Replacing an older folder takes two renames. A crash between them leaves both, the old one named ``.NAME....old``.
     """
-    require_zarr(path)
-    from stickslip.files.zarr_chunks import NewZarr
-
-    with _replaced_store(path, check) as put:
-        store = NewZarr(put, waits=isinstance(location(path), Url))
-        _create(ds, chunks, store, fill)
-        store.finish(map(str, ds.variables))
-
-
-@contextmanager
-def _replaced_store(
-    path: str | os.PathLike[str], check: Check | None = None
-) -> Iterator[Callable[[str, Packed], None]]:
-    """A function that puts bytes under the keys of a new store, which replaces that at `path` in the end."""
-    where = location(path)
-    if isinstance(where, Url):
-        with replaced_store(where) as put:
-            yield put
-        return
-    with replaced(where, _checked(_replace_folder, check), zarr=True) as temporary:
+    with replaced(path, _replace_folder, check, zarr=True) as temporary:
 
         def write(key: str, data: Packed) -> None:
             file = temporary / key
@@ -184,17 +169,6 @@ class _Later(ArrayWriter):
                 store(whole, targets, lock=False, scheduler="threads")
 
 
-def _checked(move: Move, check: Check | None) -> Move:
-    """The move, after the check."""
-
-    def checked(temporary: Path, target: Path) -> None:
-        if check:
-            check()
-        move(temporary, target)
-
-    return checked
-
-
 def _replace_folder(temporary: Path, target: Path) -> None:
     """Rename a folder over another one, which no system does in one go."""
     if not target.exists():
@@ -224,11 +198,11 @@ def _is_text(ds: xr.Dataset, dim: Hashable) -> bool:
 
 def open_chunks(file: Path | NewZarr, threads: int | None = None) -> Chunks:
     """The chunks of a netCDF file, or of a Zarr store, that has been written but for them."""
-    if not isinstance(file, Path):
-        from stickslip.files.zarr_chunks import ZarrChunks
+    if isinstance(file, Path):
+        return NetcdfChunks(file, threads)
+    from stickslip.files.zarr_chunks import ZarrChunks
 
-        return ZarrChunks(file, threads)
-    return NetcdfChunks(file, threads)
+    return ZarrChunks(file, threads)
 
 
 # --- how values are laid out ------------------------------------------------------------------------------------------

@@ -76,7 +76,10 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str
     study = study_of(config)
     if isinstance(study, MapStudy) and "regime" not in dataset:
         raise StoreError(f"{output}: exists and is not a map", hint=hint)
-    there = _config_of(output, dataset, hint)
+    try:
+        there = parse_config(str(dataset.attrs["configuration"]), str(output))
+    except (ConfigError, KeyError):
+        raise StoreError(f"{output}: exists, and its configuration cannot be read", hint=hint) from None
     differing = differences(there, config)
     if not isinstance(study, MapStudy):
         if differing:
@@ -90,8 +93,7 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str
     if axes != new_axes:
         refuse(str(output), there, config, remedy)
     points = points_of(old, new)
-    lost = old.size - int(np.prod([np.unique(place[place >= 0]).size for place in points], dtype=np.int64))
-    if lost:
+    if lost := old.size - prod(np.unique(place[place >= 0]).size for place in points):
         if apart := rounded(old, new):
             raise _only_rounded(output, apart, hint)
         if lost == old.size:
@@ -111,10 +113,3 @@ def _only_rounded(output: Location, apart: Mapping[str, float], hint: str) -> St
         f"{output}: made from the same values of {names} but for rounding ({values}), so that its cells are others",
         hint=f"give {names} as there: by the same expression, or with the values in the file; {hint}",
     )
-
-
-def _config_of(output: Location, dataset: xr.Dataset, hint: str) -> Config:
-    try:
-        return parse_config(str(dataset.attrs["configuration"]), str(output))
-    except (ConfigError, KeyError):
-        raise StoreError(f"{output}: exists, and its configuration cannot be read", hint=hint) from None
