@@ -71,9 +71,9 @@ def with_units(ds: xr.Dataset, chosen: Mapping[str, str]) -> xr.Dataset:
         if name not in ds.variables:
             raise PlotError(f"no {name!r} to show in {unit}; there are {', '.join(map(str, ds.variables))}")
         si = str(ds[name].attrs.get("units", "1"))
+        if si == "1":
+            raise PlotError(f"cannot show {name} in {unit!r}, expected none: it is a pure number")
         try:
-            if si == "1":
-                raise QuantityError("no unit")
             units.factor(unit, si)
         except QuantityError as error:
             hint = f"\nhint: {error.hint}" if error.hint else ""
@@ -88,12 +88,11 @@ def shown_as_written(ds: xr.Dataset, written_in: Mapping[str, str]) -> xr.Datase
 
 
 def _expected(si: str) -> str:
-    if si == "1":
-        return "none: it is a pure number"
     try:
-        return f"a unit of {units.kind(si).split(' ', 1)[1]}, such as {units.unit_in(units.example(si))}"
+        kind, example = units.kind(si).split(" ", 1)[1], units.unit_in(units.example(si))
     except KeyError:
         return f"a unit like {units.spelled(si)}"
+    return f"a unit of {kind}, such as {example}"
 
 
 def _unit_of_leader(array: xr.DataArray, si: str) -> str | None:

@@ -71,10 +71,9 @@ def codes(flags: xr.DataArray) -> NDArray[np.uint8]:
 
 def named(counts: NDArray[np.int64], flag: str) -> dict[str, int]:
     """Counts by code as counts by name: all names, and codes without a name where they occur."""
-    names = list(FLAGS[flag])
-    known = {name: int(counts[code]) for code, name in enumerate(names)}
-    unknown = np.flatnonzero(counts[len(names) :]) + len(names)
-    return known | {f"code_{code}": int(counts[code]) for code in unknown}
+    known = len(FLAGS[flag])
+    present = [*range(known), *(np.flatnonzero(counts[known:]) + known)]
+    return {_name(flag, code): int(counts[code]) for code in present}
 
 
 def remark(parts: Mapping[str, Share], file: str | None = None, bad: Collection[str] = BAD_REGIMES) -> str | None:

@@ -21,7 +21,7 @@ from stickslip.fit.models import (
 )
 from stickslip.fit.quality import Quality
 from stickslip.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms
-from stickslip.theory.shapes import SHAPES
+from stickslip.theory.curve import SHAPES
 from stickslip.vocabulary.laws import LAWS
 
 BEST = "best"  # of all laws

@@ -50,7 +50,7 @@ class Request:
 
     config: Config
     output: Location | None = None
-    place: str | None = None
+    place: str | os.PathLike[str] | None = None
     shard: Shard | None = None
     fresh: bool = False
     keep: bool = False
@@ -106,7 +106,7 @@ class Outcome:
 def request_for(
     place: Given,
     output: str | os.PathLike[str] | None = None,
-    store: str | None = None,
+    store: str | os.PathLike[str] | None = None,
     settings: Sequence[Setting] = (),
 ) -> Request:
     """The request behind a configuration, or behind the path or URL of a store.

@@ -10,11 +10,13 @@ from queue import Empty, SimpleQueue
 from time import monotonic, sleep
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from stickslip.engine import Progress, StopFlag
 from stickslip.errors import ClusterError, DamagedBlockError, UnlikeWorkerError
 from stickslip.files.locations import TEMPORARY
 from stickslip.runs.dask.connecting import Cluster
-from stickslip.runs.dask.worker import Job, bits, compute_block, versions
+from stickslip.runs.dask.worker import Job, compute_block, versions
 from stickslip.runs.threads import Tally
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir.block_store import BlockStore
@@ -121,7 +123,7 @@ class _Flight:
         known = self.work.known_cells(number)
         if known is not None and known[0].all():
             return self._save(number, self.work.compute(number))
-        mask = None if known is None else bits(~known[0])
+        mask = None if known is None else np.packbits(~known[0]).tobytes()
         key = f"{self._run}-{number}{'-alone' if self._alone else ''}"
         future = self.cluster.client.submit(
             compute_block, self.job, number, mask, key=key, retries=_RETRIES, pure=False
