@@ -22,8 +22,7 @@ from stickslip.vocabulary import results, units
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
 
 if TYPE_CHECKING:
-    from stickslip.vocabulary.parameter import Parameter
-    from stickslip.vocabulary.results import Variable
+    from stickslip.vocabulary.parameter import Parameter, Variable
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _INSTALLED = _PACKAGE / "pages_of_docs"

@@ -17,7 +17,8 @@ from stickslip.config.rules import Finding, Space, findings
 from stickslip.config.sections import Drive
 from stickslip.config.studies import STUDIES, Refine
 from stickslip.errors import ArgumentError, Path, Problem, QuantityError
-from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
+from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.suggest import listed
 
@@ -123,12 +124,12 @@ def line_along(config: Config, along: str, between: Between | None) -> Line:
         message = "the configuration has uncertain quantities, and a border is that of known ones; leave uncertain out"
         raise ArgumentError("along", message)
     names = {member.name for axis in config.axes for member in axis.members} | set(config.fixed())
-    forms = (REPLACED, tuple(MEASURED))
-    for form, other in (forms, reversed(forms)):
+    model = model_of(config.friction.law)
+    forms = (model.replaced, tuple(model.measured))
+    for form, other, whole in zip(forms, reversed(forms), model.forms, strict=False):
         if along in form and names & set(other):
             follows = f"{along} follows from {listed(other, 'and')} in this configuration"
-            searched = f"give the curve by {listed((*form, 'a4'), 'and')} to search along it"
-            raise ArgumentError("along", f"{follows}; {searched}")
+            raise ArgumentError("along", f"{follows}; give the curve by {listed(whole, 'and')} to search along it")
     for axis in config.axes:
         if isinstance(axis, Group) and any(member.name == along for member in axis.members):
             raise ArgumentError("along", f"{along} varies together with others in the axis {axis.name}")

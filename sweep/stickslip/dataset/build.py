@@ -24,13 +24,15 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.config.grid import quantity_of
+from stickslip.engine import Options
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cell_values import as_cells, check_names, numbers_of
 from stickslip.vocabulary.cells import Cells, Coordinate, Parameters
 from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.flags import FLAGS
+from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES, Variable
+from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES
 from stickslip.vocabulary.suggest import listed
 
 NO_FILL = {"_FillValue": None}
@@ -45,7 +47,7 @@ _AS_KNOWN = {slot for kind in xr.Variable.__mro__ for slot in getattr(kind, "__s
 # --- cells ------------------------------------------------------------------------------------------------------------
 
 
-def given_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") -> Cells:
+def given_cells(given: Mapping[str, Any] | xr.Dataset, options: Options) -> Cells:
     """Cells as `evaluate` takes them. Raises TypeError and ValueError as `as_cells` does, and ValueError for arrays of
     xarray whose indices differ or whose units are not those of their parameter.
     """
@@ -54,19 +56,19 @@ def given_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") ->
         given = given.to_xarray()
     if isinstance(given, xr.Dataset):
         named = {str(name): given[name] for name in given.variables if name in PARAMETERS}
-        return _labelled(named, dict(given.coords), law)
+        return _labelled(named, dict(given.coords), options)
     if not any(type(value) is xr.DataArray for value in given.values()):
         _check_indices(given)
-        cells = Cells.of(as_cells(given, law))
+        cells = Cells.of(as_cells(given, options.law))
         return replace(cells, labelled=lambda: cell_coordinates(cells.listed, cells.size))
     beside: dict[Hashable, xr.DataArray] = {}
     for value in given.values():
         if isinstance(value, xr.DataArray):
             beside |= {name: c for name, c in value.coords.items() if name not in beside}
-    return _labelled(dict(given), beside, law)
+    return _labelled(dict(given), beside, options)
 
 
-def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray], law: str) -> Cells:
+def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray], options: Options) -> Cells:
     """Cells of arrays with names of dimensions; `beside` are all their coordinates."""
     arrays = {name: _in_si(name, value) for name, value in given.items() if isinstance(value, xr.DataArray)}
     plain = {name: value for name, value in given.items() if name not in arrays}
@@ -80,7 +82,7 @@ def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray],
         raise ValueError(f"{listed(arrays, 'and')} do not fit together: {error}") from None
     dims, shape = tuple(map(str, same[0].dims)), same[0].shape
     _check_dims(dims, arrays)
-    cells = as_cells({name: array.values for name, array in zip(arrays, same, strict=True)} | plain, law)
+    cells = as_cells({name: array.values for name, array in zip(arrays, same, strict=True)} | plain, options.law)
     if cells["mass"].size != prod(shape):  # there are none, or no dimensions
         cells = {name: np.broadcast_to(values, prod(shape)) for name, values in cells.items()}
     return Cells(dims, shape, listed=cells, labelled=lambda: _coordinates(cells, arrays, beside, dims))

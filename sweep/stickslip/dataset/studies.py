@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, shown_in, variable_of
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES
+from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE
 from stickslip.vocabulary.results import (
     ATTRACTOR_VARIABLES,
@@ -32,7 +33,6 @@ from stickslip.vocabulary.results import (
     STATISTICS,
     UNCERTAIN_VARIABLES,
     VARIABLES,
-    Variable,
 )
 
 if TYPE_CHECKING:

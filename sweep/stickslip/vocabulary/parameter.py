@@ -1,4 +1,4 @@
-"""Numbers that people give: names, units, bounds, and reading them."""
+"""Numbers that people give: names, units, bounds, and reading them; and what comes out."""
 
 from __future__ import annotations
 
@@ -12,6 +12,11 @@ from stickslip.vocabulary import units
 
 NAN = float("nan")
 
+# The largest magnitudes that are plausible, in SI. Sliding contacts reach 30 m/s in brakes; friction falls within
+# millimetres per second, and within a metre per second at most. With a unit only what no contact does is doubted.
+SPEED, FALL = (30.0, 200.0), (1.0, 5.0)
+FRICTION = (1.5, 1.5)  # rubber on rough ground and clean metals in vacuum reach more
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -22,6 +27,7 @@ class Parameter:
     above, at_least, at_most : bounds; `above` itself is not allowed. whole : only whole numbers.
     word : what people write for NaN. absent : what holds then.
     plausible : the largest magnitudes that are taken as given, of a number without a unit and of one with its unit.
+    synonyms : what others call it, words between spaces; they are suggested from, never read.
     """
 
     name: str
@@ -37,6 +43,7 @@ class Parameter:
     word: str | None = None
     absent: str | None = None
     plausible: tuple[float, float] | None = None
+    synonyms: str = ""
 
     @property
     def may_be_absent(self) -> bool:
@@ -100,6 +107,21 @@ class Parameter:
     def written(self, value: float) -> float | str:
         """A value as `read` takes it: the word for NaN."""
         return self.word if self.word is not None and math.isnan(value) else value
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One output per cell.
+
+    when : "always", or "full" for those that only a run to the horizon (early_stop=False) defines.
+    comment : what the long name does not say, or nothing.
+    """
+
+    name: str
+    units: str
+    long_name: str
+    when: str = "always"
+    comment: str = ""
 
 
 def table(*rows: Parameter) -> dict[str, Parameter]:

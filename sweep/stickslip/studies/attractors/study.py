@@ -37,6 +37,7 @@ from stickslip.studies.study import Finished, Moved, Study, joined
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import FLAGS, REGIMES, SHARE_METHODS
+from stickslip.vocabulary.models import BREAKAWAY
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import ATTRACTOR_VARIABLES
 from stickslip.vocabulary.settings import RANDOMISATIONS
@@ -171,7 +172,7 @@ def attractor_study(given: CellsOrConfig, section: Attractors, options: Options)
     """
     box, sampling = Box(section.displacement, section.velocity), Sampling(section.samples, section.seed)
     if not isinstance(given, Config):
-        return AttractorStudy(given_cells(given, options.law), box, sampling, options)
+        return AttractorStudy(given_cells(given, options), box, sampling, options)
     if given.drive is not None:
         raise ArgumentError("config", "the configuration has a drive: cells of a rig have no attractors")
     for path in state_axes(given):
@@ -197,7 +198,7 @@ def _attributes(found: Results, box: Box, sampling: Sampling, options: Options) 
         "share_sampled": f"{RANDOMISATIONS} randomisations of {sampling.points} scrambled Sobol points, seed "
         f"{sampling.seed}; the error is that of their mean, or of one point in {sampling.samples} where all agree",
         "disturbances_sampled": f"{scan.points} places from {scan.low:g} to {scan.high:g} times "
-        f"belt speed plus load mu_start/sqrt(k m), then halved to {sampled.TOLERANCE:g}",
+        f"belt speed plus load {BREAKAWAY}/sqrt(k m), then halved to {sampled.TOLERANCE:g}",
         "attractors_rtol": options.rtol,
     }
 

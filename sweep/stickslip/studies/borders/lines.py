@@ -26,8 +26,9 @@ from stickslip.engine import Options
 from stickslip.errors import ArgumentError
 from stickslip.studies.borders.search import Floats, Integers, Scan
 from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE
-from stickslip.vocabulary.suggest import suggest
+from stickslip.vocabulary.suggest import listed, suggest
 
 CellsOrConfig = Mapping[str, Any] | xr.Dataset | Config
 
@@ -106,7 +107,8 @@ def _of_cells(
     sides = []
     for name, between in ranges.items():
         if name not in PARAMETERS and name in SEARCHABLE:
-            raise ValueError(f"along: {name} is measured of a curve; cells have a1, a2 and a3 instead")
+            others = listed(model_of(options.law).replaced, "and")
+            raise ValueError(f"along: {name} is measured of a curve; cells have {others} instead")
         if between is None:
             raise ValueError(f"between: missing; cells need a range of {name} to search, (low, high)")
         if name in PARAMETERS:  # others are refused with the cells
@@ -118,7 +120,7 @@ def _of_cells(
             complete: Any = given.drop_vars(list(ranges), errors="ignore").assign(values)
         else:
             complete = {**given, **values}
-        cells = given_cells(complete, options.law)
+        cells = given_cells(complete, options)
     return cells.without(*ranges), sides
 
 

@@ -5,10 +5,9 @@
 """
 
 from stickslip.studies.margins.margins import MarginStudy, Question, margin_study
-from stickslip.studies.margins.reach import CHANGEABLE, FACTOR, parameters_of, without_measured
+from stickslip.studies.margins.reach import CHANGEABLE, FACTOR, parameters_of
 from stickslip.studies.margins.single import worst
 
 __all__ = [
-    "CHANGEABLE", "FACTOR", "MarginStudy", "Question", "margin_study", "parameters_of", "without_measured",
-    "worst",
+    "CHANGEABLE", "FACTOR", "MarginStudy", "Question", "margin_study", "parameters_of", "worst",
 ]  # fmt: skip

@@ -20,12 +20,14 @@ from stickslip.errors import StoppedError
 from stickslip.studies.borders import Limits
 from stickslip.studies.borders.lines import CellsOrConfig
 from stickslip.studies.margins.joint import MOST_STEPS, Cheapest, cheapest
-from stickslip.studies.margins.reach import FACTOR, Reach, parameters_of, reach_of, with_measured, within_of
+from stickslip.studies.margins.reach import FACTOR, Reach, parameters_of, reach_of, within_of
 from stickslip.studies.margins.single import Borders, Floats, Labels, Search, codes, decided, nearest
 from stickslip.studies.study import Finished, Moved, Study, joined
 from stickslip.vocabulary.cells import Cells, Parameters
+from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.parameter import NAN
 from stickslip.vocabulary.quantities import MEASURED
+from stickslip.vocabulary.suggest import listed
 
 _TOGETHER = 512  # cells whose rays are held at once
 _OF_JOINT_CHANGE = 20_000  # cells a joint change takes, about
@@ -85,11 +87,10 @@ class MarginStudy(Study):
         self._cells, self.question = cells, question
         self.dims, self.shape = cells.dims, cells.shape
         self.options = replace(options, early_stop=True)
-        self._measured = bool(set(MEASURED) & set(question.parameters))
-        if self._measured and options.law != "stribeck":
-            raise ValueError(
-                f"parameters: the form of {', '.join(MEASURED)} is for the law stribeck, not {options.law}"
-            )
+        self._measured = [name for name in MEASURED if name in question.parameters]
+        if wrong := [name for name in self._measured if options.law not in laws_with(name)]:
+            laws = listed(laws_with(wrong[0]))
+            raise ValueError(f"parameters: the form of {', '.join(MEASURED)} is for the law {laws}, not {options.law}")
         speeds = max(len(question.speeds), 1)
         each = 2 * speeds * (question.scan + int(-np.log2(question.tolerance))) * len(question.parameters)
         self.cells_each = each + (_OF_JOINT_CHANGE * speeds if question.joint else 0)
@@ -111,7 +112,7 @@ class MarginStudy(Study):
     def _parameters(self, start: int, stop: int) -> Parameters:
         """Cells, with what is measured of their curves where that is to change."""
         cells = self._cells[start:stop]
-        return with_measured(cells) if self._measured else cells
+        return model_of(self.options.law).with_measured(cells) if self._measured else cells
 
     def blank(self, items: range) -> Results:
         """Cells of which nothing is known."""
@@ -142,7 +143,7 @@ def margin_study(
         raise ValueError("a configuration with uncertain quantities has no single margin; leave uncertain out")
     limits = Limits(section.scan, section.tolerance)
     options = limits.applied(options, section.rtol)
-    cells = build_grid(given) if isinstance(given, Config) else given_cells(given, options.law)
+    cells = build_grid(given) if isinstance(given, Config) else given_cells(given, options)
     names = section.parameters
     if names is None:
         names = tuple(name for name in parameters_of(cells[:]) if not (speeds and name == "belt_speed"))
