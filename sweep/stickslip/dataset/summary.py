@@ -1,4 +1,4 @@
-"""What a map holds: shares of its regimes, the cells that need attention and how to simulate one, absent variables.
+"""The contents of a map: shares of its regimes, cells that need attention, variables that it does not hold.
 
 Flags are counted in one pass, a chunk at a time, whatever the size of the map.
 """

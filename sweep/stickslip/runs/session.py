@@ -118,11 +118,11 @@ def request_for(
     Raises ConfigError or StoreError.
     """
     text = os.fspath(place) if isinstance(place, str | os.PathLike) else None
-    beside, found_at = None, store
+    beside, at = None, store
     if text is None or not ("://" in text or os.path.isdir(text)):
         config = as_config(place) if text is None else load_config(text, settings)
     else:
-        config, found_at = block_store.find(folder_at(text)).config(), text
+        config, at = block_store.find(folder_at(text)).config(), text
         if settings:
             changed = parse_config(config.to_yaml(), text, settings)
             config = changed.shown_in(config.written_in | changed.written_in)
@@ -131,7 +131,7 @@ def request_for(
         if isinstance(beside, Url) and beside.suffix != ".zarr":
             beside = None
     file = next((file for file in (output, beside, config.output.file) if file is not None), None)
-    return Request(config, None if file is None else location(file), found_at)
+    return Request(config, None if file is None else location(file), at)
 
 
 # --- runs -------------------------------------------------------------------------------------------------------------

@@ -34,7 +34,7 @@ _ADDED = ("plane", "written_in", "deal", "fresh")  # what stores of earlier vers
 
 @dataclass(frozen=True)
 class Manifest:
-    """What `encode` writes.
+    """The manifest of a store.
 
     fingerprint : of everything that the numbers depend on. configuration : resolved, as YAML text.
     kernels : digests of the kernels that computed blocks, in the order they came.
