@@ -52,10 +52,10 @@ def flags(array: xr.DataArray, pixel: Pixel) -> Coarse:
     """
     if array.dtype.kind == "f":
         coarse = flags(array.fillna(_LEFT_OUT).astype(np.int8), pixel)
-        present = tuple(code for code in coarse.present if code != _LEFT_OUT)
+        known = tuple(code for code in coarse.present if code != _LEFT_OUT)
         hidden = coarse.values == _LEFT_OUT
-        values = np.ma.masked_array(np.where(hidden, min(present, default=0), coarse.values), hidden)
-        return Coarse(values, coarse.mixed, present)
+        masked = np.ma.masked_array(np.where(hidden, min(known, default=0), coarse.values), hidden)
+        return Coarse(masked, coarse.mixed, known)
     if pixel == (1, 1):
         cells = array.values
         return Coarse(cells, None, tuple(np.unique(cells).tolist()))

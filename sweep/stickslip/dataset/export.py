@@ -208,7 +208,7 @@ def _frames(table: Table, progress: Progress | None) -> Iterator[pd.DataFrame]:
 
     largest = max(table.columns.values(), key=lambda array: (array.ndim, array.size))
     done, digits = 0, {name: _digits(array) for name, array in table.columns.items()}
-    whole = {dim: slice(None) for dim in table.dims}
+    whole: Chunk = {dim: slice(None) for dim in table.dims}
     for chunk in chunks(largest, _MOST_ROWS) if table.dims and table.rows else [whole]:
         columns = {}
         for (name, array), heading in zip(table.columns.items(), table.headings, strict=True):

@@ -90,15 +90,10 @@ def location(place: str | os.PathLike[str]) -> Location:
 
 
 class LocalFolder:
-    """A folder of this machine, or of a file system mounted on it."""
+    """A folder of this machine, or of a file system mounted on it. absolute : the place as other processes find it."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self.where = path, str(path)
-
-    @property
-    def absolute(self) -> str:
-        """The whole path."""
-        return str(self.path.absolute())
+        self.path, self.where, self.absolute = path, str(path), str(path.absolute())
 
     def names(self) -> list[str]:
         """Names that exist."""
@@ -178,13 +173,18 @@ class RemoteFolder:
     """A folder behind a URL. Services that keep objects write each whole or not at all, which is all that is needed."""
 
     def __init__(self, url: str) -> None:
-        self.where = url.rstrip("/")
-        self._fs, self._root = _file_system(self.where)
+        import fsspec
 
-    @property
-    def absolute(self) -> str:
-        """The URL."""
-        return self.where
+        self.where = self.absolute = url.rstrip("/")
+        try:
+            self._fs, root = fsspec.core.url_to_fs(self.where)
+        except ImportError as error:
+            kind = url.partition("://")[0]
+            known = "pip install 'stickslip[s3]'" if kind in ("s3", "s3a") else str(error)
+            raise StoreError(f"{self.where}: needs an optional package\nhint: {known}") from error
+        except Exception as error:  # an unknown kind of URL, missing credentials, ...
+            raise failure(self.where, "opened", error) from error
+        self._root = root.rstrip("/")
 
     def names(self) -> list[str]:
         """Names that exist."""
@@ -279,21 +279,6 @@ class RemoteFolder:
 
     def _path(self, name: str) -> str:
         return f"{self._root}/{name}"
-
-
-def _file_system(url: str) -> tuple[Any, str]:
-    """The file system behind a URL, and the path in it."""
-    import fsspec
-
-    try:
-        fs, root = fsspec.core.url_to_fs(url)
-    except ImportError as error:
-        kind = url.partition("://")[0]
-        known = "pip install 'stickslip[s3]'" if kind in ("s3", "s3a") else str(error)
-        raise StoreError(f"{url}: needs an optional package\nhint: {known}") from error
-    except Exception as error:  # an unknown kind of URL, missing credentials, ...
-        raise failure(url, "opened", error) from error
-    return fs, root.rstrip("/")
 
 
 Folder = LocalFolder | RemoteFolder

@@ -11,6 +11,7 @@ import re
 import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from stickslip import engine
 from stickslip._version import __version__
@@ -100,8 +101,7 @@ class BlockStore:
 
     def _checked(self, number: int, data: bytes, work: Work) -> dict[str, Column]:
         header, columns = opened(data)
-        cells = self.blocks.cells(number)
-        expected = {"run": self.manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
+        expected = _identity(self.manifest, number)
         if wrong := [name for name, value in expected.items() if header.get(name) != value]:
             raise ForeignBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
         types = {name: column.dtype for name, column in columns.items()}
@@ -170,12 +170,13 @@ class BlockStore:
 
 def encoded(manifest: Manifest, number: int, block: Block, packing: str) -> bytes:
     """The bytes of the file of a block."""
+    by = {"reused": block.reused, "stickslip": __version__, "kernels": manifest.kernels[-1]}
+    return encode(_identity(manifest, number) | by, block.results, packing, manifest.blocks.length)
+
+
+def _identity(manifest: Manifest, number: int) -> dict[str, Any]:
     cells = manifest.blocks.cells(number)
-    header = {
-        "run": manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop,
-        "reused": block.reused, "stickslip": __version__, "kernels": manifest.kernels[-1],
-    }  # fmt: skip
-    return encode(header, block.results, packing, manifest.blocks.length)
+    return {"run": manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
 
 
 def _block_name(number: int) -> str:
