@@ -52,10 +52,11 @@ class NewZarr:
         """Put what is left. names : of the arrays, in the order in which libraries are to list them."""
         self._mark()
         self._consolidate(names)
+        root = self._metadata.pop(ROOT)
         with ThreadPoolExecutor(_AT_ONCE) as pool:
-            for _ in pool.map(self._put_metadata, [key for key in self._metadata if key != ROOT]):
+            for _ in pool.map(self.put, self._metadata, [data.to_bytes() for data in self._metadata.values()]):
                 pass
-        self._put_metadata(ROOT)
+        self.put(ROOT, root.to_bytes())
 
     def _mark(self) -> None:
         """Add the table that binds chunks to their places."""
@@ -77,9 +78,6 @@ class NewZarr:
 
     def _json(self, key: str) -> Any:
         return json.loads(self._metadata[key].to_bytes())
-
-    def _put_metadata(self, key: str) -> None:
-        self.put(key, self._metadata[key].to_bytes())
 
 
 class ZarrChunks(Chunks):

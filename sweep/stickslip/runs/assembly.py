@@ -9,7 +9,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -136,7 +136,8 @@ def assemble(
     kernels = store.manifest.kernels
     action = "run" if len(kernels) == 1 else f"run, by kernels {' and '.join(kernels)}"
     attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
-    study, refined, canvas = work.study, _refined(work), None
+    study, canvas = work.study, None
+    refined = cast("RefinedMap", study) if work.config.refine is not None else None  # few of its cells are computed
     if isinstance(study, MapStudy):
         canvas = Canvas(study.grid, study.columns, gathered.cells)
     elif refined:
@@ -161,16 +162,6 @@ def assemble(
                 _write_by_region(canvas, target, progress)
 
     writing.write(template, output, fill, chunks, check)
-
-
-def _refined(work: Work) -> RefinedMap | None:
-    """The study, if it is a map of which few cells are computed."""
-    if work.config.refine is None:
-        return None
-    from stickslip.studies.refinement import RefinedMap
-
-    assert isinstance(work.study, RefinedMap)
-    return work.study
 
 
 def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:
