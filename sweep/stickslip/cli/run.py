@@ -203,9 +203,13 @@ def execute(
 
 def _import_what_follows(output: Location | None, will_draw: bool) -> None:
     """Import the modules that write and draw while the kernels compute: half a second."""
-    writer = "zarr_chunks" if output is not None and output.suffix == ".zarr" else "netcdf_chunks"
+    from stickslip.files.netcdf import load_h5py
+
     with suppress(ImportError):  # whoever needs it will say so
-        import_module(f"stickslip.files.{writer}")
+        if output is not None and output.suffix == ".zarr":
+            import_module("stickslip.files.zarr_chunks")
+        else:
+            load_h5py()
         if will_draw:
             import_module("stickslip.plots")
 

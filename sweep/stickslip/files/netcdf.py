@@ -104,8 +104,8 @@ _hold_while_forking()
 
 
 @cache
-def _h5py() -> Any:
-    """Import h5py, which takes its time, where a file is written."""
+def load_h5py() -> Any:
+    """The module h5py, whose import takes its time: for whoever writes a file."""
     import h5py
 
     _hold_while_forking()
@@ -120,7 +120,7 @@ class NetcdfChunks(Chunks):
 
     def __init__(self, path: Path, threads: int | None = None) -> None:
         super().__init__(threads)
-        h5py = _h5py()
+        h5py = load_h5py()
         with NETCDF_LOCK:
             self._file = h5py.File(path, "r+")
 
