@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import prod
@@ -94,8 +94,12 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str
         refuse(str(output), there, config, remedy)
     points = points_of(old, new)
     if lost := old.size - prod(np.unique(place[place >= 0]).size for place in points):
-        if apart := rounded(old, new):
-            raise _only_rounded(output, apart, hint)
+        if apart := rounded(old, new):  # cells are taken over where all values are equal, and never by guessing
+            names, by = listed(apart, "and"), ", ".join(f"{name} by at most {by:.1g}" for name, by in apart.items())
+            raise StoreError(
+                f"{output}: made from the same values of {names} but for rounding ({by}), so that its cells are others",
+                hint=f"give {names} as there: by the same expression, or with the values in the file; {hint}",
+            )
         if lost == old.size:
             refuse(str(output), there, config, remedy)
         raise StoreError(
@@ -103,13 +107,3 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str
         )
     whole = not differing and there.title == config.title and not (dataset["regime"] == 0).any()
     return ExistingOutput(new.size, whole, None if whole else KnownCells(dataset, new.shape, points))
-
-
-def _only_rounded(output: Location, apart: Mapping[str, float], hint: str) -> StoreError:
-    """Cells are taken over where all values are equal, and never by guessing that they were meant to be."""
-    names = listed(apart, "and")
-    values = ", ".join(f"{name} by at most {by:.1g}" for name, by in apart.items())
-    return StoreError(
-        f"{output}: made from the same values of {names} but for rounding ({values}), so that its cells are others",
-        hint=f"give {names} as there: by the same expression, or with the values in the file; {hint}",
-    )
