@@ -15,6 +15,7 @@ from __future__ import annotations
 import glob
 import hashlib
 import os
+import re
 import socket
 import stat
 import uuid
@@ -31,6 +32,7 @@ from stickslip.files.locations import ROOT, Check, Move, RemoteFolder, Url, loca
 _ZARR_MARKERS = (ROOT, ".zgroup")
 _LONGEST_NAME = 255  # bytes, of a file
 _LONGEST_TARGET = 180  # bytes of the target's name in that of the temporary file
+NO_FILE_NAME = re.compile(r"[^\w.+-]+")  # what names of files that are made up do without
 
 
 # --- checked beforehand -----------------------------------------------------------------------------------------------

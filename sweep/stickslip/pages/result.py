@@ -15,7 +15,7 @@ from stickslip.dataset.coarse import chunks
 from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.dataset.summary import BAD_REGIMES, Share, codes, flag_counts, shares, summary
 from stickslip.errors import ConfigError, PlotError
-from stickslip.pages.html import (
+from stickslip.pages import (
     Cell,
     Column,
     Section,
