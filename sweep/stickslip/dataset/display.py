@@ -27,12 +27,11 @@ from stickslip.config.grid import quantity_of
 from stickslip.dataset.coarse import middles
 from stickslip.errors import PlotError, QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.display_units import DISPLAY, Unit
+from stickslip.vocabulary.display_units import DISPLAY, Unit, spoken
 
 _LEADERS = {"m s-1": ("belt_speed", "velocity"), "N": ("normal_load",), "m": ("displacement", "stroke")}
 _SPEED = re.compile(r"\s*([A-Za-zµμ]+)\s*/\s*[A-Za-z]+\s*")  # a unit of speed as a length over a time
 _MOST_BESIDE = 3  # parameters that vary together and are still spelled out
-_SYMBOLS = ("mu_", "v_")  # how names begin that are symbols, not words
 _FINER_BELOW = 100.0  # of the finer unit of time: 0.1 s are 100 ms
 
 
@@ -210,11 +209,6 @@ class MapAxis:
 def short_name(array: xr.DataArray) -> str:
     """The name of a quantity as people write it: `belt speed`, but `mu_stop` as in a configuration."""
     return spoken(quantity_of(str(array.name)))
-
-
-def spoken(quantity: str) -> str:
-    """The name of a quantity as `short_name` writes it."""
-    return quantity if quantity.startswith(_SYMBOLS) else quantity.replace("_", " ")
 
 
 def title(array: xr.DataArray, unit: Unit | None = None) -> str:
