@@ -25,12 +25,12 @@ from stickslip.config.sections import (
     Sensor,
     Solver,
     Start,
+    StudySection,
     System,
     number,
     one_of,
     refused,
 )
-from stickslip.config.studies import Attractors, Border, Contours, Margins, Refine
 from stickslip.config.uncertain import Uncertain
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary import units
@@ -165,8 +165,8 @@ class Config(Section):
 
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
     drive, sensor : of a test rig; None where the belt moves at a constant speed.
-    border, contours, margins, attractors, refine, uncertain : what is asked for instead of a map, at most one of them.
-    Quantities that are uncertain are neither fixed nor along an axis.
+    study : what is asked for instead of a map of every cell, in the section that its key names.
+    uncertain : the same of quantities that scatter, which are neither fixed nor along an axis.
     """
 
     title: str
@@ -179,11 +179,7 @@ class Config(Section):
     output: Output
     drive: Drive | None = None
     sensor: Sensor | None = None
-    border: Border | None = None
-    contours: Contours | None = None
-    margins: Margins | None = None
-    attractors: Attractors | None = None
-    refine: Refine | None = None
+    study: StudySection | None = None
     uncertain: Uncertain | None = None
     _written_in: dict[str, str] = PrivateAttr(default_factory=dict)
 
@@ -204,8 +200,11 @@ class Config(Section):
     @property
     def is_map(self) -> bool:
         """True if a map of cells is asked for, refined or not, and nothing else."""
-        others = (self.border, self.contours, self.margins, self.attractors, self.uncertain, self.drive)
-        return all(section is None for section in others)
+        return self.uncertain is None and self.drive is None and (self.study is None or self.study.is_map)
+
+    def plain_map(self) -> Config:
+        """The configuration of the map of every cell, whatever study it asks for."""
+        return self.model_copy(update={"study": None, "uncertain": None})
 
     def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; `quantities.MEASURED` among them where they were given."""
@@ -231,7 +230,8 @@ class Config(Section):
 
     def resolved(self) -> dict[str, Any]:
         """Everything as plain data: SI, defaults filled in. Read again, it gives an equal configuration."""
-        plain = {key: value.resolved() if isinstance(value, Section) else value for key, value in self}
+        named = {value.key if isinstance(value, StudySection) else key: value for key, value in self}
+        plain = {key: value.resolved() if isinstance(value, Section) else value for key, value in named.items()}
         plain["axes"] = {axis.name: axis.resolved() for axis in self.axes}
         if not self.is_map:  # what is asked for on a command line instead of the map of a file has other variables
             plain["output"].pop("variables", None)

@@ -22,7 +22,7 @@ from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.sections import QUANTITY_SECTIONS, REFUSED, SECTIONS, AnySection, Solver
-from stickslip.config.studies import STUDIES
+from stickslip.config.studies import KEYS, STUDIES, section_class
 from stickslip.config.unit_warnings import warn_of_units
 from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
@@ -64,7 +64,7 @@ def as_config(given: Given) -> Config:
 def is_config(given: object) -> bool:
     """True for a configuration in any of its forms, and not for a mapping of parameters of cells."""
     return isinstance(given, Config | str | os.PathLike) or (
-        isinstance(given, Mapping) and any(key in Config.model_fields for key in given)
+        isinstance(given, Mapping) and any(key in KEYS for key in given)
     )
 
 
@@ -106,7 +106,7 @@ class _Reader(ProblemCollector):
         for problem in checks.misplaced(self._rig, whole):
             self.meant |= DRIVE.keys() if problem.path == ("drive",) else set()
             self.add(problem.path, problem.message, problem.hint, at_key=True)
-        known = [key for key in (*Config.model_fields, *self._others) if checks.belongs(self._rig, key)]
+        known = [key for key in (*KEYS, *self._others) if checks.belongs(self._rig, key)]
         data = self.known_keys(whole, (), known)
         title = data.get("title", DEFAULT_TITLE)
         self.is_text(title, ("title",), "a text")
@@ -149,17 +149,19 @@ class _Reader(ProblemCollector):
             if key == "uncertain":
                 studies[key] = read_uncertain(self, data[key], self._section, solver.early_stop)
                 continue
-            known = self.known_keys(self._mapping_of(data[key], (key,)), (key,), STUDIES[key].model_fields)
-            if (section := self._valid(STUDIES[key], known, (key,))) is not None:
-                studies[key] = section
+            model = section_class(key)
+            known = self.known_keys(self._mapping_of(data[key], (key,)), (key,), model.model_fields)
+            if (section := self._valid(model, known, (key,))) is not None:
+                studies["study"] = section
         return studies
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
 
     def _mapping_of(self, value: object, path: Path) -> dict[str, Any]:
         """`value` if it is a mapping, with the keys that belong there; else an empty one, which may be a problem."""
-        section = (SECTIONS | STUDIES).get(str(path[0])) if path else None
-        whole = [key for key in Config.model_fields if checks.belongs(self._rig, key)]
+        key = str(path[0]) if path else ""
+        section = section_class(key) if key in STUDIES else SECTIONS.get(key)
+        whole = [key for key in KEYS if checks.belongs(self._rig, key)]
         keys = listed(section.model_fields if section else whole)
         hint = f"output: {{file: {value}}}" if path == ("output",) and isinstance(value, str) else None
         return self.mapping(value, path, "names of quantities" if path == ("axes",) else f"the keys {keys}", hint)
@@ -209,7 +211,8 @@ class _Reader(ProblemCollector):
             elif detail["type"] == "missing" and where[-1] in self.meant:
                 continue  # under another word
             elif detail["type"] == "missing":
-                known = STUDIES[str(path[0])].model_fields[str(where[-1])].description if path[0] in STUDIES else None
+                section = section_class(str(path[0])) if path[0] in STUDIES else None
+                known = section.model_fields[str(where[-1])].description if section else None
                 self.add(where, f"missing, expected {known or _AXIS_FORMS}")
             else:
                 self.refuse(where, _EXPECTED.get(detail["type"], detail["msg"]))

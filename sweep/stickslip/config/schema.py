@@ -11,7 +11,7 @@ from typing import Any
 from stickslip.config.model import Range
 from stickslip.config.reader import DEFAULT_TITLE
 from stickslip.config.sections import SECTIONS, VALUE, Friction, Read, Schema, Section, number_schema
-from stickslip.config.studies import STUDIES
+from stickslip.config.studies import STUDIES, section_class
 from stickslip.config.uncertain import ARGUMENTS, Sampling, Subset, Uncertain
 from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter
@@ -38,8 +38,8 @@ def json_schema() -> Schema:
                 "description": "what the map shows",
             },
             "axes": _axes(),
-            **{key: _section(model) for key, model in (SECTIONS | STUDIES).items() if key != "uncertain"},
-            "uncertain": _uncertain(),
+            **{key: _section(model) for key, model in SECTIONS.items()},
+            **{key: _uncertain() if key == "uncertain" else _section(section_class(key)) for key in STUDIES},
             "features": _object(
                 {name: _described(row) for name, row in FEATURE_SETTINGS.items()}
                 | {"subtract_offset": {"type": "boolean", "description": _MEDIAN}},
@@ -111,7 +111,7 @@ def _axes() -> Schema:
     """Quantities that vary, and groups of them."""
     values: Schema = {name: {"type": "array", "minItems": 1, "items": number_schema(QUANTITIES[name])}
                       for name in QUANTITIES}  # fmt: skip
-    values["fit"] = _schema_of(Friction, "fit") | {
+    values["fit"] = field_schema(Friction, "fit") | {
         "description": "measured points: a1 to a4 of each file or column of friction"
     }
     names = {"type": "array", "uniqueItems": True, "items": {"type": "string", "pattern": r"\S"}}
@@ -133,7 +133,7 @@ def _axes() -> Schema:
 def _axis_forms(row: Parameter) -> list[Schema]:
     """A list of values, the same in a mapping, or a range."""
     values = {"type": "array", "minItems": 1, "uniqueItems": True, "items": number_schema(row)}
-    end, spacing = number_schema(row, words=False), _schema_of(Range, "spacing") | {"default": "linear"}
+    end, spacing = number_schema(row, words=False), field_schema(Range, "spacing") | {"default": "linear"}
     return [
         values,
         _strict({"values": values}) | {"required": ["values"]},
@@ -152,14 +152,14 @@ def _section(model: type[Section]) -> Schema:
         if name in model.rows:
             properties[name] = _described(model.rows[name])
             continue
-        properties[name] = {"description": field.description, **_schema_of(model, name)}
+        properties[name] = {"description": field.description, **field_schema(model, name)}
         if field.default is not None and not field.is_required():
             properties[name]["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
     required = [name for name, field in model.model_fields.items() if field.is_required()]
     return _object(properties, str(model.__doc__)) | ({"required": required} if required else {})
 
 
-def _schema_of(model: type[Section], name: str) -> Schema:
+def field_schema(model: type[Section], name: str) -> Schema:
     """The schema that the annotation of a field, or the field itself, says."""
     field = model.model_fields[name]
     read = next((one for one in field.metadata if isinstance(one, Read)), None)

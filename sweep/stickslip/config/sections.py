@@ -235,6 +235,18 @@ class Section(BaseModel):
         return all(_same(value, getattr(other, name)) for name, value in self)
 
 
+class StudySection(Section):
+    """The section of a study: what a configuration asks for instead of a map of every cell.
+
+    key : of the section in the file. is_map : whether what comes out is a map all the same.
+    options : of the command, where they are not called as the fields.
+    """
+
+    key: ClassVar[str]
+    options: ClassVar[Mapping[str, str]] = {}
+    is_map: ClassVar[bool] = False
+
+
 AnySection = TypeVar("AnySection", bound=Section)
 
 

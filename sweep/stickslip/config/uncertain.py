@@ -15,6 +15,7 @@ from stickslip.config.sections import (
     Read,
     Schema,
     Section,
+    StudySection,
     list_of,
     of_row,
     one_of,
@@ -110,9 +111,10 @@ def _quantiles(value: object) -> tuple[float, ...]:
 _QUANTILE: Schema = {"exclusiveMinimum": 0, "exclusiveMaximum": 1}
 
 
-class Sampling(Section):
+class Sampling(StudySection):
     """How uncertain inputs are drawn, and what is told of the results."""
 
+    key = "uncertain"
     rows = UNCERTAIN
     draws: int = of_row(UNCERTAIN["draws"])
     scramblings: int = of_row(UNCERTAIN["scramblings"])

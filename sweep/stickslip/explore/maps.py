@@ -15,6 +15,7 @@ from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
 from stickslip.config.model import Config, Range
 from stickslip.config.options import options_of
+from stickslip.config.studies import Finished, Study
 from stickslip.dataset import coarse
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import Pixel
@@ -27,7 +28,6 @@ from stickslip.plots.painting import note
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint
 from stickslip.runs.maps import MapStudy
 from stickslip.studies import borders
-from stickslip.studies.study import Finished, Study
 from stickslip.vocabulary.display_units import Unit, number, unit_for
 from stickslip.vocabulary.flags import FLAGS, flag_label
 from stickslip.vocabulary.results import VARIABLES
@@ -316,7 +316,7 @@ def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] |
     In a plane of two numbers lines with loops; between listed points the crossings of each, as strokes across it.
     """
     y, x = config.axes
-    limits, options = borders.Limits(_SCAN, _TOLERANCE), options_of(config)
+    options = options_of(config)
     options = replace(options, early_stop=True, max_steps=min(options.max_steps, _STEPS))
     ranges = [axis for axis in (x, y) if isinstance(axis, Range)]
     if not ranges:
@@ -324,10 +324,11 @@ def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] |
     study: Study
     if len(ranges) == 2:
         plane = borders.plane_over(config, (y.name, x.name), {}, _BORDER_POINTS, options)
-        study = borders.ContourStudy(*plane, limits, options)
+        study = borders.ContourStudy(*plane, borders.Contours(scan=_SCAN, tolerance=_TOLERANCE), options)
     else:
-        lines = borders.lines_along(config, ranges[0].name, None, _SCAN, options)
-        study = borders.BorderStudy(*lines, limits, options)
+        section = borders.Border(along=ranges[0].name, scan=_SCAN, tolerance=_TOLERANCE)
+        lines = borders.lines_along(config, section.along, None, _SCAN, options)
+        study = borders.BorderStudy(*lines, section, options)
     finished = study.compute(range(prod(study.shape)), stop)
     if not finished.complete:
         return None

@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.config.studies import Moved
 from stickslip.engine import Options, Progress, compute
 from stickslip.errors import Interrupted
 from stickslip.fit import CurveFit, Drawn, RepeatedFit, draw_curves
 from stickslip.fit.uncertainty import student
 from stickslip.materials.system import Request
-from stickslip.studies.borders import Limits, Looked, Scan, search_lines
-from stickslip.studies.study import Meter, Moved
+from stickslip.studies.borders import Border, Looked, Scan, search_lines
+from stickslip.studies.study import Meter
 from stickslip.theory import stribeck
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
@@ -121,12 +122,12 @@ def regimes(cells: Parameters, options: Options, moved: Moved | None = None) -> 
     return block.results
 
 
-def watcher(limits: Limits, first: int, curves: int, progress: Progress | None) -> Callable[[int, int], Moved]:
+def watcher(search: Border, first: int, curves: int, progress: Progress | None) -> Callable[[int, int], Moved]:
     """For one search of curves after the other, by number and how many they are, what counts its cells.
 
     first : curves of search 0. curves : of all searches. progress : called with curves done, in part too, and in all.
     """
-    meter, sizes = Meter(limits.scan + int(-np.log2(limits.tolerance))), {0: first}
+    meter, sizes = Meter(search.scan + int(-np.log2(search.tolerance))), {0: first}
 
     def watch(number: int, size: int) -> Moved:
         if number:
@@ -222,7 +223,7 @@ def _borders(drawn: Drawn, request: Request, scan: Scan, moved: Moved | None) ->
     one whose friction would be negative within the range.
     """
     options = replace(request.options, rtol=Options.rtol, max_steps=_DRAWN_STEPS)
-    tolerance = max(_DRAWN_TO, request.limits.tolerance)
+    tolerance = max(_DRAWN_TO, request.search.tolerance)
     a1, a2 = drawn.coefficients["a1"], drawn.coefficients["a2"]
     is_damped = request.system["damping"] + request.load * a2 >= 0
     lost = drawn.falling & ~(is_damped & (a1 + a2 * scan.high >= 0))

@@ -13,7 +13,7 @@ import xarray as xr
 
 from stickslip.engine import Options
 from stickslip.errors import QuantityError
-from stickslip.studies.borders import Limits
+from stickslip.studies.borders import Border
 from stickslip.vocabulary.quantities import PARAMETERS
 
 Amount = float | str
@@ -56,7 +56,7 @@ class Request:
     level: float
     draws: int
     seed: int
-    limits: Limits
+    search: Border
     options: Options
 
     @property

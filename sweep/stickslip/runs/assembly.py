@@ -176,7 +176,7 @@ def _canvas(gathered: Gathered, work: Work) -> Canvas | None:
 
 def _refined(work: Work) -> RefinedMap | None:
     """The study, if it is a map of which few cells are computed."""
-    if work.config.refine is None:
+    if work.config.study is None or not work.config.study.is_map:
         return None
     from stickslip.studies.refinement import RefinedMap
 

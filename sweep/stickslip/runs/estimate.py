@@ -7,11 +7,11 @@ from math import ceil
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
+from stickslip.config.studies import Study
 from stickslip.engine import bytes_per_cell, processors
 from stickslip.runs.blocks import Blocks
 from stickslip.runs.probe import Probe, probe
 from stickslip.runs.work import Work
-from stickslip.studies.study import Study
 
 _OF_BLOCK = 4  # times its results: they, what the kernels fill, and the bytes that are written
 _ONCE = 20_000_000  # bytes, whatever the map: what writes it, and reads it again for the summary

@@ -13,7 +13,7 @@ from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Config
 from stickslip.config.reader import as_config, is_config
 from stickslip.config.select import recipe_of
-from stickslip.config.studies import STUDIES
+from stickslip.config.studies import Finished, Moved, Study
 from stickslip.dataset.build import grid_coordinates, variable_of
 from stickslip.dataset.given import given_cells
 from stickslip.dataset.provenance import provenance
@@ -23,7 +23,7 @@ from stickslip.progress import Watch, watched
 from stickslip.runs.memory import CellsOrConfig, compute_study
 from stickslip.sound.loudness import levels_of
 from stickslip.sound.making import RTOL
-from stickslip.studies.study import Finished, Moved, Study, joined
+from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
@@ -141,7 +141,7 @@ def _cells(given: CellsOrConfig, solver: SolverKeywords) -> tuple[Cells, str, st
         config = as_config(given)
         if config.uncertain is not None:
             raise ValueError("uncertain: levels are those of known cells; leave the section out")
-        config = config.model_copy(update=dict.fromkeys(STUDIES))
+        config = config.plain_map()
         return build_grid(config), config.friction.law, config.to_yaml(), f"Levels: {config.title}"
     if isinstance(given, xr.Dataset):
         cells, law = _of_result(given)

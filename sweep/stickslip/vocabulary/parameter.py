@@ -101,6 +101,10 @@ class Parameter:
         """A value as `read` takes it: the word for NaN."""
         return self.word if self.word is not None and math.isnan(value) else value
 
+    def range_text(self, ends: tuple[float, float]) -> str:
+        """`0.01 to 1.2 m/s`."""
+        return f"{ends[0]:.6g} to {ends[1]:.6g} {units.spelled(self.units)}".rstrip()
+
 
 def table(*rows: Parameter) -> dict[str, Parameter]:
     """Rows by name."""

@@ -116,7 +116,7 @@ def test_a_block_that_fails_is_recorded_and_tried_again(config, tmp_path, monkey
             "border: {along: belt_speed, between: [2, 1]}",
             "got [2, 1], expected the lower end first",
         ),
-        ("border: {along: belt_speed, between: [2 kg, 3]}", "border.between[0]: got '2 kg' (mass), expected a speed"),
+        ("border: {along: belt_speed, between: [2 kg, 3]}", "border.between: got [2 kg, 3] (mass), expected a speed"),
         ("border: {along: mass, between: [0, 3]}", "expected a mass above 0 kg"),
         ("border: {along: mu_stop, between: [0.5, 2]}", "expected at most mu_start = a1 + a3 = 1.3"),
         ("border: {along: stiffness, scan: 1}", "border.scan: got 1, expected a whole number from 2"),

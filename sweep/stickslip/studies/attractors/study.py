@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,17 +10,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config.checks import STATES_IN_BOX, state_axes
 from stickslip.config.grid import build_grid
-from stickslip.config.model import Config
-from stickslip.config.studies import Attractors
-from stickslip.dataset.build import grid_coordinates
+from stickslip.config.model import Config, Group
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.studies import Finished, Moved, Study
+from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset
 from stickslip.dataset.given import given_cells
-from stickslip.dataset.studies import attractor_dataset
 from stickslip.engine import Options, Results, StopFlag
-from stickslip.errors import ArgumentError, StoppedError
+from stickslip.errors import ArgumentError, Path, StoppedError
 from stickslip.studies.attractors import cycle, exact, sampled
-from stickslip.studies.attractors.box import Box, Sampling
+from stickslip.studies.attractors.box import RANDOMISATIONS, Attractors
 from stickslip.studies.attractors.exact import exact_results
 from stickslip.studies.attractors.plain import slips_on_curve
 from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares
@@ -34,18 +33,48 @@ from stickslip.studies.attractors.starts import (
     unloaded,
 )
 from stickslip.studies.borders.lines import CellsOrConfig
-from stickslip.studies.study import Finished, Moved, Study, joined
+from stickslip.studies.study import joined
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells, Parameters, taken
-from stickslip.vocabulary.flags import FLAGS, REGIMES, SHARE_METHODS
+from stickslip.vocabulary.flags import FLAGS, REGIME_MESSAGES, REGIMES, SHARE_METHODS
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import ATTRACTOR_VARIABLES
-from stickslip.vocabulary.settings import RANDOMISATIONS
+from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
+from stickslip.vocabulary.results import Variable, by_name
 
 Floats = NDArray[np.float64]
 
+VARIABLES = by_name(
+    Variable("coexisting", "1", "regimes reached from different starting states"),
+    Variable("regime_from_stick", "1", "regime reached from sticking, with no load on the contact"),
+    Variable("regime_from_sliding", "1", "regime reached from close to steady sliding"),
+    Variable("settling_share", "1", "share of the starting states in the box that settle to steady sliding"),
+    Variable("share_error", "1", "standard error of the share that settles; 0 where it is exact"),
+    Variable("settling_share_low", "1", "share that settles if no undecided starting state does"),
+    Variable("settling_share_high", "1", "share that settles if all undecided starting states do"),
+    Variable("share_method", "1", "how the share that settles was found"),
+    Variable("unstable_amplitude", "m", "half the range of displacement on the unstable cycle"),
+    Variable("unstable_velocity_amplitude", "m s-1", "half the range of velocity on the unstable cycle"),
+    Variable("unstable_period", "s", "period of the unstable cycle"),
+    Variable(
+        "critical_shock",
+        "m s-1",
+        "smallest change of velocity after which steady sliding does not come back",
+        comment="inf: no change does that; 0: any does",
+    ),
+    Variable("critical_shock_along", "m s-1", "critical change of velocity, along the motion of the belt"),
+    Variable("critical_shock_against", "m s-1", "critical change of velocity, against the motion of the belt"),
+    Variable(
+        "critical_shift",
+        "m",
+        "smallest change of displacement after which steady sliding does not come back",
+        comment="inf: no change does that; 0: any does",
+    ),
+    Variable("critical_shift_along", "m", "critical change of displacement, along the motion of the belt"),
+    Variable("critical_shift_against", "m", "critical change of displacement, against the motion of the belt"),
+    CELL_VARIABLES["damping_ratio"],
+)
 COLUMNS: dict[str, np.dtype[Any]] = {
-    name: np.dtype(np.int8 if name in FLAGS or name == "coexisting" else np.float64) for name in ATTRACTOR_VARIABLES
+    name: np.dtype(np.int8 if name in FLAGS or name == "coexisting" else np.float64) for name in VARIABLES
 }
 TOGETHER = 256  # cells that are held with their samples
 
@@ -53,13 +82,12 @@ TOGETHER = 256  # cells that are held with their samples
 def find_attractors(
     cells: Cells,
     items: range,
-    box: Box,
-    sampling: Sampling,
+    box: Attractors,
     options: Options,
     stop: StopFlag,
     moved: Callable[[int], None] | None = None,
 ) -> Results:
-    """By names of `ATTRACTOR_VARIABLES`, of the cells with these numbers; in this thread.
+    """By names of `VARIABLES`, of the cells with these numbers; in this thread.
 
     The numbers do not depend on how cells are cut into items. moved : called with motions computed, now and then.
     Raises StoppedError once `stop` is raised.
@@ -68,11 +96,11 @@ def find_attractors(
     found = [{name: np.zeros(0) for name in COLUMNS}]
     for first in range(items.start, items.stop, TOGETHER):
         last = min(first + TOGETHER, items.stop)
-        found.append(_attractors(cells[first:last], box, sampling, work))
+        found.append(_attractors(cells[first:last], box, work))
     return {name: np.concatenate([part[name] for part in found]).astype(kind) for name, kind in COLUMNS.items()}
 
 
-def _attractors(cells: Parameters, box: Box, sampling: Sampling, work: Work) -> Results:
+def _attractors(cells: Parameters, box: Attractors, work: Work) -> Results:
     """The same of cells that are held together."""
     n, steady = cells["mass"].size, steady_state(cells, work.options)
     found: Results = {name: np.full(n, np.nan) for name in COLUMNS}
@@ -91,7 +119,7 @@ def _attractors(cells: Parameters, box: Box, sampling: Sampling, work: Work) -> 
     rest = np.flatnonzero(~exact)
     if rest.size:
         some = taken(cells, rest)
-        reached[rest] |= _sample(some, steady[rest], sliding[rest], rest, box, sampling, work, found)
+        reached[rest] |= _sample(some, steady[rest], sliding[rest], rest, box, work, found)
     _settle_exactly(found, exact, reached)
     for kind in ("shock", "shift"):
         ways = found[f"critical_{kind}_along"], found[f"critical_{kind}_against"]
@@ -101,11 +129,11 @@ def _attractors(cells: Parameters, box: Box, sampling: Sampling, work: Work) -> 
 
 
 def _sample(
-    cells: Parameters, steady: Floats, sliding: NDArray[np.int8], where: NDArray[np.intp], box: Box, sampling: Sampling,
+    cells: Parameters, steady: Floats, sliding: NDArray[np.int8], where: NDArray[np.intp], box: Attractors,
     work: Work, found: Results,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Fill in what sampling tells of some cells; the regimes their starting states reached."""
-    shares = sampled_shares(cells, box, sampling, work)
+    shares = sampled_shares(cells, box, work)
     found["settling_share"][where], found["share_error"][where] = shares.share, shares.error
     found["settling_share_low"][where], found["settling_share_high"][where] = shares.low, shares.high
     slides = settled(sliding)
@@ -124,6 +152,7 @@ def _settle_exactly(found: Results, exact: NDArray[np.bool_], reached: NDArray[n
 
 
 _STATE = ("displacement", "velocity")  # of a start, which the box replaces
+_STATES_IN_BOX = "expected no axis: the starting states are those of the box (attractors)"
 _PROBED = 64  # cells that tell what the others may take
 _EXACT_COST, _SEARCH_COST = 40, 300  # cells that the cycle takes, and the search for critical disturbances
 
@@ -131,21 +160,52 @@ _EXACT_COST, _SEARCH_COST = 40, 300  # cells that the cycle takes, and the searc
 class AttractorStudy(Study):
     """The attractors of cells."""
 
+    section, variables = Attractors, VARIABLES
+    title, action = "Attractors", "attractors"
+    about = "How large a share of a box of starting states settles, and how large a shock ends sliding."
+    examples = (
+        "configs/attractors.yaml",
+        'configs/quickstart.yaml --displacement 0 "2 m" --velocity -1 1 -o basins.nc',
+    )
     name, counted, weight = "attractor set", "cells", 4096 // TOGETHER
     columns = COLUMNS
 
-    def __init__(self, cells: Cells, box: Box, sampling: Sampling, options: Options) -> None:
-        self._cells, self._box, self._sampling = cells, box, sampling
+    def __init__(self, cells: Cells, box: Attractors, options: Options) -> None:
+        self._cells, self._box = cells, box
         self.dims, self.shape = cells.dims, cells.shape
         self.options = replace(options, early_stop=True)
         known = slips_on_curve(cells[: min(cells.size, _PROBED)], options)
         share = float(known.mean()) if known.size else 1.0
-        self.cells_each = _EXACT_COST + int((1.0 - share) * (sampling.samples + _SEARCH_COST))
+        self.cells_each = _EXACT_COST + int((1.0 - share) * (box.samples + _SEARCH_COST))
+
+    @classmethod
+    def of(cls, given: CellsOrConfig, section: Attractors, options: Options) -> AttractorStudy:
+        """The attractors from the box of the section; what is said of the state at the start is left out."""
+        if not isinstance(given, Config):
+            return cls(given_cells(given, options.law), section, options)
+        if given.drive is not None:
+            raise ArgumentError("config", "the configuration has a drive: cells of a rig have no attractors")
+        for path in _state_axes(given):
+            raise ArgumentError(str(path[-1]), _STATES_IN_BOX)
+        return cls(build_grid(given), section, options)
+
+    @classmethod
+    def check(cls, section: Attractors, config: Config, problems: ProblemCollector) -> None:
+        """Note axes of starting states, which are those of the box."""
+        for path in _state_axes(config):
+            problems.add(path, _STATES_IN_BOX, at_key=True)
+
+    @classmethod
+    def explain(cls, section: Attractors, config: Config) -> Iterator[tuple[str, str, str]]:
+        """The box of starting states, and how many are drawn in it."""
+        for name, ends in (("displacement", section.displacement), ("velocity", section.velocity)):
+            yield f"attractors from {name}", PARAMETERS[name].range_text(ends), f"starting states: {name}"
+        yield "samples", f"{section.samples:,}", "starting states per cell where the share is not exact"
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The attractors of a range of cells."""
         try:
-            return Finished(find_attractors(self._cells, items, self._box, self._sampling, self.options, stop, moved))
+            return Finished(find_attractors(self._cells, items, self._box, self.options, stop, moved))
         except StoppedError:
             return Finished({}, False)
 
@@ -161,26 +221,31 @@ class AttractorStudy(Study):
         """The attractors with the dimensions of the cells."""
         whole = joined(parts)
         coordinates = {name: c for name, c in grid_coordinates(self._cells).items() if name not in _STATE}
-        attributes = dict(attributes) | _attributes(whole, self._box, self._sampling, self.options)
-        return attractor_dataset(self.dims, self.shape, coordinates, whole, attributes)
+        attributes = dict(attributes) | _attributes(whole, self._box, self.options)
+        values = {name: whole[name] for name in VARIABLES}
+        ds = study_dataset("attractors", VARIABLES, values, self.dims, self.shape, coordinates, attributes)
+        coexisting, names = (
+            ds["coexisting"].variable,
+            REGIMES[1:],
+        )  # a bit each; the code of a regime counts them from 1
+        masks = coexisting.attrs | {
+            "flag_masks": (2 ** np.arange(len(names))).astype(np.int8),
+            "flag_meanings": " ".join(names),
+            "comment": "; ".join(f"{name}: {REGIME_MESSAGES[name]}" for name in names),
+        }
+        ds["coexisting"] = xr.Variable(coexisting.dims, coexisting.values.astype(np.int8), masks, NO_FILL)
+        return ds
 
 
-def attractor_study(given: CellsOrConfig, section: Attractors, options: Options) -> AttractorStudy:
-    """The attractors that a section of a configuration asks for; what is said of the state at the start is left out.
-
-    Raises ArgumentError where an axis is a starting state, or the belt has a drive.
-    """
-    box, sampling = Box(section.displacement, section.velocity), Sampling(section.samples, section.seed)
-    if not isinstance(given, Config):
-        return AttractorStudy(given_cells(given, options.law), box, sampling, options)
-    if given.drive is not None:
-        raise ArgumentError("config", "the configuration has a drive: cells of a rig have no attractors")
-    for path in state_axes(given):
-        raise ArgumentError(str(path[-1]), STATES_IN_BOX)
-    return AttractorStudy(build_grid(given), box, sampling, options)
+def _state_axes(config: Config) -> Iterator[Path]:
+    """The axes along which a starting state varies."""
+    for axis in config.axes:
+        for member in axis.members:
+            if member.name in _STATE:
+                yield ("axes", axis.name, "zip", member.name) if isinstance(axis, Group) else ("axes", axis.name)
 
 
-def _attributes(found: Results, box: Box, sampling: Sampling, options: Options) -> dict[str, str | float]:
+def _attributes(found: Results, box: Attractors, options: Options) -> dict[str, str | float]:
     """Return what was asked, how it was found, and how good it is, as global attributes."""
     scan = sampled.SCAN
     counts = {name: int((found["share_method"] == code).sum()) for code, name in enumerate(SHARE_METHODS)}
@@ -195,8 +260,8 @@ def _attributes(found: Results, box: Box, sampling: Sampling, options: Options) 
         "attractors_start": f"steady sliding: {DISTURBANCE:g} of the belt speed from it",
         "share_exact": f"by theorems of the plane; the unstable cycle at rtol {cycle.RTOL:g}, known to {cycle.CLOSED:g}"
         f" of the belt speed, its area to {exact.AREA_ERROR:g}",
-        "share_sampled": f"{RANDOMISATIONS} randomisations of {sampling.points} scrambled Sobol points, seed "
-        f"{sampling.seed}; the error is that of their mean, or of one point in {sampling.samples} where all agree",
+        "share_sampled": f"{RANDOMISATIONS} randomisations of {box.points} scrambled Sobol points, seed "
+        f"{box.seed}; the error is that of their mean, or of one point in {box.samples} where all agree",
         "disturbances_sampled": f"{scan.points} places from {scan.low:g} to {scan.high:g} times "
         f"belt speed plus load mu_start/sqrt(k m), then halved to {sampled.TOLERANCE:g}",
         "attractors_rtol": options.rtol,

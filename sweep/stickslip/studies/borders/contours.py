@@ -2,28 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from pydantic import Field
 
-from stickslip.config.studies import Contours
-from stickslip.dataset.build import grid_coordinates
-from stickslip.dataset.studies import contour_dataset
+from stickslip.config.model import Config
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.sections import RANGE, Read, StudySection, choice, interval, of_row, refused
+from stickslip.config.studies import Finished, Moved, Study
+from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, shown_in, variable_of
+from stickslip.dataset.polylines import CONTAINER
 from stickslip.engine import Options, Results, StopFlag, solve
 from stickslip.errors import StoppedError
-from stickslip.studies.borders.border import Limits
-from stickslip.studies.borders.lines import CellsOrConfig, Side, plane_over
+from stickslip.studies.borders.lines import (
+    PARAMETER,
+    CellsOrConfig,
+    Lines,
+    Side,
+    check_lines,
+    fine_enough,
+    limits,
+    plane_along,
+    plane_over,
+)
 from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
 from stickslip.studies.borders.tracing import Chain, Crossing, Segment, chained, joined, meeting_points
 from stickslip.studies.borders.walk import Points, border_cells, corner_labels
-from stickslip.studies.study import Finished, Moved, Study
 from stickslip.studies.study import joined as end_to_end
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.results import Variable, by_name
 
 OPEN = REGIMES.index("unresolved")  # what all that is undecided is called here: a region like any other
 _ALONG_X, _ALONG_Y, _JUNCTION = range(3)
@@ -35,14 +50,83 @@ _ROUNDS = 12  # of closing in on a junction: to 2e-4 of a cell
 # Sides of a cell counter-clockwise: direction, row and column of where they begin, whether they are run backwards.
 _SIDES = ((_ALONG_X, 0, 0, False), (_ALONG_Y, 0, 1, False), (_ALONG_X, 1, 0, True), (_ALONG_Y, 0, 0, True))
 
+_LINE, _NODE = ("line",), ("node",)
+_VARIABLES = by_name(
+    Variable("node_count", "1", "nodes of the line", dims=_LINE),
+    Variable("closed", "1", "whether the line is a loop", comment="its last node is its first", dims=_LINE),
+    Variable("regime_left", "1", "regime to the left of the line", dims=_LINE),
+    Variable("regime_right", "1", "regime to the right of the line", dims=_LINE),
+    Variable("node_width", "1", "width of the last bracket, over the side of the grid cell it lies on",
+             dims=_NODE),
+    Variable(
+        "node_along", "1", "parameter that was searched along at the node",
+        comment="the other one has the value of a grid point; junction: three or more regimes meet inside a grid cell",
+        dims=_NODE,
+    ),
+)  # fmt: skip
+
+
+def _two_axes(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or len(value) != 2 or value[0] == value[1]:
+        raise refused("a list of the names of two different parameters, y and x")
+    return value
+
+
+def _ranges(value: object) -> object:
+    """Ranges by parameter."""
+    if not isinstance(value, Mapping):
+        raise refused("a range for each of the two parameters: {belt_speed: [0.1, 1]}")
+    names = [choice(name, SEARCHABLE, "a parameter of a cell", inside=True) for name in value]
+    return {name: interval(QUANTITIES[name], value[name]) for name in names}
+
+
+class Contours(StudySection):
+    """Where in planes of two parameters the regime changes, as lines; the other axes are the panels."""
+
+    key, options = "contours", {"axes": "--over"}
+    rows = limits(
+        "contours",
+        "a node",
+        Parameter("points", "1", "points of the grid along both parameters, whose sides are crossed", key,
+                  default=512, at_least=2, at_most=65_536, whole=True),
+        Parameter("scan", "1", "points of the grid along both parameters that are looked at first", key,
+                  default=64, at_least=2, at_most=65_536, whole=True),
+    )  # fmt: skip
+    axes: Annotated[
+        tuple[Annotated[str, PARAMETER], Annotated[str, PARAMETER]] | None,
+        Read(_two_axes, {"type": "array", "minItems": 2, "maxItems": 2, "uniqueItems": True,
+                         "items": PARAMETER.schema}),
+    ] = Field(None, description="the two parameters, y and x; the last two axes unless given")  # fmt: skip
+    between: Annotated[
+        dict[str, tuple[float, float]] | None,
+        Read(_ranges, {"type": "object", "propertyNames": PARAMETER.schema, "additionalProperties": RANGE}),
+    ] = Field(
+        None, description="by parameter, both ends of its range, the lower one first; those of its axis unless given"
+    )
+    points: int = of_row(rows["points"])
+    tolerance: float = of_row(rows["tolerance"])
+    scan: int = of_row(rows["scan"])
+    rtol: float | None = of_row(rows["rtol"])
+
 
 class ContourStudy(Study):
     """The lines of all panels of a plane; its items are the panels.
 
-    Columns: by panel how many lines, and how many grid points and cells in all were looked at; by line and by node what
-    `contour_dataset` takes.
+    Columns: by panel how many lines, and how many grid points and cells in all were looked at; by line and by node
+    the variables; `node_along` is 0 on a side along x, 1 along y, 2 at a junction.
     """
 
+    section, variables = Contours, _VARIABLES
+    title, over_map = "Contours of regimes", True
+    about = (
+        "Lines, loops among them, whose points are found one by one to the tolerance. Only the surroundings of a line "
+        "are computed, so that a fine grid costs no more than its lines are long. Other axes of CONFIG become panels."
+    )
+    examples = (
+        "configs/quickstart.yaml --plot borders.png",
+        "configs/quickstart.yaml -o borders.nc --csv borders.csv",
+        "configs/start_state.yaml --points 1024 --plot basins.svg",
+    )
     name, counted, ragged = "contours", "panels", True
     columns: Mapping[str, np.dtype[Any]] = {
         "lines": np.dtype(np.int32), "looked_at": np.dtype(np.float64), "computed": np.dtype(np.float64),
@@ -52,18 +136,46 @@ class ContourStudy(Study):
         "node_width": np.dtype(np.float64), "node_along": np.dtype(np.int8),
     }  # fmt: skip
 
-    def __init__(self, cells: Cells, y: Side, x: Side, limits: Limits, options: Options) -> None:
-        self._cells, self.y, self.x, self._limits = cells, y, x, limits
+    def __init__(self, cells: Cells, y: Side, x: Side, section: Contours, options: Options) -> None:
+        self._cells, self._y, self._x, self._section = cells, y, x, section
         self.dims, self.shape = cells.dims, cells.shape
-        self.cells_each = limits.scan**2 + _PER_POINT * (x.points + y.points)
+        self.cells_each = section.scan**2 + _PER_POINT * (x.points + y.points)
         self.weight = max(_PANEL, x.points * y.points // _PER_CELL)
         self.options = replace(options, early_stop=True)
+
+    @classmethod
+    def of(cls, given: CellsOrConfig, section: Contours, options: Options) -> ContourStudy:
+        """The lines in the plane of the section."""
+        options = fine_enough(section, options)
+        return cls(*plane_over(given, section.axes, section.between or {}, section.points, options), section, options)
+
+    @classmethod
+    def check(cls, section: Contours, config: Config, problems: ProblemCollector) -> None:
+        """Note a plane that cannot be searched."""
+        check_lines(section.key, lambda: cls.lines_in(section, config), section.between or (), config, problems)
+
+    @classmethod
+    def lines_in(cls, section: Contours, config: Config) -> Lines:
+        """The lines along both parameters, y and x."""
+        return plane_along(config, section.axes, section.between or {})
+
+    @classmethod
+    def explain(cls, section: Contours, config: Config) -> Iterator[tuple[str, str, str]]:
+        """The two parameters, and how fine the grid is."""
+        over = "the last two axes" if section.axes is None else " and ".join(section.axes)
+        first = f"{section.scan} looked at first, tolerance {section.tolerance:g}"
+        yield "contours over", over, f"a grid of {section.points} points a side, {first}"
+
+    @property
+    def action(self) -> str:
+        """What is done, for the history."""
+        return f"contours over {self._y.name} and {self._x.name}"
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The lines of a range of panels."""
         parts = []
         for panel in items:
-            search = _Search(self._cells, self.y, self.x, panel, self._limits, self.options, stop, moved)
+            search = _Search(self._cells, self._y, self._x, panel, self._section, self.options, stop, moved)
             try:
                 parts.append(search.columns())
             except StoppedError:
@@ -77,21 +189,48 @@ class ContourStudy(Study):
         return blank | {name: np.zeros(len(items), self.columns[name]) for name in ("lines", "looked_at", "computed")}
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
-        """The lines in the manner of CF geometries."""
-        whole, y, x = end_to_end(parts), self.y, self.x
-        table = whole | {"panel": np.repeat(np.arange(self._cells.size), whole["lines"])}
-        return contour_dataset(
-            (x.name, y.name), (x.spacing, y.spacing), self.dims, self.shape, grid_coordinates(self._cells), table,
-            dict(attributes) | _attributes(whole, y, x, self._limits, self.options), (x.written_in, y.written_in),
-        )  # fmt: skip
+        """The lines in the manner of CF geometries (section 7.5).
 
+        `line` counts lines, `node` their nodes one line after the other. The container ``geometry`` says which
+        variables hold nodes and how many each line has; a closed line repeats its first node.
+        """
+        whole, y, x = end_to_end(parts), self._y, self._x
+        panel = np.repeat(np.arange(self._cells.size), whole["lines"])
+        attributes = {**attributes, **_attributes(whole, y, x, self._section, self.options), "result": "contours"}
+        geometry = {"geometry_type": "line", "node_count": "node_count", "node_coordinates": f"{x.name} {y.name}"}
+        variables = {CONTAINER: xr.Variable((), np.int8(0), geometry, NO_FILL)}
+        meanings = {"closed": ("open", "closed"), "node_along": (x.name, y.name, "junction")}  # of this dataset alone
+        for name, row in _VARIABLES.items():
+            if name in meanings:
+                flags = attributes_of(row, meanings[name])
+                variables[name] = xr.Variable(row.dims, whole[name].astype(np.int8), flags, NO_FILL)
+            else:
+                variables[name] = variable_of(row, row.dims, whole[name])
+        for name in ("regime_left", "regime_right"):
+            variables[name].attrs[CONTAINER] = CONTAINER
+        nodes = {}
+        for side, axis in ((x, "x"), (y, "y")):
+            about = {"units": SEARCHABLE[side.name].units, "long_name": SEARCHABLE[side.name].long_name}
+            about |= {"axis": axis.upper(), "axis_spacing": side.spacing}
+            nodes[side.name] = shown_in(xr.Variable("node", whole[axis], about, NO_FILL), side.written_in)
+        return xr.Dataset(variables, attrs=attributes).assign_coords(self._panels(panel) | nodes)
 
-def contour_study(given: CellsOrConfig, section: Contours, options: Options) -> ContourStudy:
-    """The lines that a section of a configuration asks for. Raises TypeError or ValueError for what cannot be."""
-    limits = Limits(section.scan, section.tolerance)
-    options = limits.applied(options, section.rtol)
-    plane = plane_over(given, section.axes, section.between or {}, section.points, options)
-    return ContourStudy(*plane, limits, options)
+    def _panels(self, panel: Integers) -> dict[str, xr.Variable]:
+        """The coordinates of the panels, by line; those that are equal in all of them stay single numbers."""
+        by_line = {}
+        for name, variable in grid_coordinates(self._cells).items():
+            if not variable.dims or variable.size == 1:
+                by_line[name] = xr.Variable((), variable.values.reshape(()), variable.attrs, variable.encoding)
+                continue
+            own = tuple(n if dim in variable.dims else 1 for dim, n in zip(self.dims, self.shape, strict=True))
+            ordered = variable.transpose(*(dim for dim in self.dims if dim in variable.dims)).values.reshape(own)
+            values = np.broadcast_to(ordered, self.shape).ravel()[panel]
+            by_line[name] = xr.Variable("line", values, variable.attrs, variable.encoding)
+        if self._cells.size > 1:
+            for dim, place in zip(self.dims, np.unravel_index(panel, self.shape), strict=True):
+                about = {"units": "1", "long_name": f"position along {dim}"}
+                by_line.setdefault(dim, xr.Variable("line", np.asarray(place, np.int32), about))
+        return by_line
 
 
 @dataclass
@@ -121,17 +260,17 @@ class _Search:
     """A panel looked at through the engine. Everything raises StoppedError once the stop flag is raised."""
 
     def __init__(
-        self, cells: Cells, y: Side, x: Side, panel: int, limits: Limits, options: Options, stop: StopFlag,
+        self, cells: Cells, y: Side, x: Side, panel: int, section: Contours, options: Options, stop: StopFlag,
         moved: Moved | None = None,
     ) -> None:  # fmt: skip
         self.cells, self.x, self.y, self.panel = cells, x, y, panel
-        self.limits, self.options, self.stop, self.moved = limits, options, stop, moved
+        self.section, self.options, self.stop, self.moved = section, options, stop, moved
         self.computed = 0
         self.points = Points((1, y.points, x.points), lambda p, r, c: self.labels(p, x.places[c], y.places[r]))
 
     def columns(self) -> Results:
         """The lines, as columns of a study."""
-        cells = border_cells(self.points, (self.limits.scan, self.limits.scan))
+        cells = border_cells(self.points, (self.section.scan, self.section.scan))
         nodes = self.nodes(cells)
         chains = chained(self.segments(cells, nodes))
         counts = {"lines": len(chains), "looked_at": self.points.looked_at, "computed": self.computed}
@@ -185,7 +324,7 @@ class _Search:
             labels = np.select([place == 0.0, place == 1.0], [low[line], high[line]], labels)  # as neighbours see them
             return Looked(labels, (labels != OPEN) | open_ended[line], guide)
 
-        shares = [_share(side, self.limits.tolerance) for side in (self.x, self.y)]
+        shares = [_share(side, self.section.tolerance) for side in (self.x, self.y)]
         found, _ = search_lines(len(sides), Scan(0.0, 1.0, 2, "linear"), min(shares), labels_at)
         return found
 
@@ -254,13 +393,13 @@ def _table(chains: list[Chain], nodes: _Nodes) -> Results:
     }  # fmt: skip
 
 
-def _attributes(whole: Results, y: Side, x: Side, limits: Limits, options: Options) -> dict[str, str | float]:
+def _attributes(whole: Results, y: Side, x: Side, section: Contours, options: Options) -> dict[str, str | float]:
     """Return what was done and what it cannot see, as global attributes."""
     rows, columns = y.points, x.points
     lines, loops = whole["closed"].size, np.count_nonzero(whole["closed"])
     inside = whole["node_along"] == _JUNCTION
     meetings = np.unique(np.stack([whole["x"][inside], whole["y"][inside]]), axis=1).shape[1]
-    narrow = 2 * max(_share(side, limits.tolerance) for side in (x, y))
+    narrow = 2 * max(_share(side, section.tolerance) for side in (x, y))
     wide = np.count_nonzero(whole["node_width"][~inside] > narrow)
     found = f"{lines} lines, {loops} of them closed, with {meetings} junctions"
     if not lines:
@@ -272,10 +411,10 @@ def _attributes(whole: Results, y: Side, x: Side, limits: Limits, options: Optio
         "contour_parameters": f"{x.name} {y.name}",
         "contour_grid": f"{rows} x {columns} points over {y.name} and {x.name}: what is narrower than "
         "their distance can be passed over",
-        "contour_scan": f"{min(limits.scan, rows)} x {min(limits.scan, columns)} of these points were looked at first: "
-        "a loop between them is missed",
+        "contour_scan": f"{min(section.scan, rows)} x {min(section.scan, columns)} of these points were looked at "
+        "first: a loop between them is missed",
         "contour_looked_at": f"{looked} of {whole['lines'].size * rows * columns} grid points, {computed} cells in all",
-        "contour_tolerance": limits.tolerance,
+        "contour_tolerance": section.tolerance,
         "contour_rtol": options.rtol,
         "contour_found": found,
     }

@@ -4,11 +4,8 @@
 `joint.py` along rays in the space of all of them; `margins.py` puts it together.
 """
 
-from stickslip.studies.margins.margins import MarginStudy, Question, margin_study
-from stickslip.studies.margins.reach import CHANGEABLE, FACTOR, parameters_of, without_measured
+from stickslip.studies.margins.margins import Margins, MarginStudy
+from stickslip.studies.margins.reach import without_measured
 from stickslip.studies.margins.single import worst
 
-__all__ = [
-    "CHANGEABLE", "FACTOR", "MarginStudy", "Question", "margin_study", "parameters_of", "without_measured",
-    "worst",
-]  # fmt: skip
+__all__ = ["MarginStudy", "Margins", "without_measured", "worst"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import prod
 from typing import Any
 
@@ -10,18 +10,20 @@ import numpy as np
 import xarray as xr
 
 from stickslip.config.model import Config
-from stickslip.dataset.studies import uncertain_dataset
+from stickslip.config.studies import Finished, Moved, Study
+from stickslip.config.uncertain import Uncertain
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns
-from stickslip.studies.study import Finished, Moved, Study
 from stickslip.studies.uncertainty.design import Design
-from stickslip.studies.uncertainty.inputs import Inputs
+from stickslip.studies.uncertainty.inputs import VARIABLES, Inputs
 from stickslip.studies.uncertainty.reduction import STATES, Summary, reduced
+from stickslip.studies.uncertainty.subset import RareStudy
 from stickslip.vocabulary.cells import Parameters
 
 
 class SampleStudy(Study):
     """The draws of a configuration; what is kept of each is the regime, and the metrics asked for."""
 
+    section, variables = Uncertain, VARIABLES
     name, counted = "sample", "draws"
 
     def __init__(self, config: Config, options: Options) -> None:
@@ -33,6 +35,20 @@ class SampleStudy(Study):
         self.dims, self.shape = (*grid.dims, "draw"), (*grid.shape, self.design.per_cell)
         self.options, types = options, columns(options)
         self.columns: Mapping[str, np.dtype[Any]] = {name: types[name] for name in ("regime", *uncertain.metrics)}
+
+    @classmethod
+    def of(cls, given: Config, section: Uncertain, options: Options) -> Study:
+        """The draws of a configuration, or its subset simulations."""
+        return cls(given, options) if section.subset is None else RareStudy(given, section.subset, options)
+
+    @classmethod
+    def explain(cls, section: Uncertain, config: Config) -> Iterator[tuple[str, str, str]]:
+        """The quantities with their distributions, and how they are drawn."""
+        for scatter in section.quantities:
+            yield scatter.name, "uncertain", scatter.in_words
+        if section.correlation is not None:
+            yield "correlation", "of uncertain quantities", section.correlation_in_words
+        yield "sampling", "subset simulation" if section.subset else "Sobol points", section.method_in_words
 
     @property
     def size(self) -> int:
@@ -59,5 +75,4 @@ class SampleStudy(Study):
         """Probabilities of the regimes, moments of the metrics and Sobol indices over the axes."""
         uncertain, grid = self.inputs.uncertain, self.inputs.grid
         results = reduced(parts, grid.size, self.design, Summary(uncertain.metrics, uncertain.quantiles))
-        attributes = dict(attributes) | self.inputs.attributes(float(results["undecided"].mean()))
-        return uncertain_dataset(grid, STATES, uncertain.names, uncertain.quantiles, results, attributes)
+        return self.inputs.dataset(STATES, uncertain.quantiles, results, attributes)
