@@ -22,7 +22,8 @@ FLOORS = (
     ("what is asked", {"config"}),
     ("how it is labelled", {"dataset"}),
     ("how far a computation is", {"progress"}),
-    ("what is shown, what is looked for", {"plots", "studies"}),
+    ("what is shown", {"plots"}),
+    ("what is looked for, and how it is shown", {"studies"}),  # a study names its own plot
     ("pages", {"pages"}),
     ("what is kept", {"runs"}),
     ("records of a rig, the Python calls", {"rig", "materials", "sound", "api"}),
@@ -38,7 +39,7 @@ INNER_FLOORS = {
         {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "config", "simulation"}, {"plots"},
         {"report"},
     ),
-    "studies": ({"study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
+    "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
     "runs": (
         {"blocks", "settings", "known_cells", "maps", "work", "memory"}, {"workdir"},
         {"request", "existing_output", "probe"}, {"estimate", "threads"}, {"dask", "assembly"},

@@ -457,8 +457,8 @@ def test_the_command_prints_borders_and_writes_them(tmp_path):
     ("arguments", "message"),
     [
         (("--along", "damping"), "between: missing; damping is no axis of the configuration"),
-        (("--along", "damping", "--between", "2 mm", "3"), "--between: damping: got '2 mm'"),
-        (("--along", "dampin", "--between", "2", "3"), "--between: 'dampin' is not a parameter of a cell"),
+        (("--along", "damping", "--between", "2 mm", "3"), "--between: got ('2 mm', 3.0)"),
+        (("--along", "dampin", "--between", "2", "3"), "--along: got 'dampin', expected a parameter of a cell"),
         (("--along", "belt_speed", "--scan", "1"), "scan: got 1, expected"),
     ],
 )

@@ -15,7 +15,7 @@ from stickslip.dataset.polylines import polylines
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
 from stickslip.files import writing
-from stickslip.studies.borders import Contours, ContourStudy, contours, plane_over
+from stickslip.studies.borders import Contours, ContourStudy, plane, plane_over
 from stickslip.studies.borders.tracing import Crossing, Segment, chained, joined, meeting_points
 from stickslip.studies.borders.walk import Points, border_cells
 from stickslip.vocabulary.flags import REGIMES

@@ -233,11 +233,10 @@ def free_name(stem: Path, variable: str | None, places: Mapping[str, str], reque
 
 def is_drawn(ds: xr.Dataset) -> bool:
     """True if there is a plot of this result: borders of single lines, and one rare event, are no plots."""
-    from stickslip import plots
+    from stickslip.config.studies import study_of_result
 
-    if "probability" in ds:
-        return "levels" not in ds or ds["probability"].ndim > 1
-    return plots.is_over_map(ds) or any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
+    study = study_of_result(ds)
+    return study.is_drawn(ds) if study else "regime" in ds and ds["regime"].ndim > 0
 
 
 def result_figure(ds: xr.Dataset, map_file: Location | None = None, picture: Picture = PLAIN) -> Figure:
@@ -266,10 +265,11 @@ def _map_behind(ds: xr.Dataset, map_file: Location | None) -> xr.Dataset:
 
 def part_that_fits(ds: xr.Dataset) -> xr.Dataset:
     """The part of a result that fits on a picture, said on screen where it is not the whole."""
+    from stickslip import plots
     from stickslip.dataset import selection
 
-    name = next((name for name in ("probability", "settling_share", "regime") if name in ds), None)
-    part, places = (ds, []) if name is None else selection.part_that_fits(ds, ds[name].dims)
+    name = plots.subject(ds)
+    part, places = selection.part_that_fits(ds, ds[name].dims) if name in ds else (ds, [])
     for place in places:
         screen.echo(f"drawn    {place}; others with stickslip plot --select")
     return part

@@ -81,7 +81,7 @@ def _show(config: Path, loaded: Config, whole: Estimate) -> None:
 def _show_space(loaded: Config, whole: Estimate) -> None:
     """Print memory and disk space of a map."""
     size, stored = screen.memory(whole.whole), screen.memory(whole.store)
-    if loaded.refine is not None:
+    if loaded.study is not None and loaded.study.is_map:
         screen.echo(f"cells    about {whole.cells:,} are computed; more if the borders between regimes are long")
     screen.echo(f"memory   about {screen.memory(whole.memory)} besides the program ({size} without a file)")
     map_size = "as much" if stored == size else f"{size}, before compression,"

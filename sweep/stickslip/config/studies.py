@@ -8,12 +8,12 @@ configuration or a result has to do with them.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from math import prod
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from pydantic import ValidationError
 
@@ -23,12 +23,13 @@ from stickslip.config.python import python_document
 from stickslip.config.sections import REFUSED, AnySection, StudySection
 from stickslip.errors import ArgumentError, dotted
 from stickslip.vocabulary.results import Variable
-from stickslip.vocabulary.studies import STUDIES
+from stickslip.vocabulary.studies import STUDIES, kind_of
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from stickslip.engine import Options, Results, StopFlag
 
@@ -43,6 +44,12 @@ def study_class(key: str) -> type[Study]:
     file, _, name = STUDIES[key].place.partition(":")
     found: type[Study] = getattr(import_module(f"stickslip.studies.{file}"), name)
     return found
+
+
+def study_of_result(ds: xr.Dataset) -> type[Study] | None:
+    """The study that a result is of; None for maps, trajectories, comparisons and tests of rigs."""
+    kind = kind_of(ds)
+    return study_class(kind) if kind in STUDIES else None
 
 
 def section_class(key: str) -> type[StudySection]:
@@ -73,6 +80,19 @@ def section_of_call(model: type[AnySection], **values: Any) -> AnySection:
     raise ArgumentError(dotted(path), f"{what}; {hint}" if hint else what)
 
 
+class Regime(str):
+    """The name of a regime in a table, where pages show its colour."""
+
+
+class Table(NamedTuple):
+    """A table for people. words, numbers : headings of columns, those of numbers last. rows : of both."""
+
+    title: str
+    words: Sequence[str]
+    numbers: Sequence[str]
+    rows: Iterable[Sequence[str]]
+
+
 @dataclass(frozen=True)
 class Finished:
     """The results of a range of items; complete : False if computing was stopped on the way, and they are no use."""
@@ -86,7 +106,8 @@ class Study(ABC):
 
     about, examples : of the command: sentences below its first, and words behind its name.
     over_map : whether the result is drawn over a map of the cells.
-    section : that asks for it. variables : of its result, by name. title, action : of the result of a Python call, for
+    section : that asks for it. variables : of its result, by name. subject : the variable that it is about.
+    caption : of the only picture of a page, if it is the only one. title, action : of the result of a Python call, for
     its attributes.
     name : of the result, for people ("map"). counted : what its items are ("cells", "lines").
     dims, shape : of the items, the last index running fastest. options : of the integration.
@@ -98,6 +119,8 @@ class Study(ABC):
 
     section: ClassVar[type[StudySection]]
     variables: ClassVar[Mapping[str, Variable]]
+    subject: ClassVar[str] = "regime"
+    caption: ClassVar[str] = ""
     about: ClassVar[str] = ""
     examples: ClassVar[Sequence[str]] = ()
     over_map: ClassVar[bool] = False
@@ -171,3 +194,40 @@ class Study(ABC):
 
         parts : each is read when it is asked for, so that going through them once holds one at a time.
         """
+
+    # --- its result ---------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def own_dims(cls) -> set[str]:
+        """The dimensions of its variables beyond those of the cells."""
+        return {dim for row in cls.variables.values() for dim in row.dims}
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """The result in lines and tables for the screen."""
+        yield from ()
+
+    @classmethod
+    def table(cls, ds: xr.Dataset) -> Table | None:
+        """The table of its page, if it has one."""
+        return None
+
+    @classmethod
+    def is_drawn(cls, ds: xr.Dataset) -> bool:
+        """True if there is a plot of this result."""
+        return cls.subject in ds and ds[cls.subject].ndim > 0
+
+    @classmethod
+    def figure(
+        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
+    ) -> Figure | None:
+        """The plot of a variable, or of what the result is about; None where that is a map, or over one.
+
+        Arguments as of `plots.plot_result`, whose errors it raises.
+        """
+        return None
+
+    @classmethod
+    def mapped(cls, ds: xr.Dataset) -> Sequence[str]:
+        """The variables whose maps are on its page, beside those that every map has."""
+        return ()

@@ -49,6 +49,11 @@ class MapAxis:
         return title(self._beside[0]) if len(self._beside) == 1 else str(self.dim).replace("_", " ")
 
     @cached_property
+    def name(self) -> str:
+        """The title without its unit."""
+        return self.title.partition(" (")[0]
+
+    @property
     def centres(self) -> NDArray[np.float64]:
         """Positions of the points: at their values, or at 0, 1, 2 ... under labels."""
         if self._index is not None and self.is_numeric:

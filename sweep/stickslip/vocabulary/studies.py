@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class Entry(NamedTuple):
@@ -25,3 +28,18 @@ STUDIES: dict[str, Entry] = {
     "refine": Entry("refinement.study:RefinedMap"),
     "uncertain": Entry("uncertainty.sampling:SampleStudy"),
 }
+
+# Results that are no studies, and those of versions before 0.2, by a variable, a dimension or an attribute of theirs.
+_MARKS = {
+    "model_rpn": "rig", "time": "trajectory", "quiet_above": "comparison", "probability": "uncertain",
+    "direction": "ramp", "settling_share": "attractors", "border_found": "border", "contour_found": "contours",
+    "margin_found": "margins",
+}  # fmt: skip
+
+
+def kind_of(ds: xr.Dataset) -> str:
+    """The kind of a result: the key of a study, rig, trajectory, comparison, or map."""
+    if (kind := ds.attrs.get("result")) in STUDIES:
+        return str(kind)
+    names = {*map(str, ds.variables), *map(str, ds.dims), *map(str, ds.attrs)}
+    return next((kind for mark, kind in _MARKS.items() if mark in names), "map")

@@ -152,7 +152,7 @@ def test_a_map_waits_for_no_room_that_it_has_no_use_for(tmp_path):
     program = (
         "import sys; from stickslip.config.reader import load_config; from stickslip.runs import session\n"
         f"from stickslip.runs.work import Work; Work(load_config({str(path)!r})).study\n"
-        "rooms = ['basins', 'borders', 'distances', 'refinement', 'uncertainty', 'theory.distributions']\n"
+        "rooms = [f'studies.{room}' for room in ('borders', 'margins', 'attractors', 'refinement', 'uncertainty')]\n"
         "print([name for name in [*(f'stickslip.{room}' for room in rooms), 'scipy.stats'] if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from stickslip.engine import Options, Results, stop_flag
 from stickslip.studies.attractors import plain
 from stickslip.studies.attractors.area import Orbits, area_in_box, velocities_at_rest_point
-from stickslip.studies.attractors.box import Attractors
 from stickslip.studies.attractors.cycle import find_cycles, sampled_motion
+from stickslip.studies.attractors.section import Attractors
 from stickslip.studies.attractors.starts import Regimes, Work, settled
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES

@@ -8,20 +8,22 @@ from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator, Field
 
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import RANGE, StudySection, of_row
-from stickslip.config.studies import Finished, Moved, Study
+from stickslip.config.studies import Finished, Moved, Study, Table
 from stickslip.dataset.build import NO_FILL, grid_coordinates, shown_in, study_dataset, text_index
+from stickslip.dataset.display import displayed
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError
-from stickslip.studies.attractors.box import Attractors
 from stickslip.studies.attractors.exact import exact_results
+from stickslip.studies.attractors.section import VARIABLES as OF_ATTRACTORS
+from stickslip.studies.attractors.section import Attractors
 from stickslip.studies.attractors.starts import DISTURBANCE, SETTLED, Work, settled, unloaded
-from stickslip.studies.attractors.study import VARIABLES as OF_ATTRACTORS
 from stickslip.studies.borders.lines import (
     PARAMETER,
     CellsOrConfig,
@@ -31,6 +33,7 @@ from stickslip.studies.borders.lines import (
     lines_along,
     range_along,
 )
+from stickslip.studies.report import MOST_ROWS, cells_over
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken
@@ -97,6 +100,7 @@ class RampStudy(Study):
         "configs/quickstart.yaml --along belt_speed --plot ramp.png",
         'configs/quickstart.yaml --along belt_speed --between 0.2 "1 m/s" -o ramp.nc',
     )
+    caption = "ramp"
     name, counted, ragged, weight = "ramp", "lines", True, 64
 
     def __init__(self, cells: Cells, side: Side, options: Options) -> None:
@@ -136,6 +140,35 @@ class RampStudy(Study):
         own = QUANTITIES[section.along]
         between = "the range of its axis" if section.between is None else own.range_text(section.between)
         yield "ramp along", section.along, f"up and down {between}, {section.points} values"
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """Where the regime changes on the way up, and on the way down."""
+        *dims, _, along = ds["regime"].dims
+        values, unit = displayed(ds[along])
+        for number, (where, line) in enumerate(cells_over(ds, dims)):
+            if number == MOST_ROWS:
+                yield "... and more lines; --output FILE.nc keeps them all"
+                return
+            for direction, step in (("up", 1), ("down", -1)):
+                codes = line["regime"].sel(direction=direction).values[::step]
+                yield f"{where}{direction:4} {'; '.join(_changes(codes, values[::step], unit))}"
+
+    @classmethod
+    def is_drawn(cls, ds: xr.Dataset) -> bool:
+        """True for a single line."""
+        return all(ds.sizes[dim] == 1 for dim in ds["regime"].dims[:-2])
+
+    @classmethod
+    def figure(
+        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
+    ) -> Figure:
+        """The branches of a variable."""
+        from stickslip.plots.attractors import plot_of_ramp
+        from stickslip.plots.kinds import check_plain
+
+        check_plain(look, "a ramp")
+        return plot_of_ramp(ds, variable, select=select, title=title)
 
     @property
     def title(self) -> str:
@@ -242,6 +275,15 @@ class RampStudy(Study):
             parts.append(known | {"damping_ratio": start["damping_ratio"]})
             moved(some["mass"].size)
         return {name: np.concatenate([part[name] for part in parts]) for name in _BETWEEN}
+
+
+def _changes(codes: NDArray[Any], values: NDArray[Any], unit: str) -> list[str]:
+    """`stick_slip -> damped from 0.79 to 0.8 m/s` for each change on the way."""
+    changes = [
+        f"{REGIMES[codes[i]]} -> {REGIMES[codes[i + 1]]} from {values[i]:.6g} to {values[i + 1]:.6g} {unit}".rstrip()
+        for i in np.flatnonzero(np.diff(codes))
+    ]
+    return changes or [f"{REGIMES[codes[0]]} all the way"]
 
 
 def _passed_on(cells: Parameters, results: Results, state: State) -> State:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import qmc  # type: ignore[import-untyped]
 
 from stickslip.engine import Scales
-from stickslip.studies.attractors.box import RANDOMISATIONS, Attractors
+from stickslip.studies.attractors.section import RANDOMISATIONS, Attractors
 from stickslip.studies.attractors.starts import Work, decided, settled
 from stickslip.studies.borders.search import Looked, Scan, search_lines
 from stickslip.vocabulary.cells import Parameters, taken

@@ -8,21 +8,23 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config, Group
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.studies import Finished, Moved, Study
+from stickslip.config.studies import Finished, Moved, Study, Table
 from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset
+from stickslip.dataset.display import unit_of
 from stickslip.dataset.given import given_cells
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, Path, StoppedError
 from stickslip.studies.attractors import cycle, exact, sampled
-from stickslip.studies.attractors.box import RANDOMISATIONS, Attractors
 from stickslip.studies.attractors.exact import exact_results
 from stickslip.studies.attractors.plain import slips_on_curve
 from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares
+from stickslip.studies.attractors.section import RANDOMISATIONS, VARIABLES, Attractors
 from stickslip.studies.attractors.starts import (
     DISTURBANCE,
     Work,
@@ -33,46 +35,15 @@ from stickslip.studies.attractors.starts import (
     unloaded,
 )
 from stickslip.studies.borders.lines import CellsOrConfig
+from stickslip.studies.report import MOST_ROWS, attributes, cells_over
 from stickslip.studies.study import joined
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import FLAGS, REGIME_MESSAGES, REGIMES, SHARE_METHODS
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
-from stickslip.vocabulary.results import Variable, by_name
 
 Floats = NDArray[np.float64]
 
-VARIABLES = by_name(
-    Variable("coexisting", "1", "regimes reached from different starting states"),
-    Variable("regime_from_stick", "1", "regime reached from sticking, with no load on the contact"),
-    Variable("regime_from_sliding", "1", "regime reached from close to steady sliding"),
-    Variable("settling_share", "1", "share of the starting states in the box that settle to steady sliding"),
-    Variable("share_error", "1", "standard error of the share that settles; 0 where it is exact"),
-    Variable("settling_share_low", "1", "share that settles if no undecided starting state does"),
-    Variable("settling_share_high", "1", "share that settles if all undecided starting states do"),
-    Variable("share_method", "1", "how the share that settles was found"),
-    Variable("unstable_amplitude", "m", "half the range of displacement on the unstable cycle"),
-    Variable("unstable_velocity_amplitude", "m s-1", "half the range of velocity on the unstable cycle"),
-    Variable("unstable_period", "s", "period of the unstable cycle"),
-    Variable(
-        "critical_shock",
-        "m s-1",
-        "smallest change of velocity after which steady sliding does not come back",
-        comment="inf: no change does that; 0: any does",
-    ),
-    Variable("critical_shock_along", "m s-1", "critical change of velocity, along the motion of the belt"),
-    Variable("critical_shock_against", "m s-1", "critical change of velocity, against the motion of the belt"),
-    Variable(
-        "critical_shift",
-        "m",
-        "smallest change of displacement after which steady sliding does not come back",
-        comment="inf: no change does that; 0: any does",
-    ),
-    Variable("critical_shift_along", "m", "critical change of displacement, along the motion of the belt"),
-    Variable("critical_shift_against", "m", "critical change of displacement, against the motion of the belt"),
-    CELL_VARIABLES["damping_ratio"],
-)
 COLUMNS: dict[str, np.dtype[Any]] = {
     name: np.dtype(np.int8 if name in FLAGS or name == "coexisting" else np.float64) for name in VARIABLES
 }
@@ -161,7 +132,7 @@ class AttractorStudy(Study):
     """The attractors of cells."""
 
     section, variables = Attractors, VARIABLES
-    title, action = "Attractors", "attractors"
+    title, action, subject, caption = "Attractors", "attractors", "settling_share", "share that settles"
     about = "How large a share of a box of starting states settles, and how large a shock ends sliding."
     examples = (
         "configs/attractors.yaml",
@@ -202,6 +173,35 @@ class AttractorStudy(Study):
             yield f"attractors from {name}", PARAMETERS[name].range_text(ends), f"starting states: {name}"
         yield "samples", f"{section.samples:,}", "starting states per cell where the share is not exact"
 
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """Which regimes coexist, how much of the box settles, and what a shock may be."""
+        share, masks = ds["settling_share"].values, ds["coexisting"].values
+        if share.size <= MOST_ROWS:
+            for where, cell in cells_over(ds, ds["settling_share"].dims):
+                regimes = _regimes_in(int(cell["coexisting"])) or "not computed"
+                yield f"{where}{regimes}; {_share(cell)}; {_shock(cell)}"
+        else:
+            for mask, count in zip(*np.unique(masks, return_counts=True), strict=True):
+                yield f"cells    {count:,} with {_regimes_in(int(mask)) or 'nothing computed'}"
+            if (known := share[np.isfinite(share)]).size:
+                yield f"settling {known.mean():.1%} of the starting states on average"
+        yield from attributes(ds, shares="attractors_found")
+        yield f"box      displacement {ds.attrs['box_displacement']}, velocity {ds.attrs['box_velocity']}"
+
+    @classmethod
+    def figure(
+        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
+    ) -> Figure | None:
+        """Over one parameter lines of the share; over more a map of it."""
+        from stickslip.plots.attractors import plot_attractors
+        from stickslip.plots.kinds import check_plain
+
+        if variable not in (None, cls.subject) or len(set(ds[cls.subject].dims) - set(select)) != 1:
+            return None
+        check_plain(look, "no map: lines over one parameter")
+        return plot_attractors(ds, select=select, title=title)
+
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The attractors of a range of cells."""
         try:
@@ -235,6 +235,27 @@ class AttractorStudy(Study):
         }
         ds["coexisting"] = xr.Variable(coexisting.dims, coexisting.values.astype(np.int8), masks, NO_FILL)
         return ds
+
+
+def _regimes_in(mask: int) -> str:
+    """`stick_slip or damped`: the regimes of a mask."""
+    return " or ".join(name for code, name in enumerate(REGIMES) if code and mask >> (code - 1) & 1)
+
+
+def _share(cell: xr.Dataset) -> str:
+    share, error = float(cell["settling_share"]), float(cell["share_error"])
+    low, high = float(cell["settling_share_low"]), float(cell["settling_share_high"])
+    bounds = f", {low:.4g} to {high:.4g} with undecided states" if high > low else ""
+    return f"share that settles {share:.6g} ({f'+- {error:.2g}' if error else 'exact'}{bounds})"
+
+
+def _shock(cell: xr.Dataset) -> str:
+    shock = float(cell["critical_shock"])
+    if shock != shock:
+        return "critical shock unknown"
+    if shock == float("inf"):
+        return "no shock ends sliding"
+    return f"critical shock {unit_of(cell['critical_shock']).text(shock)}" if shock else "any shock ends sliding"
 
 
 def _state_axes(config: Config) -> Iterator[Path]:

@@ -3,8 +3,8 @@
 `search.py` finds where labels change along lines and knows nothing of friction (`search.py`: where to look next);
 `lines.py` leaves one or two parameters of cells open; `border.py` puts the two together through the engine.
 
-In planes of two parameters: `walk.py` follows borders over the cells of a grid, `tracing.py` joins crossings to lines,
-`tracing.py` closes in on where three regimes meet; `contours.py` puts these together.
+In planes of two parameters: `walk.py` follows borders over the cells of a grid, `tracing.py` joins crossings to lines
+and closes in on where three regimes meet; `plane.py` puts these together, and `contours.py` makes a study of it.
 """
 
 from stickslip.studies.borders.border import Border, BorderStudy

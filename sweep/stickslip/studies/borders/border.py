@@ -14,8 +14,10 @@ from pydantic import BeforeValidator, Field
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import RANGE, StudySection, of_row
-from stickslip.config.studies import Finished, Moved, Study
+from stickslip.config.studies import Finished, Moved, Regime, Study, Table
+from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.build import grid_coordinates, of_parameter, shown_in, study_dataset
+from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag, solve
 from stickslip.errors import StoppedError
 from stickslip.studies.borders.lines import (
@@ -31,10 +33,11 @@ from stickslip.studies.borders.lines import (
     range_along,
 )
 from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels, Looked, search_lines
+from stickslip.studies.report import attributes, axes_over, cells_over, first, parts_over
 from stickslip.studies.study import joined
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import METHODS, UNDECIDED
+from stickslip.vocabulary.flags import METHODS, REGIMES, UNDECIDED
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import Variable, by_name
@@ -80,7 +83,7 @@ class BorderStudy(Study):
     """The borders of lines; its items are the lines."""
 
     section, variables = Border, _VARIABLES
-    title, over_map = "Borders of regimes", True
+    title, subject, over_map = "Borders of regimes", "border", True
     about = "The other axes of CONFIG are the lines that are searched, but those that --at gives a value."
     examples = (
         "configs/quickstart.yaml --along belt_speed",
@@ -125,6 +128,29 @@ class BorderStudy(Study):
         between = "the range of its axis" if section.between is None else own.range_text(section.between)
         meaning = f"between {between}, {section.scan} places first, tolerance {section.tolerance:g}"
         yield "border along", section.along, meaning
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """The first borders, how many there are, and what can be missed."""
+        rows = int(ds["border"].notnull().sum())
+        if "regime_throughout" in ds:
+            rows += int((ds["regime_throughout"] != 0).sum())
+        yield from first(_lines(ds), rows)
+        yield from attributes(ds, borders="border_found", scan="border_scan")
+
+    @classmethod
+    def table(cls, ds: xr.Dataset) -> Table:
+        """Where the regime changes along each line, and between which regimes; and lines without a border."""
+        ds = ds.transpose(..., "crossing")
+        axes = axes_over(ds, ds["border"].dims[:-1])
+        along = str(ds.attrs.get("border_parameter", "border")).replace("_", " ")
+        words = [*(axis.name for axis in axes), along, "below it", "above it"]
+        return Table("The borders", words, ["known within"], _rows(ds, axes))
+
+    @classmethod
+    def is_drawn(cls, ds: xr.Dataset) -> bool:
+        """True for borders of many lines of a configuration."""
+        return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
 
     @property
     def action(self) -> str:
@@ -190,6 +216,41 @@ def labelled(
     for name in ("border", "border_width"):
         shown_in(ds[name].variable, side.written_in)
     return ds
+
+
+def _crossings(line: xr.Dataset) -> list[xr.Dataset]:
+    """The borders on a line."""
+    return [line.isel(crossing=int(i)) for i in np.flatnonzero(np.isfinite(line["border"].values))]
+
+
+def _sides(crossing: xr.Dataset) -> list[str]:
+    return [REGIMES[int(crossing[name])] for name in ("regime_below", "regime_above")]
+
+
+def _lines(ds: xr.Dataset) -> Iterator[str]:
+    """A line of text per border: the regimes on either side, where it is, how it was found; or for a line without."""
+    unit = unit_of(ds["border"])
+    for where, line in cells_over(ds, ds["border"].dims[:-1]):
+        crossings = _crossings(line)
+        if not crossings and (code := int(line["regime_throughout"]) if "regime_throughout" in line else 0):
+            yield f"{where}{REGIMES[code]} throughout, no border"
+        for border in crossings:
+            below, above = _sides(border)
+            how = f"width {unit.of(float(border['border_width'])):.2g}, by {METHODS[int(border['method'])]}"
+            yield f"{where}{below} -> {above} at {unit.text(float(border['border']), 12)} ({how})"
+
+
+def _rows(ds: xr.Dataset, axes: Sequence[MapAxis]) -> Iterator[list[str]]:
+    """A row of a table per border, or per line without any."""
+    unit = unit_of(ds["border"])
+    for place, line in parts_over(ds, ds["border"].dims[:-1]):
+        where = [axis.text(i) for axis, i in zip(axes, place, strict=True)]
+        crossings = _crossings(line)
+        for crossing in crossings:
+            width = f"{unit.of(float(crossing['border_width'])):.2g} {unit.name}"
+            yield [*where, unit.text(float(crossing["border"])), *map(Regime, _sides(crossing)), width]
+        if not crossings:
+            yield [*where, "none: one regime throughout", "", "", ""]
 
 
 def _table(found: Results) -> dict[str, NDArray[np.float64]]:

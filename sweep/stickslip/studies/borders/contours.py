@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from pydantic import Field
 
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import RANGE, Read, StudySection, choice, interval, of_row, refused
-from stickslip.config.studies import Finished, Moved, Study
+from stickslip.config.studies import Finished, Moved, Study, Table
 from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, shown_in, variable_of
-from stickslip.dataset.polylines import CONTAINER
-from stickslip.engine import Options, Results, StopFlag, solve
+from stickslip.dataset.display import unit_of
+from stickslip.dataset.polylines import CONTAINER, plane_names, polylines
+from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.studies.borders.lines import (
     PARAMETER,
@@ -30,25 +30,18 @@ from stickslip.studies.borders.lines import (
     plane_along,
     plane_over,
 )
-from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
-from stickslip.studies.borders.tracing import Chain, Crossing, Segment, chained, joined, meeting_points
-from stickslip.studies.borders.walk import Points, border_cells, corner_labels
+from stickslip.studies.borders.plane import JUNCTION, PlaneSearch, share_of
+from stickslip.studies.borders.search import Integers
+from stickslip.studies.report import attributes, first
 from stickslip.studies.study import joined as end_to_end
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import REGIMES, UNDECIDED
+from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.results import Variable, by_name
 
-OPEN = REGIMES.index("unresolved")  # what all that is undecided is called here: a region like any other
-_ALONG_X, _ALONG_Y, _JUNCTION = range(3)
-_SMALLEST = 1e-15  # of the share of a side
 _PER_POINT = 40  # cells a border takes per grid point along one side of the plane, about
 _PANEL, _PER_CELL = 4096, 64  # panels weigh as a block of a map, or more; grid points per cell that a block may hold
-_CLOSED_IN = 0.25  # of a cell: wider, the middle of the crossings around a junction says more than that of the window
-_ROUNDS = 12  # of closing in on a junction: to 2e-4 of a cell
-# Sides of a cell counter-clockwise: direction, row and column of where they begin, whether they are run backwards.
-_SIDES = ((_ALONG_X, 0, 0, False), (_ALONG_Y, 0, 1, False), (_ALONG_X, 1, 0, True), (_ALONG_Y, 0, 0, True))
 
 _LINE, _NODE = ("line",), ("node",)
 _VARIABLES = by_name(
@@ -117,7 +110,7 @@ class ContourStudy(Study):
     """
 
     section, variables = Contours, _VARIABLES
-    title, over_map = "Contours of regimes", True
+    title, subject, over_map = "Contours of regimes", "node_count", True
     about = (
         "Lines, loops among them, whose points are found one by one to the tolerance. Only the surroundings of a line "
         "are computed, so that a fine grid costs no more than its lines are long. Other axes of CONFIG become panels."
@@ -166,6 +159,19 @@ class ContourStudy(Study):
         first = f"{section.scan} looked at first, tolerance {section.tolerance:g}"
         yield "contours over", over, f"a grid of {section.points} points a side, {first}"
 
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """The first lines, how many there are, and what can be missed."""
+        yield from first(_lines(ds), ds.sizes["line"])
+        yield from attributes(
+            ds, lines="contour_found", grid="contour_grid", scan="contour_scan", looked="contour_looked_at"
+        )
+
+    @classmethod
+    def is_drawn(cls, ds: xr.Dataset) -> bool:
+        """Lines always are."""
+        return True
+
     @property
     def action(self) -> str:
         """What is done, for the history."""
@@ -175,7 +181,8 @@ class ContourStudy(Study):
         """The lines of a range of panels."""
         parts = []
         for panel in items:
-            search = _Search(self._cells, self._y, self._x, panel, self._section, self.options, stop, moved)
+            how = self._section.scan, self._section.tolerance, self.options, stop, moved
+            search = PlaneSearch(self._cells, self._y, self._x, panel, *how)
             try:
                 parts.append(search.columns())
             except StoppedError:
@@ -233,173 +240,29 @@ class ContourStudy(Study):
         return by_line
 
 
-@dataclass
-class _Nodes:
-    """Points of lines: (n,) each. `along` : which parameter was searched along there, or a junction.
-
-    of_side : the crossings of a side of the grid (direction, panel, row, column), in ascending order: node numbers,
-        with the labels before and after.
-    """
-
-    panel: Integers
-    x: Floats
-    y: Floats
-    width: Floats
-    along: NDArray[np.int8]
-    of_side: dict[tuple[int, ...], list[Crossing]]
-
-    def add(self, panel: int, x: float, y: float, width: float) -> int:
-        """Append a junction, and give its number."""
-        self.panel, self.x = np.append(self.panel, panel), np.append(self.x, x)
-        self.y, self.width = np.append(self.y, y), np.append(self.width, width)
-        self.along = np.append(self.along, np.int8(_JUNCTION))
-        return self.x.size - 1
-
-
-class _Search:
-    """A panel looked at through the engine. Everything raises StoppedError once the stop flag is raised."""
-
-    def __init__(
-        self, cells: Cells, y: Side, x: Side, panel: int, section: Contours, options: Options, stop: StopFlag,
-        moved: Moved | None = None,
-    ) -> None:  # fmt: skip
-        self.cells, self.x, self.y, self.panel = cells, x, y, panel
-        self.section, self.options, self.stop, self.moved = section, options, stop, moved
-        self.computed = 0
-        self.points = Points((1, y.points, x.points), lambda p, r, c: self.labels(p, x.places[c], y.places[r]))
-
-    def columns(self) -> Results:
-        """The lines, as columns of a study."""
-        cells = border_cells(self.points, (self.section.scan, self.section.scan))
-        nodes = self.nodes(cells)
-        chains = chained(self.segments(cells, nodes))
-        counts = {"lines": len(chains), "looked_at": self.points.looked_at, "computed": self.computed}
-        return {name: np.array([one]) for name, one in counts.items()} | _table(chains, nodes)
-
-    def labels(self, panel: Integers, x: Floats, y: Floats) -> Labels:
-        """Regimes of cells; what is undecided is `OPEN`."""
-        return self.looked(panel, x, y)[0]
-
-    def looked(self, panel: Integers, x: Floats, y: Floats) -> tuple[Labels, Floats]:
-        """Regimes of cells, and the guide to where stick-slip ends by grazing."""
-        cells = self.cells.take(panel + self.panel, **{self.x.name: x, self.y.name: y})
-        results = solve(cells, self.options, self.stop, self.moved)
-        self.computed += panel.size
-        regime = results["regime"]
-        labels = np.where(np.isin(regime, UNDECIDED), OPEN, regime).astype(np.int8)
-        return labels, np.asarray(results["restick_margin"], np.float64)
-
-    def labels_in_cells(self, cells: Integers, x: Floats, y: Floats) -> Labels:
-        """Regimes at shares of grid cells (n, 3) along both sides."""
-        panel, row, column = cells.T
-        return self.labels(panel, self.x.at(column, x), self.y.at(row, y))
-
-    def nodes(self, cells: Integers) -> _Nodes:
-        """Return where labels change on the sides of grid cells."""
-        sides = _sides(cells, corner_labels(self.points, cells))
-        found = self._crossings(sides)
-        direction, panel, row, column = sides[found["line"]].T
-        middle, across = found["low"] + (found["high"] - found["low"]) / 2, np.zeros(found.size)
-        flat = direction == _ALONG_X
-        x = self.x.at(column, np.where(flat, middle, across))
-        y = self.y.at(row, np.where(flat, across, middle))
-        of_side: dict[tuple[int, ...], list[Crossing]] = {}
-        for node, one in enumerate(found):
-            side = tuple(sides[one["line"]].tolist())
-            of_side.setdefault(side, []).append(Crossing(node, int(one["below"]), int(one["above"])))
-        return _Nodes(panel, x, y, found["high"] - found["low"], direction.astype(np.int8), of_side)
-
-    def _crossings(self, sides: Integers) -> Brackets:
-        """Brackets on sides of the grid, as lines from 0 to 1 whose ends are known."""
-        direction, panel, row, column = sides.T
-        flat = direction == _ALONG_X
-        low = self.points(panel, row, column)
-        high = self.points(panel, np.where(flat, row, row + 1), np.where(flat, column + 1, column))
-        open_ended = (low == OPEN) | (high == OPEN)
-
-        def labels_at(line: Integers, place: Floats) -> Looked:
-            x = self.x.at(column[line], np.where(flat[line], place, 0.0))
-            y = self.y.at(row[line], np.where(flat[line], 0.0, place))
-            labels, guide = self.looked(panel[line], x, y)
-            labels = np.select([place == 0.0, place == 1.0], [low[line], high[line]], labels)  # as neighbours see them
-            return Looked(labels, (labels != OPEN) | open_ended[line], guide)
-
-        shares = [_share(side, self.section.tolerance) for side in (self.x, self.y)]
-        found, _ = search_lines(len(sides), Scan(0.0, 1.0, 2, "linear"), min(shares), labels_at)
-        return found
-
-    def segments(self, cells: Integers, nodes: _Nodes) -> list[Segment]:
-        """Return what is inside the grid cells; where three labels meet, a node is added."""
-        rings = [_ring(cell, nodes.of_side) for cell in cells.tolist()]
-        centres: list[int | None] = [None] * len(cells)
-        many = np.array([i for i, ring in enumerate(rings) if len(ring) > 2], np.int64)
-        half = np.full(many.size, 0.5)
-        for i, label in zip(many, self.labels_in_cells(cells[many], half, half), strict=True):
-            centres[i] = int(label)
-        parts = [joined(*one, junction=-1) for one in zip(rings, centres, strict=True)]
-        ends = np.array([i for i, part in enumerate(parts) if any(piece.end == -1 for piece in part)], np.int64)
-        place, width = meeting_points(
-            ends.size, lambda which, x, y: self.labels_in_cells(cells[ends[which]], x, y), _ROUNDS
+def _lines(ds: xr.Dataset) -> Iterator[str]:
+    """A line of text per contour."""
+    names = plane_names(ds)
+    units = [unit_of(ds[name]) for name in names]
+    panels = [name for name, coordinate in ds.coords.items() if coordinate.dims == ("line",)]
+    for number, line in enumerate(polylines(ds)):
+        where = ", ".join(f"{name} = {ds[name].values[number]}" for name in panels)
+        ranges = ", ".join(
+            f"{name} {unit.of(values.min()):.6g} to {unit.text(values.max())}"
+            for name, values, unit in zip(names, (line.x, line.y), units, strict=True)
         )
-        for i, share, window in zip(ends, place, width, strict=True):
-            panel, row, column = cells[i]
-            x, y = (
-                float(side.at(np.array(number), part))
-                for side, number, part in ((self.x, column, share[0]), (self.y, row, share[1]))
-            )
-            if window > _CLOSED_IN:
-                around = [one.node for one in rings[i]]
-                x, y = float(nodes.x[around].mean()), float(nodes.y[around].mean())
-            parts[i] = joined(rings[i], centres[i], nodes.add(panel, x, y, window))
-        return [piece for part in parts for piece in part]
-
-
-def _share(side: Side, tolerance: float) -> float:
-    """Return how much of a side of a grid cell the tolerance is, at least, where a border may lie."""
-    low, high = np.abs(side.places[:-1]), np.abs(side.places[1:])
-    scale = (np.maximum(low, high) / np.diff(side.places)).min()
-    return float(np.clip(tolerance * scale, _SMALLEST, 0.5))
-
-
-def _sides(cells: Integers, labels: Labels) -> Integers:
-    """The sides of cells whose ends differ, once each: (n, 4) of direction, panel, row and column."""
-    differs = labels != np.roll(labels, -1, axis=1)
-    found = [np.zeros((0, 4), np.int64)]
-    for k, (direction, row, column, _) in enumerate(_SIDES):
-        begins = cells[differs[:, k]] + (0, row, column)
-        found.append(np.insert(begins, 0, direction, axis=1))
-    return np.unique(np.concatenate(found), axis=0)
-
-
-def _ring(cell: list[int], of_side: Mapping[tuple[int, ...], list[Crossing]]) -> list[Crossing]:
-    """The crossings around a cell, counter-clockwise from its lower left corner."""
-    panel, row, column = cell
-    found: list[Crossing] = []
-    for direction, up, right, backwards in _SIDES:
-        there = of_side.get((direction, panel, row + up, column + right), [])
-        found += [Crossing(one.node, one.after, one.before) for one in reversed(there)] if backwards else there
-    return found
-
-
-def _table(chains: list[Chain], nodes: _Nodes) -> Results:
-    """Lines and nodes as columns."""
-    order = np.array([node for chain in chains for node in chain.nodes], np.int64)
-    return {
-        "node_count": np.array([len(chain.nodes) for chain in chains], np.int32),
-        "closed": np.array([chain.closed for chain in chains], np.int8),
-        "regime_left": np.array([chain.left for chain in chains], np.int8),
-        "regime_right": np.array([chain.right for chain in chains], np.int8),
-        "x": nodes.x[order], "y": nodes.y[order], "node_width": nodes.width[order], "node_along": nodes.along[order],
-    }  # fmt: skip
+        kind = "loop" if line.closed else "line"
+        sides = f"{REGIMES[line.left]} | {REGIMES[line.right]}"
+        yield f"{where}{': ' if where else ''}{sides}: {kind} of {len(line.x)} points, {ranges}"
 
 
 def _attributes(whole: Results, y: Side, x: Side, section: Contours, options: Options) -> dict[str, str | float]:
     """Return what was done and what it cannot see, as global attributes."""
     rows, columns = y.points, x.points
     lines, loops = whole["closed"].size, np.count_nonzero(whole["closed"])
-    inside = whole["node_along"] == _JUNCTION
+    inside = whole["node_along"] == JUNCTION
     meetings = np.unique(np.stack([whole["x"][inside], whole["y"][inside]]), axis=1).shape[1]
-    narrow = 2 * max(_share(side, section.tolerance) for side in (x, y))
+    narrow = 2 * max(share_of(side, section.tolerance) for side in (x, y))
     wide = np.count_nonzero(whole["node_width"][~inside] > narrow)
     found = f"{lines} lines, {loops} of them closed, with {meetings} junctions"
     if not lines:

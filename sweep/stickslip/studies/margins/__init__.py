@@ -4,8 +4,9 @@
 `joint.py` along rays in the space of all of them; `margins.py` puts it together.
 """
 
-from stickslip.studies.margins.margins import Margins, MarginStudy
+from stickslip.studies.margins.margins import MarginStudy
 from stickslip.studies.margins.reach import without_measured
+from stickslip.studies.margins.section import SIDES, Margins
 from stickslip.studies.margins.single import worst
 
-__all__ = ["MarginStudy", "Margins", "without_measured", "worst"]
+__all__ = ["SIDES", "MarginStudy", "Margins", "without_measured", "worst"]

@@ -2,48 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import Field, ValidationInfo, field_validator
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
-from stickslip.config.sections import (
-    BOOLEAN,
-    RANGE,
-    Read,
-    Schema,
-    StudySection,
-    choice,
-    interval,
-    list_of,
-    number,
-    number_schema,
-    of_row,
-    one_of,
-    refused,
-)
-from stickslip.config.studies import Finished, Moved, Study
+from stickslip.config.studies import Finished, Moved, Study, Table
 from stickslip.dataset.build import grid_coordinates, of_parameter, parameter_variable, study_dataset, text_index
 from stickslip.dataset.given import given_cells
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError
-from stickslip.studies.borders.lines import PARAMETER, CellsOrConfig, fine_enough, limits
+from stickslip.studies.borders.lines import CellsOrConfig, fine_enough
 from stickslip.studies.margins.joint import MOST_STEPS, Cheapest, cheapest
-from stickslip.studies.margins.reach import Reach, parameters_of, reach_of, with_measured
+from stickslip.studies.margins.reach import Reach, reach_of, with_measured
+from stickslip.studies.margins.section import ON_SIDES, SIDES, VARIABLES, Margins
 from stickslip.studies.margins.single import Borders, Floats, Labels, Search, decided, nearest
+from stickslip.studies.report import attributes
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.flags import DECIDED, REGIMES
-from stickslip.vocabulary.parameter import NAN, Parameter
-from stickslip.vocabulary.quantities import MEASURED, PARAMETERS, REPLACED, SEARCHABLE
-from stickslip.vocabulary.results import VARIABLES, Variable, by_name
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.parameter import NAN
+from stickslip.vocabulary.quantities import MEASURED
+from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
 
 _TOGETHER = 512  # cells whose rays are held at once
 _OF_JOINT_CHANGE = 20_000  # cells a joint change takes, about
@@ -52,156 +37,10 @@ _MOST_WEIGHT = 256  # no block has fewer than 16 cells, for the same reason
 _OF_JOINT = 1e-8  # tolerance of joint changes, whose cost is known no better
 
 
-SIDES = ("below", "above")
-_SIDE = ("side",)
-# Of cells, most of them once per parameter: `margin_stiffness`.
-_VARIABLES = by_name(
-    Variable("margin", "parameter", "distance to the nearest border", comment="border minus value, with its sign"),
-    Variable("ratio", "1", "nearest border over the value", comment="NaN where the value is 0 or may change its sign"),
-    Variable("border", "parameter", "nearest border on either side", dims=_SIDE),
-    Variable("border_width", "parameter", "width of the last bracket of the border", dims=_SIDE),
-    Variable("beyond", "flag", "regime just past the border", dims=_SIDE),
-    Variable("proposed", "parameter", "value past the border that was simulated", dims=_SIDE),
-    Variable("checked", "flag", "regime of the simulation past the border", dims=_SIDE),
-    Variable("joint_cost", "1", "cost of the cheapest joint change", comment="root of the sum of (cost x change)^2; "
-             "changes are logarithms of ratios, or over a scale where the value is 0 or may change its sign"),
-    Variable("joint", "parameter", "value after the cheapest joint change"),
-    Variable("joint_share", "1", "share of the change in the square of the cost of the cheapest joint change"),
-    Variable("joint_proposed", "parameter", "value past the border that was simulated, of the cheapest joint change"),
-    Variable("joint_checked", "flag", "regime of the simulation past the border, of the cheapest joint change"),
-    Variable("joint_ended", "1", "whether the search of the joint change ended at its limit, 1 or 0",
-             comment="1: after so many steps of integration that there may be a cheaper joint change"),
-)  # fmt: skip
-_ON_SIDES = {name: row.units == "flag" for name, row in _VARIABLES.items() if row.dims}  # flags: True
-COST = Parameter("cost", "1", "cost of changing a parameter by a factor", "margins", above=0)
-FACTOR = Parameter("within", "1", "factor up to which parameters are changed", "margins", default=10.0, above=1)
-_CHANGED: Schema = {"enum": list(PARAMETERS)}
-_FACTOR: Schema = {"type": "number", "exclusiveMinimum": 1}
-_REACHES: Schema = {
-    "type": "object", "propertyNames": _CHANGED, "additionalProperties": {"anyOf": [_FACTOR, RANGE]},
-}  # fmt: skip
-_COSTS: Schema = {"type": "object", "propertyNames": _CHANGED, "additionalProperties": number_schema(COST)}
-_SPEED = replace(PARAMETERS["belt_speed"], above=0)
-_SPEEDS = 9  # looked at in a range of belt speeds
-
-
-def _by_parameter(value: object, info: ValidationInfo) -> dict[str, Any]:
-    """A mapping whose keys are among the parameters that may change."""
-    if not isinstance(value, Mapping):
-        raise refused("a mapping of parameters to numbers")
-    known: Collection[str] = info.data.get("parameters") or SEARCHABLE
-    return {choice(name, known, "a parameter that may change", inside=True): inner for name, inner in value.items()}
-
-
-class Margins(StudySection):
-    """How far each cell is from a border along single parameters, and by the cheapest change of several."""
-
-    key = "margins"
-    rows = limits(
-        key,
-        "a border",
-        Parameter("scan", "1", "places on either side of a cell that are looked at first", key,
-                  default=32, at_least=2, at_most=65_536, whole=True),
-        Parameter("beyond", "1", "how far past a border each proposal is simulated, over the value", key,
-                  default=0.01, at_least=0.0, at_most=0.5),
-    )  # fmt: skip
-    parameters: Annotated[
-        tuple[Annotated[str, PARAMETER], ...] | None,
-        list_of(PARAMETERS, "a list of different parameters", unique=True),
-    ] = Field(None, description="parameters that may change; all that a designer chooses unless given")
-    costs: dict[str, float] = Field(
-        {},
-        description="by parameter, what changing it by a factor costs relative to the others; 1 unless given",
-        json_schema_extra=_COSTS,
-    )
-    within: dict[str, float | tuple[float, float]] | float = Field(
-        float(FACTOR.default or 0),
-        description="how far to look: a factor, or by parameter a factor or both ends of a range",
-        json_schema_extra={"anyOf": [_FACTOR, _REACHES]},
-    )
-    into: Annotated[tuple[Annotated[str, one_of(DECIDED, "a regime")], ...] | None,
-                    list_of(DECIDED, "a list of regimes")] = Field(
-        None, description="regimes that count; any other unless given"
-    )  # fmt: skip
-    speed_range: Annotated[tuple[float, float] | None, Read(lambda value: interval(_SPEED, value), RANGE)] = Field(
-        None,
-        description=f"both ends of a range of belt speeds, of {_SPEEDS} of which the worst counts; that of the cell "
-        "unless given",
-    )
-    joint: Annotated[bool, BOOLEAN] = Field(
-        False,
-        description="whether the cheapest joint change is looked for, which takes a second per cell, rarely more",
-    )
-    scan: int = of_row(rows["scan"])
-    tolerance: float = of_row(rows["tolerance"])
-    beyond: float = of_row(rows["beyond"])
-    rtol: float | None = of_row(rows["rtol"])
-
-    @field_validator("parameters")
-    @classmethod
-    def _one_form(cls, value: tuple[str, ...] | None) -> tuple[str, ...] | None:
-        if value and set(MEASURED) & set(value) and set(REPLACED) & set(value):
-            raise refused(f"one form of the curve: {listed(MEASURED, 'and')}, or {listed(REPLACED, 'and')}")
-        return value
-
-    @field_validator("costs", mode="before")
-    @classmethod
-    def _costs(cls, value: object, info: ValidationInfo) -> object:
-        return {name: number(COST, cost) for name, cost in _by_parameter(value, info).items()}
-
-    @field_validator("within", mode="before")
-    @classmethod
-    def _within(cls, value: object, info: ValidationInfo) -> object:
-        if not isinstance(value, Mapping):
-            return number(FACTOR, value)
-        return {
-            name: interval(SEARCHABLE[name], reach) if isinstance(reach, list | tuple) else number(FACTOR, reach)
-            for name, reach in _by_parameter(value, info).items()
-        }
-
-    @field_validator("speed_range")
-    @classmethod
-    def _no_speed(cls, value: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
-        if value is not None and "belt_speed" in (info.data.get("parameters") or ()):
-            raise refused("none beside the parameter belt_speed, which is what the range of speeds is about")
-        return value
-
-    @property
-    def of_each(self) -> Floats:
-        """The cost of each parameter."""
-        return np.array([self.costs.get(name, 1.0) for name in self.reaches])
-
-    @property
-    def speeds(self) -> tuple[float, ...]:
-        """The belt speeds (m/s) of the range, by equal ratios, both ends among them; none for that of the cell."""
-        return () if self.speed_range is None else tuple(map(float, np.geomspace(*self.speed_range, _SPEEDS)))
-
-    def of_cells(self, cells: Parameters) -> Margins:
-        """The section with its parameters named, those that cells have, and how far each may go.
-
-        Raises ArgumentError for costs and reaches of others.
-        """
-        names = self.parameters
-        if names is None:
-            names = tuple(name for name in parameters_of(cells) if not (self.speed_range and name == "belt_speed"))
-        within = self.within if isinstance(self.within, dict) else dict.fromkeys(names, self.within)
-        for key, given in (("costs", self.costs), ("within", within)):
-            if unknown := [name for name in given if name not in names]:
-                raise ArgumentError(key, f"got one for {unknown[0]!r}, expected {', '.join(names)}")
-        reaches = {name: within.get(name, FACTOR.default) for name in names}
-        return self.model_copy(update={"parameters": names, "within": reaches})
-
-    @property
-    def reaches(self) -> dict[str, float | tuple[float, float]]:
-        """How far each parameter may go, of a section of which `of_cells` is known."""
-        assert isinstance(self.within, dict)
-        return self.within
-
-
 class MarginStudy(Study):
     """The margins of cells, its items."""
 
-    section, variables, title = Margins, _VARIABLES, "Margins"
+    section, variables, title = Margins, VARIABLES, "Margins"
     name, counted = "margins", "cells"
 
     def __init__(self, cells: Cells, section: Margins, options: Options) -> None:
@@ -234,6 +73,18 @@ class MarginStudy(Study):
         """The parameters that may change."""
         along = ", ".join(section.parameters or ("what a designer chooses",))
         yield "margins along", along, "with the cheapest joint change" if section.joint else "one by one"
+
+    @classmethod
+    def mapped(cls, ds: xr.Dataset) -> list[str]:
+        """The margins."""
+        return [name for name in map(str, ds.data_vars) if name.startswith("margin_")]
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """Of how many cells which parameter leads to a border, and how far it has to go."""
+        rows = [_distances(ds, name.removeprefix("margin_")) for name in cls.mapped(ds)]
+        yield Table("", ("parameter",), ("cells with a border", "nearest", "median", "farthest"), rows)
+        yield from attributes(ds, found="margin_found", within="margin_within", scan="margin_scan")
 
     @property
     def action(self) -> str:
@@ -270,15 +121,25 @@ class MarginStudy(Study):
             coordinates |= {name: parameter_variable(name, self.dims, cells[name].reshape(self.shape))
                             for name in MEASURED}  # fmt: skip
         flags = {name: replace(row, name="regime", units="1") if row.units == "flag" else row
-                 for name, row in _VARIABLES.items()}  # fmt: skip
-        rows = {"regime": VARIABLES["regime"]} | flags
+                 for name, row in VARIABLES.items()}  # fmt: skip
+        rows = {"regime": CELL_VARIABLES["regime"]} | flags
         rows |= {f"{name}_{p}": of_parameter(row, p) for name, row in flags.items() for p in self._section.reaches}
         both = {f"{kind}_{p}": np.stack([whole[f"{kind}_{p}_{side}"] for side in SIDES], axis=-1)
-                for p in self._section.reaches for kind in _ON_SIDES}  # fmt: skip
+                for p in self._section.reaches for kind in ON_SIDES}  # fmt: skip
         values = {name: array for name, array in whole.items() if name in rows and name not in both} | both
         coordinates["side"] = text_index("side", SIDES, "side of the value on which the border lies")
         attributes = dict(attributes) | _attributes(self._section, whole, self.options)
         return study_dataset("margins", rows, values, self.dims, self.shape, coordinates, attributes)
+
+
+def _distances(ds: xr.Dataset, name: str) -> list[str]:
+    """A row of the table of parameters."""
+    ratio, margin = ds[f"ratio_{name}"].values.ravel(), ds[f"margin_{name}"].values.ravel()
+    by_factor = bool(np.isfinite(ratio).any())
+    sizes = np.sort(np.exp(np.abs(np.log(ratio[ratio > 0]))) if by_factor else np.abs(margin[~np.isnan(margin)]))
+    texts = [f"x {size:.3g}" if by_factor else f"{size:.3g}" for size in sizes]
+    three = [texts[0], texts[len(texts) // 2], texts[-1]] if texts else ["-"] * 3
+    return [name, f"{np.count_nonzero(~np.isnan(margin)):,} of {margin.size:,}", *three]
 
 
 def _columns(section: Margins) -> Iterator[tuple[str, bool]]:
@@ -287,7 +148,7 @@ def _columns(section: Margins) -> Iterator[tuple[str, bool]]:
     for name in section.reaches:
         yield from ((f"margin_{name}", False), (f"ratio_{name}", False))
         for side in SIDES:
-            yield from ((f"{kind}_{name}_{side}", flag) for kind, flag in _ON_SIDES.items())
+            yield from ((f"{kind}_{name}_{side}", flag) for kind, flag in ON_SIDES.items())
     if section.joint:
         yield from (("joint_cost", False), ("joint_checked", True), ("joint_ended", True))
         for name in section.reaches:
@@ -329,7 +190,7 @@ def _single(search: Search, reach: Reach, found: Borders, section: Margins) -> R
             "border": middle[:, i], "border_width": found.high[:, i] - found.low[:, i], "beyond": found.beyond[:, i],
             "proposed": values[:, 0], "checked": regimes,
         }  # fmt: skip
-        table |= {f"{kind}_{name}_{side}": on_side[kind] for kind in _ON_SIDES}
+        table |= {f"{kind}_{name}_{side}": on_side[kind] for kind in ON_SIDES}
     return table
 
 
