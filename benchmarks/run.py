@@ -193,7 +193,7 @@ def accepted_share(cells: problem.Cells, rtol: float) -> float:
 
     n = len(cells)
     full = as_cells(problem.CURVE | {"stiffness": cells.k, "belt_speed": cells.belt})
-    columns = engine.to_kernel(full, HORIZON)
+    columns = engine.to_kernel(full, HORIZON, engine.Options())
     table = np.column_stack([columns[layout.HORIZON], columns[layout.BELT], np.zeros(n)])
     belts = table, np.column_stack([np.arange(n), np.arange(n) + 1.0])
     rows, nothing = allocate.new_signals(n), np.empty((layout.SIGNAL_ROWS, 0))

@@ -4,7 +4,7 @@ import pytest
 
 from stickslip.engine.exponents import OWN_KERNELS
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUSES
-from stickslip.vocabulary.laws import LAWS
+from stickslip.vocabulary.models import LAWS
 from stickslip_kernels import laws, layout
 
 

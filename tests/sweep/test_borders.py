@@ -20,8 +20,8 @@ from stickslip.errors import Interrupted
 from stickslip.files import writing
 from stickslip.runs import blocks
 from stickslip.studies.borders import Looked, Scan, search_lines
-from stickslip.vocabulary.curve import coefficients
 from stickslip.vocabulary.flags import METHODS, REGIMES
+from stickslip.vocabulary.models.stribeck import coefficients
 from stickslip.vocabulary.quantities import PARAMETERS
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}

@@ -61,7 +61,7 @@ WRONG = {
     "infinite": ({"velocity": np.inf}, ValueError, "velocity: got inf"),
     "static below start": ({"mu_static": 1.2}, ValueError, r"mu_static\[0\]: got 1\.2, .* mu_start = .* 1\.3"),
     "stop above start": ({"mu_stop": 1.4}, ValueError, r"mu_stop\[0\]: got 1\.4, expected at most mu_start .* 1\.3"),
-    "start below zero": ({"a3": [0.1, -1.2]}, ValueError, r"a3\[1\]: got -1\.2, expected at least -a1 = -1: mu_start"),
+    "start below zero": ({"a3": [0.1, -1.2]}, ValueError, r"a3\[1\]: got -1\.2, expected at least -a1 = -1: the curve"),
     "lengths": ({"mass": [1.0, 2.0], "a1": [1.0] * 3}, ValueError, r"do not fit together.* mass \(2,\), .*a1 \(3,\)"),
 }  # fmt: skip
 

@@ -7,7 +7,7 @@ import pytest
 from iminuit import Minuit
 
 from stickslip.fit import draw_curves, fit_ageing, fit_curve
-from stickslip.theory.shapes import SHAPES
+from stickslip.theory.curve import SHAPES
 
 NAMES = ("a1", "a2", "a3", "a4", "mu_start")
 

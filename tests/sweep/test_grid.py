@@ -12,7 +12,7 @@ from stickslip.config.examples import config_path
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import load_config, make_config
 from stickslip.dataset.build import map_dataset
-from stickslip.vocabulary.curve import coefficients
+from stickslip.vocabulary.models.stribeck import coefficients
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
 

@@ -7,7 +7,7 @@ from scipy.special import i1e
 
 import stickslip
 from stickslip.vocabulary.flags import REGIMES
-from stickslip.vocabulary.laws import LAWS
+from stickslip.vocabulary.models import LAWS
 
 STICK_SLIP = REGIMES.index("stick_slip")
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}

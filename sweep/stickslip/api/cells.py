@@ -55,7 +55,7 @@ def evaluate(
     threads : int, optional
         By default one per processor.
     law : str
-        Shape of the weakening of friction, one of `vocabulary.laws.LAWS`.
+        Shape of the weakening of friction, one of `vocabulary.models.LAWS`.
     max_steps : int
         Step budget of a cell.
     options : Options, optional
@@ -72,12 +72,12 @@ def evaluate(
     TypeError, ValueError
         For bad input, before anything is computed.
     """
-    full = given_cells(cells, law if options is None else options.law)
-    if question := friction_question_of_cells(full.listed):
-        warnings.warn(question, UnitWarning, stacklevel=2)
     if options is None:
         end = inf if horizon is None else float(horizon)
         options = Options(law, float(rtol), end, int(max_steps), bool(early_stop), threads)
+    full = given_cells(cells, options)
+    if question := friction_question_of_cells(full.listed):
+        warnings.warn(question, UnitWarning, stacklevel=2)
     computed = compute(full, options)
     attributes = provenance(options.described(), title="Cells evaluated one by one", action="evaluate")
     dataset = evaluated_dataset(full.dims, full.shape, grid_coordinates(full), computed.results, attributes)

@@ -151,8 +151,8 @@ def margins(
         Cells as `evaluate` takes them, or a configuration, whose axes are the dimensions.
     parameters : sequence of str, optional
         What may change; by default belt_speed, stiffness, damping, normal_load, mass, and mu_stop and mu_static where a
-        cell has them. Of mu_start, mu_reversal and v_reversal, which are measured of a curve, each changes with the
-        others held, and a4 with all three.
+        cell has them. Of what is measured of a curve, friction at break-away and its minimum, each changes with the
+        others held, and the decay speed with all of them.
     costs : Mapping of str to float, optional
         Of changing each parameter by a factor, relative to the others; 1 unless given. Where a value is 0, and for
         displacement and velocity, of a change by a scale of the cell (for damping, critical damping).

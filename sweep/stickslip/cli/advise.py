@@ -15,6 +15,8 @@ from stickslip.cli import params, screen
 from stickslip.cli.exits import fail, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_result
 from stickslip.vocabulary.flags import REGIMES, flag_label
+from stickslip.vocabulary.models import model_with
+from stickslip.vocabulary.quantities import MEASURED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +25,8 @@ if TYPE_CHECKING:
     from stickslip.files.locations import Location
     from stickslip.vocabulary.display_units import Unit
 
-_FRICTION = ("mu_start", "mu_reversal")  # another material may be the cheaper change
+# Another material may be the cheaper change.
+_FRICTION = tuple(name for name, row in MEASURED.items() if row.units == "1")
 VIBRATING, QUIET = ("stick_slip", "sustained"), ("damped", "creep", "stuck")
 _AS_PERCENT = 0.8  # changes up to this share of the value are told in percent, larger ones as a factor
 _SMALL = 0.01  # of the square of the cost: what changes by less is left out of a joint proposal, if it holds without
@@ -225,7 +228,6 @@ def _joint_change(
     import numpy as np
 
     from stickslip.dataset.display import unit_of
-    from stickslip.studies.margins import without_measured
     from stickslip.vocabulary.quantities import SEARCHABLE
 
     if "joint_cost" not in ds or isnan(float(ds["joint_cost"].values.ravel()[0])):
@@ -238,9 +240,13 @@ def _joint_change(
             for name in _parameters(ds)
             if float(cell[f"joint_share_{name}"]) > least
         }
-        changed = without_measured(before | {name: np.array(new) for name, (_, new) in values.items()})
+        changed = model_with(before).without_measured(
+            before | {name: np.array(new) for name, (_, new) in values.items()}
+        )
         there = {name: float(value) for name, value in changed.items()}
-        checked = "failed" if isnan(there["a1"]) else REGIMES[regime(there)]  # NaN: rounded to what no curve has
+        checked = (
+            "failed" if any(map(isnan, model_with(there).curve_of(there))) else REGIMES[regime(there)]
+        )  # NaN: rounded to what no curve has
         if checked in goals:
             break
     shown = {name: unit_of(cell[name]) for name in values}
@@ -263,8 +269,6 @@ def _sentence(home: str, goals: Sequence[str], changes: Sequence[Change], joint:
 
 def _show_table(ds: xr.Dataset, changes: Sequence[Change], within: float) -> None:
     """Print the changes, and the parameters along which there is no border."""
-    from stickslip.vocabulary.quantities import MEASURED
-
     if changes:
         table = screen.new_table("change", "border", "by", "into", "1 % past it")
         for change in changes:
@@ -300,4 +304,5 @@ def _parameters(ds: xr.Dataset) -> list[str]:
 def _value(cell: xr.Dataset, name: str) -> float:
     """The value of a parameter; static friction that is not given is that at break-away."""
     value = float(cell[name])
-    return float(cell["a1"]) + float(cell["a3"]) if isnan(value) and name == "mu_static" else value
+    model = model_with(cell.coords)
+    return float(sum(cell[level] for level in model.levels)) if isnan(value) and name == model.static else value

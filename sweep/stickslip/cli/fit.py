@@ -16,7 +16,7 @@ from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, reports_err
 from stickslip.cli.outputs import save_plot
 from stickslip.errors import UnitWarning
 from stickslip.vocabulary import units
-from stickslip.vocabulary.laws import LAWS
+from stickslip.vocabulary.models import LAWS
 
 if TYPE_CHECKING:
     from stickslip.fit import MaterialFit, Wanted
@@ -79,7 +79,7 @@ def fit(
 ) -> Answer:  # fmt: skip
     """Fit friction curves, or ageing, to measured points.
 
-    Points of (speed, mu) give a1 to a4 of the Stribeck curve, as YAML to paste; points of (time, mu) the growth of
+    Points of (speed, mu) give the Stribeck curve, as YAML to paste; points of (time, mu) the growth of
     static friction with the waiting time (hold time), and several of these are ranked. Files are CSV as instruments and
     Excel write it: commas, semicolons or tabs, decimal points or commas. The header of each names columns and units; a
     table with several columns of friction, one a material, gives a fit of each.
@@ -95,7 +95,7 @@ def fit(
         fail(f"--same goes with the law stribeck, got --law {law}")
     fits = fit_files(files, column_choice(unit, speed_column, friction_column, time_column, load), same, law)
     for each in fits:
-        if each.curve and (question := friction_question_of_fit(each.curve.mu_start, each.points.get("mu"))):
+        if each.curve and (question := friction_question_of_fit(float(each.curve.predict(0.0)), each.points.get("mu"))):
             warnings.warn(f"{each.name}: {question}", UnitWarning, stacklevel=1)
     ageing = {each.name: each.ageing for each in fits if each.ageing}
     show_columns(fits)

@@ -23,8 +23,7 @@ from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
 from stickslip.vocabulary.studies import STUDIES
 
 if TYPE_CHECKING:
-    from stickslip.vocabulary.parameter import Parameter
-    from stickslip.vocabulary.results import Variable
+    from stickslip.vocabulary.parameter import Parameter, Variable
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _INSTALLED = _PACKAGE / "pages_of_docs"

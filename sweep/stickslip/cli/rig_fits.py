@@ -74,8 +74,8 @@ def calibrate(
 @click.command(
     epilog="""\b
 Examples:
-  stickslip rig identify felt.csv -c my_rig.yaml --parameter mu_start --parameter mu_reversal
-  stickslip rig identify felt.csv -c my_rig.yaml --parameter a3 --start a3=0.2 --load "10 N" """
+  stickslip rig identify felt.csv -c my_rig.yaml --parameter mu_static --parameter damping
+  stickslip rig identify felt.csv -c my_rig.yaml --parameter mu_static --start mu_static=0.5 --load "10 N" """
 )
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("-c", "--config", type=click.Path(path_type=Path), required=True, help="YAML of the simulated rig.",

@@ -177,9 +177,9 @@ def execute(
     began = finished = perf_counter()
     moving = False
 
-    def prepare(law: str) -> None:
+    def prepare(name: str) -> None:
         nonlocal began, finished
-        engine.warm_up(law)
+        engine.warm_up(name)
         if size * study.cells_each >= _LONG:
             Thread(target=_import_what_follows, args=(request.output, will_draw)).start()
         began = finished = perf_counter()

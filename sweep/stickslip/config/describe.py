@@ -12,7 +12,7 @@ from stickslip.config.studies import study_class
 from stickslip.config.unit_warnings import natural_frequency, static_deflection
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import customary
-from stickslip.vocabulary.laws import LAW_MESSAGES
+from stickslip.vocabulary.models import BREAKAWAY, LAW_MESSAGES, laws_with
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import SENSOR
@@ -33,7 +33,7 @@ def describe(config: Config) -> Iterator[Row]:
     yield Row("law", config.friction.law, LAW_MESSAGES[config.friction.law])
     fixed = config.fixed()
     for name, row in QUANTITIES.items():
-        if name in fixed and (name != "delta" or config.friction.law == "stribeck_delta"):
+        if name in fixed and config.friction.law in laws_with(name):
             meaning = f"{row.long_name}: {row.absent}" if math.isnan(fixed[name]) else row.long_name
             yield Row(name, _value(fixed[name], row), meaning)
     if config.drive is not None:
@@ -65,7 +65,7 @@ def _amounts(config: Config) -> Iterator[Row]:
     for name, si, span, meaning in (
         ("natural frequency", "s-1", natural_frequency(config), "sqrt(stiffness/mass)/(2 pi), without friction"),
         ("static deflection", "m", static_deflection(config),
-         "mu_start times load over stiffness, where it breaks away"),
+         f"{BREAKAWAY} times load over stiffness, where it breaks away"),
     ):  # fmt: skip
         if span is not None:
             yield Row(name, span.text("Hz" if si == "s-1" else si) + _in_customary(si, *span), meaning)

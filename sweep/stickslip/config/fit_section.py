@@ -14,13 +14,14 @@ from stickslip.config.examples import points_path
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, FitWarning, Problem
 from stickslip.errors import Path as KeyPath
-from stickslip.vocabulary.quantities import MEASURED, REPLACED
+from stickslip.vocabulary.models import CURVE
+from stickslip.vocabulary.quantities import MEASURED
 from stickslip.vocabulary.suggest import listed
 
 if TYPE_CHECKING:
     from stickslip.fit import MaterialFit
 
-COEFFICIENTS = (*REPLACED, "a4")
+LAWS_FITTED = ("stribeck",)  # whose curves are fitted to points
 AXIS = "material"  # the axis of several fits, unless they are in a group (zip) that has a name
 
 
@@ -36,11 +37,11 @@ def with_fits(document: Document) -> Document:
     """
     data = document.data if isinstance(document.data, dict) else {}
     friction, axes, uncertain = data.get("friction", {}), data.get("axes") or {}, data.get("uncertain") or {}
-    if not isinstance(friction, dict) or friction.get("law", "stribeck") != "stribeck":
+    if not isinstance(friction, dict) or friction.get("law", "stribeck") not in LAWS_FITTED:
         return document
     axes = axes if isinstance(axes, dict) else {}
     given = {*friction, *(str(path[-1]) for path in varied_paths(axes))}
-    if {*COEFFICIENTS, *MEASURED} & given:
+    if {*CURVE, *MEASURED} & given:
         return document
     for name, axis in axes.items():
         group = axis.get("zip") if isinstance(axis, dict) else None
@@ -96,7 +97,7 @@ def _in_section(document: Document, data: dict[str, Any], friction: dict[str, An
 def _in_group(axis: dict[str, Any], fits: list[MaterialFit]) -> dict[str, Any]:
     """A group with the coefficients of several curves in place of `fit`, whose labels they are unless it has some."""
     curves = [_coefficients(fit) for fit in fits]
-    columns = {name: [curve[name] for curve in curves] for name in COEFFICIENTS}
+    columns = {name: [curve[name] for curve in curves] for name in CURVE}
     others = {key: value for key, value in axis["zip"].items() if key != "fit"}
     return {"labels": [fit.name for fit in fits]} | axis | {"zip": columns | others}
 
@@ -111,13 +112,13 @@ def _refused(document: Document, path: KeyPath, message: str, hint: str) -> Conf
 
 
 def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, Any], file: str) -> Document:
-    """The document with a1 to a4 as normal quantities that are correlated as the fit says; those it assumed are fixed.
+    """The document with the coefficients as normal quantities, correlated as the fit says; those it assumed are fixed.
 
     What the section says of their truncation stays.
     """
     quantities = uncertain.get("quantities") or {}
     if not isinstance(quantities, dict) or any(
-        isinstance(own := quantities.get(name, {}), dict) and set(own) - {"truncated"} for name in COEFFICIENTS
+        isinstance(own := quantities.get(name, {}), dict) and set(own) - {"truncated"} for name in CURVE
     ):
         return document  # given already, or wrong
     fits = _fits(document, [file])
@@ -127,12 +128,12 @@ def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, An
         message = f"{file} holds {len(fits)} materials ({several}), expected one"
         raise _refused(document, ("uncertain", "fit"), message, "write a file for each")
     variance = np.diag(fit.covariance)
-    if unknown := [name for name, one in zip(COEFFICIENTS, variance, strict=True) if not np.isfinite(one)]:
+    if unknown := [name for name, one in zip(CURVE, variance, strict=True) if not np.isfinite(one)]:
         message = f"the points of {file} do not determine {listed(unknown, 'and')}"
-        hint = "measure more points where it matters, or give a1 to a4 distributions of your own"
+        hint = f"measure more points where it matters, or give {CURVE.level} to {CURVE.decay} distributions of your own"
         raise _refused(document, ("uncertain", "fit"), message, hint)
     known, free = fit.coefficients(), np.flatnonzero(variance > 0)
-    names, std = [COEFFICIENTS[i] for i in free], np.sqrt(variance[free])
+    names, std = [CURVE[i] for i in free], np.sqrt(variance[free])
     matrix = fit.covariance[np.ix_(free, free)] / np.outer(std, std)
     np.fill_diagonal(matrix, 1.0)
     drawn = {
@@ -144,5 +145,5 @@ def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, An
     if len(names) > 1:
         blocks.append({"between": names, "matrix": matrix.tolist()})
     section = {**uncertain, "quantities": {**quantities, **drawn}} | ({"correlation": blocks} if blocks else {})
-    fixed = {name: known[name] for name in COEFFICIENTS if name not in names}
+    fixed = {name: known[name] for name in CURVE if name not in names}
     return replace(document, data={**data, "friction": {**data.get("friction", {}), **fixed}, "uncertain": section})

@@ -7,7 +7,7 @@ import math
 from stickslip.config.model import Axis, Config, Group, Range, Values
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells, Coordinate, Floats
-from stickslip.vocabulary.curve import coefficients
+from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
@@ -26,10 +26,11 @@ def build_grid(config: Config) -> Cells:
         varying = axis.members if isinstance(axis, Group) else (axis,)
         along |= {member.name: (number, c.values) for member, c in zip(varying, coordinates, strict=True)}
     measured = {name: fixed.pop(name) for name in MEASURED if name in fixed}
-    if len(measured) == len(MEASURED) and "a4" in fixed:
-        curve = coefficients(**measured, a4=fixed["a4"])._asdict()
-        fixed |= {name: float(value) for name, value in curve.items()}
-        measured = {}
+    for model in MODELS:
+        whole = model.completed({**fixed, **measured})
+        if measured and all(name in whole for name in model.needed):
+            fixed |= {name: float(whole[name]) for name in model.replaced}
+            measured = {}
     return Cells(
         dims=tuple(_dimension(axis) for axis in config.axes),
         shape=tuple(axis.size for axis in config.axes),
@@ -53,7 +54,7 @@ def _has_words(axis: Range | Values) -> bool:
 
 
 def _coordinate_name(name: str) -> str:
-    """Name of a quantity in a dataset, where a result may have the plain name (mu_reversal as it occurred)."""
+    """Name of a quantity in a dataset, where a result may have the plain name (as it occurred)."""
     return name + _OF_CURVE if name in VARIABLES else name
 
 

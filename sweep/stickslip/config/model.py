@@ -34,7 +34,8 @@ from stickslip.config.sections import (
 from stickslip.config.uncertain import Uncertain
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary import units
-from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.quantities import QUANTITIES, quantities_of_model
 from stickslip.vocabulary.settings import AXIS
 
 # --- axes -------------------------------------------------------------------------------------------------------------
@@ -207,10 +208,11 @@ class Config(Section):
         return self.model_copy(update={"study": None, "uncertain": None})
 
     def fixed(self) -> dict[str, float]:
-        """The quantities that do not vary, by name; `quantities.MEASURED` among them where they were given."""
+        """The quantities that do not vary, by name; what is measured of a curve among them where they were given."""
         sections = (self.system, self.friction, self.start, self.drive or ())
         named = {name: value for section in sections for name, value in section if name in QUANTITIES}
-        return {name: value for name, value in named.items() if value is not None}
+        own = quantities_of_model(model_of(self.friction.law))
+        return {name: value for name, value in named.items() if value is not None and name in own}
 
     def at(self, **values: float | None) -> Config:
         """The configuration with quantities at these values in SI (NaN for a word), fixed and not varied.

@@ -12,7 +12,7 @@ from stickslip.vocabulary.suggest import listed, nearest, suggest
 
 _LONGEST_TEXT = 60  # characters of what is quoted in a message
 _WITHOUT_TEXT = {dict: "a mapping", list: "a list", type(None): "nothing"}
-_GLUED = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(\s*[:=]\s*)(\S.*)")  # a1:0.2, a1 = 0.2
+_GLUED = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(\s*[:=]\s*)(\S.*)")  # mass:0.2, mass = 0.2
 
 
 class Suggestion(NamedTuple):

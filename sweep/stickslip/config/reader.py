@@ -15,7 +15,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from stickslip.config import checks, examples, rules
-from stickslip.config.fit_section import COEFFICIENTS, with_fits
+from stickslip.config.fit_section import LAWS_FITTED, with_fits
 from stickslip.config.model import Axis, Config, Group, Range, Values
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
@@ -28,13 +28,13 @@ from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_ya
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.display_units import written_units
-from stickslip.vocabulary.quantities import DRIVE, MEASURED, QUANTITIES, REPLACED
+from stickslip.vocabulary.models import laws_with, model_of
+from stickslip.vocabulary.quantities import DRIVE, QUANTITIES, quantities_of_model
 from stickslip.vocabulary.results import MAP_VARIABLES
 from stickslip.vocabulary.suggest import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
 _AXIS_FORMS = "a list of values, or start, stop and num"
-_CURVE_FORMS = f"{', '.join(REPLACED)}, a4, or {', '.join(MEASURED)}, a4"
 _GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
 
@@ -116,15 +116,15 @@ class _Reader(ProblemCollector):
         studies = self._studies(data, sections["solver"])
         given = self._given(raw, data.get("uncertain"))
         self._check_once(given)
-        self._check_curve(given)
-        self._check_law(sections["friction"], given)
+        self._check_contact(sections["friction"], given)
         if ramp := checks.ramp_of_no_use(sections["drive"], given):
             self.add(ramp.path, ramp.message, ramp.hint, at_key=True)
+        law = sections["friction"].law
         fixed = {name: value for key in QUANTITY_SECTIONS for name, value in sections[key]
-                 if name in QUANTITIES and value is not None}  # fmt: skip
+                 if name in quantities_of_model(model_of(law)) and value is not None}  # fmt: skip
         if self._rig:
             fixed = checks.with_ramp(fixed, sections["drive"], "ramp" in given)
-        for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"), sections["friction"].law)):
+        for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"), law)):
             checks.add_finding(self, finding, self._about_list(finding.path))
         self.raise_any()
         for key in QUANTITY_SECTIONS:
@@ -328,34 +328,35 @@ class _Reader(ProblemCollector):
             message = f"missing, expected the {declared.long_name}: {units.expected(declared.units)}"
             self.add((declared.section, name), message, f"or vary it: axes: {{{name}: ...}}")
 
-    def _check_curve(self, given: Mapping[str, list[Path]]) -> None:
-        """The friction curve is given in one of its two forms, and completely."""
-        measured = [name for name in MEASURED if name in given]
-        replaced = [name for name in REPLACED if name in given]
+    def _check_contact(self, friction: Any, given: Mapping[str, list[Path]]) -> None:
+        """What the contact needs is given in one of the forms of its model, completely, and nothing of other laws."""
+        law, model = friction.law, model_of(friction.law)
+        measured = [name for name in model.measured if name in given]
+        replaced = [name for name in model.replaced if name in given]
+        forms = ", or ".join(map(", ".join, model.forms))
+        if friction.fit is not None and law not in LAWS_FITTED and not {*model.needed, *model.measured} & given.keys():
+            self.refuse(("friction", "fit"), "no points: the curve fitted to them is that of the law stribeck")
         if measured and replaced:
             line = self.line(given[measured[0]][0])
             for name in replaced:
                 message = f"got {name} besides {measured[0]}{line}, expected one form of the curve"
-                self.add(given[name][0], message, f"the forms are {_CURVE_FORMS}", at_key=True)
-        elif not measured and not replaced and not self.meant & {*REPLACED, *MEASURED}:
-            self.add(("friction",), f"the friction curve is missing, expected {_CURVE_FORMS}", "`stickslip help model`")
-            return
-        for name in ("a4",) if measured and replaced else (*(MEASURED if measured else REPLACED), "a4"):
-            self._check_given(name, given)
-
-    def _check_law(self, friction: Any, given: Mapping[str, list[Path]]) -> None:
-        """The form and the quantities of the curve belong to its law."""
-        law = friction.law
-        if friction.fit is not None and law != "stribeck" and not {*COEFFICIENTS, *MEASURED} & given.keys():
-            self.refuse(("friction", "fit"), "no points: the curve fitted to them is that of the law stribeck")
-        if law != "stribeck":
-            for name in MEASURED:
-                if name in given:
-                    expected = "a1, a2, a3 and a4: this form is for the law stribeck"
-                    self.add(given[name][0], f"got {name} with the law {law}, expected {expected}", at_key=True)
-        if law != "stribeck_delta" and "delta" in given and friction.delta != QUANTITIES["delta"].default:
-            message = f"got an exponent with the law {law}, expected none"
-            self.add(given["delta"][0], message, "the law stribeck_delta has one", at_key=True)
+                self.add(given[name][0], message, f"the forms are {forms}", at_key=True)
+        either = {*model.replaced, *model.measured}
+        if either and not measured and not replaced and not self.meant & either:
+            self.add(("friction",), f"the friction curve is missing, expected {forms}", "`stickslip help model`")
+        else:
+            whole = model.forms[bool(measured)]
+            for name in whole if not (measured and replaced) else set(model.forms[0]) & set(model.forms[-1]):
+                self._check_given(name, given)
+        for name, paths in given.items():
+            row = QUANTITIES[name]
+            if law in laws_with(name) or (row.default is not None and getattr(friction, name, None) == row.default):
+                continue
+            expected = listed(model.needed, "and") if row.default is None else "none"
+            laws = listed(laws_with(name))
+            self.add(
+                paths[0], f"got {name} with the law {law}, expected {expected}: it is for the law {laws}", at_key=True
+            )
 
 
 def _example_range(name: str) -> str:

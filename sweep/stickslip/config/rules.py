@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 from stickslip.config.model import Axis, Group, Range, Values
 from stickslip.config.uncertain import Uncertain
 from stickslip.errors import Path
-from stickslip.vocabulary.curve import ROUNDING, broken_bounds, coefficients
-from stickslip.vocabulary.laws import NO_MINIMUM, rise_to_a_maximum
-from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
+from stickslip.vocabulary.models import ROUNDING, model_of
+from stickslip.vocabulary.quantities import QUANTITIES
 
 MOST_CELLS = 10_000_000_000
 _TRIED_DRAWS = 2**12  # what is rarer is met while computing, and such draws are `failed` there
@@ -80,13 +79,7 @@ def findings(space: Space) -> Iterator[Finding]:
     for axis in space.axes:
         if isinstance(axis, Values):
             yield from _order(axis)
-    curve = ("mu_start",) if set(MEASURED) & space.names() else ("a1", "a3")
-    below_zero = list(_start(space))
-    yield from below_zero
-    if not below_zero:  # else nothing could be right beside it
-        yield from _bounds(space, curve)
-        yield from _minimum(space)
-    yield from _measured(space)
+    yield from _between(space)
     yield from _drive(space)
 
 
@@ -105,60 +98,17 @@ def _order(axis: Values) -> Iterator[Finding]:
         yield Finding(("axes", axis.name, "values", turn), "values that rise or fall all the way", hint)
 
 
-# --- rules of the friction curve --------------------------------------------------------------------------------------
+# --- rules ------------------------------------------------------------------------------------------------------------
 
 
-def _start(space: Space) -> Iterator[Finding]:
-    """mu_start = a1 + a3 >= 0: a3 is negative where friction rises from break-away, but static friction is not."""
-    cell = _worst(space, {"a1": -1, "a3": -1}, lambda p: p["a1"] + p["a3"])
-    if cell and broken_bounds(cell.margin, a1=cell.values["a1"])["a3"]:
-        hint = "the curve starts at mu_start = a1 + a3, which is the static friction"
-        yield cell.finding("a3", f"at least -a1 = {-cell.values['a1']:.6g}", hint)
-
-
-def _bounds(space: Space, curve: tuple[str, ...]) -> Iterator[Finding]:
-    """mu_stop <= mu_start <= mu_static, mu_start being the sum of `curve`."""
-    for name, sign, bound, hint in (
-        ("mu_stop", 1, "most", "friction at standstill cannot exceed that at break-away"),
-        ("mu_static", -1, "least", "static friction is at least that of the curve; leave mu_static out for mu_start"),
-    ):
-        worse = {name: sign, **dict.fromkeys(curve, -sign)}
-        cell = _worst(space, worse, lambda p, n=name, s=sign: s * (sum(p[part] for part in curve) - p[n]))  # type: ignore[misc]
-        if cell is None:
-            continue
-        start = sum(cell.values[part] for part in curve)
-        if broken_bounds(start, **{name: cell.values[name]})[name]:
-            sources = " = a1 + a3" if "a1" in curve else ""
-            yield cell.finding(name, f"at {bound} mu_start{sources} = {start:.6g}", hint)
-
-
-def _minimum(space: Space) -> Iterator[Finding]:
-    """Hysteresis needs a curve that does not rise to a maximum and fall without end then."""
-
-    def margin(p: Mapping[str, Floats]) -> Floats:
-        return np.where(np.isnan(p["mu_stop"]), np.nan, -rise_to_a_maximum(space.law, p))
-
-    worse = {"mu_stop": 1, "a2": 0, "a3": -1, "a4": -1, **({"delta": -1} if "delta" in space.names() else {})}
-    cell = _worst(space, worse, margin)
-    if cell and cell.margin < 0:
-        curve = ", ".join(f"{name} = {cell.values[name]:.6g}" for name in ("a2", "a3", "a4"))
-        yield cell.finding("mu_stop", f"none with {curve}", NO_MINIMUM)
-
-
-def _measured(space: Space) -> Iterator[Finding]:
-    """mu_reversal < mu_start, and a1 >= 0."""
-    cell = _worst(space, {"mu_reversal": 1, "mu_start": -1}, lambda p: p["mu_start"] - p["mu_reversal"])
-    if cell and cell.margin <= 0:
-        hint = "a curve without a minimum is given by a1, a2, a3 and a4, with a3: 0"
-        yield cell.finding("mu_reversal", f"less than mu_start = {cell.values['mu_start']:.6g}", hint)
-        return
-    # a1 falls with mu_start and a4 and rises with the rest, as long as mu_start > mu_reversal
-    cell = _worst(space, {"mu_start": 1, "mu_reversal": -1, "v_reversal": -1, "a4": 1}, lambda p: coefficients(**p).a1)
-    if cell and cell.margin < 0:
-        v = cell.values
-        rest = ", ".join(f"{name} = {v[name]:.6g}" for name in ("mu_start", "mu_reversal", "a4"))
-        expected = f"more: with {rest} it makes a1 = {cell.margin:.3g}, which is below 0"
-        yield cell.finding("v_reversal", expected, "raise v_reversal or lower a4")
+def _between(space: Space) -> Iterator[Finding]:
+    """The rules of the model of the contact."""
+    for rule in model_of(space.law).rules.get(space.law, ()):
+        cell = _worst(space, rule.worse, rule.margin)
+        if cell is not None and rule.is_broken(cell.margin, cell.values):
+            yield cell.finding(rule.name, rule.expected(cell.values), rule.why)
+            if rule.last:
+                return
 
 
 def _drive(space: Space) -> Iterator[Finding]:

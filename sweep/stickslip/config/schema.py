@@ -14,6 +14,7 @@ from stickslip.config.sections import SECTIONS, VALUE, Friction, Read, Schema, S
 from stickslip.config.studies import STUDIES, section_class
 from stickslip.config.uncertain import ARGUMENTS, Sampling, Subset, Uncertain
 from stickslip.vocabulary import units
+from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.settings import AXIS, FEATURE_SETTINGS, RISK
@@ -112,7 +113,7 @@ def _axes() -> Schema:
     values: Schema = {name: {"type": "array", "minItems": 1, "items": number_schema(QUANTITIES[name])}
                       for name in QUANTITIES}  # fmt: skip
     values["fit"] = field_schema(Friction, "fit") | {
-        "description": "measured points: a1 to a4 of each file or column of friction"
+        "description": f"measured points: {CURVE.level} to {CURVE.decay} of each file or column of friction"
     }
     names = {"type": "array", "uniqueItems": True, "items": {"type": "string", "pattern": r"\S"}}
     group = _strict({

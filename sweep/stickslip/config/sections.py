@@ -21,7 +21,7 @@ from pydantic_core.core_schema import no_info_before_validator_function
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import beyond, units
-from stickslip.vocabulary.laws import LAW_MESSAGES, LAWS
+from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS
 from stickslip.vocabulary.parameter import Parameter, of_section
 from stickslip.vocabulary.quantities import PROFILES, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
@@ -291,13 +291,13 @@ class _Law(Section):
     )
     fit: Annotated[str | tuple[str, ...] | None, _POINTS] = Field(
         None,
-        description="CSV file of measured slip speeds and friction coefficients that a1 to a4 are fitted to; a list of "
-        "files is an axis of materials",
+        description="CSV file of measured slip speeds and friction coefficients that "
+        f"{CURVE.level} to {CURVE.decay} are fitted to; a list of files is an axis of materials",
     )
 
 
 class Friction(_with_quantities(_Law, "friction")):  # type: ignore[misc]
-    """The friction curve, by its coefficients a1 to a4 or by what is measured (mu_start to v_reversal, a4)."""
+    """The friction curve, by its coefficients or by what is measured of it, and what else the contact is."""
 
 
 class Start(_with_quantities(Section, "start")):  # type: ignore[misc]

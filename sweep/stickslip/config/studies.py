@@ -22,7 +22,7 @@ from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.sections import REFUSED, AnySection, StudySection
 from stickslip.errors import ArgumentError, dotted
-from stickslip.vocabulary.results import Variable
+from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.studies import STUDIES, kind_of
 from stickslip.vocabulary.suggest import did_you_mean, listed
 

@@ -136,7 +136,7 @@ class Sampling(StudySection):
     )
     fit: Annotated[str, POINTS_FILE] | None = Field(
         None,
-        description="CSV file of measured slip speeds and friction coefficients: a1 to a4 scatter as fitted",
+        description="CSV file of measured slip speeds and friction coefficients: the curve scatters as fitted",
         json_schema_extra=POINTS_FILE.schema,
     )
 

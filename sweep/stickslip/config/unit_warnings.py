@@ -25,6 +25,8 @@ from stickslip.config.yaml import Document
 from stickslip.errors import Path, Problem, UnitWarning
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import LIKELY
+from stickslip.vocabulary.models import BREAKAWAY, model_of, model_with
+from stickslip.vocabulary.parameter import FRICTION
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
@@ -43,7 +45,7 @@ _FAR_OFF = 10.0  # times: as near a value that replaces another one is expected
 _ENDS = 1e-6  # relative, of what is copied from a screen
 _BARE_HINT = "numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help units`)"
 _WRITTEN_HINT = "it is computed as it is written (`stickslip help units`)"
-_FRICTION = (QUANTITIES["mu_start"].plausible or (math.inf,))[-1]
+_FRICTION = FRICTION[-1]
 
 
 class Span(NamedTuple):
@@ -149,21 +151,21 @@ def friction_question_of_cells(cells: Mapping[str, NDArray[np.float64]]) -> str 
 
     Cells of ratios, of which two of mass, stiffness and load are 1, are not questioned.
     """
-    start = np.fmax(cells["a1"] + cells["a3"], cells["mu_static"])
+    start = model_with(cells).static_of(cells)
     if not (start > _FRICTION).any():
         return None
     ones = sum((cells[name] == 1.0).astype(np.int8) for name in ("mass", "stiffness", "normal_load"))
     odd = start[(start > _FRICTION) & (ones < 2)]
-    return _friction_question(float(odd.max()), "mu_start") if odd.size else None
+    return _friction_question(float(odd.max()), BREAKAWAY) if odd.size else None
 
 
-def friction_question_of_fit(mu_start: float, measured: ArrayLike | None) -> str | None:
+def friction_question_of_fit(breakaway: float, measured: ArrayLike | None) -> str | None:
     """The question about a fitted curve whose friction is implausible, at its points or at break-away."""
     most = 0.0 if measured is None else float(np.max(measured))
     if most > _FRICTION:
         return _friction_question(most, "measured friction")
     follows = " It follows from the fit, not from a point."
-    return f"{_friction_question(mu_start, 'mu_start')}{follows}" if mu_start > _FRICTION else None
+    return f"{_friction_question(breakaway, BREAKAWAY)}{follows}" if breakaway > _FRICTION else None
 
 
 def _friction_question(value: float, what: str) -> str:
@@ -245,7 +247,7 @@ def natural_frequency(config: Config) -> Span | None:
 
 
 def static_deflection(config: Config) -> Span | None:
-    """mu_start N/k, m: how far the belt drags the mass before it breaks away."""
+    """Friction at break-away N/k, m: how far the belt drags the mass before it breaks away."""
     spans, start = _spans(config, "normal_load", "stiffness"), _start(config)
     if spans is None or start is None:
         return None
@@ -254,11 +256,11 @@ def static_deflection(config: Config) -> Span | None:
 
 
 def _start(config: Config) -> Span | None:
-    """mu_start, by either form of the curve."""
-    if (start := span(config, "mu_start")) is not None:
+    """Friction at break-away, by either form of the curve."""
+    if (start := span(config, BREAKAWAY)) is not None:
         return start
-    spans = _spans(config, "a1", "a3")
-    return None if spans is None else Span(spans[0].least + spans[1].least, spans[0].most + spans[1].most)
+    spans = _spans(config, *model_of(config.friction.law).levels)
+    return Span(*(sum(ends) for ends in zip(*spans, strict=True))) if spans else None
 
 
 def _is_of_ratios(config: Config) -> bool:
@@ -306,14 +308,21 @@ def _single_values(config: Config, bare: Bare, most_friction: float) -> Iterator
             yield Doubt(name, f"{upto}{most} {_unit(name)}", "", f"{most} {LIKELY[row.units]}")
     start = _start(config)
     if not coefficients and start is not None and start.most > most_friction:
-        yield Doubt("a3", f"mu_start = a1 + a3 = {start.text()}", ", a friction coefficient")
+        levels = model_of(config.friction.law).levels
+        yield Doubt(levels[-1], f"{BREAKAWAY} = {' + '.join(levels)} = {start.text()}", ", a friction coefficient")
 
 
 def _fast_belt(config: Config, bare: Bare) -> Iterator[Doubt]:
-    spans = _spans(config, "belt_speed", "a4")
-    if spans is not None and "belt_speed" in bare and (belt := spans[0]).least > max(_SLOW, _FASTER * spans[1].most):
+    curve = model_of(config.friction.law).curve
+    spans = _spans(config, "belt_speed", curve.decay) if curve else None
+    if (
+        curve
+        and spans is not None
+        and "belt_speed" in bare
+        and (belt := spans[0]).least > max(_SLOW, _FASTER * spans[1].most)
+    ):
         more = " and more" if belt.most > belt.least else ""
-        yield _doubt(config, bare, "belt_speed", f", {belt.least / spans[1].most:.0f} times a4{more}")
+        yield _doubt(config, bare, "belt_speed", f", {belt.least / spans[1].most:.0f} times {curve.decay}{more}")
 
 
 def _overdamped(config: Config, bare: Bare) -> Iterator[Doubt]:
@@ -328,10 +337,11 @@ def _overdamped(config: Config, bare: Bare) -> Iterator[Doubt]:
 
 
 def _steep_slope(config: Config, bare: Bare) -> Iterator[Doubt]:
-    spans = _spans(config, "a2", "belt_speed")
-    if spans is not None and "a2" in bare and (adds := spans[0].least * spans[1].least) > _IMPOSSIBLE:
+    curve = model_of(config.friction.law).curve
+    spans = _spans(config, curve.slope, "belt_speed") if curve else None
+    if curve and spans is not None and curve.slope in bare and (adds := spans[0].least * spans[1].least) > _IMPOSSIBLE:
         reason = f", which adds {adds:.3g} to the friction coefficient at the speed of the belt"
-        yield _doubt(config, bare, "a2", reason)
+        yield _doubt(config, bare, curve.slope, reason)
 
 
 def _long_spring(config: Config, bare: Bare) -> Iterator[Doubt]:

@@ -22,8 +22,9 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.config.grid import quantity_of
 from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.flags import FLAGS
+from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES, Variable
+from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES
 
 if TYPE_CHECKING:
     from stickslip.vocabulary.cells import Cells, Coordinate

@@ -28,6 +28,7 @@ from stickslip.files.targets import check_target
 from stickslip.files.texts import inert, is_live
 from stickslip.vocabulary.display_units import DISPLAY, Unit
 from stickslip.vocabulary.flags import QUIET_STATES
+from stickslip.vocabulary.models import FITTED
 from stickslip.vocabulary.suggest import listed, nearest
 
 if TYPE_CHECKING:
@@ -337,7 +338,7 @@ def _without_bounds(ds: xr.Dataset) -> xr.Dataset:
     known = ds["quiet_state"] == QUIET_STATES.index("border")
     changed = {str(name): v.where(np.isfinite(v)) for name, v in ds.data_vars.items()
                if v.dtype.kind == "f" and v.dims[:1] == ("material",)}  # fmt: skip
-    for name in ("a1", "a2", "a3", "a4", "mu_start") if "a1_low" in ds else ():  # from 0 to inf: not determined
+    for name in FITTED if f"{FITTED[0]}_low" in ds else ():  # from 0 to inf: not determined
         changed[f"{name}_low"] = ds[f"{name}_low"].where(np.isfinite(ds[f"{name}_high"]))
     changed |= {name: ds[name].where(known) for name in ("quiet_above", "margin") if name in ds}
     for name in ("searched_from", "searched_to"):

@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.dataset.build import cell_coordinates, parameter_variable
+from stickslip.engine import Options
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cell_values import as_cells, check_names, numbers_of
 from stickslip.vocabulary.cells import Cells, Parameters
@@ -27,7 +28,7 @@ Coordinates = dict[str, xr.Variable]
 _ABOUT_AXES = ("axis_spacing", DISPLAY)  # attributes of an axis, which stay
 
 
-def given_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") -> Cells:
+def given_cells(given: Mapping[str, Any] | xr.Dataset, options: Options) -> Cells:
     """Cells as `evaluate` takes them. Raises TypeError and ValueError as `as_cells` does, and ValueError for arrays of
     xarray whose indices differ or whose units are not those of their parameter.
     """
@@ -36,19 +37,19 @@ def given_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") ->
         given = given.to_xarray()
     if isinstance(given, xr.Dataset):
         named = {str(name): given[name] for name in given.variables if name in PARAMETERS}
-        return _labelled(named, dict(given.coords), law)
+        return _labelled(named, dict(given.coords), options)
     if not any(type(value) is xr.DataArray for value in given.values()):
         _check_indices(given)
-        cells = Cells.of(as_cells(given, law))
+        cells = Cells.of(as_cells(given, options.law))
         return replace(cells, labelled=lambda: cell_coordinates(cells.listed, cells.size))
     beside: dict[Hashable, xr.DataArray] = {}
     for value in given.values():
         if isinstance(value, xr.DataArray):
             beside |= {name: c for name, c in value.coords.items() if name not in beside}
-    return _labelled(dict(given), beside, law)
+    return _labelled(dict(given), beside, options)
 
 
-def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray], law: str) -> Cells:
+def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray], options: Options) -> Cells:
     """Cells of arrays with names of dimensions; `beside` are all their coordinates."""
     arrays = {name: _in_si(name, value) for name, value in given.items() if isinstance(value, xr.DataArray)}
     plain = {name: value for name, value in given.items() if name not in arrays}
@@ -62,7 +63,7 @@ def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray],
         raise ValueError(f"{listed(arrays, 'and')} do not fit together: {error}") from None
     dims, shape = tuple(map(str, same[0].dims)), same[0].shape
     _check_dims(dims, arrays)
-    cells = as_cells({name: one.values for name, one in zip(arrays, same, strict=True)} | plain, law)
+    cells = as_cells({name: one.values for name, one in zip(arrays, same, strict=True)} | plain, options.law)
     if cells["mass"].size != prod(shape):  # there are none, or no dimensions
         cells = {name: np.broadcast_to(values, prod(shape)) for name, values in cells.items()}
     return Cells(dims, shape, listed=cells, labelled=lambda: _coordinates(cells, arrays, beside, dims))

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from stickslip.dataset.build import NO_FILL, parameter_variable, variable_of
 from stickslip.fit import CurveFit, MaterialFit
 from stickslip.vocabulary.display_units import DISPLAY
+from stickslip.vocabulary.models import FITTED
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import MATERIAL_VARIABLES
 
 _CURVE_POINTS = 120
-_COEFFICIENTS = ("a1", "a2", "a3", "a4", "mu_start")
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,9 @@ def material_dataset(
     if any(math.isnan(row["rank"]) for row in rows):  # an integer cannot be absent
         ranks = np.array([row["rank"] for row in rows])
         variables["rank"] = xr.Variable("material", ranks, variables["rank"].attrs)
-    for name in (*_COEFFICIENTS, "quiet_above"):
+    for name in (*FITTED, "quiet_above"):
         variables[name].attrs["ancillary_variables"] = f"{name}_low {name}_high"
-    for name in _COEFFICIENTS:
+    for name in FITTED:
         for end, (which, adjective) in enumerate({"low": "lower", "high": "upper"}.items()):
             about = {
                 "units": variables[name].attrs["units"],
@@ -113,7 +113,7 @@ def _of_fit(fit: MaterialFit) -> dict[str, float]:
     curve = fit.curve
     assert curve is not None
     slowest, fastest = curve.speeds
-    return {name: float(getattr(curve, name)) for name in _COEFFICIENTS} | {
+    return {name: float(getattr(curve, name)) for name in FITTED} | {
         "residual_rms": curve.residual_rms, "points": curve.points, "slowest_point": slowest, "fastest_point": fastest,
         "fit_good": float(curve.good),
     }  # fmt: skip

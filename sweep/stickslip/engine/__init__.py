@@ -5,16 +5,17 @@ Only this package knows the kernels. `scales.py` converts, `cells.py` has blocks
 knows what is in the cache.
 """
 
-from stickslip.engine.cells import blank_results, blocks, bytes_per_cell, columns, compute, compute_range, solve
+from stickslip.engine.cells import blank_results, blocks, bytes_per_cell, compute, compute_range, solve
 from stickslip.engine.compiled import is_cached, kernels_digest, processor, warm_up, will_compile
 from stickslip.engine.exponents import friction_at_belt_speed, kernels_for
-from stickslip.engine.options import Computed, Options, Progress, Results, SolverKeywords, StopFlag
+from stickslip.engine.options import Computed, Options, Progress, Results, SolverKeywords, StopFlag, columns
 from stickslip.engine.rigs import RigRuns, Sampling, compute_rigs
-from stickslip.engine.scales import Scales, to_kernel, to_si
+from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import in_order, spread, stop_flag
 from stickslip.engine.traces import flows, sampled, trajectory
 from stickslip.errors import NotReachedError
 from stickslip.files.process import processors
+from stickslip.vocabulary.scales import Scales
 
 __all__ = [
     "Computed", "NotReachedError", "Options", "Progress", "Results", "RigRuns", "Sampling", "Scales",

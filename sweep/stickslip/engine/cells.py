@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import cache
 from math import ceil
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +12,12 @@ from numpy.typing import NDArray
 from stickslip.engine.compiled import warm_up
 from stickslip.engine.exponents import run_regimes
 from stickslip.engine.margins import integrate_closely
-from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag
+from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag, columns
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import spread, stop_flag
 from stickslip.errors import StoppedError
 from stickslip.files.process import processors
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.results import VARIABLES
 from stickslip_kernels import layout
 from stickslip_kernels.allocate import new_regimes
 
@@ -84,12 +81,11 @@ def compute(cells: Cells, options: Options, progress: Progress | None = None) ->
 def _compute_at_once(cells: Cells, options: Options, progress: Progress | None) -> Computed:
     """`compute` in this thread alone."""
     rows, done = _run_block(part := cells[:], options, stop_flag())
-    found = to_si(rows, part, not options.early_stop, options.variables)
+    found = to_si(rows, part, options)
     if progress:
         progress(done, cells.size)
-    for name, kind in _whole_numbers(options.early_stop, options.variables):
-        found[name] = found[name].astype(kind)
-    return Computed(found, done)
+    whole = {name: kind for name, kind in columns(options).items() if kind.kind != "f"}
+    return Computed(found | {name: found[name].astype(kind) for name, kind in whole.items()}, done)
 
 
 def compute_range(
@@ -140,7 +136,7 @@ def _fill(results: Results, cells: Cells, numbers: range, origin: int, options: 
         return 0
     part = cells[numbers.start : numbers.stop]
     rows, done = _run_block(part, options, stop)
-    found = to_si(rows, part, not options.early_stop, options.variables)
+    found = to_si(rows, part, options)
     for name, values in results.items():
         values[place] = found[name]
     return done
@@ -149,24 +145,6 @@ def _fill(results: Results, cells: Cells, numbers: range, origin: int, options: 
 def _leave_blank(results: Results, place: slice, options: Options) -> None:
     for name, values in blank_results(place.stop - place.start, options).items():
         results[name][place] = values
-
-
-def columns(options: Options) -> dict[str, np.dtype[Any]]:
-    """Names and types of what `compute` gives, in its order."""
-    return dict(_columns(options.early_stop, options.variables))
-
-
-@cache
-def _columns(early_stop: bool, kept: tuple[str, ...] | None) -> dict[str, np.dtype[Any]]:
-    whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
-    names = [v.name for v in VARIABLES.values() if v.when == "always" or not early_stop]
-    return {name: np.dtype(whole.get(name, np.float64)) for name in names if kept is None or name in kept}
-
-
-@cache
-def _whole_numbers(early_stop: bool, kept: tuple[str, ...] | None) -> list[tuple[str, np.dtype[Any]]]:
-    """Those among them that are not floating-point numbers, which is what the kernels give."""
-    return [(name, kind) for name, kind in _columns(early_stop, kept).items() if kind.kind != "f"]
 
 
 def bytes_per_cell(options: Options) -> int:
@@ -184,7 +162,7 @@ def blank_results(size: int, options: Options) -> Results:
 
 def _room(size: int, options: Options) -> Results:
     """Results that nobody has filled yet, in one piece of memory: a large one has large pages, which cost less."""
-    kinds = _columns(options.early_stop, options.variables)
+    kinds = columns(options)
     room = iter(np.empty((sum(kind == np.float64 for kind in kinds.values()), size)))
     return {name: next(room) if kind == np.float64 else np.empty(size, kind) for name, kind in kinds.items()}
 
@@ -195,7 +173,7 @@ def _run_block(part: Parameters, options: Options, stop: StopFlag) -> tuple[NDAr
     Rows are an odd number of cache lines apart: results of a cell a power of two apart would displace each other.
     """
     size = part["mass"].size
-    cells, room = to_kernel(part, options.horizon), new_regimes((ceil(size / _LINE) | 1) * _LINE)
+    cells, room = to_kernel(part, options.horizon, options), new_regimes((ceil(size / _LINE) | 1) * _LINE)
     rows = room[:, :size]
     if options.early_stop:
         run_regimes(options, options.rtol, cells, stop, room)

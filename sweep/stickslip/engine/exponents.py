@@ -77,5 +77,5 @@ def _kernels(options: Options, exponents: Floats) -> Iterator[tuple[str, NDArray
 
 def friction_at_belt_speed(cells: Parameters, options: Options) -> NDArray[np.float64]:
     """Friction coefficient of each cell where the mass is at rest, and the slip speed that of the belt."""
-    rows = to_kernel(cells, np.inf)
+    rows = to_kernel(cells, np.inf, options)
     return np.asarray(kernels(options.law).friction(rows, np.abs(rows[layout.BELT])))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import inf, isinf
@@ -13,7 +13,8 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.vocabulary.laws import LAWS
+from stickslip.vocabulary.models import LAWS, Model, model_of
+from stickslip.vocabulary.results import variables_of_model
 from stickslip.vocabulary.settings import EXECUTION, SOLVER
 
 Results = dict[str, NDArray[Any]]
@@ -37,7 +38,7 @@ class SolverKeywords(TypedDict, total=False):
 class Options:
     """How to integrate and how to spread the work. Defaults and limits are those of the configuration.
 
-    law : one of `vocabulary.laws.LAWS`. horizon : s; inf for none. threads : None for one per processor.
+    law : one of `vocabulary.models.LAWS`. horizon : s; inf for none. threads : None for one per processor.
     block : most cells computed together. variables : the only ones that are kept, `regime` among them; None for all.
     """
 
@@ -107,3 +108,15 @@ class Computed:
     def complete(self) -> bool:
         """Return whether every cell was computed."""
         return self.done == len(self.results["regime"])
+
+
+def columns(options: Options) -> dict[str, np.dtype[Any]]:
+    """Names and types of what `compute` gives, in its order."""
+    return dict(_columns(model_of(options.law), options.early_stop, options.variables))
+
+
+@lru_cache
+def _columns(model: Model, early_stop: bool, chosen: tuple[str, ...] | None) -> Mapping[str, np.dtype[Any]]:
+    whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
+    names = [v.name for v in variables_of_model(model).values() if v.when == "always" or not early_stop]
+    return {name: np.dtype(whole.get(name, np.float64)) for name in names if chosen is None or name in chosen}

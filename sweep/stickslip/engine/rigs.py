@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from stickslip.engine.exponents import run_signals
 from stickslip.engine.options import Options, Results, StopFlag
-from stickslip.engine.scales import Scales, to_kernel
+from stickslip.engine.scales import to_kernel
 from stickslip.vocabulary.cells import Parameters
+from stickslip.vocabulary.scales import Scales
 from stickslip_kernels import layout
 from stickslip_kernels.allocate import new_signals
 
@@ -53,7 +54,7 @@ def compute_rigs(
     belts, runs = _tables(drives, counts, by, sampling)
     rows = new_signals(by.mass.size)
     signals = np.full((layout.SIGNAL_ROWS, sum(counts)), np.nan)
-    run_signals(options, to_kernel(cells, np.inf), stop, belts, rows, runs, signals)
+    run_signals(options, to_kernel(cells, np.inf, options), stop, belts, rows, runs, signals)
     parts = np.split(signals, np.cumsum(counts)[:-1], axis=1)
     results = _results_to_si(rows, by, cells["displacement"])
     return RigRuns(results, [_signals_to_si(part, by, i) for i, part in enumerate(parts)])

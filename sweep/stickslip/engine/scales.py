@@ -1,84 +1,38 @@
-"""From SI to kernel units and back: the scales of a cell.
-
-They are the load N for forces, N/k for displacements, sqrt(m/k) for times, N/sqrt(k m) for speeds, N/m for
-accelerations.
-"""
+"""From SI to kernel units and back, by the scales of a cell (`vocabulary/scales.py`) and by its model."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from functools import cached_property
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.options import Results
+from stickslip.engine.options import Options, Results, columns
 from stickslip.vocabulary.cells import Parameters
+from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.scales import Scales
 from stickslip_kernels import layout
 
 Floats = NDArray[np.float64]
-_DECADE = float(np.log(10.0))
 
 
-class Scales:
-    """The scales of cells, each (n,): whatever is converted between SI and kernel units goes by them."""
-
-    def __init__(self, cells: Parameters) -> None:
-        self.mass, self.stiffness, self.mu_stop = cells["mass"], cells["stiffness"], cells["mu_stop"]
-        self.load = cells["normal_load"]
-
-    @cached_property
-    def impedance(self) -> Floats:
-        """sqrt(k m), N s/m."""
-        return np.asarray(np.sqrt(self.stiffness * self.mass))
-
-    @cached_property
-    def time(self) -> Floats:
-        """A radian of the free oscillation, s."""
-        return np.asarray(np.sqrt(self.mass / self.stiffness))
-
-    @cached_property
-    def rate(self) -> Floats:
-        """Its inverse, 1/s."""
-        return np.asarray(np.sqrt(self.stiffness / self.mass))
-
-    @cached_property
-    def length(self) -> Floats:
-        """Deflection of the spring by the load, m."""
-        return np.asarray(self.load / self.stiffness)
-
-    @cached_property
-    def speed(self) -> Floats:
-        """m/s."""
-        return np.asarray(self.load / self.impedance)
-
-
-def to_kernel(cells: Parameters, horizon: float) -> Floats:
+def to_kernel(cells: Parameters, horizon: float, options: Options) -> Floats:
     """Cells in SI to the rows of `layout.py`, shape (CELL_ROWS, n); horizon in s."""
     by = Scales(cells)
-    speed, rate = by.speed, by.rate
     rows = np.empty((layout.CELL_ROWS, by.mass.size))
     rows[layout.GAMMA] = cells["damping"] / by.impedance
-    rows[layout.BELT] = cells["belt_speed"] / speed
-    rows[layout.A1] = cells["a1"]
-    rows[layout.A2] = cells["a2"] * speed
-    rows[layout.A3] = cells["a3"]
-    rows[layout.A4] = cells["a4"] / speed
-    rows[layout.DELTA] = cells["delta"]
-    mu_start = cells["a1"] + cells["a3"]
-    rows[layout.MU_STATIC] = np.fmax(cells["mu_static"], mu_start)
-    rows[layout.MU_STOP] = cells["mu_stop"]
-    rows[layout.AGEING] = cells["ageing_rate"] / _DECADE
-    rows[layout.AGEING_TIME] = cells["ageing_time"] * rate
+    rows[layout.BELT] = cells["belt_speed"] / by.speed
     rows[layout.XI_START] = cells["displacement"] * by.stiffness / by.load
-    rows[layout.ETA_START] = cells["velocity"] / speed
-    rows[layout.CONTACT_START] = cells["contact_time"] * rate
-    rows[layout.HORIZON] = horizon * rate
+    rows[layout.ETA_START] = cells["velocity"] / by.speed
+    rows[layout.CONTACT_START] = cells["contact_time"] * by.rate
+    rows[layout.HORIZON] = horizon * by.rate
+    for name, values in model_of(options.law).to_kernel(cells, by).items():
+        rows[getattr(layout, name)] = values
     return rows
 
 
 _Conversion = Callable[[Floats, Scales], Floats]
-_ALWAYS: dict[str, _Conversion] = {
+_CONVERSIONS: dict[str, _Conversion] = {  # what all cells have; the models have the rest
     "regime": lambda rows, by: rows[layout.REGIME],
     "status": lambda rows, by: rows[layout.STATUS],
     "breakaway_time": lambda rows, by: rows[layout.BREAKAWAY_TIME] * by.time,
@@ -92,9 +46,6 @@ _ALWAYS: dict[str, _Conversion] = {
     "spring_force_min": lambda rows, by: rows[layout.XI_MIN] * by.load,
     "slip_speed_max": lambda rows, by: rows[layout.SPEED_MAX] * by.speed,
     "acceleration_max": lambda rows, by: rows[layout.ACCELERATION_MAX] * by.load / by.mass,
-    "mu_reversal": lambda rows, by: rows[layout.MU_REVERSAL],
-    "mu_breakaway": lambda rows, by: rows[layout.MU_BREAKAWAY],
-    "tendency": lambda rows, by: rows[layout.MU_BREAKAWAY] - 2.0 * rows[layout.MU_REVERSAL] + by.mu_stop,
     "energy_per_cycle": lambda rows, by: rows[layout.CYCLE_HEAT] * by.load * by.length,
     "equilibrium_crossings": lambda rows, by: rows[layout.CROSSINGS],
     "settling_time": lambda rows, by: rows[layout.SETTLING_TIME] * by.time,
@@ -107,8 +58,6 @@ _ALWAYS: dict[str, _Conversion] = {
     "cycle_force_min": lambda rows, by: rows[layout.CYCLE_XI_MIN] * by.load,
     "damping_ratio": lambda rows, by: rows[layout.DAMPING_RATIO],
     "steps": lambda rows, by: rows[layout.STEPS],
-}
-_TO_HORIZON: dict[str, _Conversion] = {
     "sticks": lambda rows, by: rows[layout.STICKS],
     "stick_time": lambda rows, by: rows[layout.STICK_TIME] * by.time,
     "displacement_end": lambda rows, by: rows[layout.XI_END] * by.length,
@@ -116,13 +65,14 @@ _TO_HORIZON: dict[str, _Conversion] = {
 }
 
 
-def to_si(rows: Floats, cells: Parameters, full: bool, names: Collection[str] | None = None) -> Results:
-    """The rows `run_block` filled to the variables people know.
+def to_si(rows: Floats, cells: Parameters, options: Options) -> Results:
+    """The rows `run_block` filled to the variables people know: those that the options keep, in their order."""
+    by, own = Scales(cells), model_of(options.law).to_si
 
-    full : whether to add the variables that only a run to the horizon defines. names : the only ones to convert.
-    """
-    by, conversions = Scales(cells), _ALWAYS | _TO_HORIZON if full else _ALWAYS
-    return {name: convert(rows, by) for name, convert in conversions.items() if names is None or name in names}
+    def row(name: str) -> Floats:
+        return np.asarray(rows[getattr(layout, name)])
+
+    return {name: own[name](row, by) if name in own else _CONVERSIONS[name](rows, by) for name in columns(options)}
 
 
 def signals_to_si(signals: NDArray[np.float64], cells: Parameters, columns: NDArray[np.float64]) -> Results:

@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 
 from stickslip.engine.exponents import run_signals
 from stickslip.engine.options import Options, Results
-from stickslip.engine.scales import Scales, signals_to_si, to_kernel
+from stickslip.engine.scales import signals_to_si, to_kernel
 from stickslip.engine.threads import stop_flag
 from stickslip.errors import NotReachedError
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.scales import Scales
 from stickslip_kernels import layout
 from stickslip_kernels.allocate import new_signals
 
@@ -26,7 +27,7 @@ def trajectory(cell: Parameters, times: NDArray[np.float64], options: Options) -
     The stepping is that of `compute`. Raises NotReachedError if the integration does not reach the last time.
     """
     horizon, rate = max(float(times[-1]), np.finfo(float).tiny), Scales(cell).rate
-    columns, step = to_kernel(cell, horizon), (times[1] if times.size > 1 else horizon) * rate
+    columns, step = to_kernel(cell, horizon, options), (times[1] if times.size > 1 else horizon) * rate
     signals, status = _signals(columns, horizon * rate, step, np.array([times.size]), options)
     if status[0] != layout.HORIZON_REACHED:
         reached = np.max(times, where=np.isfinite(signals[layout.SIGNAL_XI]), initial=0.0)
@@ -45,7 +46,7 @@ def sampled(
     Beside them the velocities at the first and the last sample (m/s), shape (n, 2), and the status: other than
     horizon_reached where the integration ended early, from where on there is NaN. In this thread.
     """
-    by, columns, ends = Scales(cells), to_kernel(cells, 1.0), np.cumsum(counts)
+    by, columns, ends = Scales(cells), to_kernel(cells, 1.0, options), np.cumsum(counts)
     columns[layout.HORIZON] = steps * (counts - 1 + _BEYOND) * by.rate
     signals, status = _signals(columns, columns[layout.HORIZON], steps * by.rate, counts, options)
     velocities = signals[layout.SIGNAL_ETA][np.column_stack([ends - counts, ends - 1])]
@@ -61,7 +62,7 @@ def flows(cells: Parameters, durations: NDArray[np.float64], samples: int, optio
     The samples of a cell are evenly spaced and include both ends. The cells may be any that the kernels can integrate,
     with negative damping and friction as well. NaN from where the integration of a cell ended early. In this thread.
     """
-    n, columns = durations.size, to_kernel(cells, 1.0)
+    n, columns = durations.size, to_kernel(cells, 1.0, options)
     columns[layout.HORIZON] = durations * Scales(cells).rate
     step = columns[layout.HORIZON] / max(samples - 1, 1)
     signals, _ = _signals(columns, columns[layout.HORIZON], step, np.full(n, samples), options)

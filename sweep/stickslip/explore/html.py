@@ -25,13 +25,14 @@ from stickslip.explore.source import Source
 from stickslip.explore.view import View, cell_config, settings
 from stickslip.vocabulary.display_units import Unit, number, quantity, unit_for
 from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES, flag_label
+from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
 
 _NUMBERS = (
     "frequency", "period", "stick_fraction", "breakaway_time", "velocity_amplitude", "displacement_amplitude",
     "cycle_force_max", "cycle_force_min", "spring_force_max", "slip_speed_max", "acceleration_max", "energy_per_cycle",
-    "settling_time", "restick_margin", "mu_reversal", "tendency", "damping_ratio",
+    "settling_time", "restick_margin", *(row.name for model in MODELS for row in model.results), "damping_ratio",
 )  # fmt: skip
 _DIGITS = 6  # of what a command says
 _RARE = ("delta", "ageing_rate", "ageing_time", "contact_time", "displacement", "velocity", "mu_static", "mu_stop")

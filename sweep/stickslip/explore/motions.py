@@ -15,6 +15,7 @@ from stickslip.studies.attractors.starts import DISTURBANCE, steady_state
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.models import model_of
 
 Floats = NDArray[np.float64]
 _CYCLES, _SLOW_CYCLES = 3.4, 1.6  # shown of a cycle, and of one that sticks most of its time
@@ -82,7 +83,7 @@ class CellMotions:
 def motions_of(cell: Mapping[str, float], options: Options) -> CellMotions:
     """Both motions of a cell (parameters in SI by name). Raises TypeError or ValueError for what is no cell."""
     options = replace(options, early_stop=True, threads=1)
-    one = as_cells(cell)
+    one = as_cells(cell, options.law)
     sticking, results = isnan(one["velocity"][0]), _results(one, options)
     stick = _motion("from stick" if sticking else "from the start", one, results, options, sticking)
     steady = steady_state(one, options)
@@ -96,7 +97,7 @@ def motions_of(cell: Mapping[str, float], options: Options) -> CellMotions:
 
 def regime_of(cell: Mapping[str, float], options: Options) -> str:
     """The name of the regime of a cell."""
-    return REGIMES[int(_results(as_cells(cell), replace(options, early_stop=True, threads=1))["regime"])]
+    return REGIMES[int(_results(as_cells(cell, options.law), replace(options, early_stop=True, threads=1))["regime"])]
 
 
 def _results(one: Parameters, options: Options) -> dict[str, float]:
@@ -225,7 +226,9 @@ def _essential(mode: Floats, visible: NDArray[np.bool_]) -> NDArray[np.intp]:
 def _curve(one: Parameters, shown: list[Motion], options: Options) -> tuple[Floats, Floats]:
     """The friction curve over the slip speeds that occur, dense where it is steep."""
     fastest = [np.abs(motion.samples["relative_speed"]).max() for motion in shown if motion.samples]
-    reach = 1.05 * max([*fastest, 2.0 * abs(one["belt_speed"][0]), 3.0 * one["a4"][0]])
+    curve = model_of(options.law).curve
+    decay = one[curve.decay][0] if curve else 0.0
+    reach = 1.05 * max([*fastest, 2.0 * abs(one["belt_speed"][0]), 3.0 * decay])
     w = np.unique(np.concatenate([np.linspace(0.0, reach, _CURVE), np.geomspace(1e-6 * reach, reach, _CURVE)]))
     cells = {name: np.full(w.size, values[0]) for name, values in one.items()} | {"belt_speed": w}
     return w, friction_at_belt_speed(cells, options)

@@ -15,6 +15,7 @@ from stickslip.config.select import point_text, value_text
 from stickslip.errors import ConfigError, Problem
 from stickslip.explore.source import Source
 from stickslip.vocabulary.display_units import Unit, unit_for
+from stickslip.vocabulary.models import Model, Slider, laws_with, model_of
 from stickslip.vocabulary.quantities import QUANTITIES
 
 Sides = tuple[int, int]  # most points along y and x
@@ -226,8 +227,8 @@ def sliders_of(source: Source, without: tuple[str, ...] = ()) -> Iterator[Slider
     cell = typical_cell(source)
     ranges = {name: axis for name, axis in source.axes.items() if isinstance(axis, Range) and name not in without}
     names = [name for name in QUANTITIES if (name in source.fixed or name in ranges) and name not in without]
-    if source.config.friction.law != "stribeck_delta" and "delta" in names:
-        names.remove("delta")
+    law = source.config.friction.law
+    names = [name for name in names if law in laws_with(name)]
     for name in sorted(names, key=lambda name: name in _RARE):
         written = source.written_in.get(name)
         if axis := ranges.get(name):
@@ -235,7 +236,7 @@ def sliders_of(source: Source, without: tuple[str, ...] = ()) -> Iterator[Slider
             yield SliderRange(name, centre, axis.start, axis.stop, axis.spacing == "log", centre, False, written)
         else:
             value = source.fixed[name]
-            yield SliderRange(name, value, *_range(name, value, cell), name in _RARE, written)
+            yield SliderRange(name, value, *_range(name, value, _ends(cell, model_of(law))), name in _RARE, written)
 
 
 def slider_of(source: Source, name: str) -> SliderRange:
@@ -248,7 +249,7 @@ def typical_cell(source: Source) -> dict[str, float]:
     cell = dict(source.fixed)
     for axis in source.axes.values():
         cell |= {member.name: middle(member) for member in axis.members}
-    return {"mu_start": cell.get("a1", 0.0) + cell.get("a3", 0.0)} | cell
+    return cell
 
 
 def middle(axis: Range | Values) -> float:
@@ -258,9 +259,9 @@ def middle(axis: Range | Values) -> float:
     return float(numbers[len(numbers) // 2]) if numbers.size else float("nan")
 
 
-def _range(name: str, value: float, cell: Mapping[str, float]) -> tuple[float, float, bool, float]:
+def _range(name: str, value: float, sliders: Mapping[str, Slider]) -> tuple[float, float, bool, float]:
     """Of the slider of a fixed quantity: its ends, whether ratios count, and what it shows until it is switched on."""
-    if ends := _ends(cell).get(name):
+    if ends := sliders.get(name):
         low, high, otherwise = ends
         if isnan(value):
             return low, high, False, otherwise
@@ -271,26 +272,14 @@ def _range(name: str, value: float, cell: Mapping[str, float]) -> tuple[float, f
     return min(0.0, -high if value < 0 else 0.0), high, False, value
 
 
-def _ends(cell: Mapping[str, float]) -> dict[str, tuple[float, float, float]]:
+def _ends(cell: Mapping[str, float], model: Model) -> dict[str, Slider]:
     """Ends of sliders that follow from other quantities, and what they show where the quantity is absent."""
-    start, speed, stiffness = cell["mu_start"], abs(cell["belt_speed"]), cell["stiffness"]
-    friction = 0.0, _rounded(2.0 * start), 0.0
-    slope = 3.0 * abs(cell.get("a2", 0.0)) or start / max(speed, 1e-3)  # so much doubles friction at the belt speed
-    shift, fast = _rounded(2.0 * start * cell["normal_load"] / stiffness), _rounded(2.0 * speed) or 1.0
+    fast = _rounded(2.0 * abs(cell["belt_speed"])) or 1.0
     return {
-        "damping": (0.0, _rounded(sqrt(stiffness * cell["mass"])), 0.0),  # half of critical without friction
-        "a1": friction,
-        "a2": (0.0, _rounded(slope), 0.0),
-        "a3": friction,
-        "mu_start": friction,
-        "mu_reversal": (0.0, start, 0.0),
-        "mu_stop": (0.0, start, _rounded(0.8 * start)),
-        "mu_static": (start, _rounded(2.0 * start), _rounded(1.1 * start)),
-        "ageing_rate": (0.0, _rounded(0.1 * start), 0.0),
+        "damping": (0.0, _rounded(sqrt(cell["stiffness"] * cell["mass"])), 0.0),  # half of critical without friction
         "contact_time": (0.0, 1000.0, 0.0),
-        "displacement": (-shift, shift, 0.0),
         "velocity": (-fast, fast, 0.0),
-        "delta": (1.0, 4.0, 1.0),
+        **model.sliders(cell, _rounded),
     }
 
 

@@ -21,8 +21,8 @@ from stickslip.fit.models import (
 )
 from stickslip.fit.quality import Quality
 from stickslip.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms
-from stickslip.theory.shapes import SHAPES
-from stickslip.vocabulary.laws import LAWS
+from stickslip.theory.curve import SHAPES
+from stickslip.vocabulary.models import LAWS
 
 BEST = "best"  # of all laws
 _FEWEST = 4  # distinct speeds; as many as coefficients
@@ -84,6 +84,11 @@ class CurveFit:
     def mu_start(self) -> float:
         """Friction coefficient at break-away, a1 + a3."""
         return self.a1 + self.a3
+
+    @property
+    def declines(self) -> bool:
+        """True where friction falls from standstill on."""
+        return self.a3 > 0
 
     def coefficients(self) -> dict[str, float]:
         """a1 to a4 by name, as `evaluate` and `simulate` take them."""
@@ -152,7 +157,7 @@ def fit_curve(
     sigma : standard deviation of each mu, or one for all; None: taken from the residuals, with weights where these show
         that the scatter differs along the speed.
     unit : in which `quality` gives speeds.
-    law : one of `vocabulary.laws.LAWS` (stribeck_delta with delta = 2, Gaussian), or "best": that of the lowest AICc.
+    law : one of `vocabulary.models.LAWS` (stribeck_delta with delta = 2, Gaussian), or "best": that of the lowest AICc.
 
     Returns
     -------

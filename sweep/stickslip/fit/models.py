@@ -17,7 +17,7 @@ from scipy.optimize import nnls  # type: ignore[import-untyped]
 
 from stickslip.fit.profile import Cone, Model, Region, bottom
 from stickslip.fit.uncertainty import CONFIDENCE, Flags, Floats, Interval, Residuals, covariance, rms, student
-from stickslip.theory.shapes import SHAPES
+from stickslip.theory.curve import SHAPES
 
 COEFFICIENTS = ("a1", "a2", "a3", "a4")
 _VISIBLE, _ROUNDING = 0.01, 1e-9  # of the span, of the friction: smaller residuals do no harm; are none

@@ -1,8 +1,8 @@
 """Least squares where one coefficient is a scale and the model is linear in all others, and what the points leave open.
 
-Stribeck curves are linear in a1, a2, a3 for a given a4, and ageing is in mu0 and beta for a given t0. So the
-sum of squares that is left, as a function of the scale alone, is a linear problem (variable projection, Golub and
-Pereyra 1973), and the profile likelihood of any linear combination of the others is the lower envelope of one
+Stribeck curves are linear in all coefficients for a given decay speed, and ageing is in mu0 and beta for a given t0.
+So the sum of squares that is left, as a function of the scale alone, is a linear problem (variable projection, Golub
+and Pereyra 1973), and the profile likelihood of any linear combination of the others is the lower envelope of one
 parabola for each scale: its confidence interval (Venzon and Moolgavkar 1988) follows without a search, however far the
 likelihood is from that of a normal distribution.
 

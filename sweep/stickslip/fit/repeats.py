@@ -6,7 +6,8 @@ repeat in turn; with n repeats, the covariance of the coefficients is (n-1)/n ti
 leaving one out changes (the jackknife over groups: Efron and Stein, Ann. Statist. 9 (1981) 586; as cluster-robust CR3:
 MacKinnon, Nielsen and Webb, J. Appl. Econometrics 38 (2023) 671), and intervals follow the t distribution of n-1
 degrees of freedom. This holds scatter within and between repeats, whatever their speeds and numbers of points.
-Coefficients above 0 vary by factors, as levels of friction do from specimen to specimen; a2, which may be 0, does not.
+Coefficients above 0 vary by factors, as levels of friction do from specimen to specimen; the slope does not, which may
+be 0.
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.fit.curve import CurveFit, fit_curve
-from stickslip.fit.models import COEFFICIENTS, Drawn, drawn_in_batches
+from stickslip.fit.models import Drawn, drawn_in_batches
 from stickslip.fit.uncertainty import CONFIDENCE, Floats, Interval, student
 from stickslip.theory import stribeck
+from stickslip.vocabulary.models import CURVE, FITTED
 
 _BAND = 2000  # curves drawn for a band
 
@@ -40,7 +42,7 @@ class RepeatedFit(CurveFit):
         """Curves as likely as the repeats leave them; see `draw_curves`."""
         random, n = np.random.default_rng(seed), len(self.without)
         values = np.array([[*fit.coefficients().values()] for fit in (self, *self.without)])
-        by_factors = (values > 0).all(axis=0) & (np.array(COEFFICIENTS) != "a2")
+        by_factors = (values > 0).all(axis=0) & (np.array(CURVE) != CURVE.slope)
         best, *others = np.where(by_factors, np.log(np.where(by_factors, values, 1.0)), values)
         root = (np.array(others) - np.mean(others, axis=0)) * np.sqrt((n - 1) / n)
 
@@ -49,9 +51,11 @@ class RepeatedFit(CurveFit):
             drawn = best + random.standard_normal((count, n)) @ root / spread
             with np.errstate(over="ignore"):
                 drawn = np.where(by_factors, np.exp(drawn), drawn)
-            a1, a2, a3, a4 = drawn.T
-            of_kind = ((a2 >= 0) | falling) & (a3 >= 0) if self.a3 >= 0 else a3 <= 0
-            return np.asarray(drawn[of_kind & (a1 >= 0) & (a1 + a3 >= 0) & (a4 > 0) & np.isfinite(drawn).all(axis=1)])
+            level, slope, drop, decay = drawn.T
+            weakens = self.coefficients()[CURVE.drop] >= 0
+            of_kind = ((slope >= 0) | falling) & (drop >= 0) if weakens else drop <= 0
+            possible = (level >= 0) & (level + drop >= 0) & (decay > 0) & np.isfinite(drawn).all(axis=1)
+            return np.asarray(drawn[of_kind & possible])
 
         return drawn_in_batches(batch, count)
 
@@ -98,8 +102,7 @@ def fit_repeats(
             without.append(fit_curve(np.concatenate(w[:i] + w[i + 1 :]), np.concatenate(y[:i] + y[i + 1 :])))
         except ValueError as error:
             raise ValueError(f"without {names[i] if names else f'repeat {i + 1}'}: {error}") from None
-    order = (*COEFFICIENTS, "mu_start")
-    best, *others = ([getattr(fit, name) for name in order] for fit in (whole, *without))
+    best, *others = ([getattr(fit, name) for name in FITTED] for fit in (whole, *without))
     scatter = np.array(others) - np.mean(others, axis=0)
     matrix = (len(w) - 1) / len(w) * scatter.T @ scatter
     errors = [math.sqrt(variance) for variance in np.diag(matrix)]
@@ -108,8 +111,8 @@ def fit_repeats(
     quality = f"{whole.quality} Intervals are those of {count}, which hold what differs between them."
     values = {each.name: getattr(whole, each.name) for each in fields(CurveFit)}
     values |= {
-        "standard_error": dict(zip(order, errors, strict=True)),
-        "interval": dict(zip(order, map(_within, best, reach, order), strict=True))
+        "standard_error": dict(zip(FITTED, errors, strict=True)),
+        "interval": dict(zip(FITTED, map(_within, best, reach, FITTED), strict=True))
         | dict.fromkeys(whole.assumed, (0.0, math.inf)),
         "has_intervals": not whole.assumed,  # what was assumed differs from no repeat to another
         "covariance": matrix[:4, :4], "freedom": float(len(w) - 1),
@@ -120,7 +123,7 @@ def fit_repeats(
 
 def _within(value: float, reach: float, name: str) -> Interval:
     """An interval, of what varies by factors as well."""
-    if value > 0 and name != "a2":
+    if value > 0 and name != CURVE.slope:
         factor = math.exp(min(reach / value, 700.0))
         return value / factor, value * factor
     return max(0.0, value - reach) if value >= 0 else value - reach, value + reach

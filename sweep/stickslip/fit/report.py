@@ -9,16 +9,16 @@ from typing import Any
 from stickslip.fit.ageing import AgeingFit, rank
 from stickslip.fit.curve import CurveFit
 from stickslip.fit.files import MaterialFit
-from stickslip.fit.models import COEFFICIENTS
 from stickslip.fit.steps import StepPoints
+from stickslip.vocabulary.models import CURVE, FITTED
 from stickslip.vocabulary.suggest import listed
 
-_UNITS = {"a2": "s/m", "a4": "m/s", "t0": "s", "beta": "per decade"}
+_UNITS = {CURVE.slope: "s/m", CURVE.decay: "m/s", "t0": "s", "beta": "per decade"}
 
 
 def _fit_of(material: MaterialFit) -> tuple[CurveFit | AgeingFit, tuple[str, ...]]:
     if material.curve:
-        return material.curve, (*COEFFICIENTS, "mu_start")
+        return material.curve, FITTED
     assert material.ageing is not None
     return material.ageing, ("mu0", "beta", "t0")
 
@@ -122,8 +122,8 @@ def as_yaml(materials: Sequence[MaterialFit]) -> str:
         return "\n".join(f"# {one.name}\n{as_yaml([one])}" for one in materials if one.curve is not None)
     (law,) = laws
     of_law = [] if law == "stribeck" else [f"  law: {law}", *(["  delta: 2"] if law == "stribeck_delta" else [])]
-    rows = {name: [_number(getattr(curve, name)) for _, curve in curves] for name in COEFFICIENTS}
-    comments = {name: f"# {_UNITS[name]}" if name in _UNITS else "" for name in COEFFICIENTS}
+    rows = {name: [_number(getattr(curve, name)) for _, curve in curves] for name in CURVE}
+    comments = {name: f"# {_UNITS[name]}" if name in _UNITS else "" for name in CURVE}
     if len(curves) == 1:
         lines = [f"  {name}: {value:14}{comments[name]}".rstrip() for name, (value,) in rows.items()]
         return "\n".join(["friction:", *of_law, *lines])

@@ -45,13 +45,13 @@ from stickslip.studies.borders import Border, Scan, fine_enough
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import VIBRATING
+from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.quantities import PARAMETERS
 
 Floats = NDArray[np.float64]
 Points = tuple[ArrayLike, ArrayLike] | CurveFit
 Materials = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | Mapping[str, Points] | Sequence[MaterialFit]
 
-_COEFFICIENTS = ("a1", "a2", "a3", "a4")
 _SLOWER, _FASTER = 10.0, 4.0  # how far beyond what is measured, and what linear theory says, speeds are searched
 
 
@@ -165,7 +165,7 @@ def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progre
     total = max(len(known), 1) * (1 + request.draws)
     watch = watcher(request.search, len(known), total, progress)
     if known:
-        curves = {name: np.array([getattr(fits[i].curve, name) for i in known]) for name in _COEFFICIENTS}
+        curves = {name: np.array([getattr(fits[i].curve, name) for i in known]) for name in CURVE}
         borders = quiet_above(
             curves, request.system, scan, request.search.tolerance, request.options, watch(0, len(known))
         )
@@ -223,8 +223,13 @@ def _curve(fit: MaterialFit) -> CurveFit:
     return fit.curve
 
 
+def _slopes(curve: CurveFit) -> list[float]:
+    """The coefficients of a curve but its level."""
+    return [*curve.coefficients().values()][1:]
+
+
 def _doubt(fit: MaterialFit) -> str | None:
-    return friction_question_of_fit(_curve(fit).mu_start, fit.points.get("mu"))
+    return friction_question_of_fit(float(_curve(fit).predict(0.0)), fit.points.get("mu"))
 
 
 def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], request: Request) -> str | None:
@@ -232,7 +237,7 @@ def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], 
     implausible friction."""
     doubts = {fit.name: doubt for fit in fits if (doubt := _doubt(fit))}
     curves = [_curve(fit) for fit in fits if len(doubts) == len(fits) or fit.name not in doubts]
-    zipped = {name: [getattr(curve, name) for curve in curves] for name in _COEFFICIENTS}
+    zipped = {name: [getattr(curve, name) for curve in curves] for name in CURVE}
     speeds = request.speeds.values
     system = {**request.system, "belt_speed": speeds[-1] if speeds else float(min(one.searched[0] for one in curves))}
     del system["friction_scale"]
@@ -260,9 +265,10 @@ def _scan(known: Sequence[MaterialFit], fits: Sequence[MaterialFit], request: Re
     slowest = min(curve.searched[0] for curve in curves)  # a tenth of the slowest measured speed above 0
     fastest = max(curve.speeds[1] for curve in curves)
     for curve in curves:
-        if known and curve.a3 > 0:
+        if known and curve.declines:
+            slope, drop, decay = _slopes(curve)
             for end in (loss_of_stability, stick_slip_limit):
-                speed = float(end(curve.a2, curve.a3, curve.a4, system["damping"], request.load))
+                speed = float(end(slope, drop, decay, system["damping"], request.load))
                 fastest = max(fastest, speed) if np.isfinite(speed) else fastest
     if speeds:
         slowest, fastest = min(slowest, min(speeds) / _SLOWER), max(fastest, *speeds)
@@ -328,16 +334,16 @@ def _undetermined(fit: MaterialFit, doubt: str | None, request: Request) -> Mate
 def _tendency(curve: CurveFit, slip_speed_max: Floats, scale: float) -> Floats:
     """Eq. (3) of motions that reached a slip speed (m/s), on a curve without hysteresis.
 
-    Its reversal point lies at that speed or at the minimum of the curve, and friction at standstill is `mu_start`.
+    Its reversal point lies at that speed or at the minimum of the curve, and friction at standstill is where it starts.
     """
-    reversal = np.fmin(slip_speed_max, reversal_speed(curve.a2, curve.a3, curve.a4))
-    return scale * tendency(curve.mu_start, curve.predict(reversal), curve.mu_start)
+    reversal = np.fmin(slip_speed_max, reversal_speed(*_slopes(curve)))
+    return scale * tendency(curve.predict(0.0), curve.predict(reversal), curve.predict(0.0))
 
 
 def _over(name: str, curves: Mapping[str, Floats], request: Request, scan: Scan) -> Floats:
     """The borders of curves (n, values) at the values of a quantity that varies: 0 where a curve is quiet throughout,
     inf where it vibrates up to the fastest speed searched."""
-    values, size = np.array(request.over[name]), curves["a1"].size
+    values, size = np.array(request.over[name]), curves[CURVE.level].size
     repeated = {key: np.repeat(coefficients, values.size) for key, coefficients in curves.items()}
     system: dict[str, ArrayLike] = {**request.system, name: np.tile(values, size)}
     borders = quiet_above(repeated, system, scan, request.search.tolerance, request.options)
@@ -361,8 +367,8 @@ def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> di
     """Provenance, the request, and a configuration that finds the same borders, all of them."""
     system, speeds = {**request.system}, request.speeds.values
     scale = system.pop("friction_scale")
-    zipped = {name: [getattr(fit.curve, name) * (1.0 if name == "a4" else scale) for fit in fits]
-              for name in _COEFFICIENTS}  # fmt: skip
+    zipped = {name: [getattr(fit.curve, name) * (1.0 if name == CURVE.decay else scale) for fit in fits]
+              for name in CURVE}  # fmt: skip
     speed = speeds[0] if speeds else scan.low
     title = f"{len(fits)} materials compared"
     data = {

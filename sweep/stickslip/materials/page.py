@@ -26,12 +26,12 @@ from stickslip.pages import (
 )
 from stickslip.plots.materials import plot_materials
 from stickslip.vocabulary import units
+from stickslip.vocabulary.models import BREAKAWAY, FITTED, FORMULA
 from stickslip.vocabulary.results import MATERIAL_VARIABLES
 
-_COEFFICIENTS = ("a1", "a2", "a3", "a4", "mu_start")
 _MOST_DIGITS = 6
 _ONLY_SCATTER = "Other specimens, another temperature and what is not known of the system are in no number here."
-_SMALL_PRINT = ("tendency", "mu_start")  # columns of ranks that decide nothing; mu_start is among the fits
+_SMALL_PRINT = ("tendency", BREAKAWAY)  # columns of ranks that decide nothing; the latter is among the fits
 
 
 def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = None) -> str:
@@ -44,9 +44,7 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     ranks, fits = [column for column in ranking.columns() if column.name not in _SMALL_PRINT], _fits(ds, ranking)
     first = next((text for text in ranking.limits() if _is_about_the_best(text, ranking.names)), _ONLY_SCATTER)
     system = paragraph(f"The system: {', '.join(f'{name} {value}' for name, value in ranking.conditions())}.")
-    formula = paragraph(
-        "Friction coefficient over slip speed w: a1 + a2 w + a3 exp(-w/a4); in brackets the 95 % intervals."
-    )
+    formula = paragraph(f"Friction coefficient over slip speed w: {FORMULA}; in brackets the 95 % intervals.")
     qualities = terms(zip(ranking.names, map(str, ds["fit_quality"].values), strict=True), "names")
     files = terms([("points", str(ds.attrs["files"]).replace("\n", ", "))], "short")
     intro = paragraph("Saved as a file, this configuration finds all borders of these curves (stickslip run):")
@@ -88,7 +86,7 @@ def _table(columns: list[RankColumn]) -> str:
 
 def _fits(ds: xr.Dataset, ranking: RankTable) -> list[RankColumn]:
     columns = [RankColumn("material", "", True, tuple(ranking.names))]
-    for name in _COEFFICIENTS:
+    for name in FITTED:
         declared = str(ds[name].attrs["units"])
         is_speed = declared == "m s-1"
         unit, factor = (ranking.unit, ranking.factor) if is_speed else (units.spelled(declared), 1.0)

@@ -28,6 +28,7 @@ from stickslip.theory import stribeck
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
+from stickslip.vocabulary.models import CURVE
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -76,7 +77,7 @@ def quiet_above(
 ) -> QuietSpeeds:  # fmt: skip
     """The speed at which the vibration of each curve ends for good.
 
-    curves : a1 to a4 by name, each (n,). system : the other parameters of a cell but the belt speed, in SI, and
+    curves : coefficients by name, each (n,). system : the other parameters of a cell but the belt speed, in SI, and
     `friction_scale`. scan : the speeds looked at first, between the ends of the range; a vibration that begins and ends
     between two of them is missed. tolerance : width of the last bracket over the border. moved : called with cells
     computed, now and then.
@@ -103,7 +104,9 @@ def cells_of(curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], belt
     """Cells of curves in a system, whose `friction_scale` multiplies friction at every speed; arrays broadcast."""
     others = {**system, "belt_speed": belt_speed}
     scale = np.asarray(others.pop("friction_scale"))
-    return as_cells({**others, **{name: values * (1.0 if name == "a4" else scale) for name, values in curves.items()}})
+    return as_cells(
+        {**others, **{name: values * (1.0 if name == CURVE.decay else scale) for name, values in curves.items()}}
+    )
 
 
 def regimes(cells: Parameters, options: Options, moved: Moved | None = None) -> dict[str, NDArray[Any]]:
@@ -224,10 +227,11 @@ def _borders(drawn: Drawn, request: Request, scan: Scan, moved: Moved | None) ->
     """
     options = replace(request.options, rtol=Options.rtol, max_steps=_DRAWN_STEPS)
     tolerance = max(_DRAWN_TO, request.search.tolerance)
-    a1, a2 = drawn.coefficients["a1"], drawn.coefficients["a2"]
-    is_damped = request.system["damping"] + request.load * a2 >= 0
-    lost = drawn.falling & ~(is_damped & (a1 + a2 * scan.high >= 0))
-    borders = QuietSpeeds(np.full(a2.size, scan.high), np.full(a2.size, scan.high), np.full(a2.size, VIBRATES, np.int8))
+    level, slope = drawn.coefficients[CURVE.level], drawn.coefficients[CURVE.slope]
+    is_damped = request.system["damping"] + request.load * slope >= 0
+    lost = drawn.falling & ~(is_damped & (level + slope * scan.high >= 0))
+    fastest = np.full(slope.size, scan.high)
+    borders = QuietSpeeds(fastest, fastest.copy(), np.full(slope.size, VIBRATES, np.int8))
 
     def search(which: Flags, options: Options, moved: Moved | None) -> None:
         if which.any():
@@ -261,7 +265,7 @@ def _measurements(
     inside = np.isfinite(most) & (most >= ends[0]) & (most <= ends[1]) & (most > 0)
     spare = max(curve.points - 4 + len(curve.assumed), 1)
     sigma = curve.residual_rms * math.sqrt(curve.points / spare)
-    slowest = (curve.speeds[0] or 10.0 * curve.searched[0]) * (1.0 if curve.a3 > 0 else _SLOWER)
+    slowest = (curve.speeds[0] or 10.0 * curve.searched[0]) * (1.0 if curve.declines else _SLOWER)
     curves = {name: coefficients[inside] for name, coefficients in drawn.coefficients.items()}
     design = best_measurements(most[inside], curves, (slowest, curve.speeds[1]), sigma)
     if design is None:
@@ -302,8 +306,8 @@ def best_measurements(
     The target and the friction at any speed scatter together over the curves drawn; of a point measured there, with
     its own scatter, follows what is left of the variance of the target (linear regression; c-optimal design).
 
-    target : (n,), a number of each of n drawn curves. curves : a1 to a4 by name, each (n,). between : the slowest speed
-    tried, above 0, and the fastest, m/s. sigma : standard deviation of a point.
+    target : (n,), a number of each of n drawn curves. curves : coefficients by name, each (n,). between : the slowest
+    speed tried, above 0, and the fastest, m/s. sigma : standard deviation of a point.
 
     Returns the speeds (m/s), the slower one first, and the factor by which the standard deviation of the target
     shrinks; None where fewer than 100 curves tell or nothing scatters.
@@ -311,7 +315,7 @@ def best_measurements(
     if target.size < _LIKELY or not np.ptp(target) > 0:
         return None
     tried = np.geomspace(*between, _CANDIDATES)
-    friction = stribeck(tried[:, None], *(curves[name] for name in ("a1", "a2", "a3", "a4")))
+    friction = stribeck(tried[:, None], *(curves[name] for name in CURVE))
     together = np.cov(np.vstack([target, friction]))
     variance, with_target, among = together[0, 0], together[0, 1:], together[1:, 1:]
     own = np.diag(among) + sigma**2

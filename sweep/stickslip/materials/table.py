@@ -15,6 +15,7 @@ from stickslip.dataset.materials import speeds_of
 from stickslip.materials.system import VARIED, critical_damping
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, VIBRATING, flag_label
+from stickslip.vocabulary.models import BREAKAWAY, CURVE
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed
 
@@ -97,7 +98,7 @@ class RankTable:
                 yield from self._at_speed(ds.isel(belt_speed=j), f" at {self.speed(speed)} {self.unit}")
         elif "regime" in ds:
             yield from self._at_speed(ds, "")
-        for name in ("tendency", "mu_start"):
+        for name in ("tendency", BREAKAWAY):
             if ds[name].ndim == 1:
                 cells = ("-" if math.isnan(value) else f"{float(value):.3f}" for value in ds[name].values)
                 yield RankColumn(name, "", False, tuple(cells))
@@ -138,10 +139,11 @@ class RankTable:
         if self._states[i] == "not_determined":
             return "not determined"
         if self.ds["fit_good"].values[i]:
-            return "a2 open" if self.ds["a2"].values[i] > 0 and self.ds["a2_low"].values[i] == 0 else "good"
-        if self.ds["a3"].values[i] == 0:
+            is_open = self.ds[CURVE.slope].values[i] > 0 and self.ds[f"{CURVE.slope}_low"].values[i] == 0
+            return f"{CURVE.slope} open" if is_open else "good"
+        if self.ds[CURVE.drop].values[i] == 0:
             return "no fall"
-        names = [name for name in ("a1", "a2", "a3", "a4") if math.isinf(self.ds[f"{name}_high"].values[i])]
+        names = [name for name in CURVE if math.isinf(self.ds[f"{name}_high"].values[i])]
         return f"{listed(names, 'and')} open" if names else "doubtful"
 
     def sheet(self) -> Sheet:
@@ -277,8 +279,8 @@ class RankTable:
             texts += [
                 f"{name}: nothing takes energy out at high speed: the curve never rises and the damping is 0. Give the "
                 "damping of the system, or measure at higher speed."
-                for name, state, a2 in zip(self.names, self._states, self.ds["a2"].values, strict=True)
-                if state == "vibrates_throughout" and a2 == 0
+                for name, state, slope in zip(self.names, self._states, self.ds[CURVE.slope].values, strict=True)
+                if state == "vibrates_throughout" and slope == 0
             ]
         texts += self.limits()
         if {"normal_load", "friction_scale"} & {*self.varied, *self.ds.attrs}:
@@ -309,8 +311,8 @@ class RankTable:
                   for name, good, quality, rank in zip(self.names, *columns, strict=True)
                   if not good or math.isnan(rank)]  # fmt: skip
         texts += [*self._extrapolated(), *self._order()]
-        texts += [f"{name}: {_share(share)} of the curves that the points allow fall for ever (a2 < 0), and vibrate at "
-                  "any speed where no damper outweighs this. Measure at higher speed."
+        texts += [f"{name}: {_share(share)} of the curves that the points allow fall for ever ({CURVE.slope} < 0), and "
+                  "vibrate at any speed where no damper outweighs this. Measure at higher speed."
                   for name, share in shares("draws_falling") if share >= _WORTH_SAYING]  # fmt: skip
         return texts
 

@@ -15,12 +15,13 @@ from stickslip.errors import ConfigError
 from stickslip.plots.layout import NOTE_WIDTH, folded
 from stickslip.plots.palette import regime_label
 from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.models import BREAKAWAY, CURVE, STRIBECK
+from stickslip.vocabulary.models.stribeck import OF_HYSTERESIS
 from stickslip.vocabulary.quantities import QUANTITIES
 
-_CURVE = "a1", "a2", "a3", "a4"
 _LONGEST = 20_000  # letters of a configuration that is looked into
 _ALWAYS = ("damping",)  # none decides everything
-_OF_CYCLES = "period", "frequency", "stick_fraction", "energy_per_cycle", "mu_reversal", "mu_breakaway", "tendency"
+_OF_CYCLES = ("period", "frequency", "stick_fraction", "energy_per_cycle", *(row.name for row in STRIBECK.results))
 _WHY = {  # what no cell does where a variable has no value
     **dict.fromkeys(_OF_CYCLES, "no cell stick-slips"),
     **dict.fromkeys(("settling_time", "equilibrium_crossings", "settled_displacement"), "no cell settles"),
@@ -40,8 +41,8 @@ def fixed_values(ds: xr.Dataset) -> list[tuple[str, str]]:
         declared = QUANTITIES.get(str(name))
         if declared is None or one.dims or not np.isfinite(value := float(one)):
             continue
-        if measured and name in ("a1", "a2", "a3"):
-            if name == "a1":
+        if measured and name in STRIBECK.replaced:
+            if name == STRIBECK.replaced[0]:
                 rows.append(measured)
         elif name == "ageing_time" and "ageing_rate" in ds.coords and not ds["ageing_rate"].values.any():
             continue  # says nothing
@@ -52,22 +53,23 @@ def fixed_values(ds: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def _measured(ds: xr.Dataset) -> tuple[str, str] | None:
-    """The curve as it was written by what is measured, if all cells have the same: a1 to a3 follow from it."""
+    """The curve as it was written by what is measured, if all cells have the same."""
     text = str(ds.attrs.get("configuration", ""))
-    if "v_reversal" not in text or len(text) > _LONGEST or any(ds.coords[a].dims for a in _CURVE if a in ds.coords):
+    names = tuple(STRIBECK.measured)
+    if names[-1] not in text or len(text) > _LONGEST or any(ds.coords[a].dims for a in CURVE if a in ds.coords):
         return None
     try:
         data = parse_yaml(text).data
     except ConfigError:
         return None
     friction = data.get("friction") if isinstance(data, dict) else None
-    start, least, speed = ((friction or {}).get(name) for name in ("mu_start", "mu_reversal", "v_reversal"))
-    if not all(isinstance(one, int | float) for one in (start, least, speed)) or "a4" not in ds.coords:
+    start, least, speed = ((friction or {}).get(name) for name in names)
+    if not all(isinstance(one, int | float) for one in (start, least, speed)) or CURVE.decay not in ds.coords:
         return None
-    if not np.isclose(float(ds["a1"]) + float(ds["a3"]), float(start)):  # type: ignore[arg-type]
+    if not np.isclose(float(STRIBECK.start_of(ds)), float(start)):  # type: ignore[arg-type]
         return None
-    unit = unit_of(ds["belt_speed"] if "belt_speed" in ds.coords else ds["a4"])
-    return "mu_start", f"{start:g} falling to {least:g} at {unit.of(speed):.4g} {unit.printed}"
+    unit = unit_of(ds["belt_speed"] if "belt_speed" in ds.coords else ds[CURVE.decay])
+    return BREAKAWAY, f"{start:g} falling to {least:g} at {unit.of(speed):.4g} {unit.printed}"
 
 
 def fixed_note(ds: xr.Dataset, first: Sequence[str] = ()) -> list[str]:
@@ -90,7 +92,7 @@ def why_nothing(ds: xr.Dataset, variable: str) -> str:
 def _true_reason(ds: xr.Dataset, variable: str) -> str | None:
     """Why motions that do what a variable needs have no value of it all the same."""
     given = "mu_stop" in ds.coords and np.isfinite(ds["mu_stop"].values).any()
-    if variable in ("tendency", "mu_reversal") and not given:
+    if variable in OF_HYSTERESIS and not given:
         return f"{variable} is defined where friction returns along a line to mu_stop, which is none in all cells"
     regime = ds.get("regime")
     if variable in _OF_CYCLES and regime is not None and (regime == REGIMES.index("stick_slip")).any():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stickslip.vocabulary.results import Variable
+from stickslip.vocabulary.parameter import Variable
 
 TIME = Variable("time", "s", "time since the start of the record")
 _SIGNALS = (

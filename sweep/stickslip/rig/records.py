@@ -34,8 +34,7 @@ from stickslip.rig.settings import Condition, RecordSettings, condition, conditi
 from stickslip.rig.signals import Floats, cumulative
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import column_unit
-from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.results import Variable
+from stickslip.vocabulary.parameter import Parameter, Variable
 from stickslip.vocabulary.settings import CONDITIONS
 from stickslip.vocabulary.suggest import listed, nearest
 

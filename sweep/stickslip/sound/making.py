@@ -27,6 +27,7 @@ from stickslip.theory.ageing import static_friction
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.models import model_with
 
 Floats = NDArray[np.float64]
 
@@ -156,7 +157,7 @@ def _sticks_at_first(cell: Parameters) -> bool:
     """Return whether the contact holds at the start; else it slips at once, and its first break-away is a later one."""
     if not np.isnan(cell["velocity"][0]):
         return False
-    mu = np.fmax(cell["mu_static"], cell["a1"] + cell["a3"])
+    mu = model_with(cell).static_of(cell)
     limit = static_friction(cell["contact_time"], mu, cell["ageing_rate"], cell["ageing_time"]) * Scales(cell).load
     return bool((np.abs(cell["stiffness"] * cell["displacement"] + cell["damping"] * cell["belt_speed"]) <= limit)[0])
 

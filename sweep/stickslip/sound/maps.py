@@ -147,8 +147,8 @@ def _cells(given: CellsOrConfig, solver: SolverKeywords) -> tuple[Cells, str, st
         cells, law = _of_result(given)
         title = f"Levels: {given.attrs.get('title', 'a map')}"
         return cells, law, str(given.attrs.get("configuration", "")), title
-    law = Options.of(solver).law
-    return given_cells(cast(Mapping[str, Any], given), law), law, "", "Levels of cells"
+    options = Options.of(solver)
+    return given_cells(cast(Mapping[str, Any], given), options), options.law, "", "Levels of cells"
 
 
 def _of_result(ds: xr.Dataset) -> tuple[Cells, str]:

@@ -10,6 +10,7 @@ a2 and a3 may be negative, as in fits of measured curves: friction that weakens 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,15 @@ from stickslip.theory.numerics import Floats, bisect, floats
 
 STRONGEST = 3.0  # friction number kappa up to which `stick_slip_limit` is within 3 % of the kernels
 _ROUNDING = 1e-12  # relative; 0.3/0.1 is below 3, other quotients are above
+
+
+# By names of `vocabulary.models.LAWS`; stribeck_delta is the Gaussian, delta = 2.
+SHAPES: dict[str, Callable[[Floats], Floats]] = {
+    "stribeck": lambda z: np.exp(-z),
+    "stribeck_delta": lambda z: np.exp(-np.square(z)),
+    "rational": lambda z: 1.0 / (1.0 + z),
+    "cubic": lambda z: np.where(z < 1.0, 1.0 - 1.5 * z + 0.5 * z**3, 0.0),
+}
 
 
 def stribeck(slip_speed: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: ArrayLike, a4: ArrayLike) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from math import prod
 from typing import TYPE_CHECKING, Any
@@ -15,48 +15,46 @@ from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.beyond import beyond_the_model
 from stickslip.vocabulary.cells import Parameters
-from stickslip.vocabulary.curve import broken_bounds
-from stickslip.vocabulary.laws import NO_MINIMUM, rise_to_a_maximum
+from stickslip.vocabulary.models import Rule, model_of
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import PARAMETERS, parameters_of_model
 from stickslip.vocabulary.suggest import suggest
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _FEW = 4096  # cells; so many are laid out in a table, which is quicker than broadcasting but takes its memory
-_BETWEEN = ("a1", "a3", "mu_static", "mu_stop")  # bounds of each other
-_WHY = {
-    "a3": ("at least -a1", "mu_start = a1 + a3 is the static friction, which is not negative"),
-    "mu_static": ("at least mu_start = a1 + a3", "less would neither stick nor slip"),
-    "mu_stop": ("at most mu_start = a1 + a3", "friction ends no higher than it starts"),
-}
 _PLAIN = (float, int)  # what most give, which takes NumPy a moment to find out
 _DEFAULTS = {name: np.array(row.default) for name, row in PARAMETERS.items() if row.default is not None}
 
 
 def as_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") -> Parameters:
-    """Every parameter of `PARAMETERS` as a float64 array, all of one length.
+    """Every parameter that cells of this law have, as float64 arrays, all of one length.
 
     given : numbers or arrays in SI by parameter name, or texts with units, broadcast against each other and flattened;
-        of a Dataset, the variables and coordinates that carry names of parameters. law : one of `vocabulary.laws.LAWS`.
+        of a Dataset, the variables and coordinates that carry names of parameters. law : one of `models.LAWS`.
     Raises TypeError for names or values of the wrong kind, ValueError for missing or impossible values.
     """
-    named = _named(given)
-    check_names(named)
+    named, model = _named(given), model_of(law)
+    known = parameters_of_model(model)
+    check_names(named, known)
     arrays = {}
-    for name, parameter in PARAMETERS.items():
+    for name, parameter in known.items():
         if name in named:
             arrays[name] = _numbers(parameter, named[name])
         elif parameter.default is None:
             raise ValueError(f"{name} is missing ({parameter.long_name}, {parameter.units})")
         else:
             arrays[name] = _DEFAULTS[name]
-    if all(arrays[name].ndim == 0 for name in _BETWEEN) and _fit_together(*(arrays[name].item() for name in _BETWEEN)):
-        return _of_one_length(arrays)
-    cells = _of_one_length(arrays)
-    _check_between(cells, law)
-    return cells
+    rules = model.rules.get(law, ())
+    if any(value.ndim for value in arrays.values()):
+        cells = _of_one_length(arrays)
+        _check_between(cells, rules)
+        return cells
+    numbers = {name: value.item() for name, value in arrays.items()}
+    if any(rule.is_broken(margin, numbers) for rule, margin in _margins(numbers, rules)):
+        _check_between(_of_one_length(arrays), rules)
+    return _of_one_length(arrays)
 
 
 def _of_one_length(arrays: dict[str, NDArray[np.float64]]) -> Parameters:
@@ -84,16 +82,17 @@ def _common_shape(arrays: dict[str, NDArray[np.float64]]) -> tuple[int, ...]:
         raise ValueError(f"the parameters do not fit together; their shapes are {found}") from None
 
 
-def impossible(cells: Parameters) -> NDArray[np.bool_]:
+def impossible(cells: Parameters, rules: Iterable[Rule]) -> NDArray[np.bool_]:
     """A mask of the cells that `as_cells` would refuse: a parameter out of its bounds, or two that do not fit."""
-    allowed = [np.asarray(row.allows(cells[name])) for name, row in PARAMETERS.items()]
+    allowed = [np.asarray(row.allows(cells[name])) for name, row in PARAMETERS.items() if name in cells]
     with np.errstate(invalid="ignore"):
-        return np.asarray(~np.logical_and.reduce(allowed) | np.logical_or.reduce([*_broken(cells).values()]))
+        broken = [rule.is_broken(margin, cells) for rule, margin in _margins(cells, rules)]
+        return np.asarray(~np.logical_and.reduce(allowed) | np.logical_or.reduce(broken))
 
 
-def _broken(cells: Parameters) -> dict[str, Any]:
-    bounds = {name: cells[name] for name in ("a1", "mu_static", "mu_stop")}
-    return broken_bounds(cells["a1"] + cells["a3"], **bounds)
+def _margins(cells: Mapping[str, Any], rules: Iterable[Rule]) -> Iterator[tuple[Rule, Any]]:
+    """The margins of the rules about what cells have."""
+    return ((rule, rule.margin(cells)) for rule in rules if rule.worse.keys() <= cells.keys())
 
 
 def _named(given: Mapping[str, Any] | xr.Dataset) -> dict[str, Any]:
@@ -109,14 +108,14 @@ def _from_dataset(ds: xr.Dataset) -> dict[str, Any]:
     return dict(zip(names, xr.broadcast(*(ds[name] for name in names)), strict=True))
 
 
-def check_names(named: Iterable[str]) -> None:
+def check_names(named: Iterable[str], known: Mapping[str, Parameter] = PARAMETERS) -> None:
     """Raises TypeError for a name of no parameter."""
     for name in named:
-        if name not in PARAMETERS:
-            near = suggest(str(name), PARAMETERS)
+        if name not in known:
+            near = suggest(str(name), known)
             if sentence := beyond_the_model(str(name)):
                 raise TypeError(f"{name!r} is not a parameter of a cell; {sentence}")
-            hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(PARAMETERS)}"
+            hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(known)}"
             raise TypeError(f"{name!r} is not a parameter of a cell{hint}")
 
 
@@ -209,23 +208,11 @@ def _at(place: Iterable[Any]) -> str:
     return f"[{inside}]" if inside else ""
 
 
-def _fit_together(a1: float, a3: float, mu_static: float, mu_stop: float) -> bool:
-    """Return whether `_check_between` passes numbers that are the same in all cells."""
-    if a3 < 0.0 and mu_stop == mu_stop:  # the curve may have no minimum
-        return False
-    return not any(broken_bounds(a1 + a3, a1=a1, mu_static=mu_static, mu_stop=mu_stop).values())
-
-
-def _check_between(cells: Parameters, law: str) -> None:
-    """Raise ValueError unless 0 <= mu_start, mu_stop <= mu_start <= mu_static, as in configurations."""
-    for name, broken in _broken(cells).items():
-        if broken.any():
+def _check_between(cells: Parameters, rules: Iterable[Rule]) -> None:
+    """Raise ValueError unless what must hold between the parameters of a cell holds, as in configurations."""
+    for rule, margin in _margins(cells, rules):
+        if (broken := rule.is_broken(margin, cells)).any():
             i = int(np.argmax(broken))
-            bound, why = _WHY[name]
-            limit = -cells["a1"][i] if name == "a3" else cells["a1"][i] + cells["a3"][i]
-            raise ValueError(f"{name}[{i}]: got {cells[name][i]:g}, expected {bound} = {limit:g}: {why}")
-    undefined = (rise_to_a_maximum(law, cells) > 0.0) & ~np.isnan(cells["mu_stop"])
-    if undefined.any():
-        i = int(np.argmax(undefined))
-        curve = ", ".join(f"{name} = {cells[name][i]:g}" for name in ("a2", "a3", "a4"))
-        raise ValueError(f"mu_stop[{i}]: got {cells['mu_stop'][i]:g}, expected none with {curve}: {NO_MINIMUM}")
+            cell = {name: float(values[i]) for name, values in cells.items()}
+            expected = rule.expected(cell)
+            raise ValueError(f"{rule.name}[{i}]: got {cell[rule.name]:g}, expected {expected}: {rule.why}")

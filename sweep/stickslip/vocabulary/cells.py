@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.vocabulary.curve import coefficients
+from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.quantities import DRIVE, MEASURED, PARAMETERS
 
 if TYPE_CHECKING:
@@ -50,7 +50,8 @@ class Cells:
     dims, shape : names and lengths of the dimensions, outermost first. No dimensions: one cell.
     fixed : quantities that are equal in all cells, in SI, NaN for absent ones. along : those that vary along one
         dimension, with its number. listed : those that vary from cell to cell, flat.
-    measured : of `MEASURED`, equal in all cells while others of the curve vary, so that a1 to a3 follow cell by cell.
+    measured : of `MEASURED`, equal in all cells while others of the curve vary, so that its parameters follow cell by
+    cell.
     coords : the axes of a configuration. written_in : by quantity, the unit in which results show it.
     labelled : makes the coordinates of cells that people list.
     """
@@ -116,14 +117,14 @@ class Cells:
 
     @property
     def _is_list(self) -> bool:
-        return not (self.fixed or self.along or self.measured or "mu_start" in self.listed)
+        return not (self.fixed or self.along or self.measured or MEASURED.keys() & self.listed.keys())
 
 
 def parameters_of(quantities: Mapping[str, Floats]) -> Parameters:
-    """The parameters of cells whose quantities these are: a1 to a3 follow from what is measured, where it is given."""
+    """The parameters of cells whose quantities these are; of a curve they follow from what is measured of it."""
     known = dict(quantities)
-    if "mu_start" in known:
-        known |= coefficients(*(known[name] for name in (*MEASURED, "a4")))._asdict()
+    for model in MODELS:
+        known = model.completed(known)
     return {name: known[name] for name in _NAMES if name in known}
 
 

@@ -1,16 +1,21 @@
-"""Numbers that people give: names, units, bounds, and reading them."""
+"""Numbers that people give: names, units, bounds, and reading them; and what comes out."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 
 NAN = float("nan")
+
+# The largest magnitudes that are plausible, in SI. Sliding contacts reach 30 m/s in brakes; friction falls within
+# millimetres per second, and within a metre per second at most. With a unit only what no contact does is doubted.
+SPEED, FALL = (30.0, 200.0), (1.0, 5.0)
+FRICTION = (1.5, 1.5)  # rubber on rough ground and clean metals in vacuum reach more
 
 
 @dataclass(frozen=True)
@@ -22,6 +27,7 @@ class Parameter:
     above, at_least, at_most : bounds; `above` itself is not allowed. whole : only whole numbers.
     word : what people write for NaN. absent : what holds then.
     plausible : the largest magnitudes that are taken as given, of a number without a unit and of one with its unit.
+    synonyms : what others call it, words between spaces; they are suggested from, never read.
     """
 
     name: str
@@ -37,6 +43,7 @@ class Parameter:
     word: str | None = None
     absent: str | None = None
     plausible: tuple[float, float] | None = None
+    synonyms: str = ""
 
     @property
     def may_be_absent(self) -> bool:
@@ -106,7 +113,27 @@ class Parameter:
         return f"{ends[0]:.6g} to {ends[1]:.6g} {units.spelled(self.units)}".rstrip()
 
 
-def table(*rows: Parameter) -> dict[str, Parameter]:
+@dataclass(frozen=True)
+class Variable:
+    """One output per cell.
+
+    when : "always", or "full" for those that only a run to the horizon (early_stop=False) defines.
+    comment : what the long name does not say, or nothing. dims : of the result of a study, beyond those of its cells.
+    units : "parameter" stands for those of the parameter of a study, "flag" for those of a regime.
+    """
+
+    name: str
+    units: str
+    long_name: str
+    when: str = "always"
+    comment: str = ""
+    dims: tuple[str, ...] = ()
+
+
+Row = TypeVar("Row", Parameter, Variable)
+
+
+def table(*rows: Row) -> dict[str, Row]:
     """Rows by name."""
     return {row.name: row for row in rows}
 

@@ -9,31 +9,11 @@ tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from stickslip.vocabulary.models import CURVE, FITTED, MODELS, Model
+from stickslip.vocabulary.parameter import Variable, table
+from stickslip.vocabulary.quantities import SEARCHABLE
 
-
-@dataclass(frozen=True)
-class Variable:
-    """One output per cell.
-
-    when : "always", or "full" for those that only a run to the horizon (early_stop=False) defines.
-    comment : what the long name does not say, or nothing. dims : of the result of a study, beyond those of its cells.
-    units : "parameter" stands for those of the parameter of a study, "flag" for those of a regime.
-    """
-
-    name: str
-    units: str
-    long_name: str
-    when: str = "always"
-    comment: str = ""
-    dims: tuple[str, ...] = ()
-
-
-def by_name(*variables: Variable) -> dict[str, Variable]:
-    """Variables by name."""
-    return {variable.name: variable for variable in variables}
-
-
+_OF_MODELS = {variable.name: variable for model in MODELS for variable in model.results}
 _OF_WHAT = "Of the cycle where there is stick-slip, else of the whole motion."
 
 _VARIABLES = (
@@ -57,21 +37,7 @@ _VARIABLES = (
     Variable("spring_force_min", "N", "smallest spring force since slip began, or since the start", comment=_OF_WHAT),
     Variable("slip_speed_max", "m s-1", "largest slip speed", comment=_OF_WHAT),
     Variable("acceleration_max", "m s-2", "largest magnitude of the acceleration", comment=_OF_WHAT),
-    Variable(
-        "mu_reversal",
-        "1",
-        "friction coefficient at the reversal point as it occurred",
-        comment="NaN unless mu_stop is given: then friction returns along a line from there to mu_stop.",
-    ),
-    Variable("mu_breakaway", "1", "friction coefficient at the last break-away, ageing included"),
-    Variable(
-        "tendency",
-        "1",
-        "stick-slip tendency mu_breakaway - 2 mu_reversal + mu_stop",
-        comment="Eq. (3) with what occurred in this motion: friction at break-away, mu_static and ageing included, and "
-        "at reversal, which is not the minimum of the curve. It diagnoses a motion, it does not predict one. NaN "
-        "unless mu_stop is given.",
-    ),
+    *_OF_MODELS.values(),
     Variable(
         "energy_per_cycle",
         "J",
@@ -122,7 +88,7 @@ _MATERIAL_VARIABLES = (
     Variable("better_than_next", "1", "probability of being quiet from a lower speed on than the next in rank",
              comment="as far as the scatter of the points goes"),
     Variable("draws_used", "1", "curves drawn whose verdict is known"),
-    Variable("draws_falling", "1", "share of the curves drawn that fall for ever (a2 < 0)",
+    Variable("draws_falling", "1", f"share of the curves drawn that fall for ever ({CURVE.slope} < 0)",
              comment="they vibrate at any speed unless the damper outweighs the fall"),
     Variable("next_speed_1", "m s-1", "one of the two speeds at which more points would narrow the interval most",
              comment="NaN: nothing can be told; of repeats another specimen narrows it"),
@@ -141,11 +107,7 @@ _MATERIAL_VARIABLES = (
              comment="as far as the scatter of the points goes; draws without a verdict do not count as quiet"),
     Variable("undecided_probability", "1", "share of the curves drawn without a verdict at the belt speed"),
     *(v for v in _VARIABLES if v.name in ("regime", "frequency", "stick_fraction", "tendency")),
-    Variable("a1", "1", "friction coefficient a1, constant part of the Stribeck curve"),
-    Variable("a2", "s m-1", "slope a2 of the rising branch of the Stribeck curve"),
-    Variable("a3", "1", "drop a3 of the declining branch of the Stribeck curve"),
-    Variable("a4", "m s-1", "decay speed a4 of the declining branch of the Stribeck curve"),
-    Variable("mu_start", "1", "friction coefficient at break-away"),
+    *(Variable(name, SEARCHABLE[name].units, SEARCHABLE[name].long_name) for name in FITTED),
     Variable("residual_rms", "1", "residual of the fit, root mean square"),
     Variable("points", "1", "measured points"),
     Variable("slowest_point", "m s-1", "slowest measured speed"),
@@ -168,11 +130,17 @@ LEVEL = Variable(
     "nothing of it is heard.",
 )  # fmt: skip
 
-VARIABLES: dict[str, Variable] = by_name(*_VARIABLES)
-MATERIAL_VARIABLES: dict[str, Variable] = by_name(*_MATERIAL_VARIABLES)
+VARIABLES: dict[str, Variable] = table(*_VARIABLES)
+MATERIAL_VARIABLES: dict[str, Variable] = table(*_MATERIAL_VARIABLES)
 COMPUTED = Variable("computed", "1", "whether a cell was computed or its regime was inferred")
 MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
 LEVEL_VARIABLES: dict[str, Variable] = {
     name: VARIABLES[name] for name in ("regime", "status", "period", "frequency", "damping_ratio")
 } | {LEVEL.name: LEVEL}
-TRACE_VARIABLES: dict[str, Variable] = by_name(*_TRACE_VARIABLES)
+TRACE_VARIABLES: dict[str, Variable] = table(*_TRACE_VARIABLES)
+
+
+def variables_of_model(model: Model) -> dict[str, Variable]:
+    """The variables of a cell whose contact follows this model."""
+    own = {variable.name for variable in model.results}
+    return {name: row for name, row in VARIABLES.items() if name not in _OF_MODELS or name in own}

@@ -9,6 +9,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+from stickslip.vocabulary.models import MODELS
+
 _SYNONYMS = {
     "mass": "m moving_mass weight",
     "stiffness": "k spring spring_constant spring_stiffness spring_rate stiffnes c_spring",
@@ -16,12 +18,6 @@ _SYNONYMS = {
     "normal_load": "n fn f_n load force normal_force normalforce preload contact_force pressing_force",
     "belt_speed": "v v0 v_belt vb speed drive_speed driving_speed driving_velocity belt_velocity sliding_speed "
     "sliding_velocity pulling_speed",
-    "a4": "vs v_s v_st stribeck_velocity stribeck_speed decay_speed characteristic_speed",
-    "mu_static": "mu_s mus static_friction",
-    "mu_reversal": "mu_k mu_d mu_min mu_kinetic mu_dynamic kinetic_friction dynamic_friction",
-    "v_reversal": "v_min vmin v_m",
-    "ageing_rate": "aging_rate beta",
-    "ageing_time": "aging_time t0",
     "contact_time": "hold_time dwell_time rest_time",
     "displacement": "x x0 position",
     "velocity": "v0 xdot start_velocity",
@@ -42,7 +38,9 @@ _SYNONYMS = {
     "rtol": "tol tolerance reltol rel_tol",
     "horizon": "t_end tend duration t_max time",
     "title": "name label",
-}
+} | {
+    name: row.synonyms for model in MODELS for name, row in (*model.parameters.items(), *model.measured.items())
+}  # fmt: skip
 
 
 def suggest(word: str, among: Iterable[str]) -> str | None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from helpers.configs import GOOD
 from stickslip.config.reader import make_config, parse_config
 from stickslip.config.sections import Friction, Start, System
-from stickslip.vocabulary.laws import LAWS
+from stickslip.vocabulary.models import LAWS
 from stickslip.vocabulary.quantities import MEASURED, PARAMETERS, QUANTITIES
 
 

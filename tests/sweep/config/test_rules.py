@@ -17,18 +17,18 @@ def test_curves_that_strengthen_from_zero_speed_or_weaken_at_speed_are_read():
 BAD = {
     "an exponent the law has not": (
         with_line(7, "friction:", "  law: rational", "  delta: 2"),
-        "map.yaml:9:3: friction.delta: got an exponent with the law rational, expected none\n"
-        "  hint: the law stribeck_delta has one",
+        "map.yaml:9:3: friction.delta: got delta with the law rational, expected none: "
+        "it is for the law stribeck_delta",
     ),
     "a measured curve of another law": (
         GOOD.partition("friction")[0]
         + "friction: {law: cubic, mu_start: 1, mu_reversal: 0.8, v_reversal: 0.1, a4: 0.1}\n",
         "map.yaml:7:24: friction.mu_start: got mu_start with the law cubic, "
-        "expected a1, a2, a3 and a4: this form is for the law stribeck\n"
+        "expected a1, a2, a3 and a4: it is for the law stribeck\n"
         "map.yaml:7:37: friction.mu_reversal: got mu_reversal with the law cubic, "
-        "expected a1, a2, a3 and a4: this form is for the law stribeck\n"
+        "expected a1, a2, a3 and a4: it is for the law stribeck\n"
         "map.yaml:7:55: friction.v_reversal: got v_reversal with the law cubic, "
-        "expected a1, a2, a3 and a4: this form is for the law stribeck",
+        "expected a1, a2, a3 and a4: it is for the law stribeck",
     ),
     "a missing quantity": (
         with_line(4),

@@ -20,7 +20,7 @@ from stickslip.explore.motions import motions_of
 from stickslip.explore.static import essential
 from stickslip.explore.view import COARSE, View, cell_config, config_of, first_view
 from stickslip.vocabulary.flags import MODES
-from stickslip.vocabulary.laws import LAWS
+from stickslip.vocabulary.models import LAWS
 
 PLAIN = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 STICK_SLIP, DAMPED, BISTABLE = (PLAIN | {"belt_speed": speed} for speed in (0.1, 1.1, 0.45))

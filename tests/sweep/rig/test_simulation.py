@@ -11,7 +11,7 @@ from stickslip.config.sections import Sensor
 from stickslip.rig import RigTests, apparatus, features, make_record, make_rig, run_matrix
 from stickslip.rig.quantities import EXACT, FEATURES
 from stickslip.vocabulary.flags import STATUSES
-from stickslip.vocabulary.laws import LAWS
+from stickslip.vocabulary.models import LAWS
 
 TIGHT = {"rtol": 1e-9}
 SEEDS = range(20)

@@ -126,8 +126,8 @@ class Piece:
         """The pieces with these numbers of these orbits."""
         h = orbits.step[cell, 0]
         v0, v1 = orbits.v[cell, piece], orbits.v[cell, piece + 1]
-        a0, a1 = h * orbits.a[cell, piece], h * orbits.a[cell, piece + 1]
-        return cls(h, orbits.x[cell, piece], (v0, a0, 3 * (v1 - v0) - 2 * a0 - a1, 2 * (v0 - v1) + a0 + a1))
+        begin, end = h * orbits.a[cell, piece], h * orbits.a[cell, piece + 1]
+        return cls(h, orbits.x[cell, piece], (v0, begin, 3 * (v1 - v0) - 2 * begin - end, 2 * (v0 - v1) + begin + end))
 
     def at(self, s: Floats) -> tuple[Floats, Floats]:
         """x and v at s."""

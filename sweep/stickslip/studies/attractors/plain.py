@@ -1,6 +1,6 @@
 """Cells that slip on the plain Stribeck curve: what can be said of their phase plane for certain.
 
-Where a curve has no hysteresis (and a2, a3 are not negative, and the belt moves), slip is a flow in the plane of
+Where a curve has no hysteresis (slope and drop being not negative, and the belt moving), slip is a flow in the plane of
 displacement and velocity, and orbits of a plane do not cross. In q = w - |b|, with the slip speed w > 0, it is a
 Lienard system, q'' + F'(q) q' + q = 0, where F' = gamma + mu' rises with w:
 
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from stickslip.engine import Options, Scales
 from stickslip.theory import stribeck, stribeck_slope, unstable_amplitude
 from stickslip.vocabulary.cells import Parameters
+from stickslip.vocabulary.models import CURVE, STRIBECK
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -35,13 +36,14 @@ def slips_on_curve(cells: Parameters, options: Options) -> Flags:
     """Of which cells all but the last of the theorems above holds."""
     if options.law != "stribeck":
         return np.zeros(cells["mass"].size, np.bool_)
-    plain = np.isnan(cells["mu_stop"]) & (cells["a2"] >= 0) & (cells["a3"] >= 0)
+    _, slope, drop, _ = STRIBECK.curve_of(cells)
+    plain = np.isnan(cells["mu_stop"]) & (slope >= 0) & (drop >= 0)
     return np.asarray(plain & (cells["belt_speed"] != 0))
 
 
 def sticks_on_curve(cells: Parameters) -> Flags:
     """Return whether static friction is where the curve begins, and stays there."""
-    begins = np.isnan(cells["mu_static"]) | (cells["mu_static"] == cells["a1"] + cells["a3"])
+    begins = np.isnan(cells["mu_static"]) | (cells["mu_static"] == STRIBECK.start_of(cells))
     return np.asarray(begins & (cells["ageing_rate"] == 0))
 
 
@@ -53,7 +55,7 @@ def forward(cells: Parameters) -> Parameters:
 def steady_displacement(cells: Parameters) -> Floats:
     """Displacement of steady sliding (m), on the plain curve of the law stribeck."""
     speed = np.abs(cells["belt_speed"])
-    by, friction = Scales(cells), stribeck(speed, *(cells[name] for name in ("a1", "a2", "a3", "a4")))
+    by, friction = Scales(cells), stribeck(speed, *STRIBECK.curve_of(cells))
     return np.asarray(np.sign(cells["belt_speed"]) * friction * by.load / by.stiffness)
 
 
@@ -64,15 +66,15 @@ def backwards(cells: Parameters) -> Parameters:
     velocity does not. The level of friction only shifts the displacement; it is raised until no slip speed of interest
     has a negative friction coefficient.
     """
-    turned = {name: -cells[name] for name in ("damping", "a2", "a3")}
-    level = cells["a3"] + _FAR * cells["a2"] * np.abs(cells["belt_speed"])
-    return cells | turned | {"a1": level, "mu_static": np.full_like(level, np.nan)}
+    turned = {name: -cells[name] for name in ("damping", CURVE.slope, CURVE.drop)}
+    level = cells[CURVE.drop] + _FAR * cells[CURVE.slope] * np.abs(cells["belt_speed"])
+    return cells | turned | {CURVE.level: level, "mu_static": np.full_like(level, np.nan)}
 
 
 def start_on_cycle(cells: Parameters) -> Floats:
     """A guess of how far the unstable cycle goes beyond steady sliding (m), inside it unless friction is strong."""
-    by, (a2, a3, a4) = Scales(cells), (cells[name] for name in ("a2", "a3", "a4"))
-    speed = unstable_amplitude(cells["belt_speed"], a2, a3, a4, cells["damping"], by.load)
+    by, (_, slope, drop, decay) = Scales(cells), STRIBECK.curve_of(cells)
+    speed = unstable_amplitude(cells["belt_speed"], slope, drop, decay, cells["damping"], by.load)
     speed = np.minimum(speed, _INSIDE * np.abs(cells["belt_speed"]))
     return np.asarray(speed * by.time)
 
@@ -80,19 +82,20 @@ def start_on_cycle(cells: Parameters) -> Floats:
 def beyond_all_cycles(cells: Parameters) -> Floats:
     """A displacement (m) at which, with the mass at rest, a state is outside of every cycle.
 
-    A loop of radius r (in speeds) is fed at most N a3 over the displacement it covers at 0 < w < b, 2 b^2/r. It loses
-    to friction beyond, at least N a1 over 2 r, or c + N a2 times pi r.
+    A loop of radius r (in speeds) is fed at most N drop over the displacement it covers at 0 < w < b, 2 b^2/r. It loses
+    to friction beyond, at least N level over 2 r, or c + N slope times pi r.
     """
     b, by = np.abs(cells["belt_speed"]), Scales(cells)
-    viscous = cells["damping"] + by.load * cells["a2"]
-    fed = by.load * cells["a3"] * b**2
+    _, slope, drop, _ = STRIBECK.curve_of(cells)
+    viscous = cells["damping"] + by.load * slope
+    fed = by.load * drop * b**2
     cube = np.divide(fed, viscous, out=np.zeros_like(fed), where=viscous > 0)
-    radius = _FAR * (b + by.load * (cells["a1"] + cells["a3"]) / by.impedance + np.cbrt(cube))
+    radius = _FAR * (b + by.load * STRIBECK.start_of(cells) / by.impedance + np.cbrt(cube))
     beyond = steady_displacement(cells) + np.sign(cells["belt_speed"]) * radius * by.impedance / by.stiffness
     return np.asarray(beyond)
 
 
 def damping(cells: Parameters) -> Floats:
     """c + N mu'(b) (N s/m): steady sliding is stable where it is positive."""
-    slope = stribeck_slope(np.abs(cells["belt_speed"]), *(cells[name] for name in ("a2", "a3", "a4")))
+    slope = stribeck_slope(np.abs(cells["belt_speed"]), *STRIBECK.curve_of(cells)[1:])
     return np.asarray(cells["damping"] + Scales(cells).load * slope)

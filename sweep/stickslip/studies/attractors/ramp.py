@@ -38,9 +38,9 @@ from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
-from stickslip.vocabulary.parameter import Parameter, of_section, table
+from stickslip.vocabulary.parameter import Parameter, Variable, of_section, table
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.results import VARIABLES, Variable
+from stickslip.vocabulary.results import VARIABLES
 
 Floats = NDArray[np.float64]
 Lines = NDArray[np.intp]

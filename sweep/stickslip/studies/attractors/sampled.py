@@ -14,6 +14,7 @@ from stickslip.studies.attractors.starts import Work, decided, settled
 from stickslip.studies.borders.search import Looked, Scan, search_lines
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.models import model_with
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -73,7 +74,7 @@ def sampled_shares(cells: Parameters, box: Attractors, work: Work) -> Shares:
 def disturbance_scale(cells: Parameters) -> Floats:
     """A speed (m/s) to measure disturbances by: that of the belt, and that to which friction deflects the spring."""
     by = Scales(cells)
-    return np.abs(cells["belt_speed"]) + by.load * (cells["a1"] + cells["a3"]) / by.impedance
+    return np.asarray(np.abs(cells["belt_speed"]) + by.load * model_with(cells).start_of(cells) / by.impedance)
 
 
 def critical_disturbances(cells: Parameters, steady: Floats, work: Work) -> dict[str, Floats]:

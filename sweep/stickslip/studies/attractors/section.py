@@ -7,14 +7,13 @@ from typing import Annotated
 from pydantic import Field, field_validator
 
 from stickslip.config.sections import RANGE, Read, StudySection, interval, of_row, refused
-from stickslip.vocabulary.parameter import Parameter, table
+from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
-from stickslip.vocabulary.results import Variable, by_name
 
 RANDOMISATIONS = 16  # of Sobol points: so many that their scatter is known to a fifth
 Interval = tuple[float, float]
-VARIABLES = by_name(
+VARIABLES = table(
     Variable("coexisting", "1", "regimes reached from different starting states"),
     Variable("regime_from_stick", "1", "regime reached from sticking, with no load on the contact"),
     Variable("regime_from_sliding", "1", "regime reached from close to steady sliding"),

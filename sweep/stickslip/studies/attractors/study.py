@@ -40,6 +40,7 @@ from stickslip.studies.study import joined
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import FLAGS, REGIME_MESSAGES, REGIMES, SHARE_METHODS
+from stickslip.vocabulary.models import BREAKAWAY
 from stickslip.vocabulary.quantities import PARAMETERS
 
 Floats = NDArray[np.float64]
@@ -153,7 +154,7 @@ class AttractorStudy(Study):
     def of(cls, given: CellsOrConfig, section: Attractors, options: Options) -> AttractorStudy:
         """The attractors from the box of the section; what is said of the state at the start is left out."""
         if not isinstance(given, Config):
-            return cls(given_cells(given, options.law), section, options)
+            return cls(given_cells(given, options), section, options)
         if given.drive is not None:
             raise ArgumentError("config", "the configuration has a drive: cells of a rig have no attractors")
         for path in _state_axes(given):
@@ -284,7 +285,7 @@ def _attributes(found: Results, box: Attractors, options: Options) -> dict[str, 
         "share_sampled": f"{RANDOMISATIONS} randomisations of {box.points} scrambled Sobol points, seed "
         f"{box.seed}; the error is that of their mean, or of one point in {box.samples} where all agree",
         "disturbances_sampled": f"{scan.points} places from {scan.low:g} to {scan.high:g} times "
-        f"belt speed plus load mu_start/sqrt(k m), then halved to {sampled.TOLERANCE:g}",
+        f"belt speed plus load {BREAKAWAY}/sqrt(k m), then halved to {sampled.TOLERANCE:g}",
         "attractors_rtol": options.rtol,
     }
 

@@ -38,16 +38,15 @@ from stickslip.studies.study import joined
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import METHODS, REGIMES, UNDECIDED
-from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.results import Variable, by_name
 
 _OPEN = -1  # in place of the regime throughout of a line that has borders, or no decided place
 _LANES_FED = 8  # blocks of so many times more lines than their cells call for: a round of bisection has one cell a line
 _METHOD = METHODS.index("bisection"), METHODS.index("restick_margin")  # by whether the margin led to the border
 
 _EACH = ("crossing",)
-_VARIABLES = by_name(
+_VARIABLES = table(
     Variable("border", "parameter", "where the regime changes", comment="the middle of the last bracket", dims=_EACH),
     Variable("regime_below", "1", "regime just below the border", dims=_EACH),
     Variable("regime_above", "1", "regime just above the border", dims=_EACH),

@@ -36,15 +36,14 @@ from stickslip.studies.report import attributes, first
 from stickslip.studies.study import joined as end_to_end
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES
-from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.results import Variable, by_name
 
 _PER_POINT = 40  # cells a border takes per grid point along one side of the plane, about
 _PANEL, _PER_CELL = 4096, 64  # panels weigh as a block of a map, or more; grid points per cell that a block may hold
 
 _LINE, _NODE = ("line",), ("node",)
-_VARIABLES = by_name(
+_VARIABLES = table(
     Variable("node_count", "1", "nodes of the line", dims=_LINE),
     Variable("closed", "1", "whether the line is a loop", comment="its last node is its first", dims=_LINE),
     Variable("regime_left", "1", "regime to the left of the line", dims=_LINE),

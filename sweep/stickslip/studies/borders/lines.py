@@ -22,8 +22,9 @@ from stickslip.engine import Options
 from stickslip.errors import ArgumentError
 from stickslip.studies.borders.search import Floats, Integers, Scan
 from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import NAN, Parameter, table
-from stickslip.vocabulary.quantities import MEASURED, PARAMETERS, QUANTITIES, REPLACED, SEARCHABLE
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.suggest import listed
 
 CellsOrConfig = Mapping[str, Any] | xr.Dataset | Config
@@ -103,12 +104,12 @@ def line_along(config: Config, along: str, between: Between | None) -> Line:
         message = "the configuration has uncertain quantities, and a border is that of known ones; leave uncertain out"
         raise ArgumentError("along", message)
     names = {member.name for axis in config.axes for member in axis.members} | set(config.fixed())
-    forms = (REPLACED, tuple(MEASURED))
-    for form, other in (forms, reversed(forms)):
+    model = model_of(config.friction.law)
+    forms = (model.replaced, tuple(model.measured))
+    for form, other, whole in zip(forms, reversed(forms), model.forms, strict=False):
         if along in form and names & set(other):
             follows = f"{along} follows from {listed(other, 'and')} in this configuration"
-            searched = f"give the curve by {listed((*form, 'a4'), 'and')} to search along it"
-            raise ArgumentError("along", f"{follows}; {searched}")
+            raise ArgumentError("along", f"{follows}; give the curve by {listed(whole, 'and')} to search along it")
     for axis in config.axes:
         if isinstance(axis, Group) and any(member.name == along for member in axis.members):
             raise ArgumentError("along", f"{along} varies together with others in the axis {axis.name}")
@@ -235,7 +236,8 @@ def _of_cells(
     sides = []
     for name, between in ranges.items():
         if name not in PARAMETERS:
-            raise ValueError(f"along: {name} is measured of a curve; cells have a1, a2 and a3 instead")
+            others = listed(model_of(options.law).replaced, "and")
+            raise ValueError(f"along: {name} is measured of a curve; cells have {others} instead")
         if between is None:
             raise ValueError(f"between: missing; cells need a range of {name} to search, (low, high)")
         sides.append(_side(name, between, points))
@@ -245,7 +247,7 @@ def _of_cells(
             complete: Any = given.drop_vars(list(ranges), errors="ignore").assign(values)
         else:
             complete = {**given, **values}
-        cells = given_cells(complete, options.law)
+        cells = given_cells(complete, options)
     return cells.without(*ranges), sides
 
 

@@ -5,8 +5,7 @@
 """
 
 from stickslip.studies.margins.margins import MarginStudy
-from stickslip.studies.margins.reach import without_measured
 from stickslip.studies.margins.section import SIDES, Margins
 from stickslip.studies.margins.single import worst
 
-__all__ = ["SIDES", "MarginStudy", "Margins", "without_measured", "worst"]
+__all__ = ["SIDES", "MarginStudy", "Margins", "worst"]

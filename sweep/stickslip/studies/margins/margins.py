@@ -19,16 +19,18 @@ from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError
 from stickslip.studies.borders.lines import CellsOrConfig, fine_enough
 from stickslip.studies.margins.joint import MOST_STEPS, Cheapest, cheapest
-from stickslip.studies.margins.reach import Reach, reach_of, with_measured
+from stickslip.studies.margins.reach import Reach, reach_of
 from stickslip.studies.margins.section import ON_SIDES, SIDES, VARIABLES, Margins
 from stickslip.studies.margins.single import Borders, Floats, Labels, Search, decided, nearest
 from stickslip.studies.report import attributes
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.parameter import NAN
 from stickslip.vocabulary.quantities import MEASURED
 from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
+from stickslip.vocabulary.suggest import listed
 
 _TOGETHER = 512  # cells whose rays are held at once
 _OF_JOINT_CHANGE = 20_000  # cells a joint change takes, about
@@ -47,10 +49,10 @@ class MarginStudy(Study):
         self._cells, self._section = cells, section
         self.dims, self.shape = cells.dims, cells.shape
         self.options = replace(options, early_stop=True)
-        self._measured = bool(set(MEASURED) & set(section.reaches))
-        if self._measured and options.law != "stribeck":
-            form = ", ".join(MEASURED)
-            raise ArgumentError("parameters", f"the form of {form} is for the law stribeck, not {options.law}")
+        self._measured = [name for name in MEASURED if name in section.reaches]
+        if wrong := [name for name in self._measured if options.law not in laws_with(name)]:
+            form, laws = ", ".join(MEASURED), listed(laws_with(wrong[0]))
+            raise ArgumentError("parameters", f"the form of {form} is for the law {laws}, not {options.law}")
         speeds = max(len(section.speeds), 1)
         each = 2 * speeds * (section.scan + int(-np.log2(section.tolerance))) * len(section.reaches)
         self.cells_each = each + (_OF_JOINT_CHANGE * speeds if section.joint else 0)
@@ -65,7 +67,7 @@ class MarginStudy(Study):
         if isinstance(given, Config) and given.uncertain is not None:
             raise ValueError("a configuration with uncertain quantities has no single margin; leave uncertain out")
         options = fine_enough(section, options)
-        cells = build_grid(given) if isinstance(given, Config) else given_cells(given, options.law)
+        cells = build_grid(given) if isinstance(given, Config) else given_cells(given, options)
         return cls(cells, section.of_cells(cells[:]), options)
 
     @classmethod
@@ -106,7 +108,7 @@ class MarginStudy(Study):
     def _parameters(self, start: int, stop: int) -> Parameters:
         """Cells, with what is measured of their curves where that is to change."""
         cells = self._cells[start:stop]
-        return with_measured(cells) if self._measured else cells
+        return model_of(self.options.law).with_measured(cells) if self._measured else cells
 
     def blank(self, items: range) -> Results:
         """Cells of which nothing is known."""

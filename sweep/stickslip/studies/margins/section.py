@@ -29,15 +29,15 @@ from stickslip.studies.borders.lines import PARAMETER, limits
 from stickslip.studies.margins.reach import Floats, parameters_of
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import DECIDED
-from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import MEASURED, PARAMETERS, REPLACED, SEARCHABLE
-from stickslip.vocabulary.results import Variable, by_name
+from stickslip.vocabulary.models import MODELS
+from stickslip.vocabulary.parameter import Parameter, Variable, table
+from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE
 from stickslip.vocabulary.suggest import listed
 
 SIDES = ("below", "above")
 _SIDE = ("side",)
 # Of cells, most of them once per parameter: `margin_stiffness`.
-VARIABLES = by_name(
+VARIABLES = table(
     Variable("margin", "parameter", "distance to the nearest border", comment="border minus value, with its sign"),
     Variable("ratio", "1", "nearest border over the value", comment="NaN where the value is 0 or may change its sign"),
     Variable("border", "parameter", "nearest border on either side", dims=_SIDE),
@@ -122,8 +122,10 @@ class Margins(StudySection):
     @field_validator("parameters")
     @classmethod
     def _one_form(cls, value: tuple[str, ...] | None) -> tuple[str, ...] | None:
-        if value and set(MEASURED) & set(value) and set(REPLACED) & set(value):
-            raise refused(f"one form of the curve: {listed(MEASURED, 'and')}, or {listed(REPLACED, 'and')}")
+        for model in MODELS:
+            if set(model.measured) & set(value or ()) and set(model.replaced) & set(value or ()):
+                forms = (listed(form, "and") for form in (model.measured, model.replaced))
+                raise refused(f"one form of the curve: {', or '.join(forms)}")
         return value
 
     @field_validator("costs", mode="before")

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Options, StopFlag, solve
 from stickslip.studies.borders.search import Brackets, Looked, Scan, search_lines
-from stickslip.studies.margins.reach import Reach, is_possible, without_measured
+from stickslip.studies.margins.reach import Reach
+from stickslip.vocabulary.cell_values import impossible
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VIBRATING
+from stickslip.vocabulary.models import model_of
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -51,8 +53,9 @@ class Search:
         return Looked(labels, decided(regimes), guide)
 
     def _computed(self, which: Integers, changed: Parameters) -> tuple[Labels, Floats]:
-        some = without_measured({name: values[which] for name, values in self.cells.items()} | changed)
-        possible = np.flatnonzero(is_possible(some))
+        law, model = self.options.law, model_of(self.options.law)
+        some = model.without_measured({name: v[which] for name, v in self.cells.items()} | changed)
+        possible = np.flatnonzero(~impossible(some, model.rules[law]))
         found, guide = np.full(which.size, NOT_COMPUTED, np.int8), np.full(which.size, np.nan)
         if possible.size:
             each = max(len(self.speeds), 1)

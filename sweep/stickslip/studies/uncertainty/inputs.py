@@ -19,14 +19,16 @@ from stickslip.engine import Computed, Options, StopFlag, blank_results, compute
 from stickslip.vocabulary.cell_values import impossible
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.parameter import Variable, table
+from stickslip.vocabulary.quantities import MEASURED
 from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
-from stickslip.vocabulary.results import Variable, by_name
 
 Floats = NDArray[np.float64]
 
 _STATE, _QUANTITY = ("state",), ("state", "quantity")
 _ERROR = "standard error: scatter over independent scramblings"
-VARIABLES = by_name(
+VARIABLES = table(
     Variable("probability", "1", "probability of a regime",
              comment="share of the draws whose regime is known", dims=_STATE),
     Variable("probability_error", "1", "standard error of the probability of a regime",
@@ -90,14 +92,16 @@ class Inputs:
         """Parameters of cells of the axes, their uncertain ones drawn; and which of the draws an oscillator can have.
 
         numbers : of cells of the axes, (n,). normals : independent standard normal deviates, (n, quantities).
-        Others (a1 below 0, mu_stop above mu_start, ...) are `failed`; a configuration with more than one in some
+        Others (friction below 0, mu_stop above its start, ...) are `failed`; a configuration with more than one in some
         thousand of them is refused when it is read.
         """
         drawn = self.uncertain.values(normals)
         cells = self.grid.take(numbers, **drawn)
-        wrong = impossible(cells)
-        if "mu_start" in drawn or "mu_reversal" in drawn:
-            wrong |= ~(cells["a3"] > 0)  # mu_reversal is not below mu_start
+        law = self.config.friction.law
+        model = model_of(law)
+        wrong, curve = impossible(cells, model.rules[law]), model.curve
+        if curve and MEASURED.keys() & drawn.keys():
+            wrong |= ~(cells[curve.drop] > 0)  # its minimum is not below its start
         return cells, ~wrong
 
     def compute(

@@ -1,0 +1,145 @@
+"""The contract of a model of the contact: its parameters, its rules, what comes out, and the way to the kernels.
+
+A model is a value, made in a file of its own beside this one. Reader, schema, `evaluate`, datasets and the engine take
+from it whatever they need to know of friction, and ask for groups of parameters (`curve`, `levels`), not for names.
+The command line reads names alone, so what computes imports NumPy when it is called.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from stickslip.vocabulary.parameter import Parameter, Variable
+
+if TYPE_CHECKING:
+    from stickslip.vocabulary.scales import Floats, Scales
+
+    Row = Callable[[str], Floats]  # a row of the kernels, by its name in their `layout`
+
+Values = Mapping[str, Any]  # of quantities in SI: numbers, or arrays that broadcast
+Slider = tuple[float, float, float]  # the ends of a quantity, and what it shows where it is absent
+
+ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
+
+
+class Curve(NamedTuple):
+    """The names of the parameters of a friction curve, by what they are: level + slope w + drop shape(w/decay)."""
+
+    level: str
+    slope: str
+    drop: str
+    decay: str
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What must hold between quantities of a cell.
+
+    name : the quantity that is to blame. worse : those that `margin` takes, +1 if it falls as the quantity grows, -1 if
+    it rises, 0 if it is not monotone; a rule about other quantities than a cell has is left out.
+    margin : below 0 where the rule is broken; NaN where it says nothing. slack : of rounding.
+    expected, why : in words, of the values that break it; nothing is expected where there is no such value.
+    strict : a margin of 0 breaks it as well. last : what comes after it says nothing where it is broken.
+    """
+
+    name: str
+    worse: Mapping[str, int]
+    margin: Callable[[Values], Any]
+    expected: Callable[[Mapping[str, float]], str]
+    why: str
+    slack: Callable[[Values], Any] = field(default=lambda values: 0.0)
+    strict: bool = False
+    last: bool = False
+
+    def is_broken(self, margin: Any, values: Values) -> Any:
+        """True where a margin of these values breaks the rule."""
+        return margin <= 0.0 if self.strict else margin < -self.slack(values)
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """One model of the contact.
+
+    laws : by name, what each is; `law` chooses the model and the law at once.
+    parameters : beside those that all cells have. results : the same of what comes out. rules : by law, what must hold
+    between quantities.
+    curve : names of the friction curve of steady sliding, if it has the form of `Curve`. levels : the parameters whose
+    sum is friction where the curve begins. static : the quantity that may put static friction above that.
+    measured : what people measure of a curve, in place of all its parameters but the decay. of_laws : parameters and
+    measured quantities that only some laws have, by name.
+    to_si : by name of a result, how it is found, in SI, from the rows of the kernels.
+    """
+
+    laws: Mapping[str, str]
+    parameters: Mapping[str, Parameter]
+    results: tuple[Variable, ...] = ()
+    rules: Mapping[str, tuple[Rule, ...]] = field(default_factory=dict)
+    to_si: Mapping[str, Callable[[Row, Scales], Floats]] = field(default_factory=dict)
+    curve: Curve | None = None
+    levels: tuple[str, ...] = ()
+    static: str | None = None
+    measured: Mapping[str, Parameter] = field(default_factory=dict)
+    of_laws: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @cached_property
+    def replaced(self) -> tuple[str, ...]:
+        """The parameters of the curve that `measured` stands for."""
+        return self.curve[:-1] if self.curve and self.measured else ()
+
+    @cached_property
+    def needed(self) -> tuple[str, ...]:
+        """The parameters that every cell of the model must be given."""
+        return tuple(name for name, row in self.parameters.items() if row.default is None)
+
+    @cached_property
+    def forms(self) -> tuple[tuple[str, ...], ...]:
+        """The ways to give what a cell must be given, by names."""
+        rest = tuple(name for name in self.needed if name not in self.replaced)
+        return (self.needed, (*self.measured, *rest)) if self.measured else (self.needed,)
+
+    def to_kernel(self, cells: Values, by: Scales) -> dict[str, Floats]:
+        """The parameters of the model in kernel units, by names of rows of the kernels' cells."""
+        return {}
+
+    def curve_of(self, cells: Values) -> list[Any]:
+        """The parameters of the curves of cells: level, slope, drop, decay."""
+        return [cells[name] for name in self.curve or ()]
+
+    def start_of(self, cells: Values) -> Any:
+        """Friction where the curves of cells begin."""
+        first, *others = self.levels
+        return sum((cells[name] for name in others), start=cells[first])
+
+    def static_of(self, cells: Values) -> Any:
+        """Static friction of cells before it ages."""
+        import numpy as np
+
+        start = self.start_of(cells)
+        return start if self.static is None else np.fmax(cells[self.static], start)
+
+    def completed(self, quantities: Values) -> dict[str, Any]:
+        """The quantities of cells, with the parameters that follow from what is measured where it is given."""
+        return dict(quantities)
+
+    def with_measured(self, cells: Values) -> dict[str, Any]:
+        """Cells with what would be measured of their curves; NaN where a curve has no such thing."""
+        return dict(cells)
+
+    def without_measured(self, cells: Values) -> dict[str, Any]:
+        """Cells whose parameters follow from what is measured, where that is among them; NaN where no curve is so."""
+        return dict(cells)
+
+    def within(self, name: str, cells: Values, least: Floats, most: Floats) -> tuple[Floats, Floats]:
+        """The bounds of a quantity, beside the others of its cell. least, most : its own."""
+        return least, most
+
+    def change_scale(self, name: str, cells: Values, by: Scales) -> Floats:
+        """What a change of a quantity that may be 0 is compared with."""
+        return {"displacement": by.length}.get(name, by.mass / by.mass)
+
+    def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider]:
+        """Ends that make sense for the quantities of a cell, as it is given. rounded : to few digits."""
+        return {}

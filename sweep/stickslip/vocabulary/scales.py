@@ -1,0 +1,49 @@
+"""The scales of a cell, by which everything is converted between SI and kernel units.
+
+They are the load N for forces, N/k for displacements, sqrt(m/k) for times, N/sqrt(k m) for speeds, N/m for
+accelerations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class Scales:
+    """The scales of cells, each (n,)."""
+
+    def __init__(self, cells: Mapping[str, Floats]) -> None:
+        self.cells = cells
+        self.mass, self.stiffness = cells["mass"], cells["stiffness"]
+        self.load = cells["normal_load"]
+
+    @cached_property
+    def impedance(self) -> Floats:
+        """sqrt(k m), N s/m."""
+        return np.asarray(np.sqrt(self.stiffness * self.mass))
+
+    @cached_property
+    def time(self) -> Floats:
+        """A radian of the free oscillation, s."""
+        return np.asarray(np.sqrt(self.mass / self.stiffness))
+
+    @cached_property
+    def rate(self) -> Floats:
+        """Its inverse, 1/s."""
+        return np.asarray(np.sqrt(self.stiffness / self.mass))
+
+    @cached_property
+    def length(self) -> Floats:
+        """Deflection of the spring by the load, m."""
+        return np.asarray(self.load / self.stiffness)
+
+    @cached_property
+    def speed(self) -> Floats:
+        """m/s."""
+        return np.asarray(self.load / self.impedance)
