@@ -52,7 +52,8 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     if kind_of(ds) in STUDIES:
         if regimes or statuses or is_for_programs():
             fail(f"{file}: --regime, --status and --json tell of the cells of a map; this file holds none")
-        return show_result(ds)
+        show_result(ds)
+        return None
     survey = inspection.survey(ds, recipe_of(ds, str(file)), regimes=regimes, statuses=statuses, limit=limit)
     table = screen.new_table("regime", "status", numbers=("cells", "share"))
     total = sum(survey.counts.values())

@@ -10,6 +10,7 @@ import click
 
 from stickslip.cli import params
 from stickslip.cli.exits import QUIET, fail, refuses_bad_input, reports_errors
+from stickslip.cli.groups import complete_names
 from stickslip.cli.outputs import Outputs
 from stickslip.cli.run import FRESH, run_request
 from stickslip.vocabulary.studies import STUDIES
@@ -39,6 +40,7 @@ class StudyCommand(click.Command):
             self.params, self.callback = click.command()(command).params, reports_errors(command)
             self.help = f"{STUDIES[study.section.key].command}\n\n{study.about}\n\n{_SECTION.format(key=self.name)}"
             self.epilog = f"\b\nExamples:\n{examples}"
+            complete_names(self)
         return super().get_params(ctx)
 
 

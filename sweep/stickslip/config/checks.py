@@ -12,10 +12,11 @@ from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.rules import Finding
 from stickslip.config.sections import Drive
-from stickslip.config.studies import STUDIES, study_class
+from stickslip.config.studies import study_class
 from stickslip.errors import Path, Problem
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import listed
 
 OF_RIGS = ("drive", "sensor")  # sections
@@ -24,9 +25,9 @@ OF_RIGS = ("drive", "sensor")  # sections
 # --- maps and rigs, which exclude each other --------------------------------------------------------------------------
 
 
-def belongs(rig: bool, name: str) -> bool:
-    """True if a configuration of a rig, or of a map, may have a section, or a quantity, of this name."""
-    return name not in STUDIES if rig else not (name in OF_RIGS or name in DRIVE)
+def belongs(rig: bool, key: str) -> bool:
+    """True if a configuration of a rig, or of a map, may have this key."""
+    return key not in (STUDIES if rig else OF_RIGS)
 
 
 def misplaced(rig: bool, data: Mapping[str, Any]) -> Iterator[Problem]:

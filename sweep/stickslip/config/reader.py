@@ -22,7 +22,7 @@ from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.sections import QUANTITY_SECTIONS, REFUSED, SECTIONS, AnySection, Solver
-from stickslip.config.studies import KEYS, STUDIES, section_class
+from stickslip.config.studies import KEYS, section_class
 from stickslip.config.unit_warnings import warn_of_units
 from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_yaml
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, dotted
@@ -31,6 +31,7 @@ from stickslip.vocabulary.display_units import written_units
 from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES, quantities_of_model
 from stickslip.vocabulary.results import MAP_VARIABLES
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
@@ -226,7 +227,7 @@ class _Reader(ProblemCollector):
         if isinstance(raw, dict) and ("zip" in raw or "labels" in raw):
             return self._group(path, self.known_keys(raw, path, ("zip", "labels")))
         if name not in QUANTITIES:
-            quantities = [quantity for quantity in QUANTITIES if checks.belongs(self._rig, quantity)]
+            quantities = [quantity for quantity in QUANTITIES if self._rig or quantity not in DRIVE]
             self.unknown_key(path, quantities, "quantity", "a group of quantities needs the key zip")
             return None
         if isinstance(raw, list):

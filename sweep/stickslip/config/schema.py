@@ -11,13 +11,14 @@ from typing import Any
 from stickslip.config.model import Range
 from stickslip.config.reader import DEFAULT_TITLE
 from stickslip.config.sections import SECTIONS, VALUE, Friction, Read, Schema, Section, number_schema
-from stickslip.config.studies import STUDIES, section_class
+from stickslip.config.studies import section_class
 from stickslip.config.uncertain import ARGUMENTS, Sampling, Subset, Uncertain
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.settings import AXIS, FEATURE_SETTINGS, RISK
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import listed
 
 _MEDIAN = "whether the median of the acceleration is subtracted as an offset"

@@ -29,7 +29,6 @@ from stickslip.vocabulary.suggest import did_you_mean, listed
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
-    from matplotlib.figure import Figure
 
     from stickslip.engine import Options, Results, StopFlag
 
@@ -220,7 +219,7 @@ class Study(ABC):
     @classmethod
     def figure(
         cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
-    ) -> Figure | None:
+    ) -> Any:
         """The plot of a variable, or of what the result is about; None where that is a map, or over one.
 
         Arguments as of `plots.plot_result`, whose errors it raises.

@@ -15,7 +15,7 @@ from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
 from stickslip.config.model import Config, Range
 from stickslip.config.options import options_of
-from stickslip.config.studies import Finished, Study
+from stickslip.config.studies import Finished, Study, section_of_call
 from stickslip.dataset import coarse
 from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import Pixel
@@ -307,7 +307,8 @@ def _label(array: xr.DataArray) -> str:
 Line = tuple[NDArray[np.float64], NDArray[np.float64]]
 # To a hundredth of a pixel. What is undecided after so many steps is so close to a border that it does not show:
 # a quarter of a pixel at most in the maps tried, where all the steps of maps take six times as long.
-_BORDER_POINTS, _SCAN, _TOLERANCE, _STEPS = 128, 64, 1e-5, 10_000
+_BORDER_POINTS, _STEPS = 128, 10_000
+_LIMITS = {"scan": 64, "tolerance": 1e-5}
 
 
 def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] | None:
@@ -324,10 +325,10 @@ def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] |
     study: Study
     if len(ranges) == 2:
         plane = borders.plane_over(config, (y.name, x.name), {}, _BORDER_POINTS, options)
-        study = borders.ContourStudy(*plane, borders.Contours(scan=_SCAN, tolerance=_TOLERANCE), options)
+        study = borders.ContourStudy(*plane, section_of_call(borders.Contours, **_LIMITS), options)
     else:
-        section = borders.Border(along=ranges[0].name, scan=_SCAN, tolerance=_TOLERANCE)
-        lines = borders.lines_along(config, section.along, None, _SCAN, options)
+        section = section_of_call(borders.Border, along=ranges[0].name, **_LIMITS)
+        lines = borders.lines_along(config, section.along, None, section.scan, options)
         study = borders.BorderStudy(*lines, section, options)
     finished = study.compute(range(prod(study.shape)), stop)
     if not finished.complete:

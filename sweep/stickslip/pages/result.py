@@ -43,7 +43,7 @@ _MOST_POINTS = 12  # of an axis that are all named
 # Attributes that say where a dataset comes from, not what was found in it.
 _COMMON = {
     "Conventions", "title", "source", "history", "references", "date_created", "software", "configuration",
-    "institution", "incomplete",
+    "institution", "incomplete", "result",
 }  # fmt: skip
 _LINEAR = "where the damping ratio of steady sliding is 0 (below it any disturbance grows) and 1 (above it none swings)"
 _STYLE = """\
@@ -99,8 +99,8 @@ def result_page(ds: xr.Dataset, pictures: Sequence[Picture], title: str | None =
         rows = [(_swatch(name), f"{share.cells:,}", f"{share.fraction:.2%}") for name, share in regimes.items()]
         sections.append(Section("Shares of the regimes", table(columns, rows)))
         sections.append(Section("Cells that are not decided", _undecided(ds, regimes)))
-    if study and (rows := study.table(ds)):
-        sections.append(Section(rows.title, _table_of(rows)))
+    if study and (own_table := study.table(ds)):
+        sections.append(Section(own_table.title, _table_of(own_table)))
     if own := {name: value for name, value in ds.attrs.items() if name not in _COMMON and isinstance(value, str)}:
         sections.append(Section("What was found", terms((_spoken(name), value) for name, value in own.items())))
     text = str(ds.attrs.get("configuration", "not known"))

@@ -225,10 +225,8 @@ class AttractorStudy(Study):
         attributes = dict(attributes) | _attributes(whole, self._box, self.options)
         values = {name: whole[name] for name in VARIABLES}
         ds = study_dataset("attractors", VARIABLES, values, self.dims, self.shape, coordinates, attributes)
-        coexisting, names = (
-            ds["coexisting"].variable,
-            REGIMES[1:],
-        )  # a bit each; the code of a regime counts them from 1
+        coexisting = ds["coexisting"].variable
+        names = REGIMES[1:]  # a bit each; the code of a regime counts them from 1
         masks = coexisting.attrs | {
             "flag_masks": (2 ** np.arange(len(names))).astype(np.int8),
             "flag_meanings": " ".join(names),
