@@ -67,7 +67,8 @@ def plot_result(
             raise PlotError(f"{kind} is drawn over a map, which is missing\nhint: ds.stickslip.plot() computes it")
         behind, _ = part_that_fits(behind, behind["regime"].dims)
         return plot_map(behind, select=places, borders=borders, lines=ds, title=title, look=look)
-    if study and (figure := study.figure(ds, variable, places, title, look, state)) is not None:
+    figure: Figure | None = study.figure(ds, variable, places, title, look, state) if study else None
+    if figure is not None:
         return figure
     return plot_map(ds, variable or subject(ds), select=places, borders=borders, lines=lines, title=title, look=look)
 

@@ -45,9 +45,9 @@ _PANEL, _PER_CELL = 4096, 64  # panels weigh as a block of a map, or more; grid 
 _LINE, _NODE = ("line",), ("node",)
 _VARIABLES = table(
     Variable("node_count", "1", "nodes of the line", dims=_LINE),
-    Variable("closed", "1", "whether the line is a loop", comment="its last node is its first", dims=_LINE),
     Variable("regime_left", "1", "regime to the left of the line", dims=_LINE),
     Variable("regime_right", "1", "regime to the right of the line", dims=_LINE),
+    Variable("closed", "1", "whether the line is a loop", comment="its last node is its first", dims=_LINE),
     Variable("node_width", "1", "width of the last bracket, over the side of the grid cell it lies on",
              dims=_NODE),
     Variable(
