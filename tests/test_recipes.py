@@ -178,7 +178,7 @@ class Pace(StudySection):
 
 
 class PaceStudy(Study):
-    section, subject, title, action = Pace, "pace", "Pace", "pace"
+    section, subject, title = Pace, "pace", "Pace"
     variables = table(Variable("pace", "m s-1", "largest slip speed, times a factor"))
     name, counted, columns = "pace", "cells", {"pace": np.dtype(np.float64)}
     about, examples = "The largest slip speed.", ("my.yaml --factor 2",)

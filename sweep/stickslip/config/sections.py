@@ -244,6 +244,13 @@ class StudySection(Section):
 
     key: ClassVar[str]
     options: ClassVar[Mapping[str, str]] = {}
+
+    @property
+    def action(self) -> str:
+        """What is done, for the history of a result: `border along belt_speed`."""
+        along = getattr(self, "along", None)
+        return f"{self.key} along {along}" if along else self.key
+
     is_map: ClassVar[bool] = False
 
 

@@ -20,9 +20,10 @@ from pydantic import ValidationError
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
-from stickslip.config.sections import REFUSED, AnySection, StudySection
+from stickslip.config.sections import REFUSED, AnySection, StudySection, plain
 from stickslip.errors import ArgumentError, dotted
 from stickslip.vocabulary.parameter import Variable
+from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.studies import STUDIES, kind_of
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
@@ -106,8 +107,7 @@ class Study(ABC):
     about, examples : of the command: sentences below its first, and words behind its name.
     over_map : whether the result is drawn over a map of the cells.
     section : that asks for it. variables : of its result, by name. subject : the variable that it is about.
-    caption : of the only picture of a page, if it is the only one. title, action : of the result of a Python call, for
-    its attributes.
+    caption : of the only picture of a page, if it is the only one. title : of the result of a Python call.
     name : of the result, for people ("map"). counted : what its items are ("cells", "lines").
     dims, shape : of the items, the last index running fastest. options : of the integration.
     cells_each : about how many cells an item takes. weight : blocks have so many times fewer items than those of a map.
@@ -123,8 +123,7 @@ class Study(ABC):
     about: ClassVar[str] = ""
     examples: ClassVar[Sequence[str]] = ()
     over_map: ClassVar[bool] = False
-    title: Any
-    action: Any
+    title: ClassVar[str]
     name: str
     counted: str
     cells_each: int = 1
@@ -158,8 +157,13 @@ class Study(ABC):
 
     @classmethod
     def explain(cls, section: Any, config: Config) -> Iterator[tuple[str, str, str]]:
-        """The section as it was understood: rows of name, value and meaning."""
-        yield from ()
+        """The section as it was understood: rows of name, value and meaning; by default those of its fields."""
+        for name, field in type(section).model_fields.items():
+            value, quantity = getattr(section, name), name if name in QUANTITIES else getattr(section, "along", "")
+            if value is not None and value != {}:
+                is_range = isinstance(value, tuple) and quantity in QUANTITIES and isinstance(value[0], float)
+                text = QUANTITIES[quantity].range_text(value) if is_range else str(plain(value))
+                yield f"{section.key} {name}", text, str(field.description)
 
     def described(self) -> str:
         """`57,600 cells: stiffness (240) x belt_speed (240)`."""

@@ -89,4 +89,4 @@ class Subject:
         else:
             text = study.options.described(**{section.key: section.resolved()})
         with watched(progress, study.counted, study.options.law) as moved:
-            return study.dataset(compute_study(study, moved), provenance(text, title=title, action=study.action))
+            return study.dataset(compute_study(study, moved), provenance(text, title=title, action=section.action))

@@ -28,8 +28,7 @@ from stickslip.studies.borders.lines import (
     PARAMETER,
     CellsOrConfig,
     Side,
-    check_lines,
-    line_along,
+    check_line,
     lines_along,
     range_along,
 )
@@ -39,7 +38,7 @@ from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.parameter import Parameter, Variable, of_section, table
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
+from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
 
 Floats = NDArray[np.float64]
@@ -100,7 +99,7 @@ class RampStudy(Study):
         "configs/quickstart.yaml --along belt_speed --plot ramp.png",
         'configs/quickstart.yaml --along belt_speed --between 0.2 "1 m/s" -o ramp.nc',
     )
-    caption = "ramp"
+    title, caption = "Slow ramp", "ramp"
     name, counted, ragged, weight = "ramp", "lines", True, 64
 
     def __init__(self, cells: Cells, side: Side, options: Options) -> None:
@@ -122,24 +121,11 @@ class RampStudy(Study):
 
     @classmethod
     def check(cls, section: Ramp, config: Config, problems: ProblemCollector) -> None:
-        """Note lines along which there is no ramp."""
+        """Note a parameter that no ramp can have, and lines that there are not."""
         if section.along in _STATES:
             problems.add((section.key, "along"), f"{section.along} {_CARRIED}")
-            return
-        check_lines(
-            section.key,
-            lambda: {section.along: line_along(config, section.along, section.between)},
-            () if section.between is None else (section.along,),
-            config,
-            problems,
-        )
-
-    @classmethod
-    def explain(cls, section: Ramp, config: Config) -> Iterator[tuple[str, str, str]]:
-        """The parameter and its values."""
-        own = QUANTITIES[section.along]
-        between = "the range of its axis" if section.between is None else own.range_text(section.between)
-        yield "ramp along", section.along, f"up and down {between}, {section.points} values"
+        else:
+            check_line(section, config, problems)
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
@@ -169,16 +155,6 @@ class RampStudy(Study):
 
         check_plain(look, "a ramp")
         return plot_of_ramp(ds, variable, select=select, title=title)
-
-    @property
-    def title(self) -> str:
-        """The title of the result of a call."""
-        return f"Slow ramp: {PARAMETERS[self._side.name].long_name}"
-
-    @property
-    def action(self) -> str:
-        """What is done, for the history."""
-        return f"ramp of {self._side.name}"
 
     def _at(self, value: ArrayLike, lines: Lines) -> Parameters:
         """The cells of some lines at a value of the parameter."""

@@ -133,7 +133,7 @@ class AttractorStudy(Study):
     """The attractors of cells."""
 
     section, variables = Attractors, VARIABLES
-    title, action, subject, caption = "Attractors", "attractors", "settling_share", "share that settles"
+    title, subject, caption = "Attractors", "settling_share", "share that settles"
     about = "How large a share of a box of starting states settles, and how large a shock ends sliding."
     examples = (
         "configs/attractors.yaml",
@@ -166,13 +166,6 @@ class AttractorStudy(Study):
         """Note axes of starting states, which are those of the box."""
         for path in _state_axes(config):
             problems.add(path, _STATES_IN_BOX, at_key=True)
-
-    @classmethod
-    def explain(cls, section: Attractors, config: Config) -> Iterator[tuple[str, str, str]]:
-        """The box of starting states, and how many are drawn in it."""
-        for name, ends in (("displacement", section.displacement), ("velocity", section.velocity)):
-            yield f"attractors from {name}", PARAMETERS[name].range_text(ends), f"starting states: {name}"
-        yield "samples", f"{section.samples:,}", "starting states per cell where the share is not exact"
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:

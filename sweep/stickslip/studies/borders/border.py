@@ -25,7 +25,7 @@ from stickslip.studies.borders.lines import (
     CellsOrConfig,
     Lines,
     Side,
-    check_lines,
+    check_line,
     fine_enough,
     limits,
     line_along,
@@ -112,21 +112,12 @@ class BorderStudy(Study):
     @classmethod
     def check(cls, section: Border, config: Config, problems: ProblemCollector) -> None:
         """Note lines that cannot be searched."""
-        given = () if section.between is None else (section.along,)
-        check_lines(section.key, lambda: cls.lines_in(section, config), given, config, problems)
+        check_line(section, config, problems)
 
     @classmethod
     def lines_in(cls, section: Border, config: Config) -> Lines:
         """The lines that are searched."""
         return {section.along: line_along(config, section.along, section.between)}
-
-    @classmethod
-    def explain(cls, section: Border, config: Config) -> Iterator[tuple[str, str, str]]:
-        """The parameter, its range, how finely it is searched."""
-        own = QUANTITIES[section.along]
-        between = "the range of its axis" if section.between is None else own.range_text(section.between)
-        meaning = f"between {between}, {section.scan} places first, tolerance {section.tolerance:g}"
-        yield "border along", section.along, meaning
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
@@ -150,11 +141,6 @@ class BorderStudy(Study):
     def is_drawn(cls, ds: xr.Dataset) -> bool:
         """True for borders of many lines of a configuration."""
         return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
-
-    @property
-    def action(self) -> str:
-        """What is done, for the history."""
-        return f"border along {self._side.name}"
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The borders of a range of lines."""

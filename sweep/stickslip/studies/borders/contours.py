@@ -152,13 +152,6 @@ class ContourStudy(Study):
         return plane_along(config, section.axes, section.between or {})
 
     @classmethod
-    def explain(cls, section: Contours, config: Config) -> Iterator[tuple[str, str, str]]:
-        """The two parameters, and how fine the grid is."""
-        over = "the last two axes" if section.axes is None else " and ".join(section.axes)
-        first = f"{section.scan} looked at first, tolerance {section.tolerance:g}"
-        yield "contours over", over, f"a grid of {section.points} points a side, {first}"
-
-    @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
         """The first lines, how many there are, and what can be missed."""
         yield from first(_lines(ds), ds.sizes["line"])
@@ -170,11 +163,6 @@ class ContourStudy(Study):
     def is_drawn(cls, ds: xr.Dataset) -> bool:
         """Lines always are."""
         return True
-
-    @property
-    def action(self) -> str:
-        """What is done, for the history."""
-        return f"contours over {self._y.name} and {self._x.name}"
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The lines of a range of panels."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -37,13 +37,6 @@ def range_along(value: object, info: ValidationInfo) -> Between:
     return interval(QUANTITIES[info.data["along"]], value) if "along" in info.data else (NAN, NAN)
 
 
-class HasLimits(Protocol):
-    """A section that says how finely to look."""
-
-    tolerance: float
-    rtol: float | None
-
-
 def limits(section: str, what: str, *rows: Parameter) -> dict[str, Parameter]:
     """The rows of a section, with those that say how exactly `what` is looked for."""
     return table(
@@ -57,7 +50,7 @@ def limits(section: str, what: str, *rows: Parameter) -> dict[str, Parameter]:
     )  # fmt: skip
 
 
-def fine_enough(section: HasLimits, options: Options) -> Options:
+def fine_enough(section: Any, options: Options) -> Options:
     """Return how to integrate: at a tolerance that leaves borders their digits, unless the section says another."""
     rtol = float(np.clip(section.tolerance / 100, 1e-12, 1e-6)) if section.rtol is None else section.rtol
     return replace(options, rtol=rtol, early_stop=True)
@@ -183,6 +176,13 @@ def check_lines(
             name = path[-1] if len(searched) > 1 else next(iter(searched))
             path = (key, *path) if name in given else ("axes", name)
         add_finding(problems, finding._replace(path=path))
+
+
+def check_line(section: Any, config: Config, problems: ProblemCollector) -> None:
+    """The same of a section with a parameter `along` and its range `between`."""
+    along, between = section.along, section.between
+    given = () if between is None else (along,)
+    check_lines(section.key, lambda: {along: line_along(config, along, between)}, given, config, problems)
 
 
 # --- lines and planes of cells ----------------------------------------------------------------------------------------

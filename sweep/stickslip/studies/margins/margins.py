@@ -71,12 +71,6 @@ class MarginStudy(Study):
         return cls(cells, section.of_cells(cells[:]), options)
 
     @classmethod
-    def explain(cls, section: Margins, config: Config) -> Iterator[tuple[str, str, str]]:
-        """The parameters that may change."""
-        along = ", ".join(section.parameters or ("what a designer chooses",))
-        yield "margins along", along, "with the cheapest joint change" if section.joint else "one by one"
-
-    @classmethod
     def mapped(cls, ds: xr.Dataset) -> list[str]:
         """The margins."""
         return [name for name in map(str, ds.data_vars) if name.startswith("margin_")]
@@ -87,11 +81,6 @@ class MarginStudy(Study):
         rows = [_distances(ds, name.removeprefix("margin_")) for name in cls.mapped(ds)]
         yield Table("", ("parameter",), ("cells with a border", "nearest", "median", "farthest"), rows)
         yield from attributes(ds, found="margin_found", within="margin_within", scan="margin_scan")
-
-    @property
-    def action(self) -> str:
-        """What is done, for the history."""
-        return f"margins along {', '.join(self._section.reaches)}"
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The margins of a range of cells."""
