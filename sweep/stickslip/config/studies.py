@@ -107,6 +107,7 @@ class Study(ABC):
     about, examples : of the command: sentences below its first, and words behind its name.
     over_map : whether the result is drawn over a map of the cells.
     section : that asks for it. variables : of its result, by name. subject : the variable that it is about.
+    places : what the dimensions of the subject are of, "cells" or "lines".
     caption : of the only picture of a page, if it is the only one. title : of the result of a Python call.
     name : of the result, for people ("map"). counted : what its items are ("cells", "lines").
     dims, shape : of the items, the last index running fastest. options : of the integration.
@@ -119,6 +120,7 @@ class Study(ABC):
     section: ClassVar[type[StudySection]]
     variables: ClassVar[Mapping[str, Variable]]
     subject: ClassVar[str] = "regime"
+    places: ClassVar[str] = "cells"
     caption: ClassVar[str] = ""
     about: ClassVar[str] = ""
     examples: ClassVar[Sequence[str]] = ()

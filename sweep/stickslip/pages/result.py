@@ -125,7 +125,7 @@ def _summary(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     sizes = {str(dim): ds.sizes[dim] for dim in (ds[name].dims if name in ds else ()) if dim not in own}
     over = " × ".join(f"{_spoken(dim)} ({size:,})" for dim, size in sizes.items())
     count = int(np.prod(list(sizes.values())))
-    text = f"{count:,} {study.counted if study and study.counted == 'lines' else 'cells'}: {over}." if sizes else ""
+    text = f"{count:,} {study.places if study else 'cells'}: {over}." if sizes else ""
     parts = ", ".join(f"{share.fraction:.1%} {_label(regime)}" for regime, share in regimes.items())
     return f"{text} {parts}{'.' if parts else ''}".strip()
 

@@ -141,11 +141,6 @@ class RampStudy(Study):
                 yield f"{where}{direction:4} {'; '.join(_changes(codes, values[::step], unit))}"
 
     @classmethod
-    def is_drawn(cls, ds: xr.Dataset) -> bool:
-        """True for a single line."""
-        return all(ds.sizes[dim] == 1 for dim in ds["regime"].dims[:-2])
-
-    @classmethod
     def figure(
         cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
     ) -> Figure:

@@ -82,7 +82,7 @@ class BorderStudy(Study):
     """The borders of lines; its items are the lines."""
 
     section, variables = Border, _VARIABLES
-    title, subject, over_map = "Borders of regimes", "border", True
+    title, subject, places, over_map = "Borders of regimes", "border", "lines", True
     about = "The other axes of CONFIG are the lines that are searched, but those that --at gives a value."
     examples = (
         "configs/quickstart.yaml --along belt_speed",
