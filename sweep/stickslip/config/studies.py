@@ -125,7 +125,7 @@ class Study(ABC):
     about: ClassVar[str] = ""
     examples: ClassVar[Sequence[str]] = ()
     over_map: ClassVar[bool] = False
-    title: ClassVar[str]
+    title: str
     name: str
     counted: str
     cells_each: int = 1

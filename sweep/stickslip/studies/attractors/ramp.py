@@ -99,11 +99,12 @@ class RampStudy(Study):
         "configs/quickstart.yaml --along belt_speed --plot ramp.png",
         'configs/quickstart.yaml --along belt_speed --between 0.2 "1 m/s" -o ramp.nc',
     )
-    title, caption = "Slow ramp", "ramp"
+    caption = "ramp"
     name, counted, ragged, weight = "ramp", "lines", True, 64
 
     def __init__(self, cells: Cells, side: Side, options: Options) -> None:
         self._cells, self._side = cells, side
+        self.title = f"Slow ramp: {QUANTITIES[side.name].long_name}"
         self._values = np.linspace(side.low, side.high, side.points)
         self.dims, self.shape = cells.dims, cells.shape
         self.cells_each, self.options = 3 * side.points, replace(options, early_stop=True)
@@ -172,7 +173,7 @@ class RampStudy(Study):
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The ramps with the dimensions of the lines, `direction` and the parameter."""
         points = self._values.size
-        name, unit, about = self._side.name, self._side.written_in, PARAMETERS[self._side.name]
+        name, unit, about = self._side.name, self._side.written_in, QUANTITIES[self._side.name]
         rows = self.variables | {_VIBRATION_END: replace(_END, units=about.units)}
         rows = {key: replace(row, dims=tuple(name if dim == "along" else dim for dim in row.dims))
                 for key, row in rows.items()}  # fmt: skip
