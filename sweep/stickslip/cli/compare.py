@@ -119,7 +119,7 @@ def compare(
     choice = column_choice(unit, speed_column, friction_column, load=one_load)
     fits = fit_files(files, choice, same)
     show_columns(fits)
-    with refuses_bad_input(""), screen.progress_bar(1, " compared", "curves") as move:
+    with refuses_bad_input(""), screen.progress_bar("curves", " compared") as move:
         ds = materials.compare(
             fits, mass=mass, stiffness=stiffness, normal_load=_single(load),
             damping=_single(damping) if damping else None, belt_speed=_single(speed) if speed else None,

@@ -198,7 +198,7 @@ class Actions:
         """Have the browser play a sound, and say what to know of it."""
         self._wave.data = {"wav": [base64.b64encode(heard.wav()).decode("ascii")]}
         self._heard.visible = True
-        self._heard.text = part("sound", name, heard.told(), heard.remarks())
+        self._heard.text = part("sound", name, heard.described(), heard.remarks())
 
     def _send(self, name: str) -> None:
         if text := self._texts(name):

@@ -17,7 +17,7 @@ from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import chunks
 from stickslip.dataset.summary import BAD_REGIMES, Share, codes, flag_counts, shares, summary
 from stickslip.errors import ConfigError, PlotError
-from stickslip.pages.html import (
+from stickslip.pages import (
     Cell,
     Column,
     Section,

@@ -33,6 +33,12 @@ def is_over_map(ds: xr.Dataset) -> bool:
     return study is not None and study.over_map and study.is_drawn(ds)
 
 
+def is_drawn(ds: xr.Dataset) -> bool:
+    """True if there is a plot of this result: borders of single lines, and one rare event, are numbers alone."""
+    study = study_of_result(ds)
+    return study.is_drawn(ds) if study else "regime" in ds and ds["regime"].ndim > 0
+
+
 def plot_result(
     ds: xr.Dataset, variable: str | None = None, *, select: Mapping[str, Any] | None = None, title: str | None = None,
     look: Look = PLAIN, borders: bool = True, lines: xr.Dataset | None = None, state: str = "stick_slip",

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import chain, count
+from pathlib import Path
 from textwrap import fill
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -21,8 +23,9 @@ from matplotlib.ticker import FixedFormatter, FuncFormatter
 
 from stickslip.errors import PlotError, StoreError, reason, visible
 from stickslip.files.atomic import replaced
-from stickslip.files.targets import check_target
+from stickslip.files.targets import NO_FILE_NAME, check_target
 from stickslip.plots import marks
+from stickslip.plots.options import inches
 
 DPI = 150  # of pictures unless asked for
 TITLE_WIDTH = 70  # letters in a line above a plot
@@ -202,12 +205,17 @@ def folded(text: str, width: int) -> str:
     return "\n".join(wrapped(line, width).replace("\n", " \n") for line in lines)
 
 
-def save(figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, request: str = "") -> None:
+def save(
+    figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, request: str = "", size: str | None = None
+) -> None:
     """Write a plot; its format is that of the name (.png, .svg, .pdf). Raises PlotError.
 
+    size : as text, "16 cm x 9 cm" or "1920 px x 1080 px"; None for its own.
     request : what was asked of the picture besides what it shows by itself; kept in it, so that `request_of` tells
     pictures apart.
     """
+    if size is not None:
+        resize(figure, *inches(size, dpi))
     fit(figure)
     suffix = os.path.splitext(path)[1].lower()
     where = _METADATA_KEY.get(suffix)
@@ -234,6 +242,19 @@ def request_of(path: str | os.PathLike[str]) -> str | None:
     except (OSError, ValueError):
         return None
     return text.removeprefix(_MADE_BY).strip() if text.startswith(_MADE_BY) else None
+
+
+def free_name(stem: Path, variable: str | None, places: Mapping[str, str], request: str) -> Path:
+    """The name of a picture nobody named: FILE.png, FILE-VARIABLE.png, FILE-VARIABLE-DIM-VALUE.png.
+
+    stem : FILE, without suffix. variable : unless it is what the file shows by itself. Where another picture has the
+    name, one made for another request or by somebody else, it gets a number: FILE-2.png.
+    """
+    words = [stem.name, *filter(None, [variable]), *(f"{name}-{value}" for name, value in places.items())]
+    base = NO_FILE_NAME.sub("_", "-".join(words)) if len(words) > 1 else stem.name
+    names = chain([f"{base}.png"], (f"{base}-{number}.png" for number in count(2)))
+    targets = map(stem.with_name, names)
+    return next(target for target in targets if not target.exists() or request_of(target) == request)
 
 
 def show_verbatim(figure: PlainFigure, part: Artist | None = None) -> None:

@@ -38,7 +38,7 @@ from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.parameter import Parameter, Variable, of_section, table
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 
 Floats = NDArray[np.float64]
