@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from string import ascii_uppercase
 from typing import Any
@@ -77,6 +77,14 @@ class Look:
             if name in ds.dims:
                 ds = within(ds, name, low, high)
         return ds
+
+    def within_limits(self) -> Look:
+        """The same look with those marks only that lie within the limits."""
+
+        def lies_within(mark: Mark) -> bool:
+            return all(low <= mark.at[name] <= high for name, (low, high) in self.limits.items() if name in mark.at)
+
+        return replace(self, marks=tuple(filter(lies_within, self.marks)))
 
 
 PLAIN = Look()

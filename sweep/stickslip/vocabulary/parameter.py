@@ -112,6 +112,13 @@ class Parameter:
         """`0.01 to 1.2 m/s`."""
         return f"{ends[0]:.6g} to {ends[1]:.6g} {units.spelled(self.units)}".rstrip()
 
+    def setting(self, value: float) -> str:
+        """A value as a setting: its shortest exact spelling in SI with its unit, or the word for its absence."""
+        written = self.written(value)
+        if isinstance(written, str):
+            return written
+        return repr(written) if self.units == "1" else f"{written!r} {units.spelled(self.units)}"
+
 
 @dataclass(frozen=True)
 class Variable:
