@@ -22,7 +22,8 @@ FLOORS = (
     ("what is asked", {"config"}),
     ("how it is labelled", {"dataset"}),
     ("how far a computation is", {"progress"}),
-    ("what is shown, what is looked for", {"plots", "studies"}),
+    ("what is shown", {"plots"}),
+    ("what is looked for, and how it is shown", {"studies"}),  # a study names its own plot
     ("pages", {"pages"}),
     ("records of a rig", {"rig"}),
     ("what is kept", {"runs"}),
@@ -39,7 +40,7 @@ INNER_FLOORS = {
         {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "simulation"}, {"plots"},
         {"report"},
     ),
-    "studies": ({"study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
+    "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
     "runs": (
         {"blocks", "known_cells", "maps", "work", "memory"}, {"workdir"}, {"existing_output"},
         {"estimate", "threads"}, {"dask", "assembly"}, {"session"}, {"collecting"},

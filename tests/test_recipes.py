@@ -33,6 +33,9 @@ class Copy:
         assert before.count(after) == 1, f"{file}: {after!r} stands there {before.count(after)} times"
         path.write_text(before.replace(after, after + text), encoding="utf-8")
 
+    def write(self, file, text):
+        (self._folder / file).write_text(text, encoding="utf-8")
+
     def run(self, code):
         done = subprocess.run([sys.executable, "-c", code], env=self._environment, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
@@ -146,6 +149,114 @@ from stickslip.config.reader import make_config
 from stickslip.config.schema import json_schema
 assert make_config({CONFIG.replace("friction=dict(", "friction=dict(law='halving', ")}).friction.law == "halving"
 assert "halving" in json_schema()["properties"]["friction"]["properties"]["law"]["enum"]
+""")
+
+
+TOY = '''
+"""How fast cells of a configuration move at most, times a factor: a study as CONTRIBUTING says to add one."""
+
+import numpy as np
+from typing import Annotated
+from pydantic import Field
+
+from stickslip.config.grid import build_grid
+from stickslip.config.sections import BOOLEAN, StudySection, of_row
+from stickslip.config.studies import Finished, Study
+from stickslip.dataset.build import grid_coordinates, study_dataset
+from stickslip.engine import compute_range
+from stickslip.studies.study import joined
+from stickslip.vocabulary.parameter import Parameter, Variable, table
+
+
+class Pace(StudySection):
+    """How fast cells move."""
+
+    key = "pace"
+    rows = table(Parameter("factor", "1", "what speeds are multiplied by", key, default=1.0, above=0))
+    factor: float = of_row(rows["factor"])
+    squared: Annotated[bool, BOOLEAN] = Field(False, description="whether speeds are squared")
+
+
+class PaceStudy(Study):
+    section, subject, title = Pace, "pace", "Pace"
+    variables = table(Variable("pace", "m s-1", "largest slip speed, times a factor"))
+    name, counted, columns = "pace", "cells", {"pace": np.dtype(np.float64)}
+    about, examples = "The largest slip speed.", ("my.yaml --factor 2",)
+
+    def __init__(self, cells, section, options):
+        self.cells, self.pace, self.options = cells, section, options
+        self.dims, self.shape = cells.dims, cells.shape
+
+    @classmethod
+    def of(cls, given, section, options):
+        return cls(build_grid(given), section, options)
+
+    def compute(self, items, stop, moved=None):
+        computed = compute_range(self.cells, items.start, items.stop, self.options, stop, moved)
+        speed = computed.results["slip_speed_max"] * self.pace.factor
+        return Finished({"pace": speed**2 if self.pace.squared else speed}, computed.complete)
+
+    def blank(self, items):
+        return {"pace": np.full(len(items), np.nan)}
+
+    def dataset(self, parts, attributes):
+        coordinates = grid_coordinates(self.cells)
+        return study_dataset("pace", self.variables, joined(parts), self.dims, self.shape, coordinates, attributes)
+
+    @classmethod
+    def report(cls, ds):
+        yield f"fastest  {float(ds['pace'].max()):.6g} m/s"
+'''
+
+
+def test_a_new_study_is_a_file_and_its_row(copy, tmp_path):
+    """It is read, computed, resumed, told, drawn and put on a page, and has a command, an entry in the schema and in
+    the help."""
+    copy.write("sweep/stickslip/studies/pace.py", TOY)
+    row = '\n    "pace": Entry("pace:PaceStudy", "Find how fast cells move."),'
+    copy.insert("sweep/stickslip/vocabulary/studies.py", "STUDIES: dict[str, Entry] = {", row)
+    (tmp_path / "pace.yaml").write_text(
+        "system: {mass: 1, stiffness: 2, normal_load: 3}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
+        "axes:\n  belt_speed: {start: 0.1, stop: 0.5, num: 9}\n  damping: {start: 0, stop: 0.5, num: 7}\n"
+    )
+    copy.run(f"""
+import os
+import numpy as np
+from click.testing import CliRunner
+import stickslip
+from stickslip import plots
+from stickslip.cli import main
+from stickslip.config.reader import load_config, make_config
+from stickslip.config.schema import json_schema
+from stickslip.errors import ConfigError
+from stickslip.pages.result import pictures_of, result_page
+from stickslip.runs import blocks
+os.chdir({str(tmp_path)!r})
+def told(*words):
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 0, (words, done.output, done.exception)
+    return done.output
+assert json_schema()["properties"]["pace"]["properties"]["factor"]["exclusiveMinimum"] == 0
+assert "--factor FLOAT" in (shown := told("pace", "--help")) and "[default: 1]" in shown and "--squared" in shown
+assert "pace" in told("--help") and "what speeds are multiplied by" in told("help", "factor")
+assert "fastest" in told("pace", "pace.yaml", "--factor", "3", "-o", "pace.nc", "--plot", "pace.png")
+fast = stickslip.open("pace.nc")
+assert fast.attrs["result"] == plots.kind_of(fast) == "pace" and os.path.getsize("pace.png") > 1000
+plain = make_config(load_config("pace.yaml").resolved() | dict(pace=dict(factor=3.0)))
+assert plain.study.factor == 3.0 and make_config(plain.resolved()) == plain
+np.testing.assert_array_equal(stickslip.run(plain)["pace"], fast["pace"])
+blocks._FEWEST = 8  # cells a block
+stickslip.run_shard(plain, "1/2", "store")
+assert np.isnan(stickslip.collect("store", "half.nc")["pace"]).any()
+stickslip.run_shard(plain, "2/2", "store")
+np.testing.assert_array_equal(stickslip.collect("store", "half.nc")["pace"], fast["pace"])
+assert "fastest" in told("inspect", "pace.nc") and "plot " in told("plot", "pace.nc", "-o", "again.png")
+assert fast.stickslip.plot().axes
+assert "largest slip speed, times a factor" in result_page(fast, pictures_of(fast))
+try:
+    make_config(plain.resolved() | dict(pace=dict(factor=0)))
+except ConfigError as error:
+    assert "pace.factor: got 0, expected a number above 0" in str(error), error
 """)
 
 

@@ -26,6 +26,7 @@ from stickslip.runs.memory import compute_study
 from stickslip.runs.session import OnError, Outcome, Request, request_for
 from stickslip.runs.work import study_of
 from stickslip.runs.workdir.lock import Notice
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import suggest
 
 if TYPE_CHECKING:
@@ -98,12 +99,6 @@ def sweep(
     start: Section | None = None,
     solver: Section | None = None,
     title: str | None = None,
-    border: Section | None = None,
-    contours: Section | None = None,
-    margins: Section | None = None,
-    attractors: Section | None = None,
-    refine: Section | None = None,
-    uncertain: Section | None = None,
     execution: Section | None = None,
     output: str | os.PathLike[str] | Section | None = None,
     **how: Any,
@@ -116,15 +111,16 @@ def sweep(
         its quantities vary together, with its text coordinate as labels. An empty section, `refine={}`, is one that
         is given.
     output : file to write, .nc or .zarr; or the section of that name, {"file": "map.nc", "variables": ["regime"]}, of
-        which the file may be left out. None computes in memory. how : further arguments of `run`.
+        which the file may be left out. None computes in memory.
+    how : the section of a study (border, contours, margins, attractors, ramp, refine or uncertain), and further
+        arguments of `run`.
 
     Returns what `run` does, and raises as it does: ConfigError lists everything that is wrong, each with its key.
     """
     sections = {
         "title": title, "system": system, "friction": friction, "axes": axes, "start": start, "solver": solver,
-        "border": border, "contours": contours, "margins": margins, "attractors": attractors, "refine": refine,
-        "uncertain": uncertain, "execution": execution, "output": output if isinstance(output, Mapping) else None,
-    }  # fmt: skip
+        "execution": execution, "output": output if isinstance(output, Mapping) else None,
+    } | {key: how.pop(key, None) for key in STUDIES}  # fmt: skip
     if unknown := [name for name in how if name not in _HOW]:
         near = suggest(unknown[0], [*sections, *_HOW])
         hint = f"; did you mean {near}?" if near else f"; sections are {', '.join(sections)}"

@@ -61,13 +61,15 @@ def advise(
     sustained) borders to quiet ones (damped, creep, stuck) are looked for unless --into names others, from a quiet one
     those to vibrating ones.
     """
-    from stickslip.api.studies import margins, speeds_in
+    from stickslip.api.studies import margins
     from stickslip.config.select import cell_of, config_at
+    from stickslip.config.studies import section_of_call
     from stickslip.materials.system import ends_of
+    from stickslip.studies.margins import Margins
 
     with refuses_bad_input(""):
         ends = None if speed_range is None else ends_of("--speed-range", speed_range)
-        speeds = speeds_in(ends)
+        speeds = section_of_call(Margins, speed_range=ends).speeds
     if speeds and any(setting.partition("=")[0].strip() == "belt_speed" for setting in at):
         fail("--speed-range: got one and --at belt_speed, expected one of them")
     loaded = config_at(params.recipe_in(config), at if ends is None else (*at, f"belt_speed={ends[0]}"))
@@ -205,7 +207,7 @@ def _by(value: float, border: float, unit: Unit) -> str:
 def _single_changes(ds: xr.Dataset, goals: Sequence[str]) -> list[Change]:
     """Every border along a single parameter, by how large the change is; those of parameters at 0 last."""
     from stickslip.dataset.display import unit_of
-    from stickslip.dataset.studies import SIDES
+    from stickslip.studies.margins import SIDES
 
     cell, changes = _cell(ds), []
     for name in _parameters(ds):

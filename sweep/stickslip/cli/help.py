@@ -20,6 +20,7 @@ from stickslip.cli import screen
 from stickslip.cli.exits import fail
 from stickslip.vocabulary import beyond, results, units
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
+from stickslip.vocabulary.studies import STUDIES
 
 if TYPE_CHECKING:
     from stickslip.vocabulary.parameter import Parameter, Variable
@@ -190,16 +191,19 @@ def _pattern(word: str) -> re.Pattern[str]:
 
 def _settings() -> dict[str, Parameter]:
     """Keys of configurations besides quantities of cells, by name."""
+    from stickslip.config.studies import section_class
     from stickslip.vocabulary.settings import SETTINGS
 
-    return {name: declared for section in SETTINGS.values() for name, declared in section.items()}
+    sections = [*SETTINGS.values(), *(section_class(key).rows for key in STUDIES)]
+    return {name: declared for section in sections for name, declared in section.items()}
 
 
 def _results() -> dict[str, Variable]:
     """Variables of results of every kind, by name; of a name that several have, that of maps or of comparisons."""
-    tables = (results.MARGIN_VARIABLES, results.CONTOUR_VARIABLES, results.BORDER_VARIABLES,
-              results.ATTRACTOR_VARIABLES, results.UNCERTAIN_VARIABLES, results.TRACE_VARIABLES,
-              results.LEVEL_VARIABLES, results.MATERIAL_VARIABLES, results.MAP_VARIABLES)  # fmt: skip
+    from stickslip.config.studies import study_class
+
+    tables = (*(study_class(key).variables for key in STUDIES), results.TRACE_VARIABLES, results.LEVEL_VARIABLES,
+              results.MATERIAL_VARIABLES, results.MAP_VARIABLES)  # fmt: skip
     return {name: declared for table in tables for name, declared in table.items()}
 
 

@@ -191,7 +191,8 @@ def part_that_fits(ds: xr.Dataset) -> xr.Dataset:
     from stickslip import plots
     from stickslip.dataset import selection
 
-    part, places = selection.part_that_fits(ds, ds[plots.subject(ds)].dims)
+    name = plots.subject(ds)
+    part, places = selection.part_that_fits(ds, ds[name].dims) if name in ds else (ds, [])
     for place in places:
         screen.row("drawn", f"{place}; others with stickslip plot --select")
     return part

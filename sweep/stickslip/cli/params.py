@@ -11,6 +11,7 @@ import click
 
 from stickslip.cli import screen
 from stickslip.cli.exits import fail
+from stickslip.vocabulary.studies import STUDIES
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 Command = Callable[..., Any]
 PAGES = (".html", ".htm")
 _TABLE = "stickslip.table"  # of a call
-_RESUMING = ("run", "border", "contours", "attractors", "collect", "retry-failed")  # know their own result
+_RESUMING = ("run", *STUDIES, "collect", "retry-failed")  # know their own result
 
 # --- places -----------------------------------------------------------------------------------------------------------
 
@@ -254,22 +255,20 @@ def pairs(texts: tuple[str, ...]) -> dict[str, str]:
     return {name.strip(): value.strip() for name, _, value in parts}
 
 
-def interval(name: str, ends: tuple[str, str], option: str = "--between") -> tuple[float, float]:
-    """Two values of a parameter, in SI. Raises ConfigError."""
-    from stickslip.config.select import value_of
+def number_or_text(text: str) -> float | str:
+    """A number, in SI, or a text with a unit."""
+    from stickslip.files.tables import NUMBER
 
-    low, high = (value_of(name, end, option) for end in ends)
-    return low, high
+    return float(text) if NUMBER.fullmatch(text) else text
 
 
 def si_quantity(option: str, text: str, unit: str, expected: str, or_zero: bool = False) -> float:
     """A quantity above 0 with or without its unit, in SI. Raises ConfigError, which says what is `expected`."""
     from stickslip.errors import ConfigError, Problem, QuantityError
-    from stickslip.files.tables import NUMBER
     from stickslip.vocabulary import units
 
     try:
-        value = units.si_value(float(text) if NUMBER.fullmatch(text) else text, unit)
+        value = units.si_value(number_or_text(text), unit)
         if value < 0 or (value == 0 and not or_zero):
             raise QuantityError(expected)
     except QuantityError as error:

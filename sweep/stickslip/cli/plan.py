@@ -74,7 +74,7 @@ def _here(config: Path, loaded: Config, whole: Estimate) -> Iterator[tuple[str, 
 def _space(loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
     """Memory and disk space of a map."""
     size, stored = screen.memory(whole.whole), screen.memory(whole.store)
-    if loaded.refine is not None:
+    if loaded.study is not None and loaded.study.is_map:
         yield "cells", f"about {whole.cells:,} are computed; more if the borders between regimes are long"
     yield "memory", f"about {screen.memory(whole.memory)} besides the program ({size} without a file)"
     map_size = "as much" if stored == size else f"{size}, before compression,"

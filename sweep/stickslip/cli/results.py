@@ -11,8 +11,9 @@ import click
 from stickslip.cli import compare, params, screen
 from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, reports_errors
 from stickslip.cli.outputs import save_table
-from stickslip.cli.summary import printer_for
+from stickslip.cli.summary import show_result
 from stickslip.vocabulary.flags import STATUS_MESSAGES, flag_label
+from stickslip.vocabulary.studies import STUDIES, kind_of
 
 if TYPE_CHECKING:
     from stickslip.dataset.summary import Survey
@@ -48,10 +49,11 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     ds = reading.look_into(file)
     if "quiet_above" in ds:
         return compare.show(ds)
-    if ("status" not in ds or "model_rpn" in ds) and (printer := printer_for(ds)):
+    if "model_rpn" in ds or kind_of(ds) in STUDIES:
         if regimes or statuses or is_for_programs():
             fail(f"{file}: --regime, --status and --json tell of the cells of a map; this file holds none")
-        return printer(ds)
+        show_result(ds)
+        return None
     survey = inspection.survey(ds, recipe_of(ds, str(file)), regimes=regimes, statuses=statuses, limit=limit)
     table = screen.new_table("regime", "status", numbers=("cells", "share"))
     total = sum(survey.counts.values())

@@ -105,7 +105,7 @@ class _Outputs(Outputs):
             from stickslip.rig.plots import plot_matrix, plot_records
 
             records, rpn = self._records(drawn), ds["model_rpn"].values.ravel()
-            numbers = {self.tests.title(n): float(rpn[n]) for n in drawn}
+            numbers = {self.tests.label(n): float(rpn[n]) for n in drawn}
             how: Any = {"beside": self.beside, "window": self.window, "heading": self.tests.config.title}
             save_plot(plot_records(records, numbers=numbers, **how) if records else plot_matrix(ds), self.plot)
         if self.records is not None:

@@ -24,10 +24,10 @@ from stickslip.cli.summary import rate_text, show_result, threads_text
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stickslip.config.studies import Study
     from stickslip.files.locations import Location
     from stickslip.runs.blocks import Shard
     from stickslip.runs.session import Outcome, Request
-    from stickslip.studies.study import Study
 
 _LONG = 300_000  # cells that take so long that something can be done beside; with fewer, all else would wait as long
 FRESH = click.option("--fresh", is_flag=True, help="Start over, and replace a result of another configuration.")

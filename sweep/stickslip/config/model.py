@@ -25,12 +25,12 @@ from stickslip.config.sections import (
     Section,
     Solver,
     Start,
+    StudySection,
     System,
     number,
     one_of,
     refused,
 )
-from stickslip.config.studies import Attractors, Border, Contours, Margins, Refine
 from stickslip.config.uncertain import Uncertain
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary import units
@@ -179,8 +179,8 @@ class Config(Section):
 
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
     drive, sensor, features, risk : of a test rig; None where the belt moves at a constant speed.
-    border, contours, margins, attractors, refine, uncertain : what is asked for instead of a map, at most one of them.
-    Quantities that are uncertain are neither fixed nor along an axis.
+    study : what is asked for instead of a map of every cell, in the section that its key names.
+    uncertain : the same of quantities that scatter, which are neither fixed nor along an axis.
     """
 
     title: str
@@ -195,11 +195,7 @@ class Config(Section):
     sensor: Sensor | None = None
     features: FeatureSettings | None = None
     risk: Risk | None = None
-    border: Border | None = None
-    contours: Contours | None = None
-    margins: Margins | None = None
-    attractors: Attractors | None = None
-    refine: Refine | None = None
+    study: StudySection | None = None
     uncertain: Uncertain | None = None
     _written_in: dict[str, str] = PrivateAttr(default_factory=dict)
 
@@ -220,8 +216,11 @@ class Config(Section):
     @property
     def is_map(self) -> bool:
         """True if a map of cells is asked for, refined or not, and nothing else."""
-        others = (self.border, self.contours, self.margins, self.attractors, self.uncertain, self.drive)
-        return all(section is None for section in others)
+        return self.uncertain is None and self.drive is None and (self.study is None or self.study.is_map)
+
+    def plain_map(self) -> Config:
+        """The configuration of the map of every cell, whatever study it asks for."""
+        return self.model_copy(update={"study": None, "uncertain": None})
 
     def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; what is measured of a curve among them where they were given."""
@@ -248,7 +247,8 @@ class Config(Section):
 
     def resolved(self) -> dict[str, Any]:
         """Everything as plain data: SI, defaults filled in. Read again, it gives an equal configuration."""
-        plain = {key: value.resolved() if isinstance(value, Section) else value for key, value in self}
+        named = {value.key if isinstance(value, StudySection) else key: value for key, value in self}
+        plain = {key: value.resolved() if isinstance(value, Section) else value for key, value in named.items()}
         plain["axes"] = {axis.name: axis.resolved() for axis in self.axes}
         if not self.is_map:  # what is asked for on a command line instead of the map of a file has other variables
             plain["output"].pop("variables", None)

@@ -20,7 +20,7 @@ from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.sections import Solver
-from stickslip.config.studies import STUDIES
+from stickslip.config.studies import KEYS, section_class
 from stickslip.config.unit_warnings import warn_of_units
 from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Path, dotted
@@ -29,6 +29,7 @@ from stickslip.vocabulary.display_units import written_units
 from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES, quantities_of_model
 from stickslip.vocabulary.results import MAP_VARIABLES
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
@@ -64,7 +65,7 @@ def as_config(given: Given, rig: bool | None = False) -> Config:
 def is_config(given: object) -> bool:
     """True for a configuration in any of its forms, and not for a mapping of parameters of cells."""
     return isinstance(given, Config | str | os.PathLike) or (
-        isinstance(given, Mapping) and any(key in Config.model_fields for key in given)
+        isinstance(given, Mapping) and any(key in KEYS for key in given)
     )
 
 
@@ -105,7 +106,7 @@ class _Reader(ProblemCollector):
 
     def config(self) -> Config:
         """The configuration. Raises ConfigError."""
-        known = [key for key in Config.model_fields if checks.belongs(self._rig, key)]
+        known = [key for key in KEYS if checks.belongs(self._rig, key)]
         whole = self.mapping(self.document.data, (), f"the keys {listed(known)}")
         if not isinstance(self.document.data, dict):  # everything else would be missing
             raise ConfigError(self.document.name, self.problems)
@@ -156,8 +157,8 @@ class _Reader(ProblemCollector):
             if key == "uncertain":
                 studies[key] = read_uncertain(self, data[key], solver.early_stop)
                 continue
-            if (section := self.read(STUDIES[key], (key,), data[key])) is not None:
-                studies[key] = section
+            if (section := self.read(section_class(key), (key,), data[key])) is not None:
+                studies["study"] = section
         return studies
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
@@ -189,7 +190,7 @@ class _Reader(ProblemCollector):
         if isinstance(raw, dict) and ("zip" in raw or "labels" in raw):
             return self._group(path, self.known_keys(raw, path, ("zip", "labels")))
         if name not in QUANTITIES:
-            quantities = [quantity for quantity in QUANTITIES if checks.belongs(self._rig, quantity)]
+            quantities = [quantity for quantity in QUANTITIES if self._rig or quantity not in DRIVE]
             self.unknown_key(path, quantities, "quantity", "a group of quantities needs the key zip")
             return None
         data = {"values": raw} if isinstance(raw, list) else raw

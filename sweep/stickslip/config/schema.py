@@ -10,13 +10,14 @@ from stickslip.config.model import SECTIONS, Range
 from stickslip.config.problems import model_at
 from stickslip.config.reader import DEFAULT_TITLE
 from stickslip.config.sections import RANGE, VALUE, Friction, Read, Schema, Section, number_schema
-from stickslip.config.studies import STUDIES
+from stickslip.config.studies import section_class
 from stickslip.config.uncertain import Matrix, Sampling, Scatter, Subset, Uncertain
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.settings import AXIS
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import listed
 
 
@@ -36,8 +37,8 @@ def json_schema() -> Schema:
                 "description": "what the map shows",
             },
             "axes": _axes(),
-            **{key: _section(model) for key, model in (SECTIONS | STUDIES).items() if key != "uncertain"},
-            "uncertain": _uncertain(),
+            **{key: _section(model) for key, model in SECTIONS.items()},
+            **{key: _uncertain() if key == "uncertain" else _section(section_class(key)) for key in STUDIES},
         },
     }
 
@@ -94,7 +95,7 @@ def _axes() -> Schema:
     """Quantities that vary, and groups of them."""
     values: Schema = {name: {"type": "array", "minItems": 1, "items": number_schema(QUANTITIES[name])}
                       for name in QUANTITIES}  # fmt: skip
-    values["fit"] = _schema_of(Friction, "fit") | {
+    values["fit"] = field_schema(Friction, "fit") | {
         "description": f"measured points: {CURVE.level} to {CURVE.decay} of each file or column of friction"
     }
     names = {"type": "array", "uniqueItems": True, "items": {"type": "string", "pattern": r"\S"}}
@@ -116,7 +117,7 @@ def _axes() -> Schema:
 def _axis_forms(row: Parameter) -> list[Schema]:
     """A list of values, the same in a mapping, or a range."""
     values = {"type": "array", "minItems": 1, "uniqueItems": True, "items": number_schema(row)}
-    end, spacing = number_schema(row, words=False), _schema_of(Range, "spacing") | {"default": "linear"}
+    end, spacing = number_schema(row, words=False), field_schema(Range, "spacing") | {"default": "linear"}
     return [
         values,
         _strict({"values": values}) | {"required": ["values"]},
@@ -136,17 +137,17 @@ def _section(model: type[Section]) -> Schema:
             properties[name] = _described(model.rows[name])
             continue
         properties[name] = {"description": field.description} if field.description else {}
-        properties[name] |= _schema_of(model, name)
+        properties[name] |= field_schema(model, name)
         if field.default is not None and not field.is_required():
             properties[name]["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
     required = [name for name, field in model.model_fields.items() if field.is_required()]
     return _object(properties, str(model.__doc__).splitlines()[0]) | ({"required": required} if required else {})
 
 
-def _schema_of(model: type[Section], name: str) -> Schema:
+def field_schema(model: type[Section], name: str) -> Schema:
     """The schema of a field: what its annotation or the field itself says, or that of the section it holds."""
     field, inner = model.model_fields[name], model_at(model, (name,))
-    for said in (*(one.schema for one in field.metadata if isinstance(one, Read)), field.json_schema_extra):
-        if isinstance(said, dict):
-            return dict(said)
+    for schema in (*(one.schema for one in field.metadata if isinstance(one, Read)), field.json_schema_extra):
+        if isinstance(schema, dict):
+            return dict(schema)
     return VALUE if inner is model else _section(inner)

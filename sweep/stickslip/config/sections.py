@@ -247,14 +247,6 @@ class Section(BaseModel):
 
     def resolved(self) -> dict[str, Any]:
         """The section as plain data: words for NaN, lists for tuples, nothing for None."""
-
-        def plain(value: Any) -> Any:
-            if isinstance(value, Section):
-                return value.resolved()
-            if isinstance(value, tuple):
-                return list(map(plain, value))
-            return {key: plain(inner) for key, inner in value.items()} if isinstance(value, dict) else value
-
         given = {name: plain(value) for name, value in self if value is not None}
         return {name: self.rows[name].written(value) if name in self.rows else value for name, value in given.items()}
 
@@ -265,7 +257,35 @@ class Section(BaseModel):
         return repr(self.resolved()) == repr(other.resolved())
 
 
+class StudySection(Section):
+    """The section of a study: what a configuration asks for instead of a map of every cell.
+
+    key : of the section in the file. is_map : whether what comes out is a map all the same.
+    options : of the command, where they are not called as the fields.
+    """
+
+    key: ClassVar[str]
+    options: ClassVar[Mapping[str, str]] = {}
+
+    @property
+    def action(self) -> str:
+        """What is done, for the history of a result: `border along belt_speed`."""
+        along = getattr(self, "along", None)
+        return f"{self.key} along {along}" if along else self.key
+
+    is_map: ClassVar[bool] = False
+
+
 AnySection = TypeVar("AnySection", bound=Section)
+
+
+def plain(value: Any) -> Any:
+    """A value of a field as plain data."""
+    if isinstance(value, Section):
+        return value.resolved()
+    if isinstance(value, tuple):
+        return list(map(plain, value))
+    return {key: plain(inner) for key, inner in value.items()} if isinstance(value, dict) else value
 
 
 def of_row(row: Parameter) -> Any:

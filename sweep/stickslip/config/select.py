@@ -14,7 +14,6 @@ from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.reader import make_config, parse_config
-from stickslip.config.studies import STUDIES
 from stickslip.config.unit_warnings import warn_of_cell
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
@@ -22,6 +21,7 @@ from stickslip.vocabulary.display_units import units_shown
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.settings import SOLVER
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver

@@ -19,6 +19,7 @@ from stickslip.config.sections import (
     Read,
     Schema,
     Section,
+    StudySection,
     list_of,
     one_of,
     refused,
@@ -238,9 +239,10 @@ def _quantiles(value: object) -> tuple[float, ...]:
 _QUANTILE: Schema = {"exclusiveMinimum": 0, "exclusiveMaximum": 1}
 
 
-class Sampling(with_rows(Section, UNCERTAIN)):  # type: ignore[misc]
+class Sampling(with_rows(StudySection, UNCERTAIN)):  # type: ignore[misc]
     """How uncertain inputs are drawn, and what is told of the results."""
 
+    key = "uncertain"
     metrics: Annotated[
         tuple[Annotated[str, one_of(METRICS, "a result")], ...],
         list_of(METRICS, "a list of results", unique=True, single=True, empty=True),

@@ -3,7 +3,7 @@
 Plain numbers and arrays are a list of cells, over the dimension ``cell``. Arrays of xarray keep their dimensions: those
 of different ones are broadcast by name, and their coordinates come with them.
 
-Three shapes of result: a map over a grid, cells one by one, one trajectory (`studies.py` has the others). Every
+Four shapes of result: a map over a grid, cells one by one, one trajectory, and what a study says of cells. Every
 variable and coordinate gets its units and long name from the vocabulary; flags become int8 with their meanings beside
 them, so that the dataset is self-describing. `provenance` gives the global attributes.
 
@@ -31,7 +31,7 @@ from stickslip.vocabulary.cells import Cells, Coordinate, Parameters
 from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.parameter import Variable
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES
 from stickslip.vocabulary.suggest import listed
 
@@ -207,6 +207,35 @@ def trace_dataset(
         v.name: variable_of(v, ("time",), np.asarray(samples[v.name])) for v in _declared(samples, TRACE_VARIABLES)
     }
     return xr.Dataset(variables, coordinates, {k: value for k, value in attributes.items() if k != "Conventions"})
+
+
+def study_dataset(
+    key: str, rows: Mapping[str, Variable], values: Mapping[str, NDArray[Any]], dims: Sequence[str],
+    shape: Sequence[int], coordinates: Mapping[str, xr.Variable], attributes: Mapping[str, Any],
+) -> xr.Dataset:  # fmt: skip
+    """The result of a study, whose key becomes the attribute `result`.
+
+    rows : the declarations of its variables, whose own dimensions follow those of the cells. values : by the names of
+    some of them, each flat over the cells, with further dimensions as declared. dims, shape, coordinates : of the
+    cells, and whatever coordinates its own dimensions have.
+    """
+    variables = {
+        name: variable_of(rows[name], (*dims, *rows[name].dims), array.reshape((*shape, *array.shape[1:])))
+        for name, array in values.items()
+    }
+    return xr.Dataset(variables, dict(coordinates), {**attributes, "result": key})
+
+
+def of_parameter(row: Variable, parameter: str) -> Variable:
+    """A row for one parameter, with its long name, and with its unit where that is what the row says."""
+    about = SEARCHABLE[parameter]
+    units = about.units if row.units == "parameter" else row.units
+    return replace(row, units=units, long_name=f"{row.long_name}: {about.long_name}")
+
+
+def text_index(dim: str, texts: Sequence[str], long_name: str) -> xr.Variable:
+    """The index of a dimension whose points have names."""
+    return xr.Variable(dim, np.asarray(texts, str), {"long_name": long_name})
 
 
 def _declared(results: Mapping[str, Any], table: Mapping[str, Variable]) -> list[Variable]:

@@ -142,6 +142,11 @@ class MapAxis:
         self._beside = [ds[name] for name in ds.coords if name != dim and ds[name].dims == (dim,)]
         self.is_numeric = self._index is not None and self._index.dtype.kind in "fiu"
 
+    @property
+    def name(self) -> str:
+        """The title without its unit."""
+        return self.title.partition(" (")[0]
+
     @cached_property
     def unit(self) -> Unit:
         """The unit of the numbers."""

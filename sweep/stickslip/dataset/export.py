@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from stickslip.dataset.coarse import Chunk, chunks
 from stickslip.dataset.display import unit_of
+from stickslip.dataset.polylines import CONTAINER
 from stickslip.errors import StoreError, visible
 from stickslip.files.targets import check_target, replaced
 from stickslip.files.texts import inert, is_live
@@ -87,7 +88,7 @@ def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
     Of contours a row is a node, with what is known of its line. Raises StoreError for variables there are not, or whose
     dimensions do not fit together.
     """
-    ds = _by_node(ds) if "contour_found" in ds.attrs else _without_bounds(ds) if "quiet_above" in ds else ds
+    ds = _by_node(ds) if CONTAINER in ds else _without_bounds(ds) if "quiet_above" in ds else ds
     chosen = _named(ds, variables) if variables else _usual(ds)
     if not chosen:
         raise StoreError("nothing to write: the result holds no variables")

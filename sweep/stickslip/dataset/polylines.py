@@ -14,8 +14,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.dataset.display import MapAxis
-from stickslip.dataset.studies import CONTAINER
 
+CONTAINER = "geometry"  # variable that says which others hold the nodes of lines, in the manner of CF
 Floats = NDArray[np.float64]
 Kind = tuple[int, int]  # regimes below and above
 

@@ -15,6 +15,7 @@ from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
 from stickslip.config.model import Config, Range
 from stickslip.config.options import options_of
+from stickslip.config.studies import Finished, Study, section_of_call
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import Pixel
 from stickslip.dataset.display import MapAxis, unit_of
@@ -24,7 +25,6 @@ from stickslip.explore.view import FULL, Sides, View
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint, regime_label
 from stickslip.runs.maps import MapStudy
 from stickslip.studies import borders
-from stickslip.studies.study import Finished, Study
 from stickslip.vocabulary.display_units import Unit, number, unit_for
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.results import VARIABLES
@@ -304,7 +304,8 @@ def _label(array: xr.DataArray) -> str:
 Line = tuple[NDArray[np.float64], NDArray[np.float64]]
 # To a hundredth of a pixel. What is undecided after so many steps is so close to a border that it does not show:
 # a quarter of a pixel at most in the maps tried, where all the steps of maps take six times as long.
-_BORDER_POINTS, _SCAN, _TOLERANCE, _STEPS = 128, 64, 1e-5, 10_000
+_BORDER_POINTS, _STEPS = 128, 10_000
+_LIMITS = {"scan": 64, "tolerance": 1e-5}
 
 
 def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] | None:
@@ -312,7 +313,7 @@ def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] |
 
     In a plane of two numbers lines with loops; between listed points the crossings of each, as strokes across it.
     """
-    limits, options = borders.Limits(_SCAN, _TOLERANCE), options_of(config)
+    options = options_of(config)
     options = replace(options, early_stop=True, max_steps=min(options.max_steps, _STEPS))
     ranges = [axis for axis in config.axes if isinstance(axis, Range)]
     if not ranges:
@@ -320,10 +321,11 @@ def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] |
     study: Study
     if len(ranges) == 2:
         plane = borders.plane_over(config, (ranges[0].name, ranges[1].name), {}, _BORDER_POINTS, options)
-        study = borders.ContourStudy(*plane, limits, options)
+        study = borders.ContourStudy(*plane, section_of_call(borders.Contours, **_LIMITS), options)
     else:
-        lines = borders.lines_along(config, ranges[0].name, None, _SCAN, options)
-        study = borders.BorderStudy(*lines, limits, options)
+        section = section_of_call(borders.Border, along=ranges[0].name, **_LIMITS)
+        lines = borders.lines_along(config, section.along, None, section.scan, options)
+        study = borders.BorderStudy(*lines, section, options)
     finished = study.compute(range(prod(study.shape)), stop)
     if not finished.complete:
         return None

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.config.examples import points_path
 from stickslip.config.reader import make_config
+from stickslip.config.studies import section_of_call
 from stickslip.config.unit_warnings import friction_question_of_fit, unit_question
 from stickslip.config.yaml import Document
 from stickslip.dataset.materials import material_dataset
@@ -39,7 +40,7 @@ from stickslip.materials.stick_slip_end import (
 )
 from stickslip.materials.system import Amount, Amounts, Request, in_percent, is_plain, quantity, speeds_of, system_of
 from stickslip.progress import Watch, watched
-from stickslip.studies.borders import Limits, Scan
+from stickslip.studies.borders import Border, Scan, fine_enough
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import VIBRATING
@@ -133,12 +134,12 @@ def compare(
         raise ValueError(f"level: got {level!r}, expected a share above 0 and below 1, such as 0.95")
     if isinstance(draws, bool) or not isinstance(draws, int) or draws < 0:
         raise ValueError(f"draws: got {draws!r}, expected a whole number of at least 0")
-    limits = Limits(scan, tolerance)
+    search = section_of_call(Border, along="belt_speed", scan=scan, tolerance=tolerance)
     low, high = (None, None) if between is None else (quantity("belt_speed", end, "between") for end in between)
     system, over = system_of(given)
     request = Request(
         system, over, speeds_of(belt_speed, speed_range), None if low is None or high is None else (low, high),
-        level, draws, seed, limits, limits.applied(Options(threads=threads), None),
+        level, draws, seed, search, fine_enough(search, Options(threads=threads)),
     )  # fmt: skip
     if question := _question(fits, given | {"belt_speed": belt_speed}, request):
         warnings.warn(question, UnitWarning, stacklevel=2)
@@ -159,11 +160,11 @@ def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progre
     scan = _scan([curves[i] for i in known], curves, request)
     table, quiet = _blank(len(fits), request), dict[int, QuietSpeeds | None]()
     total = max(len(known), 1) * (1 + request.draws)
-    watch = watcher(request.limits, total, progress)
+    watch = watcher(request.search, total, progress)
     if known:
         coefficients = {name: np.array([getattr(curves[i], name) for i in known]) for name in CURVE}
         borders = quiet_above(
-            coefficients, request.system, scan, request.limits.tolerance, request.options, watch(0, len(known))
+            coefficients, request.system, scan, request.search.tolerance, request.options, watch(0, len(known))
         )
         values = _at_speeds([curves[i] for i in known], coefficients, borders, request, scan)
         values |= {f"quiet_above_over_{name}": _over(name, coefficients, request, scan) for name in request.over}
@@ -248,7 +249,7 @@ def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], request: Reques
             raise ValueError(f"between: got {low:g} to {high:g} m/s, expected two speeds above 0, the slower one first")
         if speeds and not low <= min(speeds) <= max(speeds) <= high:
             raise ValueError(f"between: got {low:g} to {high:g} m/s, expected it to hold the belt speed asked about")
-        return Scan(low, high, request.limits.scan, "log")
+        return Scan(low, high, request.search.scan, "log")
     curves = known or curves
     slowest = min(curve.searched[0] for curve in curves)  # a tenth of the slowest measured speed above 0
     fastest = max(curve.speeds[1] for curve in curves)
@@ -260,7 +261,7 @@ def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], request: Reques
                 fastest = max(fastest, speed) if np.isfinite(speed) else fastest
     if speeds:
         slowest, fastest = min(slowest, min(speeds) / _SLOWER), max(fastest, *speeds)
-    return Scan(slowest, _FASTER * fastest, request.limits.scan, "log")
+    return Scan(slowest, _FASTER * fastest, request.search.scan, "log")
 
 
 # --- results ----------------------------------------------------------------------------------------------------------
@@ -345,7 +346,7 @@ def _over(name: str, curves: Mapping[str, Floats], request: Request, scan: Scan)
     values, size = np.array(request.over[name]), curves[CURVE.level].size
     repeated = {key: np.repeat(coefficients, values.size) for key, coefficients in curves.items()}
     system: dict[str, ArrayLike] = {**request.system, name: np.tile(values, size)}
-    borders = quiet_above(repeated, system, scan, request.limits.tolerance, request.options)
+    borders = quiet_above(repeated, system, scan, request.search.tolerance, request.options)
     return borders.between()[1].reshape(size, values.size)
 
 
@@ -362,7 +363,7 @@ def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> di
         "system": {**system, "belt_speed": speed},
         "axes": {"material": {"zip": zipped, "labels": [fit.name for fit in fits]}},
         "border": {"along": "belt_speed", "between": [scan.low, scan.high], "scan": scan.points,
-                   "tolerance": request.limits.tolerance},
+                   "tolerance": request.search.tolerance},
     }  # fmt: skip
     attributes: dict[str, Any] = {
         **provenance(make_config(data).to_yaml(), title=title, action="compare materials"),

@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.config.studies import Moved
 from stickslip.engine import Options, Progress, compute
 from stickslip.errors import Interrupted
 from stickslip.fit import CurveFit, Drawn, RepeatedFit, draw_curves
 from stickslip.fit.uncertainty import student
 from stickslip.materials.system import Request
-from stickslip.studies.borders import Limits, Looked, Scan, search_lines
-from stickslip.studies.study import Meter, Moved
+from stickslip.studies.borders import Border, Looked, Scan, search_lines
+from stickslip.studies.study import Meter
 from stickslip.theory import stribeck
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
@@ -124,12 +125,12 @@ def regimes(cells: Parameters, options: Options, moved: Moved | None = None) -> 
     return block.results
 
 
-def watcher(limits: Limits, curves: int, progress: Progress | None) -> Callable[[int, int], Moved]:
+def watcher(search: Border, curves: int, progress: Progress | None) -> Callable[[int, int], Moved]:
     """For one search of curves after the other, by number and how many they are, what counts its cells.
 
     curves : of all searches. progress : called with curves done, in part too, and in all.
     """
-    meter, sizes = Meter(limits.scan + int(-np.log2(limits.tolerance))), list[int]()
+    meter, sizes = Meter(search.scan + int(-np.log2(search.tolerance))), list[int]()
 
     def watch(number: int, size: int) -> Moved:
         if number:
@@ -221,7 +222,7 @@ def _borders(drawn: Drawn, request: Request, scan: Scan, moved: Moved | None) ->
     one whose friction would be negative within the range.
     """
     options = replace(request.options, rtol=Options.rtol, max_steps=_DRAWN_STEPS)
-    tolerance = max(_DRAWN_TO, request.limits.tolerance)
+    tolerance = max(_DRAWN_TO, request.search.tolerance)
     level, slope = drawn.coefficients[CURVE.level], drawn.coefficients[CURVE.slope]
     is_damped = request.system["damping"] + request.load * slope >= 0
     lost = drawn.falling & ~(is_damped & (level + slope * scan.high >= 0))

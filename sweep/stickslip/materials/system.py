@@ -13,7 +13,7 @@ import xarray as xr
 
 from stickslip.engine import Options
 from stickslip.errors import QuantityError
-from stickslip.studies.borders import Limits
+from stickslip.studies.borders import Border
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
 
@@ -58,7 +58,7 @@ class Request:
     level: float
     draws: int
     seed: int
-    limits: Limits
+    search: Border
     options: Options
 
     @property

@@ -18,6 +18,7 @@ from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.config.overrides import Setting
 from stickslip.config.reader import load_config, make_config
+from stickslip.config.studies import Finished, Moved, Study
 from stickslip.dataset.build import grid_coordinates, variable_of
 from stickslip.errors import NotReachedError
 from stickslip.rig import apparatus
@@ -27,7 +28,7 @@ from stickslip.rig.labels import Dimension, dimensions, point_name
 from stickslip.rig.quantities import EXACT, FEATURES, MATERIAL, PER_PEAK
 from stickslip.rig.records import make_record
 from stickslip.rig.signals import Floats
-from stickslip.studies.study import Finished, Moved, Study, joined
+from stickslip.studies.study import joined
 from stickslip.vocabulary.flags import MODES, STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.settings import CONDITIONS
 from stickslip.vocabulary.suggest import listed
@@ -69,7 +70,7 @@ class RigTests(Study):
 
     # --- its tests ----------------------------------------------------------------------------------------------------
 
-    def title(self, number: int) -> str:
+    def label(self, number: int) -> str:
         """The points that distinguish a test from the others, in words."""
         return point_name(self._dimensions, number) or self.config.title
 
@@ -100,7 +101,7 @@ class RigTests(Study):
             for i, drive in enumerate(drives):
                 number, exact = numbers[batch[i]], {name: float(runs.results[name][i]) for name in EXACT}
                 record = self._record(number, runs.signals[i], drive) if exact["status"] == _REACHED else None
-                yield RigTest(number, self.title(number), record, exact)
+                yield RigTest(number, self.label(number), record, exact)
 
     def _cell(self, number: int) -> dict[str, float]:
         """The quantities of one test."""
@@ -128,7 +129,7 @@ class RigTests(Study):
         }
         conditions: dict[str, float | str] = {name: cell[name] for name in CONDITIONS if name in cell}
         conditions |= {"drive_speed": cell["belt_speed"], MATERIAL: self._material(number)}
-        return make_record(time, recorded, conditions).assign_attrs(title=self.title(number))
+        return make_record(time, recorded, conditions).assign_attrs(title=self.label(number))
 
     def _material(self, number: int) -> str:
         """The name of the material: that of the point on a labelled axis, the title where there is none."""

@@ -137,7 +137,9 @@ def assemble(
     action = "run" if len(kernels) == 1 else f"run, by kernels {' and '.join(kernels)}"
     attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
     study, canvas = work.study, None
-    refined = cast("RefinedMap", study) if work.config.refine is not None else None  # few of its cells are computed
+    refined = (
+        cast("RefinedMap", study) if getattr(work.config.study, "is_map", False) else None
+    )  # few of its cells are computed
     if isinstance(study, MapStudy):
         canvas = Canvas(study.grid, study.columns, gathered.cells)
     elif refined:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from stickslip.config.studies import Study
 from stickslip.errors import StoreError
 from stickslip.files.locations import ROOT, Location
 from stickslip.files.targets import check_target
@@ -15,7 +16,6 @@ from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir import block_store
 from stickslip.runs.workdir.block_store import Failure
 from stickslip.runs.workdir.lock import Holder, hold_lock, holders, shard_of, writing_alone
-from stickslip.studies.study import Study
 
 _OTHER = block_store.SAME_SETTINGS + ", or name another file with {output}"
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
+from stickslip.config.studies import Study
 from stickslip.engine import Options, bytes_per_cell, compute, processors, warm_up
 from stickslip.runs.blocks import Blocks
 from stickslip.runs.work import Work
-from stickslip.studies.study import Study
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import STATUSES
 

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
+from stickslip.config.studies import Finished, Moved, Study
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range, kernels_for
-from stickslip.studies.study import Finished, Moved, Study, joined
+from stickslip.studies.study import joined
 
 
 class MapStudy(Study):

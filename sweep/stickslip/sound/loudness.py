@@ -22,7 +22,7 @@ from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Config
 from stickslip.config.reader import as_config, is_config
 from stickslip.config.select import recipe_of
-from stickslip.config.studies import STUDIES
+from stickslip.config.studies import Finished, Moved, Study
 from stickslip.dataset.build import given_cells, grid_coordinates, variable_of
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, Results, SolverKeywords, StopFlag, sampled, solve, stop_flag, warm_up
@@ -31,7 +31,7 @@ from stickslip.progress import Watch, watched
 from stickslip.runs.memory import CellsOrConfig, compute_study
 from stickslip.sound.cycles import RTOL, Cycles, cycles_of
 from stickslip.sound.series import HIGHEST, natural_frequency, samples_for, series_of
-from stickslip.studies.study import Finished, Moved, Study, joined
+from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import STATUSES
@@ -249,7 +249,7 @@ def _cells(given: CellsOrConfig, solver: SolverKeywords) -> tuple[Cells, str, st
         config = as_config(given)
         if config.uncertain is not None:
             raise ValueError("uncertain: levels are those of known cells; leave the section out")
-        config = config.model_copy(update=dict.fromkeys(STUDIES))
+        config = config.plain_map()
         return build_grid(config), config.friction.law, config.to_yaml(), f"Levels: {config.title}"
     if isinstance(given, xr.Dataset):
         cells, law = _of_result(given)

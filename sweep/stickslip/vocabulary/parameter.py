@@ -108,6 +108,10 @@ class Parameter:
         """A value as `read` takes it: the word for NaN."""
         return self.word if self.word is not None and math.isnan(value) else value
 
+    def range_text(self, ends: tuple[float, float]) -> str:
+        """`0.01 to 1.2 m/s`."""
+        return f"{ends[0]:.6g} to {ends[1]:.6g} {units.spelled(self.units)}".rstrip()
+
     def setting(self, value: float) -> str:
         """A value as a setting: its shortest exact spelling in SI with its unit, or the word for its absence."""
         written = self.written(value)
@@ -121,7 +125,8 @@ class Variable:
     """One output per cell.
 
     when : "always", or "full" for those that only a run to the horizon (early_stop=False) defines.
-    comment : what the long name does not say, or nothing.
+    comment : what the long name does not say, or nothing. dims : of the result of a study, beyond those of its cells.
+    units : "parameter" stands for those of the parameter of a study, "flag" for those of a regime.
     """
 
     name: str
@@ -129,6 +134,7 @@ class Variable:
     long_name: str
     when: str = "always"
     comment: str = ""
+    dims: tuple[str, ...] = ()
 
 
 Row = TypeVar("Row", Parameter, Variable)

@@ -1,8 +1,10 @@
 """Every quantity that comes out of the engine, declared once.
 
-`VARIABLES` are those of a cell, `MAP_VARIABLES` those that a map may have; each study has a table of its own. A border
-and its width are in the units of the parameter searched. Datasets, plots and documentation read these tables; nothing
-else repeats a unit or a long name. Units are spelled as UDUNITS requires (``m s-1``).
+`VARIABLES` are those of a cell, `MAP_VARIABLES` those that a map may have (`computed` where it is refined),
+`TRACE_VARIABLES` those of one trajectory over time, `MATERIAL_VARIABLES` those of materials compared, `LEVEL_VARIABLES`
+those of how loud cells are. Studies declare those of their results themselves, as rows of the same kind.
+Datasets, plots and documentation read these
+tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS requires (``m s-1``).
 """
 
 from __future__ import annotations
@@ -67,101 +69,6 @@ TRACE_VARIABLES: dict[str, Variable] = table(
     Variable("mode", "1", "contact mode"),
 )
 
-BORDER_VARIABLES: dict[str, Variable] = table(
-    Variable("border", "1", "where the regime changes", comment="the middle of the last bracket"),
-    Variable("regime_below", "1", "regime just below the border"),
-    Variable("regime_above", "1", "regime just above the border"),
-    Variable("border_width", "1", "width of the last bracket of the border"),
-    Variable("method", "1", "how the border was found"),
-    Variable("regime_throughout", "1", "regime all along a line without borders", comment="as far as the scan sees"),
-    Variable("scan_undecided", "1", "cells of the scan that were unresolved or failed"),
-)
-
-ATTRACTOR_VARIABLES: dict[str, Variable] = table(
-    Variable("coexisting", "1", "regimes reached from different starting states"),
-    Variable("regime_from_stick", "1", "regime reached from sticking, with no load on the contact"),
-    Variable("regime_from_sliding", "1", "regime reached from close to steady sliding"),
-    Variable("settling_share", "1", "share of the starting states in the box that settle to steady sliding"),
-    Variable("share_error", "1", "standard error of the share that settles; 0 where it is exact"),
-    Variable("settling_share_low", "1", "share that settles if no undecided starting state does"),
-    Variable("settling_share_high", "1", "share that settles if all undecided starting states do"),
-    Variable("share_method", "1", "how the share that settles was found"),
-    Variable("unstable_amplitude", "m", "half the range of displacement on the unstable cycle"),
-    Variable("unstable_velocity_amplitude", "m s-1", "half the range of velocity on the unstable cycle"),
-    Variable("unstable_period", "s", "period of the unstable cycle"),
-    Variable(
-        "critical_shock", "m s-1", "smallest change of velocity after which steady sliding does not come back",
-        comment="inf: no change does that; 0: any does",
-    ),
-    Variable("critical_shock_along", "m s-1", "critical change of velocity, along the motion of the belt"),
-    Variable("critical_shock_against", "m s-1", "critical change of velocity, against the motion of the belt"),
-    Variable(
-        "critical_shift", "m", "smallest change of displacement after which steady sliding does not come back",
-        comment="inf: no change does that; 0: any does",
-    ),
-    Variable("critical_shift_along", "m", "critical change of displacement, along the motion of the belt"),
-    Variable("critical_shift_against", "m", "critical change of displacement, against the motion of the belt"),
-    VARIABLES["damping_ratio"],
-)  # fmt: skip
-_ERROR = "standard error: scatter over independent scramblings"
-UNCERTAIN_VARIABLES: dict[str, Variable] = table(
-    Variable("probability", "1", "probability of a regime", comment="share of the draws whose regime is known"),
-    Variable("probability_error", "1", "standard error of the probability of a regime",
-             comment=f"{_ERROR}; at least that of one draw"),
-    Variable("probability_low", "1", "lower bound of the probability of a regime",
-             comment="no draw that is unresolved or failed has the regime; without the standard error"),
-    Variable("probability_high", "1", "upper bound of the probability of a regime",
-             comment="all draws that are unresolved or failed have the regime; without the standard error"),
-    Variable("undecided", "1", "share of draws that are unresolved or failed"),
-    Variable("sobol_first", "1", "first-order Sobol index of being in a regime",
-             comment="share of the variance of the indicator that a quantity explains by itself"),
-    Variable("sobol_first_error", "1", "standard error of the first-order Sobol index",
-             comment=f"{_ERROR}; and what undecided draws could change"),
-    Variable("sobol_total", "1", "total Sobol index of being in a regime",
-             comment="share of the variance of the indicator that would remain if all other quantities were known"),
-    Variable("sobol_total_error", "1", "standard error of the total Sobol index",
-             comment=f"{_ERROR}; and what undecided draws could change"),
-    Variable("levels", "1", "levels of the subset simulation, the most of all repetitions"),
-    Variable("evaluations", "1", "cells computed by all subset simulations of a cell"),
-)  # fmt: skip
-# What is told of a metric, as a name and a long name to put its own behind.
-STATISTICS = {
-    "mean": "mean", "mean_error": "standard error of the mean", "quantile": "quantile",
-    "quantile_error": "standard error of the quantile", "count": "draws that have",
-}  # fmt: skip
-
-CONTOUR_VARIABLES: dict[str, Variable] = table(
-    Variable("node_count", "1", "nodes of the line"),
-    Variable("closed", "1", "whether the line is a loop", comment="its last node is its first"),
-    Variable("regime_left", "1", "regime to the left of the line"),
-    Variable("regime_right", "1", "regime to the right of the line"),
-    Variable("node_width", "1", "width of the last bracket, over the side of the grid cell it lies on"),
-    Variable(
-        "node_along", "1", "parameter that was searched along at the node",
-        comment="the other one has the value of a grid point; junction: three or more regimes meet inside a grid cell",
-    ),
-)  # fmt: skip
-
-# Of cells, most of them once per parameter: `margin_stiffness`. Units: "parameter" stands for those of the parameter,
-# "flag" for those of a regime.
-MARGIN_VARIABLES: dict[str, Variable] = table(
-    Variable("margin", "parameter", "distance to the nearest border", comment="border minus value, with its sign"),
-    Variable("ratio", "1", "nearest border over the value", comment="NaN where the value is 0 or may change its sign"),
-    Variable("border", "parameter", "nearest border on either side"),
-    Variable("border_width", "parameter", "width of the last bracket of the border"),
-    Variable("beyond", "flag", "regime just past the border"),
-    Variable("proposed", "parameter", "value past the border that was simulated"),
-    Variable("checked", "flag", "regime of the simulation past the border"),
-    Variable("joint_cost", "1", "cost of the cheapest joint change", comment="root of the sum of (cost x change)^2; "
-             "changes are logarithms of ratios, or over a scale where the value is 0 or may change its sign"),
-    Variable("joint", "parameter", "value after the cheapest joint change"),
-    Variable("joint_share", "1", "share of the change in the square of the cost of the cheapest joint change"),
-    Variable("joint_proposed", "parameter", "value past the border that was simulated, of the cheapest joint change"),
-    Variable("joint_checked", "flag", "regime of the simulation past the border, of the cheapest joint change"),
-    Variable("joint_ended", "1", "whether the search of the joint change ended at its limit, 1 or 0",
-             comment="1: after so many steps of integration that there may be a cheaper joint change"),
-)  # fmt: skip
-
 MATERIAL_VARIABLES: dict[str, Variable] = table(
     Variable("rank", "1", "rank of the material, 1 for the one that is quiet from the lowest speed on",
              comment="NaN: not determined, see quiet_state and fit_quality"),
@@ -222,10 +129,6 @@ MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
 LEVEL_VARIABLES: dict[str, Variable] = {
     name: VARIABLES[name] for name in ("regime", "status", "period", "frequency", "damping_ratio")
 } | {LEVEL.name: LEVEL}
-_RAMP = ("regime", "status", "velocity_amplitude", "displacement_amplitude", "period", "stick_fraction")
-RAMP_VARIABLES: dict[str, Variable] = {name: VARIABLES[name] for name in _RAMP}
-_BETWEEN = ("unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", "damping_ratio")
-BETWEEN_VARIABLES: dict[str, Variable] = {name: ATTRACTOR_VARIABLES[name] for name in _BETWEEN}
 
 
 def variables_of_model(model: Model) -> dict[str, Variable]:

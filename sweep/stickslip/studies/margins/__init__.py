@@ -4,10 +4,8 @@
 `joint.py` along rays in the space of all of them; `margins.py` puts it together.
 """
 
-from stickslip.studies.margins.margins import MarginStudy, Question, margin_study
-from stickslip.studies.margins.reach import CHANGEABLE, FACTOR, parameters_of
+from stickslip.studies.margins.margins import MarginStudy
+from stickslip.studies.margins.section import SIDES, Margins
 from stickslip.studies.margins.single import worst
 
-__all__ = [
-    "CHANGEABLE", "FACTOR", "MarginStudy", "Question", "margin_study", "parameters_of", "worst",
-]  # fmt: skip
+__all__ = ["SIDES", "MarginStudy", "Margins", "worst"]
