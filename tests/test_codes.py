@@ -5,7 +5,8 @@ import pytest
 from stickslip.engine.exponents import OWN_KERNELS
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUSES
 from stickslip.vocabulary.models import LAWS
-from stickslip_kernels import laws, layout
+from stickslip_kernels import layout
+from stickslip_kernels.contacts.stribeck import laws
 
 
 @pytest.mark.parametrize("names", [REGIMES, STATUSES, MODES], ids=["regime", "status", "mode"])

@@ -30,7 +30,7 @@ def kernels_for(options: Options, exponents: Iterable[float]) -> tuple[str, ...]
 
 
 def run_regimes(options: Options, rtol: float, cells: Floats, stop: StopFlag, results: Floats) -> None:
-    """`Machine.run_regimes`, each cell by the kernels that suit it; they are loaded, or compiled, when first needed."""
+    """`Kernels.run_regimes`, each cell by the kernels that suit it; they are loaded, or compiled, when first needed."""
     max_steps, early_stop = options.max_steps, options.early_stop
     for name, chosen in _kernels(options, cells[layout.DELTA]):
         run = kernels(name).run_regimes
@@ -47,7 +47,7 @@ def run_signals(
     options: Options, cells: Floats, stop: StopFlag, drive: tuple[Floats, Floats], results: Floats, runs: Floats,
     signals: Floats, stops: Floats = NO_STOPS,
 ) -> None:  # fmt: skip
-    """The same of `Machine.run_signals`."""
+    """The same of `Kernels.run_signals`."""
     segments, spans = drive
     rtol, max_steps = options.rtol, options.max_steps
     for name, chosen in _kernels(options, cells[layout.DELTA]):

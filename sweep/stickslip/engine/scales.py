@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 def to_kernel(cells: Parameters, horizon: float, options: Options) -> Floats:
     """Cells in SI to the rows of `layout.py`, shape (CELL_ROWS, n); horizon in s."""
     by = Scales(cells)
-    rows = np.empty((layout.CELL_ROWS, by.mass.size))
+    rows = np.zeros((layout.CELL_ROWS, by.mass.size))
     rows[layout.GAMMA] = cells["damping"] / by.impedance
     rows[layout.BELT] = cells["belt_speed"] / by.speed
     rows[layout.XI_START] = cells["displacement"] * by.stiffness / by.load

@@ -110,8 +110,8 @@ class Model:
 
     def start_of(self, cells: Values) -> Any:
         """Friction where the curves of cells begin."""
-        first, *others = self.levels
-        return sum((cells[name] for name in others), start=cells[first])
+        first, *others = (cells[name] for name in self.levels)
+        return sum(others, start=first)
 
     def static_of(self, cells: Values) -> Any:
         """Static friction of cells before it ages."""
