@@ -238,9 +238,12 @@ result = stickslip.run(config)
 np.testing.assert_allclose(result["settled_displacement"], 4.0 / result["stiffness"])
 assert result["regime"].values.tolist() == [2, 2, 2] and result["friction_limit"] == 0.4
 assert stickslip.border(cell | contact, "damping", (0.1, 40.0), law="dahl")["regime_below"].values.ravel()[0] == 2
-from stickslip.engine import compute_rigs, Options, Sampling, stop_flag
+from stickslip.config.grid import build_grid
+from stickslip.engine import compute_rigs, kernels_for, Options, Sampling, stop_flag
 from stickslip.vocabulary.cell_values import as_cells
+options = Options(law="dahl")
+assert kernels_for(build_grid(config), options) == ("dahl",)
 drive = [np.array([[0.5, 0.0, 0.2], [2.0, 0.1, 0.0], [1.0, 0.1, -0.2]])]
-rigs = compute_rigs(as_cells(cell | contact, "dahl"), drive, Sampling(50.0, np.zeros(1)), Options(law="dahl"), stop_flag())
+rigs = compute_rigs(as_cells(cell | contact, "dahl"), drive, Sampling(50.0, np.zeros(1)), options, stop_flag())
 assert abs(rigs.results["energy_error"][0]) < 1e-9 and rigs.results["friction_heat"][0] > 0.0
 """)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.engine.compiled import warm_up
-from stickslip.engine.exponents import run_regimes
+from stickslip.engine.dispatch import has_own_kernels, run_regimes
 from stickslip.engine.margins import integrate_closely
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag, columns
 from stickslip.engine.scales import to_kernel, to_si
@@ -49,7 +49,7 @@ def compute(cells: Cells, options: Options, progress: Progress | None = None) ->
     Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed". A few
     cells are finished first.
     """
-    if options.law != "stribeck_delta":  # whose kernels depend on the cells (`exponents.py`)
+    if not has_own_kernels(options):  # else they are loaded where they are needed
         warm_up(options.law)
     size = cells.size
     if size * options.max_steps <= _AT_ONCE:  # a pool of threads would take longer to start

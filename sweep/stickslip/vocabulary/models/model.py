@@ -34,6 +34,14 @@ class Curve(NamedTuple):
     decay: str
 
 
+class OwnKernels(NamedTuple):
+    """Faster kernels for cells with certain values of a parameter; row : of that parameter in the kernels."""
+
+    parameter: str
+    row: str
+    by_value: Mapping[float, str]
+
+
 @dataclass(frozen=True)
 class Rule:
     """What must hold between quantities of a cell.
@@ -70,6 +78,7 @@ class Model:
     sum is friction where the curve begins. static : the quantity that may put static friction above that.
     measured : what people measure of a curve, in place of all its parameters but the decay. of_laws : parameters and
     measured quantities that only some laws have, by name.
+    own_kernels : of laws some of whose cells have kernels of their own; those of all others have the name of the law.
     to_si : by name of a result, how it is found, in SI, from the rows of the kernels.
     """
 
@@ -83,6 +92,7 @@ class Model:
     static: str | None = None
     measured: Mapping[str, Parameter] = field(default_factory=dict)
     of_laws: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    own_kernels: Mapping[str, OwnKernels] = field(default_factory=dict)
 
     @cached_property
     def replaced(self) -> tuple[str, ...]:
