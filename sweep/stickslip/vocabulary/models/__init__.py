@@ -35,4 +35,7 @@ def laws_with(name: str) -> tuple[str, ...]:
 
 def model_with(names: Container[Any]) -> Model:
     """The model of cells that have parameters of these names."""
-    return next(model for model in MODELS if all(name in names for name in model.needed))
+    for model in MODELS:
+        if all(name in names for name in model.needed):
+            return model
+    raise KeyError(f"no model has all it needs among {names}")

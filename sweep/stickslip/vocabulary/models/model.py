@@ -42,7 +42,7 @@ class OwnKernels(NamedTuple):
     by_value: Mapping[float, str]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rule:
     """What must hold between quantities of a cell.
 
@@ -65,6 +65,11 @@ class Rule:
     def is_broken(self, margin: Any, values: Values) -> Any:
         """True where a margin of these values breaks the rule."""
         return margin <= 0.0 if self.strict else margin < -self.slack(values)
+
+    def breaks(self, values: Values) -> bool:
+        """True if any of the cells with these values breaks the rule."""
+        broken = self.is_broken(self.margin(values), values)
+        return broken if isinstance(broken, bool) else bool(broken.any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,8 +125,10 @@ class Model:
 
     def start_of(self, cells: Values) -> Any:
         """Friction where the curves of cells begin."""
-        first, *others = (cells[name] for name in self.levels)
-        return sum(others, start=first)
+        start = cells[self.levels[0]]
+        for name in self.levels[1:]:
+            start = start + cells[name]
+        return start
 
     def static_of(self, cells: Values) -> Any:
         """Static friction of cells before it ages."""
