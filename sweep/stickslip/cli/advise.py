@@ -40,7 +40,7 @@ Examples:
   stickslip advise configs/quickstart.yaml --at stiffness=50 --at belt_speed=0.5 \\
       --parameter belt_speed --parameter stiffness --cost stiffness=2 --within 20"""
 )
-@params.CONFIG_OR_RESULT
+@params.CONFIG
 @params.AT
 @click.option("--parameter", "parameters", multiple=True, metavar="NAME", help="What may change; may be repeated.")
 @click.option("--cost", "costs", multiple=True, metavar="NAME=NUMBER", help="Cost of a change; 1 unless given.")
@@ -78,7 +78,7 @@ def advise(
             fail(f"{config}: this cell is {flag_label(home)}: nothing can be said of it\nhint: raise max_steps")
         goals = into or (QUIET if home in VIBRATING else VIBRATING)
         how: dict[str, Any] = {"within": within, "into": goals, "speed_range": ends}
-        with screen.progress_bar(1, " searched") as move:
+        with screen.progress_bar(doing=" searched") as move:
             ds = margins(loaded, parameters or None, costs=weights, progress=move, **how)
         friction = None
         if not parameters and home in VIBRATING:

@@ -12,13 +12,13 @@ from typing import Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import DONE, JSON, WRONG_INPUT, fail, is_for_programs, print_json, reports_errors
+from stickslip.cli.exits import DONE, JSON, WRONG_INPUT, fail, fields, is_for_programs, print_json, reports_errors
 from stickslip.cli.outputs import plot_limits
 from stickslip.errors import ConfigError, Problem, dotted
 
 
 @click.command()
-@click.argument("configs", type=params.ConfigPath(), nargs=-1, required=True)
+@click.argument("configs", type=params.Place("configuration"), nargs=-1, required=True)
 @params.SET
 @JSON
 @reports_errors
@@ -68,14 +68,9 @@ def _validated(path: Path) -> dict[str, Any]:
 def _problem(problem: Problem) -> dict[str, Any]:
     """A problem for programs."""
     line, column, option = problem.place or (None, None, "")
-    return {
-        "line": line or None,  # what an option gave has none
-        "column": column or None,
-        "option": option or None,
-        "key": dotted(problem.path),
-        "message": problem.message,
-        "hint": problem.hint,
-    }
+    # what an option gave has no line
+    where = {"line": line or None, "column": column or None, "option": option or None, "key": dotted(problem.path)}
+    return where | fields(problem, "message", "hint")
 
 
 @click.command(

@@ -12,7 +12,7 @@ import click
 
 from stickslip.cli import params, rig_features, rig_fits, screen
 from stickslip.cli.exits import fail, reports_errors
-from stickslip.cli.groups import GroupWithDefault, renamed
+from stickslip.cli.groups import SectionedGroup, renamed
 from stickslip.cli.listen import check_sounds, save_sounds
 from stickslip.cli.outputs import save_plot, save_result, show_file
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
@@ -82,7 +82,7 @@ def run(
     along = " x ".join(f"{dim} ({length})" for dim, length in zip(grid.dims, grid.shape, strict=True))
     screen.echo(f"{loaded.config.title}\n{f'{size:,} tests: {along}' if along else 'one test'}")
     began = perf_counter()
-    with screen.progress_bar(size, of="tests") as move:
+    with screen.progress_bar("tests") as move:
         ds = run_matrix(loaded, move)
     _show(ds, tests, perf_counter() - began)
     drawn = list(chosen) or (list(range(size)) if size <= _MOST_TRACES else [])
@@ -172,7 +172,7 @@ def _sounds(loaded: RigConfig) -> Iterator[tuple[str, Sound]]:
             yield _file_name(tests, number), sound.of_record(values, sensor.rate, title=title)
 
 
-rig = GroupWithDefault(
+rig = SectionedGroup(
     "rig",
     default="run",
     sections={"Commands": (run, rig_features.features, rig_fits.calibrate, rig_fits.identify)},
@@ -183,6 +183,6 @@ rig = GroupWithDefault(
     no_args_is_help=True,
 )
 OLD = (  # spellings of earlier versions, which go on working
-    renamed(rig_features.features, "rig-features", hidden=True),
-    renamed(rig_fits.calibrate, "calibrate", hidden=True),
+    renamed(rig_features.features, "rig-features"),
+    renamed(rig_fits.calibrate, "calibrate"),
 )

@@ -14,7 +14,7 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.cli.listen import check_sounds, save_sounds
-from stickslip.cli.outputs import NO_FILE_NAME, save_plot, save_result, save_table
+from stickslip.cli.outputs import save_plot, save_result, save_table
 from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning, visible
 from stickslip.vocabulary import units
 
@@ -106,7 +106,7 @@ def features(
     records: dict[str, xr.Dataset] = {}
     given = {name: text for name, text in (("normal_load", load), ("drive_speed", speed)) if text is not None}
     for name, file in zip(_names(files), files, strict=True):
-        with screen.progress_bar(1, " read", "bytes") as move:  # which only moves for long records
+        with screen.progress_bar("bytes", " read") as move:  # which only moves for long records
             record = rig.read_record(file, settings.record, settings.conditions, move)
         _show_overruled(file, record, given, settings)
         if left := record.attrs["not_used"]:
@@ -164,6 +164,7 @@ def _title(name: str, file: Path, record: xr.Dataset, others: Collection[str]) -
 def _sounds(records: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, Sound]]:
     """Names of files and the sound of every record, as its sensor shows it."""
     from stickslip import sound
+    from stickslip.files.targets import NO_FILE_NAME
     from stickslip.rig.signals import evenly, sample_rate
 
     for name, record in records.items():

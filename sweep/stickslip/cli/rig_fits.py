@@ -75,7 +75,7 @@ def calibrate(
     epilog="""\b
 Examples:
   stickslip rig identify felt.csv -c my_rig.yaml --parameter mu_static --parameter damping
-  stickslip rig identify felt.csv -c my_rig.yaml --parameter mu_static --start mu_static=0.5 --load "10 N" """
+  stickslip rig identify felt.csv -c rig.yaml --parameter damping --start damping=2 --load 10N"""
 )
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("-c", "--config", type=click.Path(path_type=Path), required=True, help="YAML of the simulated rig.",
@@ -112,7 +112,7 @@ def identify(
         if missing := [name for name, value in begin.items() if isnan(value)]:
             fail(f"{config}: gives no {missing[0]} to begin with: --start {missing[0]}=VALUE")
         _check_conditions(record, simulate(begin), names, file, config)
-        with screen.progress_bar(0, of="simulated records at most") as move:
+        with screen.progress_bar("simulated records at most") as move:
             identified = rig.identify(simulate, record, begin, settings=judged, progress=move)
     _show(identified)
     for remark in filter(None, str(rig.features(record, judged)["remarks"].item()).splitlines()):

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import EXIT_CODES, JSON, QUIET, fail, reports_errors
+from stickslip.cli.exits import EXIT_CODES, JSON, QUIET, fail, fields, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import Outputs, plot_limits, save_table, show_file
 from stickslip.cli.summary import rate_text, show_result, threads_text
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from stickslip.files.locations import Location
-    from stickslip.runs.blocks import Shard
     from stickslip.runs.request import Outcome, Request
     from stickslip.studies.study import Study
 
@@ -54,12 +53,9 @@ Examples:
 @FRESH
 @params.KEEP_PARTS
 @click.option(
-    "--on-error",
-    type=click.Choice(["continue", "stop"]),
-    default="continue",
-    show_default=True,
+    "--on-error", type=click.Choice(["continue", "stop"]), default="continue", show_default=True,
     help="Whether a block that fails ends the run.",
-)
+)  # fmt: skip
 @params.DASK
 @params.THREADS
 @QUIET
@@ -75,29 +71,22 @@ def run(
     OUTPUT.parts until the map is written: whatever stops a run, the same command resumes from there. Without an
     output the map is counted, plotted if a plot is asked for, and not kept.
     """
+    from stickslip.runs.blocks import parse_shard
     from stickslip.runs.request import Request
 
-    loaded = params.configuration(config)
-    if shard and isinstance(output, Path) and not output.absolute().parent.is_dir():
-        fail(f"{output}: no folder {output.parent}, which all shards need to see; make it first, or correct its name")
+    loaded, share = params.configuration(config), None
+    if shard is not None:
+        if fresh:
+            fail("--fresh --shard: other shards share the store; remove it first, or start over without --shard")
+        if isinstance(output, Path) and not output.absolute().parent.is_dir():
+            fail(f"{output}: no folder {output.parent}, which all shards need; make it first, or correct its name")
+        with refuses_bad_input("--shard"):
+            share = parse_shard(shard)
     output = output or params.configured_target(loaded.output.file, "result")
-    target = None if no_plot or shard else plot or params.configured_target(loaded.output.plot, "plot")
-    request = Request(loaded, output, store, _shard(shard, fresh), fresh, keep_parts, on_error, dask=dask)
+    target = None if no_plot or share else plot or params.configured_target(loaded.output.plot, "plot")
+    request = Request(loaded, output, store, share, fresh, keep_parts, on_error, dask=dask)
     keep = ["run", str(config), "-o", f"{config.stem}.nc"]
-    return run_request(request, keep, Outputs(target, page=None if shard else report))
-
-
-def _shard(text: str | None, fresh: bool) -> Shard | None:
-    from stickslip.runs.blocks import parse_shard
-
-    if text is None:
-        return None
-    if fresh:
-        fail("--fresh --shard: other shards share the store; remove it first, or start over without --shard")
-    try:
-        return parse_shard(text)
-    except ValueError as error:
-        fail(f"--shard: {error}")
+    return run_request(request, keep, Outputs(target, page=None if share else report))
 
 
 # --- for all commands that compute studies ----------------------------------------------------------------------------
@@ -127,9 +116,11 @@ def run_request(request: Request, keep: list[str], outputs: Outputs) -> dict[str
     place = str(outcome.where)  # the store itself: what the configuration names may not be what was asked for
     # `collect` can tell where the result goes if the store is beside it, and named after it
     named = [] if request.place is None else ["-o", str(request.output or "map.nc")]
-    screen.echo(f"blocks   {of}{outcome.computed:,} {study.counted} computed into {place}")
-    screen.echo(f"next     {shlex.join(['stickslip', 'status', place])}    # progress of the {study.name}")
-    screen.echo(f"         {shlex.join(['stickslip', 'collect', place, *named])}    # writes it")
+    screen.print_rows([
+        ("blocks", f"{of}{outcome.computed:,} {study.counted} computed into {place}"),
+        ("next", f"{shlex.join(['stickslip', 'status', place])}    # progress of the {study.name}"),
+        ("", f"{shlex.join(['stickslip', 'collect', place, *named])}    # writes it"),
+    ])  # fmt: skip
     return answer
 
 
@@ -184,8 +175,8 @@ def execute(
             Thread(target=_import_what_follows, args=(request.output, will_draw)).start()
         began = finished = perf_counter()
 
-    size, of = prod(study.shape), study.counted
-    with screen.progress_bar(size, of=of) as move, screen.progress_bar(size, " written") as write:
+    size = prod(study.shape)
+    with screen.progress_bar(study.counted) as move, screen.progress_bar(doing=" written") as write:
 
         def note(done: float, of: int) -> None:
             nonlocal began, finished, moving
@@ -222,7 +213,7 @@ def report_result(outcome: Outcome, seconds: float, request: Request, outputs: O
     study = study_of(request.config)
     with reading.look_into(outcome.output) as ds:
         if outcome.up_to_date:
-            screen.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
+            screen.row(study.name, f"{outcome.output} is complete already; --fresh computes it again")
             if not outputs.is_lacking():
                 save_table(ds, params.requested_table())
                 return _result_answer(ds, outputs.plot)
@@ -233,9 +224,9 @@ def report_result(outcome: Outcome, seconds: float, request: Request, outputs: O
         show_file("map" if "regime" in ds else "written", outcome.output)
         answer = _result_answer(ds, outputs.save(ds))
     if outcome.reused:
-        screen.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
+        screen.row("reused", f"{outcome.reused:,} {study.counted} of the earlier {study.name}")
     if outcome.where:
-        screen.echo(f"blocks   kept in {outcome.where}")
+        screen.row("blocks", f"kept in {outcome.where}")
     return answer
 
 
@@ -250,16 +241,12 @@ def study_answer(title: str, study: Study, size: int) -> dict[str, Any]:
 
 def _outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: float) -> dict[str, Any]:
     """The end of a run."""
-    names = ("computed", "found", "reused", "machines", "up_to_date", "output")
-    return {
-        **study_answer(request.config.title, study, outcome.cells),
-        **{name: getattr(outcome, name) for name in names},
-        "seconds": seconds,
-        "shard": str(request.shard) if request.shard else None,
-        "store": outcome.where,
-        "plot": None,
-        "regimes": None,
-    }
+    shard = str(request.shard) if request.shard else None
+    return (
+        study_answer(request.config.title, study, outcome.cells)
+        | fields(outcome, "computed", "found", "reused", "machines", "up_to_date", "output", store="where")
+        | {"seconds": seconds, "shard": shard, "plot": None, "regimes": None}
+    )
 
 
 def _result_answer(ds: xr.Dataset, plot: Path | None) -> dict[str, Any]:

@@ -23,7 +23,6 @@ from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.settings import SOLVER
 from stickslip.vocabulary.suggest import did_you_mean, listed
-from stickslip.vocabulary.units import spelled
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
 
@@ -106,7 +105,7 @@ def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> 
     if isinstance(recipe, Config) and _shape(recipe) == shape:
         return [f"{axis.name}={point_text(axis, i)}" for axis, i in zip(recipe.axes, position.values(), strict=True)]
     given = {quantity_of(str(name)): values.isel(position, missing_dims="ignore") for name, values in ds.coords.items()}
-    return [f"{name}={value_text(name, float(given[name]))}" for name in QUANTITIES if name in given]
+    return [f"{name}={QUANTITIES[name].setting(float(given[name]))}" for name in QUANTITIES if name in given]
 
 
 def seconds(text: str, option: str = "--duration") -> float:
@@ -148,16 +147,7 @@ def point_text(axis: Axis, i: int) -> str:
     if isinstance(axis, Group):
         label = axis.labels[i] if axis.labels else ""
         return label if label and label == label.strip() else str(i)
-    return value_text(axis.name, float(axis.points()[i]))
-
-
-def value_text(name: str, value: float) -> str:
-    """A quantity as a setting: its shortest exact spelling in SI with its unit, or the word for its absence."""
-    quantity = QUANTITIES[name]
-    written = quantity.written(value)
-    if isinstance(written, str):
-        return written
-    return repr(written) if quantity.units == "1" else f"{written!r} {spelled(quantity.units)}"
+    return QUANTITIES[axis.name].setting(float(axis.points()[i]))
 
 
 def _split(setting: str, option: str) -> tuple[str, str]:

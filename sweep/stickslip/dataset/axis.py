@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from stickslip.config.grid import quantity_of
 from stickslip.dataset.coarse import middles
 from stickslip.dataset.display import unit_of
-from stickslip.vocabulary.display_units import Unit
+from stickslip.vocabulary.display_units import Unit, spoken
 
 _MOST_BESIDE = 3  # parameters that vary together and are still spelled out
-_SYMBOLS = ("mu_", "v_")  # how names begin that are symbols, not words
 
 
 class MapAxis:
@@ -103,11 +102,6 @@ class MapAxis:
 def short_name(array: xr.DataArray) -> str:
     """The name of a quantity as people write it: `belt speed`, but `mu_stop` as in a configuration."""
     return spoken(quantity_of(str(array.name)))
-
-
-def spoken(quantity: str) -> str:
-    """The name of a quantity as `short_name` writes it."""
-    return quantity if quantity.startswith(_SYMBOLS) else quantity.replace("_", " ")
 
 
 def title(array: xr.DataArray, unit: Unit | None = None) -> str:

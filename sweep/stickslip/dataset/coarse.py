@@ -45,6 +45,16 @@ def pixel_for(shape: tuple[int, int], most: tuple[int, int]) -> Pixel:
     return rows, columns
 
 
+def pixel_note(pixel: Pixel, is_flag: bool) -> str:
+    """What a pixel shows, in words; nothing where it is one cell."""
+    if pixel == (1, 1):
+        return ""
+    rows, columns = pixel
+    cells = f"{columns} x {rows} cells" if rows > 1 and columns > 1 else f"{rows * columns} cells"
+    what = "their most frequent value" if is_flag else "the mean of those that have a value"
+    return f"each pixel shows {cells}: {what}"
+
+
 def flags(array: xr.DataArray, pixel: Pixel) -> Coarse:
     """The most frequent flag of every pixel (of equally frequent ones that with the lower code), and which are mixed.
 

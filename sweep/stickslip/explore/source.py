@@ -65,6 +65,12 @@ class Source:
         return {name: fixed[name] for name in QUANTITIES if name in fixed}
 
     @cached_property
+    def typical(self) -> dict[str, float]:
+        """Values of all quantities, in SI: what does not vary, and the middles of the axes, of lists without words."""
+        numbers = {one.name: one.points()[~np.isnan(one.points())] for axis in self.config.axes for one in axis.members}
+        return self.fixed | {name: float(v[v.size // 2]) if v.size else np.nan for name, v in numbers.items()}
+
+    @cached_property
     def options(self) -> Options:
         """Options of the integration: until the regime is decided."""
         return replace(options_of(self.config), early_stop=True)

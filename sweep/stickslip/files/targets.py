@@ -6,6 +6,7 @@ All that writes goes through `behind` (`atomic.replaced`), all that is asked to 
 from __future__ import annotations
 
 import os
+import re
 import stat
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -17,6 +18,7 @@ from stickslip.files.locations import ROOT, Url, check_writable, location
 
 _ZARR_MARKERS = (ROOT, ".zgroup")
 _LONGEST_NAME = 255  # bytes
+NO_FILE_NAME = re.compile(r"[^\w.+-]+")  # what names of files that are made up do without
 
 
 @dataclass(frozen=True)

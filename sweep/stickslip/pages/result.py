@@ -16,7 +16,7 @@ from stickslip.dataset.coarse import chunks
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.summary import BAD_REGIMES, Share, codes, flag_counts, shares, summary
 from stickslip.errors import ConfigError, PlotError
-from stickslip.pages.html import (
+from stickslip.pages import (
     Cell,
     Column,
     Section,
@@ -123,16 +123,12 @@ def _summary(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     over = " × ".join(f"{_spoken(dim)} ({size:,})" for dim, size in sizes.items())
     count = int(np.prod(list(sizes.values())))
     text = f"{count:,} {'lines' if name == 'border' else 'cells'}: {over}." if sizes else ""
-    parts = ", ".join(f"{share.fraction:.1%} {_label(regime)}" for regime, share in regimes.items())
+    parts = ", ".join(f"{share.fraction:.1%} {regime_label(regime)}" for regime, share in regimes.items())
     return f"{text} {parts}{'.' if parts else ''}".strip()
 
 
-def _label(regime: str) -> str:
-    return regime_label(regime).replace("not_computed", "not computed")
-
-
 def _swatch(regime: str) -> Cell:
-    return Cell(_label(regime), f"regime is-{regime}")
+    return Cell(regime_label(regime), f"regime is-{regime}")
 
 
 def _spoken(name: str) -> str:
@@ -213,7 +209,7 @@ def _range(axis: MapAxis) -> str:
 def _words(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     """Regimes that occur or may occur, and variables that do not stand beside another one (errors, bounds, ...)."""
     may_occur = [str(name) for name in ds["state"].values] if "state" in ds.coords else REGIMES[1:6]
-    rows = [(_label(name), REGIME_MESSAGES[name]) for name in REGIMES if name in (regimes or may_occur)]
+    rows = [(regime_label(name), REGIME_MESSAGES[name]) for name in REGIMES if name in (regimes or may_occur)]
     names = [
         name for name in map(str, ds.data_vars)
         if ds[name].attrs.get("long_name") and not name.endswith(_BESIDE)

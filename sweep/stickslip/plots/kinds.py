@@ -22,7 +22,12 @@ _MARKS = {  # by a variable, a dimension or an attribute that only this kind has
     "quiet_above": "comparison", "border_found": "borders", "contour_found": "contours", "settling_share": "attractors",
 }  # fmt: skip
 _NO_MAPS = {"ramp": "a ramp", "trajectory": "a trajectory", "comparison": "a comparison of materials"}
-_ABOUT = ("settling_share", "acceleration_level_a", "regime")  # what a map is about, by the first that it has
+_ABOUT = (
+    "probability",
+    "settling_share",
+    "acceleration_level_a",
+    "regime",
+)  # what a map is about, by the first that it has
 
 
 def kind_of(ds: xr.Dataset) -> str:
@@ -41,6 +46,13 @@ def is_over_map(ds: xr.Dataset) -> bool:
     if kind_of(ds) == "borders":
         return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
     return kind_of(ds) == "contours"
+
+
+def is_drawn(ds: xr.Dataset) -> bool:
+    """True if there is a plot of this result: borders of single lines, and one rare event, are numbers alone."""
+    if "probability" in ds:
+        return "levels" not in ds or ds["probability"].ndim > 1
+    return is_over_map(ds) or any(name in ds and ds[name].ndim > 0 for name in ("regime", "settling_share"))
 
 
 def plot_result(

@@ -18,7 +18,7 @@ from stickslip.vocabulary.beyond import beyond_the_model
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.models import Rule, model_of
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import PARAMETERS, parameters_of_model
+from stickslip.vocabulary.quantities import PARAMETERS, PARAMETERS_OF
 from stickslip.vocabulary.suggest import suggest
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def as_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") -> Pa
     Raises TypeError for names or values of the wrong kind, ValueError for missing or impossible values.
     """
     named, model = _named(given), model_of(law)
-    known = parameters_of_model(model)
+    known = PARAMETERS_OF[model]
     check_names(named, known)
     arrays = {}
     for name, parameter in known.items():

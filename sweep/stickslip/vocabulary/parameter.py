@@ -108,6 +108,13 @@ class Parameter:
         """A value as `read` takes it: the word for NaN."""
         return self.word if self.word is not None and math.isnan(value) else value
 
+    def setting(self, value: float) -> str:
+        """A value as a setting: its shortest exact spelling in SI with its unit, or the word for its absence."""
+        written = self.written(value)
+        if isinstance(written, str):
+            return written
+        return repr(written) if self.units == "1" else f"{written!r} {units.spelled(self.units)}"
+
 
 @dataclass(frozen=True)
 class Variable:

@@ -281,7 +281,7 @@ FEATURES = "sticks, acceleration_max [m/s2], acceleration_integral [m/s]"
     [
         (f"{FEATURES}, model_rpn", "#, #, #, 3", "model_rpn is computed by this program"),
         (f"{FEATURES}, rpn", "#, #, #, 11", "got 11, expected a number from 1 to 10"),
-        (f"{FEATURES}, rpn, rpn", "#, #, #, 3, 4", "got the column rpn twice"),
+        (f"{FEATURES}, rpn, rpn", "#, #, #, 3, 4", "'rpn', expected it once"),
         ("sticks, acceleration_max [N], acceleration_integral [m/s], rpn", "#, #, #, 3", "acceleration_max [N]"),
         ("sticks, acceleration_max [furlong], acceleration_integral, rpn", "#, #, #, 3", "acceleration_max [furlong]"),
         ("sticks, rpn", "#, 3", "no column is called acceleration_max and acceleration_integral"),
