@@ -125,7 +125,7 @@ for one, other in ((half.results, same.results), (half.signals[0], same.signals[
 def test_a_new_metric_is_one_row_and_its_conversion(copy):
     """How far the belt moves in a cycle."""
     row = '\n    Variable("belt_travel", "m", "travel of the belt in a cycle"),'
-    copy.insert("sweep/stickslip/vocabulary/results.py", "\n_VARIABLES = (", row)
+    copy.insert("sweep/stickslip/vocabulary/results.py", "\nVARIABLES: dict[str, Variable] = table(", row)
     conversion = '\n    "belt_travel": lambda rows, by: rows[layout.PERIOD] * by.time * by.cells["belt_speed"],'
     copy.insert("sweep/stickslip/engine/scales.py", "the models have the rest", conversion)
     copy.run(f"""

@@ -4,11 +4,10 @@ import jsonschema
 import pytest
 from ruamel.yaml import YAML
 
-from stickslip.config.examples import config_names, config_path
+from stickslip.config.examples import config_names, config_path, starter
 from stickslip.config.reader import load_config, make_config
 from stickslip.config.schema import json_schema
 from stickslip.config.studies import STUDIES
-from stickslip.config.template import TEMPLATE
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError
 from stickslip.rig.config import is_rig, load_rig, make_rig
@@ -51,7 +50,7 @@ def test_resolved_configurations_are_valid(name):
 
 
 def test_the_starter_is_valid():
-    assert complaints(plain(TEMPLATE)) == []
+    assert complaints(plain(starter())) == []
 
 
 @pytest.mark.parametrize(

@@ -88,8 +88,7 @@ def init(file: Path, name: str | None, listing: bool) -> None:
 
     FILE is stickslip.yaml unless given; a file that exists is never overwritten.
     """
-    from stickslip.config.examples import config_names, config_path
-    from stickslip.config.template import TEMPLATE
+    from stickslip.config.examples import config_names, config_path, starter
     from stickslip.config.yaml import read_yaml
     from stickslip.rig.config import is_rig
 
@@ -98,7 +97,7 @@ def init(file: Path, name: str | None, listing: bool) -> None:
             data = read_yaml(config_path(each)).data
             screen.echo(f"stickslip {'rig' if 'drive' in data else 'run'} {each:20} {data['title']}")
         return
-    text, command = TEMPLATE, "run"
+    text, command = starter(), "run"
     try:
         if name is not None:
             source = config_path(name)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from stickslip.config.checks import refined_axes
 from stickslip.config.model import Config, Group, Range, Values
 from stickslip.config.sections import Sensor
-from stickslip.config.unit_warnings import natural_frequency, static_deflection
+from stickslip.config.unit_warnings import magnitudes
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import customary
 from stickslip.vocabulary.models import BREAKAWAY, LAW_MESSAGES, laws_with
@@ -61,13 +61,13 @@ def describe(config: Config) -> Iterator[Row]:
 
 def _amounts(config: Config) -> Iterator[Row]:
     """Closed forms of the quantities, in terms that can be held against the machine at hand."""
-    for name, si, span, meaning in (
-        ("natural frequency", "s-1", natural_frequency(config), "sqrt(stiffness/mass)/(2 pi), without friction"),
-        ("static deflection", "m", static_deflection(config),
-         f"{BREAKAWAY} times load over stiffness, where it breaks away"),
-    ):  # fmt: skip
-        if span is not None:
-            yield Row(name, span.text("Hz" if si == "s-1" else si) + _in_customary(si, *span), meaning)
+    spans = magnitudes(config)
+    for name, si, unit, meaning in (
+        ("natural frequency", "s-1", "Hz", "sqrt(stiffness/mass)/(2 pi), without friction"),
+        ("static deflection", "m", "m", f"{BREAKAWAY} times load over stiffness, where it breaks away"),
+    ):
+        if span := spans.get(name):
+            yield Row(name, span.text(unit) + _in_customary(si, span.least, span.most), meaning)
 
 
 def _studies(config: Config) -> Iterator[Row]:
@@ -86,8 +86,8 @@ def _studies(config: Config) -> Iterator[Row]:
         meaning = f"audit {refine.audit:g}; other metrics {others}"
         yield Row("refine", f"boxes of 2^{refine.depth} + 1 cells along {', '.join(names)}", meaning)
     if (uncertain := config.uncertain) is not None:
-        for scatter in uncertain.quantities:
-            yield Row(scatter.name, "uncertain", scatter.in_words)
+        for name, scatter in uncertain.quantities.items():
+            yield Row(name, "uncertain", scatter.in_words(name))
         if uncertain.correlation is not None:
             yield Row("correlation", "of uncertain quantities", uncertain.correlation_in_words)
         method = "subset simulation" if uncertain.subset else "Sobol points"

@@ -42,7 +42,7 @@ from stickslip.vocabulary.settings import AXIS
 
 
 def _named(value: object, info: ValidationInfo) -> float:
-    """One value of a list; the context holds how many more are worth explaining, which takes its time."""
+    """One value of a list; the context holds how many wrong ones are still to be explained."""
     left: list[int] = info.context or [1]
     if left[0] <= 0:
         return math.nan  # the list is refused already
@@ -58,6 +58,13 @@ class Values(Section):
 
     name: str
     values: tuple[Annotated[float, BeforeValidator(_named)], ...]
+
+    @field_validator("values", mode="before")
+    @classmethod
+    def _list(cls, value: object) -> object:
+        if not isinstance(value, list | tuple) or not value:
+            raise refused("a list of values")
+        return value
 
     @property
     def size(self) -> int:

@@ -6,13 +6,12 @@ exactly once, and what must hold between quantities, is checked by `load_config`
 
 from __future__ import annotations
 
-from typing import Any
-
 from stickslip.config.model import Range
+from stickslip.config.problems import model_at
 from stickslip.config.reader import DEFAULT_TITLE
-from stickslip.config.sections import SECTIONS, VALUE, Friction, Read, Schema, Section, number_schema
+from stickslip.config.sections import RANGE, SECTIONS, VALUE, Friction, Read, Schema, Section, number_schema
 from stickslip.config.studies import STUDIES
-from stickslip.config.uncertain import ARGUMENTS, Sampling, Subset, Uncertain
+from stickslip.config.uncertain import Matrix, Sampling, Scatter, Subset, Uncertain
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
@@ -56,24 +55,18 @@ def json_schema() -> Schema:
 
 def _uncertain() -> Schema:
     """Quantities that scatter, and how they are drawn."""
-    kinds: Schema = {
-        kind: _strict({name: {"type": "number", "exclusiveMinimum": 1} if name == "factor" else VALUE
-                       for name in arguments}) | {"minProperties": 1}
-        for kind, arguments in ARGUMENTS.items()
-    }  # fmt: skip
-    kinds["uniform"] = {"anyOf": [kinds["uniform"], {"type": "array", "minItems": 2, "maxItems": 2, "items": VALUE}]}
-    scatter = _strict({**kinds, "truncated": _strict({"low": VALUE, "high": VALUE})}) | {"minProperties": 1}
-    quantities = {name: {"description": _description(row), **scatter} for name, row in SEARCHABLE.items()}
-    matrix = _object(
-        {
-            "between": {"type": "array", "minItems": 2, "uniqueItems": True, "items": {"enum": list(SEARCHABLE)}},
-            "matrix": {"type": "array", "minItems": 2, "items": {"type": "array", "items": {"type": "number"}}},
-        },
-        "some of the quantities, and a row of numbers for each",
-    )
+    scatter, kinds = _section(Scatter), [name for name in Scatter.model_fields if name != "truncated"]
+    uniform = scatter["properties"]["uniform"]
+    scatter["properties"]["uniform"] = {"anyOf": [uniform, {**RANGE}]}
+    scatter |= {"type": "object", "minProperties": 1}
+    quantities = {name: {**scatter, "description": _description(row)} for name, row in SEARCHABLE.items()}
+    matrix = _section(Matrix)
     matrices: Schema = {"anyOf": [matrix, {"type": "array", "items": matrix}]}
     own: Schema = {
-        "quantities": {"description": f"by quantity, its distribution: {listed(kinds)}", **_strict(quantities)},
+        "quantities": {
+            "description": f"by quantity, its distribution: {listed(kinds)}",
+            **_strict(quantities),
+        },
         "correlation": matrices | {"description": "of the normal deviates of quantities (a Gaussian copula)"},
         "covariance": matrices | {"description": "of normal quantities, in SI; it says their standard deviations"},
         "subset": _section(Subset),
@@ -153,7 +146,8 @@ def _section(model: type[Section]) -> Schema:
         if name in model.rows:
             properties[name] = _described(model.rows[name])
             continue
-        properties[name] = {"description": field.description, **_schema_of(model, name)}
+        properties[name] = {"description": field.description} if field.description else {}
+        properties[name] |= _schema_of(model, name)
         if field.default is not None and not field.is_required():
             properties[name]["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
     required = [name for name, field in model.model_fields.items() if field.is_required()]
@@ -161,8 +155,9 @@ def _section(model: type[Section]) -> Schema:
 
 
 def _schema_of(model: type[Section], name: str) -> Schema:
-    """The schema that the annotation of a field, or the field itself, says."""
-    field = model.model_fields[name]
-    read = next((one for one in field.metadata if isinstance(one, Read)), None)
-    schema: Any = read.schema if read is not None else field.json_schema_extra
-    return dict(schema)
+    """The schema of a field: what its annotation or the field itself says, or that of the section it holds."""
+    field, inner = model.model_fields[name], model_at(model, (name,))
+    for said in (*(one.schema for one in field.metadata if isinstance(one, Read)), field.json_schema_extra):
+        if isinstance(said, dict):
+            return dict(said)
+    return VALUE if inner is model else _section(inner)

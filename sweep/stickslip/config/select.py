@@ -101,9 +101,11 @@ def shared_by(ds: xr.Dataset) -> dict[str, Any]:
 
 def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> list[str]:
     """The settings that pick the cell of a result at `position`, by dimension, out of its recipe, bit for bit."""
-    shape = tuple((str(dim), length) for dim, length in ds["regime"].sizes.items())
-    if isinstance(recipe, Config) and _shape(recipe) == shape:
-        return [f"{axis.name}={point_text(axis, i)}" for axis, i in zip(recipe.axes, position.values(), strict=True)]
+    if isinstance(recipe, Config):
+        grid, sizes = build_grid(recipe), ds["regime"].sizes
+        if (grid.dims, grid.shape) == (tuple(map(str, sizes)), tuple(sizes.values())):
+            points = zip(recipe.axes, position.values(), strict=True)
+            return [f"{axis.name}={point_text(axis, i)}" for axis, i in points]
     given = {quantity_of(str(name)): values.isel(position, missing_dims="ignore") for name, values in ds.coords.items()}
     return [f"{name}={QUANTITIES[name].setting(float(given[name]))}" for name in QUANTITIES if name in given]
 
@@ -135,11 +137,6 @@ def _sections(recipe: Recipe) -> dict[str, Any]:
     sections: dict[str, Any] = {quantity.section: {} for quantity in QUANTITIES.values() if quantity.name not in DRIVE}
     given = {name: {key: value for key, value in keys.items() if value is not None} for name, keys in recipe.items()}
     return sections | {"axes": {}} | given
-
-
-def _shape(config: Config) -> tuple[tuple[str, int], ...]:
-    grid = build_grid(config)
-    return tuple(zip(grid.dims, grid.shape, strict=True))
 
 
 def point_text(axis: Axis, i: int) -> str:

@@ -14,7 +14,7 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.python import python_document
-from stickslip.config.reader import read_rig_config
+from stickslip.config.reader import read_document
 from stickslip.config.sections import Drive, Sensor
 from stickslip.config.unit_warnings import warn_of_units
 from stickslip.config.yaml import Document, parse_yaml, read_yaml
@@ -98,7 +98,7 @@ def _read(document: Document) -> RigConfig:
     evaluation = {key: data[key] for key in _EVALUATION if key in data}
     problems: list[Problem] = []
     try:
-        config = read_rig_config(document, _EVALUATION)
+        config = read_document(document, rig=True, others=_EVALUATION)
     except ConfigError as error:
         problems += error.problems
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
@@ -131,7 +131,10 @@ class Variable:
     comment: str = ""
 
 
-def table(*rows: Parameter) -> dict[str, Parameter]:
+Row = TypeVar("Row", Parameter, Variable)
+
+
+def table(*rows: Row) -> dict[str, Row]:
     """Rows by name."""
     return {row.name: row for row in rows}
 

@@ -79,7 +79,9 @@ class Inputs:
         uncertain = self.uncertain
         return {
             "uncertain_method": uncertain.method_in_words,
-            "uncertain_quantities": "; ".join(f"{one.name}: {one.in_words}" for one in uncertain.quantities),
+            "uncertain_quantities": "; ".join(
+                f"{name}: {scatter.in_words(name)}" for name, scatter in uncertain.quantities.items()
+            ),
             "uncertain_correlation": uncertain.correlation_in_words,
             "uncertain_undecided": f"{100 * undecided:.3g} % of all draws were unresolved, failed or not computed",
         }
